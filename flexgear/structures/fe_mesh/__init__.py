@@ -1,0 +1,6 @@
+"""FE meshes of ring and carrier with named patches; the only package that knows gmsh and meshio."""
+
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
+
+__all__ = ["FeMesh", "RingMeshParameters", "ring_fe_mesh"]

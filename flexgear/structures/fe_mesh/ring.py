@@ -1,0 +1,252 @@
+"""Ring gear with its teeth as hexahedra: transverse section, layers along the axis, helix.
+
+Frame: origin at the ring's centre and mid-face, z the axis of rotation; the middle of tooth j
+(0-based) is at the angle 2πj/z_r at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
+
+Helix: a point (r, θ, z) of the section moves to θ + κ z f(r), κ = h tan β/r_ref, h = +1 for a
+right-hand ring. f = 1 from the tooth's tip to the root circle and falls as 1 - 3t² + 2t³ to 0 at
+the inside of the bolt circle, so that bolt axes and holes are straight.
+
+Patches
+  tooth_flank_NNN      involute flank on the -θ side: the one planets press when the carrier
+                       turns by +z and drives
+  tooth_backflank_NNN  involute flank on the +θ side
+  tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
+                       fillets on the root circle, bowed a fillet radius into the rim,
+                       symmetric about the tooth's middle
+  fit_1, fit_2         bands of the outer cylinder, by rising z
+  bolt_NN              walls of the bolt holes, when there are holes
+  outer, end_minus, end_plus   outer cylinder; plane faces at -b/2 and +b/2
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, pi, tan
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.ring_section import (
+    RingSection,
+    SectionDivisions,
+    toothed_section,
+)
+from flexgear.structures.fe_mesh.ring_tooth import RingTooth, ring_tooth
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Fidelity = Literal["quick", "standard", "fine"]
+
+_DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers
+    "quick": (SectionDivisions(tooth=1, flank=1, fillet=1, rim=2), 3),
+    "standard": (SectionDivisions(tooth=2, flank=2, fillet=2, rim=4), 4),
+    "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
+}
+_GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
+
+
+@dataclass(frozen=True)
+class RingMeshParameters:
+    """Everything the ring's FE mesh depends on; m and rad.
+
+    Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
+    module; the sign of profile_shift is stated in ring_tooth.py. fits: (z_low, z_high) of each
+    housing fit's band. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt circle.
+    """
+
+    teeth: int = 93
+    normal_module: float = 18e-3
+    pressure_angle: float = 20.0 * pi / 180.0
+    helix_angle: float = 7.5 * pi / 180.0
+    hand: Literal["right", "left"] = "right"
+    profile_shift: float = 0.0
+    addendum: float = 1.0
+    dedendum: float = 1.25
+    root_fillet: float = 0.38
+    face_width: float = 0.43
+    rim_thickness: float = 0.2
+    bolts: int = 25
+    bolt_circle_diameter: float = 1.97
+    bolt_diameter: float = 0.056
+    bolt_holes: bool = False
+    first_bolt_angle: float = 0.0
+    fits: tuple[tuple[float, float], ...] = ((-0.215, -0.155), (0.155, 0.215))
+    fidelity: Fidelity = "standard"
+    where: str = "ring"
+
+    @property
+    def tooth(self) -> RingTooth:
+        """Transverse profile; raises InputError if there is none."""
+        return ring_tooth(
+            self.teeth,
+            self.normal_module,
+            self.pressure_angle,
+            self.helix_angle,
+            self.profile_shift,
+            self.addendum,
+            self.dedendum,
+            self.root_fillet,
+            self.where,
+        )
+
+    @property
+    def outer_radius(self) -> float:
+        """Outer radius of the rim, m."""
+        return self.tooth.root_radius + self.rim_thickness
+
+    @property
+    def helix_rate(self) -> float:
+        """κ = h tan β/r_ref, rad/m."""
+        sign = 1.0 if self.hand == "right" else -1.0
+        return sign * tan(self.helix_angle) / self.tooth.reference_radius
+
+    @property
+    def straight_radius(self) -> float:
+        """Radius beyond which the section is not twisted, m."""
+        if self.bolts == 0:
+            return self.outer_radius
+        return self.bolt_circle_diameter / 2.0 - 0.6 * self.bolt_diameter
+
+    def check(self) -> None:
+        """Raise InputError, naming the key and the remedy, if no ring can be made."""
+        tooth = self.tooth
+        width = self.face_width
+
+        def reject(key: str, problem: str, remedy: str) -> None:
+            raise InputError(self.where, key, problem, remedy)
+
+        if self.fidelity not in _DIVISIONS:
+            reject("fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
+        if width <= 0.0:
+            reject("face_width", "must be above 0", "give the ring's face width")
+        if self.rim_thickness < self.normal_module:
+            reject(
+                "rim_thickness",
+                f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
+                "the rim is counted outside the root circle; give at least one module",
+            )
+        if abs(self.helix_rate) * width > tooth.pitch_angle * 3.0:
+            reject(
+                "helix_angle",
+                "the helix advances more than three teeth over the face width",
+                "lower the helix angle or the face width",
+            )
+        if self.bolts:
+            radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
+            room = 0.1 * self.rim_thickness
+            if not tooth.root_radius + room < radius - 1.2 * hole:
+                reject(
+                    "bolts.circle_diameter",
+                    f"bolts on {radius * 2e3:.0f} mm cut into the teeth's root at "
+                    f"{tooth.root_radius * 2e3:.0f} mm",
+                    "raise it or lower the bolts' diameter",
+                )
+            if not radius + 1.2 * hole < self.outer_radius:
+                reject(
+                    "bolts.circle_diameter",
+                    f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
+                    f"{self.outer_radius * 2e3:.0f} mm",
+                    "lower it or raise rim_thickness",
+                )
+            if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
+                reject("bolts.number", "neighbouring bolts overlap", "use fewer or thinner bolts")
+        for low, high in self.fits:
+            tolerance = 1e-9 * width
+            if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
+                reject(
+                    "fits",
+                    f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
+                    f"±{width * 5e2:.1f} mm",
+                    "move it or make it narrower",
+                )
+
+
+def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
+    """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
+    p.check()
+    divisions, least_layers = _DIVISIONS[p.fidelity]
+    section = _section(p, divisions)
+    z = layer_positions(p.face_width, p.fits, least_layers)
+    return _extrude(p, section, z)
+
+
+def layer_positions(face_width: float, fits: tuple[tuple[float, float], ...], least: int) -> Array:
+    """Layer borders from -b/2 to b/2: at every band's edge, and no layer thicker than b/least
+    where at least one more fits; bands at the ends count as layers, the middle shares the rest."""
+    half = face_width / 2.0
+    marks = [-half, half]
+    for edge in sorted({e for band in fits for e in band}):
+        if min(abs(edge - m) for m in marks) > 0.01 * face_width:
+            marks.append(edge)
+    marks.sort()
+    spans = np.diff(marks)
+    counts = np.ones(len(spans), dtype=int)
+    while counts.sum() < least:
+        counts[int(np.argmax(spans / counts))] += 1
+    thickest = 2.5 * face_width / least
+    counts = np.maximum(counts, [ceil(s / thickest - 1e-9) for s in spans])
+    parts = [
+        np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
+    ]
+    return np.concatenate([*parts, [half]])
+
+
+def _section(p: RingMeshParameters, divisions: SectionDivisions) -> RingSection:
+    growth = _GROWTH[p.fidelity]
+    if not (p.bolt_holes and p.bolts):
+        return toothed_section(p.tooth, p.outer_radius, divisions, growth)
+    from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
+
+    return with_bolt_holes(p, divisions)
+
+
+def _fading(p: RingMeshParameters, radius: Array) -> Array:
+    """f(r): 1 to the root circle, 0 from the straight radius on, C¹ between."""
+    root = p.tooth.root_radius
+    t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
+    return 1.0 - 3.0 * t**2 + 2.0 * t**3
+
+
+def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
+    n, layers = len(section.radius), len(z) - 1
+    twist = p.helix_rate * _fading(p, section.radius)
+    angle = section.angle[None, :] + twist[None, :] * z[:, None]
+    points = np.stack(
+        [
+            section.radius * np.cos(angle),
+            section.radius * np.sin(angle),
+            np.broadcast_to(z[:, None], angle.shape),
+        ],
+        axis=2,
+    ).reshape(-1, 3)
+    level = n * np.arange(layers)[:, None, None]
+    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
+
+    def wall(lines: Ints, keep: slice | Ints = slice(None)) -> Ints:
+        """(k, 2) section edges -> (k layers, 4) facets."""
+        step = level[keep]
+        a, b = lines[None, :, 0] + step[:, :, 0], lines[None, :, 1] + step[:, :, 0]
+        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
+
+    facets: dict[str, Ints] = {}
+    for name in ("flank", "backflank", "root"):
+        lines = section.tooth_lines[name]
+        outward = lines[..., ::-1] if name == "backflank" else lines
+        for j in range(p.teeth):
+            facets[f"tooth_{name}_{j + 1:03d}"] = wall(outward[j])
+    middle = (z[:-1] + z[1:]) / 2.0
+    for k, (low, high) in enumerate(sorted(p.fits), 1):
+        inside = np.flatnonzero((middle > low) & (middle < high))
+        if len(inside) == 0:
+            raise InputError(p.where, "fits", f"band {k} is too narrow", "make it wider")
+        facets[f"fit_{k}"] = wall(section.outer, inside)
+    for k, lines in enumerate(section.holes, 1):
+        facets[f"bolt_{k:02d}"] = wall(lines)
+    facets["outer"] = wall(section.outer)
+    facets["end_minus"] = section.quads[:, ::-1]
+    facets["end_plus"] = section.quads + n * layers
+    return FeMesh(points, vtk[:, HEX_FROM_VTK], "hex", facets)

@@ -1,0 +1,254 @@
+"""Transverse section of the ring gear as quadrilaterals, exactly z-periodic and mirror-symmetric.
+
+gmsh meshes one tooth sector with transfinite quadrilaterals; the sector is then made symmetric to
+the last digit and turned by 2πj/z. Blocks of a sector (tip at the top, rim at the bottom)::
+
+        tip                     A1  between the involutes, tip circle to form circle
+       +---+                    A2  between the fillets, form circle to base section
+       |A1 |                    B   below the tooth, root circle to the rim's outer edge
+       +---+                    C   below the root land, between neighbouring teeth
+      / A2  \\
+     +-------+----+             The line between A2 and B is the tooth's base section, the patch
+     |   B   | C  |             "root" of the tooth: from fillet end to fillet end, bowed one
+     +-------+----+             fillet radius into the rim (which opens its corners).
+
+All nodes are held in polar coordinates, so flank nodes lie on the involute exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import cos, pi, sin
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fe_mesh.ring_tooth import RingTooth
+from flexgear.structures.fe_mesh.session import gmsh_session
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_SPLINE_POINTS = 25  # support points of a flank's spline; nodes are put on the involute afterwards
+_BOW = 1.0  # depth of the base section below the root circle, in fillet radii: opens its corners
+_MIN_LAND = 0.1  # least width of the block C at its top, in fillet radii
+
+
+@dataclass(frozen=True)
+class SectionDivisions:
+    """Number of elements: across the tooth, along involute and fillet, from root circle outward."""
+
+    tooth: int
+    flank: int
+    fillet: int
+    rim: int
+
+    @property
+    def around(self) -> int:
+        """Columns of one tooth sector."""
+        return self.tooth + 1
+
+
+@dataclass(frozen=True)
+class RingSection:
+    """Quadrilaterals in the transverse plane.
+
+    radius, angle: (n,) m, rad; quads: (m, 4) counter-clockwise;
+    tooth_lines: "flank" (-θ side, the one a planet carried by +Z presses), "backflank" (+θ side),
+    "root" (base section) -> (z, k, 2) node ids; outer: (k, 2); holes: (n_b, k, 2) or empty.
+    """
+
+    radius: Array
+    angle: Array
+    quads: Ints
+    tooth_lines: dict[str, Ints]
+    outer: Ints
+    holes: Ints = field(default_factory=lambda: np.zeros((0, 0, 2), dtype=np.int64))
+
+    @property
+    def points(self) -> Array:
+        """(n, 2) m."""
+        return np.column_stack([self.radius * np.cos(self.angle), self.radius * np.sin(self.angle)])
+
+
+@dataclass
+class _Sector:
+    """One tooth sector: nodes 0..n-1 of its own; `left` and `right` are its two border lines."""
+
+    radius: Array
+    angle: Array
+    quads: Ints
+    left: Ints
+    right: Ints
+    lines: dict[str, Ints]
+
+
+def toothed_section(
+    tooth: RingTooth, outer_radius: float, divisions: SectionDivisions, growth: float = 1.0
+) -> RingSection:
+    """Structured section between the teeth's tips and a circle of nodes equally spaced.
+
+    growth: ratio of successive radial element sizes outward from the root circle.
+    """
+    with gmsh_session("ring section") as gmsh:
+        sector = _sector(gmsh, tooth, outer_radius, divisions, growth)
+    return _replicate(sector, tooth, outer_radius)
+
+
+def _sector(
+    gmsh: ModuleType, tooth: RingTooth, outer_radius: float, div: SectionDivisions, growth: float
+) -> _Sector:
+    geo = gmsh.model.geo
+    pitch = tooth.pitch_angle
+    base_angle = min(
+        tooth.fillet_end, pitch / 2.0 - _MIN_LAND * tooth.fillet_radius / tooth.root_radius / 2.0
+    )
+    base_radius = float(tooth.root_radius_at(base_angle))
+    outer_angle = pitch * div.tooth / div.around / 2.0
+
+    def point(radius: float, angle: float) -> int:
+        return int(geo.addPoint(radius * cos(angle), radius * sin(angle), 0.0))
+
+    origin = point(0.0, 0.0)
+    radii = np.linspace(tooth.tip_radius, tooth.form_radius, _SPLINE_POINTS)
+    angles = tooth.half_angle(radii)
+    fillet = np.linspace(float(angles[-1]), base_angle, _SPLINE_POINTS)
+    fillet_radii = tooth.root_radius_at(fillet)
+    flank, curve_fillet, side, tip, form, base, outer = {}, {}, {}, {}, {}, {}, {}
+    for sign in (-1, 1):
+        on_flank = [point(r, sign * a) for r, a in zip(radii, angles, strict=True)]
+        on_fillet = [point(r, sign * a) for r, a in zip(fillet_radii[1:], fillet[1:], strict=True)]
+        tip[sign], form[sign], base[sign] = on_flank[0], on_flank[-1], on_fillet[-1]
+        outer[sign] = point(outer_radius, sign * outer_angle)
+        flank[sign] = geo.addSpline(on_flank)
+        curve_fillet[sign] = geo.addSpline([form[sign], *on_fillet])
+        side[sign] = geo.addLine(base[sign], outer[sign])
+    next_base = point(base_radius, pitch - base_angle)
+    next_outer = point(outer_radius, pitch - outer_angle)
+    across = {
+        name: geo.addCircleArc(ends[-1], origin, ends[1])
+        for name, ends in (("tip", tip), ("form", form), ("outer", outer))
+    }
+    bowed = point(tooth.root_radius + _BOW * tooth.fillet_radius, 0.0)
+    across["root"] = geo.addSpline([base[-1], bowed, base[1]])
+    land = geo.addLine(base[1], next_base)
+    land_outer = geo.addCircleArc(outer[1], origin, next_outer)
+    right = geo.addLine(next_base, next_outer)
+
+    for curve in across.values():
+        geo.mesh.setTransfiniteCurve(curve, div.tooth + 1)
+    for curve in (land, land_outer):
+        geo.mesh.setTransfiniteCurve(curve, 2)
+    for curve in flank.values():
+        geo.mesh.setTransfiniteCurve(curve, div.flank + 1)
+    for curve in curve_fillet.values():
+        geo.mesh.setTransfiniteCurve(curve, div.fillet + 1)
+    for curve in (*side.values(), right):
+        geo.mesh.setTransfiniteCurve(curve, div.rim + 1, "Progression", growth)
+    loops = (
+        (
+            [across["tip"], flank[1], -across["form"], -flank[-1]],
+            [tip[-1], tip[1], form[1], form[-1]],
+        ),
+        (
+            [across["form"], curve_fillet[1], -across["root"], -curve_fillet[-1]],
+            [form[-1], form[1], base[1], base[-1]],
+        ),
+        (
+            [across["root"], side[1], -across["outer"], -side[-1]],
+            [base[-1], base[1], outer[1], outer[-1]],
+        ),
+        ([land, right, -land_outer, -side[1]], [base[1], next_base, next_outer, outer[1]]),
+    )
+    for curves, corners in loops:
+        surface = geo.addPlaneSurface([geo.addCurveLoop(curves)])
+        geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
+        geo.mesh.setRecombine(2, surface)
+    geo.synchronize()
+    gmsh.model.mesh.generate(2)
+
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+    types, _, connectivity = gmsh.model.mesh.getElements(2)
+    if list(types) != [3]:
+        raise FlexgearError("ring section: gmsh gave other elements than quadrilaterals")
+    used = np.unique(connectivity[0].astype(np.int64))
+    number[used] = np.arange(len(used))
+    where = np.full(len(number), -1, dtype=np.int64)
+    where[tags.astype(np.int64)] = np.arange(len(tags))
+    xy = xyz.reshape(-1, 3)[where[used], :2]
+    radius, angle = np.hypot(xy[:, 0], xy[:, 1]), np.arctan2(xy[:, 1], xy[:, 0])
+
+    def line(curve: int) -> Ints:
+        """Nodes of a curve from its start to its end."""
+        on_curve, _, u = gmsh.model.mesh.getNodes(1, curve, True, True)
+        return number[on_curve[np.argsort(u)].astype(np.int64)]
+
+    for sign in (-1, 1):
+        on_flank, on_fillet = line(flank[sign]), line(curve_fillet[sign])
+        angle[on_flank] = sign * tooth.half_angle(radius[on_flank])
+        radius[on_fillet[1:]] = tooth.root_radius_at(np.abs(angle[on_fillet[1:]]))
+    quads = number[connectivity[0].astype(np.int64).reshape(-1, 4)]
+    lines = {
+        "flank": line(flank[-1]),
+        "backflank": line(flank[1]),
+        "root": line(across["root"]),
+        "outer": np.concatenate([line(across["outer"])[:-1], line(land_outer)]),
+    }
+    return _Sector(radius, angle, _counter_clockwise(xy, quads), line(side[-1]), line(right), lines)
+
+
+def _replicate(sector: _Sector, tooth: RingTooth, outer_radius: float) -> RingSection:
+    """Turn the sector z times; its right border is the left border of the next one."""
+    n, z, pitch = len(sector.radius), tooth.teeth, tooth.pitch_angle
+    own = np.ones(n, dtype=bool)
+    own[sector.right] = False
+    local = np.full(n, -1, dtype=np.int64)
+    local[own] = np.arange(int(own.sum()))
+    n_own = int(own.sum())
+    ahead = np.zeros(n, dtype=np.int64)
+    ahead[sector.right] = 1
+    local[sector.right] = local[sector.left]
+    radius, angle = _symmetric(sector.radius[own], sector.angle[own], pitch)
+    radius[np.isclose(radius, outer_radius, rtol=1e-9)] = outer_radius
+    turns = np.arange(z)[:, None]
+
+    def everywhere(ids: Ints) -> Ints:
+        """(…) sector node ids -> (z, …) section node ids."""
+        flat = ids.reshape(1, -1)
+        return (((turns + ahead[flat]) % z) * n_own + local[flat]).reshape(z, *ids.shape)
+
+    pairs = {
+        name: everywhere(np.column_stack([ids[:-1], ids[1:]])) for name, ids in sector.lines.items()
+    }
+    return RingSection(
+        np.tile(radius, z),
+        (angle[None, :] + pitch * turns).ravel(),
+        everywhere(sector.quads).reshape(-1, 4),
+        {name: pairs[name] for name in ("flank", "backflank", "root")},
+        pairs["outer"].reshape(-1, 2),
+    )
+
+
+def _symmetric(radius: Array, angle: Array, pitch: float) -> tuple[Array, Array]:
+    """Average every node with its mirror image about the tooth's middle, θ -> -θ modulo pitch."""
+
+    def place(theta: Array) -> Array:
+        turn = 2.0 * pi * theta / pitch  # one pitch to a full circle
+        return np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+
+    distance, partner = cKDTree(place(angle)).query(place(-angle))
+    if distance.max() > 1e-5 * radius.max() or (partner[partner] != np.arange(len(partner))).any():
+        raise FlexgearError("ring section: the sector is not symmetric about the tooth's middle")
+    wraps = np.round((angle + angle[partner]) / pitch) * pitch
+    return (radius + radius[partner]) / 2.0, (angle - angle[partner] + wraps) / 2.0
+
+
+def _counter_clockwise(xy: Array, quads: Ints) -> Ints:
+    p = xy[quads]
+    d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
+    return np.where(clockwise[:, None], quads[:, ::-1], quads)

@@ -1,0 +1,57 @@
+"""gmsh as a context: quiet, off the main thread too, and always finalised."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+from flexgear.model.errors import FlexgearError
+
+_ONE_AT_A_TIME = threading.RLock()  # gmsh keeps one global state in the process
+
+
+@contextmanager
+def gmsh_session(name: str) -> Iterator[ModuleType]:
+    """A fresh gmsh model; finalised whatever happens. gmsh errors become FlexgearError.
+
+    ``interruptible=False`` leaves the signal handlers alone, so this works in any thread and
+    Ctrl-C stays Python's. An already running gmsh of the caller is left running.
+    """
+    gmsh = _load()
+    with _ONE_AT_A_TIME:
+        nested = bool(gmsh.isInitialized())
+        if not nested:
+            gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+        try:
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.option.setNumber("General.NumThreads", 1)
+            gmsh.model.add(name)
+            try:
+                yield gmsh
+            except FlexgearError:
+                raise
+            except Exception as error:
+                if type(error) is not Exception:
+                    raise
+                raise FlexgearError(
+                    f"gmsh could not make the FE mesh of {name}: {error}"
+                ) from error
+            finally:
+                if nested:
+                    gmsh.model.remove()
+        finally:
+            if not nested:
+                gmsh.finalize()
+
+
+def _load() -> ModuleType:
+    try:
+        import gmsh
+    except OSError as error:
+        raise FlexgearError(
+            f"gmsh cannot start, a system library is missing ({error}): apt-get install "
+            "libgl1 libegl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
+        ) from error
+    return gmsh
