@@ -1,0 +1,34 @@
+# Two commands: `make run` and `make test`. Both install what is missing first.
+PY := .venv/bin/python
+CASE ?= wind-5mw
+OUT ?= results/$(CASE)
+WORKERS ?= 2
+
+.PHONY: run test check lint validate install install-dev clean
+
+run: install
+	.venv/bin/flexgear run $(CASE) --out $(OUT)
+
+test: install-dev
+	$(PY) -m pytest -n $(WORKERS)
+
+# What CI runs: format, lint, types, import layers, tests.
+check: lint test
+
+lint: install-dev
+	$(PY) -m ruff format --check .
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+	.venv/bin/lint-imports
+
+validate: install-dev
+	$(PY) -m pytest validation
+
+install:
+	@bash .ci/setup
+
+install-dev:
+	@bash .ci/setup dev
+
+clean:
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

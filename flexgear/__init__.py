@@ -1,0 +1,1 @@
+"""flexgear: dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend."""
