@@ -1,0 +1,74 @@
+"""Sparse symmetric factorisation, used many times: SciPy's SuperLU always, MUMPS where installed."""
+
+from __future__ import annotations
+
+from typing import Literal, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+
+from flexgear.model.errors import FlexgearError
+
+Solver = Literal["auto", "scipy", "mumps"]
+
+
+class Factor(Protocol):
+    """A factorised symmetric matrix."""
+
+    name: str
+
+    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        """x (n, k) with A x = right (n, k)."""
+
+
+def factorise(matrix: sp.csr_matrix, solver: Solver = "auto") -> Factor:
+    """Factor of a symmetric positive definite matrix (n, n)."""
+    if solver != "scipy" and mumps_available():
+        return _Mumps(matrix)
+    if solver == "mumps":
+        raise FlexgearError("solver 'mumps' wants python-mumps: pip install 'flexgear[mumps]'")
+    return _SuperLu(matrix)
+
+
+def mumps_available() -> bool:
+    """Whether python-mumps imports."""
+    try:
+        import mumps  # noqa: F401
+    except Exception:  # a wheel built for another numpy fails in several ways
+        return False
+    return True
+
+
+class _SuperLu:
+    """SuperLU in symmetric mode: minimum degree on A + A^T, no pivoting (A is definite)."""
+
+    name = "scipy"
+
+    def __init__(self, matrix: sp.csr_matrix) -> None:
+        self._factor = splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+
+    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._factor.solve(np.asarray(right, dtype=float))
+
+
+class _Mumps:
+    """MUMPS, L D L^T."""
+
+    name = "mumps"
+
+    def __init__(self, matrix: sp.csr_matrix) -> None:
+        import mumps
+
+        self._context = mumps.Context()
+        self._context.set_matrix(sp.triu(matrix).tocoo(), symmetric=True)
+        self._context.factor(ordering="metis")
+
+    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._context.solve(np.asfortranarray(right))

@@ -1,0 +1,18 @@
+"""Finite elements: stiffness, mass and interface ties. The only place that imports scikit-fem."""
+
+from flexgear.structures.fem.assembly import FeModel, assemble
+from flexgear.structures.fem.sampling import Sample, disc_points, facet_sample, point_sample
+from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie
+
+__all__ = [
+    "FeModel",
+    "Interface",
+    "Sample",
+    "assemble",
+    "averaging_tie",
+    "disc_points",
+    "facet_sample",
+    "interface_of",
+    "point_sample",
+    "rigid_tie",
+]

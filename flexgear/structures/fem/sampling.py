@@ -1,0 +1,185 @@
+"""Sample points of a displacement field with weights: on facets of a patch, or anywhere inside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from skfem import FacetBasis
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.elements import INTEGRATION_ORDER
+
+_INSIDE = 1e-6  # how far outside its element a point may lie, in reference coordinates
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """u(points) = interpolation @ u_nodes, integral of f = weights @ f(points).
+
+    points (m, 3) in m; weights (m,) in m2; interpolation (m, n) CSR on the model's nodes.
+    """
+
+    points: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    interpolation: sp.csr_matrix
+
+    def displacement(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacements (m, 3[, k]) of dof vectors u (3n[, k])."""
+        columns = u.reshape(self.interpolation.shape[1], -1)
+        return (self.interpolation @ columns).reshape((-1, 3) + u.shape[1:])
+
+    def load(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Dof vectors (3n[, k]) of point forces (m, 3[, k]) in N: work-equivalent nodal forces."""
+        rows = forces.reshape(len(self.points), -1)
+        nodal = self.interpolation.T @ rows
+        return nodal.reshape((3 * self.interpolation.shape[1],) + forces.shape[2:])
+
+    def weighted(self, factor: NDArray[np.float64]) -> Sample:
+        """The same points, weights times a factor (m,)."""
+        return Sample(self.points, self.weights * factor, self.interpolation)
+
+
+def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
+    """Quadrature points of facets given by their vertices (k, 4) or (k, 3)."""
+    numbers = facet_numbers(model, facets)
+    basis = FacetBasis(
+        model.basis.mesh, model.basis.elem, facets=numbers, intorder=INTEGRATION_ORDER
+    )
+    points = basis.global_coordinates().value  # (3, f, q)
+    shape = np.stack([np.broadcast_to(b[0].value, basis.dx.shape) for b in basis.basis], axis=-1)
+    dofs = basis.element_dofs.T  # (f, a)
+    count = basis.dx.size
+    nodes = np.broadcast_to(dofs[:, None, :], shape.shape)
+    return Sample(
+        np.ascontiguousarray(points.reshape(3, -1).T),
+        basis.dx.ravel(),
+        _interpolation(nodes.reshape(count, -1), shape.reshape(count, -1), model.basis.N),
+    )
+
+
+def point_sample(
+    model: FeModel, points: NDArray[np.float64], weights: NDArray[np.float64]
+) -> Sample:
+    """Given points (m, 3), located in the elements; weights (m,) are taken as they are."""
+    cells, local = locate(model, points)
+    basis = model.basis
+    shape = np.stack(
+        [basis.elem.lbasis(local.T, i)[0] for i in range(len(basis.basis))], axis=-1
+    )
+    nodes = basis.element_dofs.T[cells]
+    return Sample(points, weights, _interpolation(nodes, shape, basis.N))
+
+
+def disc_points(
+    centre: NDArray[np.float64], normal: NDArray[np.float64], diameter: float,
+    rings: int = 4, spokes: int = 16,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
+
+    Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
+    of degree 2 rings - 1 in r^2 and of degree below `spokes` in angle.
+    """
+    x, w = np.polynomial.legendre.leggauss(rings)
+    radius = 0.5 * diameter
+    r = radius * np.sqrt(0.5 * (x + 1))
+    angle = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes
+    normal = normal / np.linalg.norm(normal)
+    helper = np.eye(3)[np.argmin(np.abs(normal))]
+    e1 = np.cross(normal, helper)
+    e1 /= np.linalg.norm(e1)
+    e2 = np.cross(normal, e1)
+    ray = np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
+    points = centre + (r[:, None, None] * ray).reshape(-1, 3)
+    weights = np.repeat(0.5 * w * np.pi * radius**2 / spokes, spokes)
+    return points, weights
+
+
+def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
+    wanted = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
+    known = np.sort(model.basis.mesh.facets.T.astype(np.int64), axis=1)
+    base = int(known.max()) + 1
+    # three vertices tell a quadrilateral apart from every other of a conforming mesh
+    known_keys = (known[:, 0] * base + known[:, 1]) * base + known[:, 2]
+    wanted_keys = (wanted[:, 0] * base + wanted[:, 1]) * base + wanted[:, 2]
+    order = np.argsort(known_keys)
+    place = np.searchsorted(known_keys, wanted_keys, sorter=order)
+    numbers = order[np.minimum(place, len(order) - 1)]
+    if not np.array_equal(known[numbers], wanted):
+        raise FlexgearError("a named patch holds facets that are not faces of the mesh's cells")
+    return numbers
+
+
+def locate(
+    model: FeModel, points: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
+    mesh = model.basis.mesh
+    corners = mesh.p.T[mesh.t.T]  # (e, v, 3)
+    tree = cKDTree(corners.mean(axis=1))
+    cells = np.zeros(len(points), dtype=np.int64)
+    local = np.zeros((len(points), 3))
+    excess = np.full(len(points), np.inf)
+    for neighbours in (16, 128):
+        todo = np.flatnonzero(excess > _INSIDE)
+        if not len(todo):
+            break
+        _, near = tree.query(points[todo], k=min(neighbours, len(corners)))
+        near = near.reshape(len(todo), -1)
+        x = _inverse_map(model, corners, near, points[todo])
+        outside = np.maximum(-x, x - 1).max(axis=2)
+        if model.fe_mesh.kind == "tet":
+            outside = np.maximum(outside, x.sum(axis=2) - 1)
+        best = np.argmin(outside, axis=1)
+        rows = np.arange(len(todo))
+        cells[todo], local[todo] = near[rows, best], x[rows, best]
+        excess[todo] = outside[rows, best]
+    if np.any(excess > _INSIDE):
+        worst = points[int(np.argmax(excess))]
+        raise FlexgearError(
+            f"a tie's point ({worst[0]:.4g}, {worst[1]:.4g}, {worst[2]:.4g}) m lies outside "
+            "the finite-element mesh: compare bolt circle and bolt face with the mesh"
+        )
+    return cells, local
+
+
+def _inverse_map(
+    model: FeModel,
+    corners: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    points: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Reference coordinates (m, c, 3) of point m in each of its candidate cells (m, c)."""
+    vertex_element = model.basis.mesh.elem()
+    vertices = corners[cells]  # (m, c, v, 3)
+    tet = model.fe_mesh.kind == "tet"
+    x = np.full(cells.shape + (3,), 0.25 if tet else 0.5)
+    for _ in range(2 if tet else 12):
+        shape = [vertex_element.lbasis(np.moveaxis(x, -1, 0), i) for i in range(vertices.shape[2])]
+        value = np.stack([np.broadcast_to(s[0], x.shape[:2]) for s in shape], axis=-1)
+        slope = np.stack(
+            [np.stack([np.broadcast_to(d, x.shape[:2]) for d in s[1]], axis=-1) for s in shape],
+            axis=-1,
+        )  # (m, c, 3, v)
+        residual = points[:, None] - np.einsum("mcv,mcvi->mci", value, vertices)
+        jacobian = np.einsum("mcjv,mcvi->mcij", slope, vertices)
+        step = np.linalg.solve(jacobian, residual[..., None])[..., 0]
+        x = np.clip(x + step, -1.0, 2.0)
+    return x
+
+
+def _interpolation(
+    nodes: NDArray[np.int64], shape: NDArray[np.float64], count: int
+) -> sp.csr_matrix:
+    """CSR (m, count) with shape (m, a) at columns nodes (m, a); rounding zeros are left out."""
+    rows = np.repeat(np.arange(len(nodes)), nodes.shape[1])
+    values = shape.ravel()
+    keep = np.abs(values) > 1e-13
+    return sp.coo_matrix(
+        (values[keep], (rows[keep], nodes.ravel()[keep])), shape=(len(nodes), count)
+    ).tocsr()

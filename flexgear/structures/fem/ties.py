@@ -1,0 +1,142 @@
+r"""Interface nodes: six dofs each, tied to a patch of the finite-element mesh.
+
+Averaging tie (RBE3). The motion q = [t, theta] of a node at x0 is the rigid motion that fits the
+displacement u over its patch best,
+
+    min_q \int |u(x) - H(x) q|^2 dA,  H = [I, -(x - x0) x]   =>
+    q = (\int H^T H dA)^{-1} \int H^T N dA u = B u.
+
+The weights come from integration over the patch, so they do not depend on where mesh nodes fall;
+a load on the node spreads over the patch as B^T f and stiffens nothing. Rigid motion is
+reproduced exactly wherever x0 lies.
+
+Rigid tie (RBE2). All dofs on a patch follow its node, u = H q, and are eliminated:
+u = T [u_free, q]. Nodes shared by two rigid patches belong to neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fem.assembly import FeModel, rigid_motion
+from flexgear.structures.fem.sampling import Sample
+
+
+@dataclass(frozen=True, eq=False)
+class Tie:
+    """One interface node.
+
+    position (3,) m. Averaging: rows (6, 3n) of B. Rigid: nodes of the patch, rows empty.
+    """
+
+    name: str
+    position: NDArray[np.float64]
+    rows: sp.csr_matrix | None = None
+    nodes: NDArray[np.int64] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """All interface nodes of a body: B u = q on the dofs left after rigid ties.
+
+    names (n,), positions (n, 3); rows (6n, d) CSR, six rows a node in node order;
+    expansion (3n_fe, d) CSR with u = expansion u_d, or None where no tie is rigid.
+    """
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    rows: sp.csr_matrix = field(repr=False)
+    expansion: sp.csr_matrix | None = field(repr=False, default=None)
+
+    @property
+    def size(self) -> int:
+        """Number of interface dofs."""
+        return 6 * len(self.names)
+
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """Rigid motion (6n, 6) of the interface nodes about the origin, rotations included."""
+        modes = np.zeros((len(self.names), 6, 6))
+        modes[:, :3] = rigid_motion(self.positions)
+        modes[:, 3:, 3:] = np.eye(3)
+        return modes.reshape(-1, 6)
+
+
+def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:
+    """q = B u: least-squares rigid motion about `position` over the sample's points."""
+    position = np.asarray(position, dtype=float)
+    centre = sample.weights @ sample.points / sample.weights.sum()
+    h = rigid_motion(sample.points - centre)  # (m, 3, 6), about the centroid: well conditioned
+    length = np.sqrt(sample.weights @ np.sum((sample.points - centre) ** 2, axis=1)
+                     / sample.weights.sum())
+    scale = np.array([1.0, 1.0, 1.0, length, length, length])
+    h = h / scale
+    gram = np.einsum("m,mci,mcj->ij", sample.weights, h, h)
+    if np.linalg.cond(gram) > 1e8:
+        raise FlexgearError(
+            f"patch '{name}' has no extent across one axis: it cannot tell a rotation there"
+        )
+    weight = np.einsum("m,mci->cmi", sample.weights, h) @ np.linalg.inv(gram) / scale  # (3, m, 6)
+    # from the centroid to the node: t(x0) = t(c) + theta x (x0 - c)
+    shift = np.eye(6)
+    shift[:3] = rigid_motion((position - centre)[None])[0]
+    columns = [sp.csr_matrix(sample.interpolation.T @ (weight[c] @ shift.T)).T for c in range(3)]
+    stacked = sp.hstack(columns).tocsc()
+    n = sample.interpolation.shape[1]
+    order = (np.arange(3 * n) % 3) * n + np.arange(3 * n) // 3
+    return Tie(name, position, rows=stacked[:, order].tocsr())
+
+
+def rigid_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:
+    """Every node the sample touches moves as one rigid piece with the interface node."""
+    nodes = np.unique(sample.interpolation.indices)
+    return Tie(name, np.asarray(position, dtype=float), nodes=nodes.astype(np.int64))
+
+
+def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
+    """Collect ties, in the given order, into one interface."""
+    names = tuple(tie.name for tie in ties)
+    positions = np.array([tie.position for tie in ties])
+    rigid = [i for i, tie in enumerate(ties) if tie.nodes is not None]
+    if not rigid:
+        return Interface(names, positions, sp.vstack([t.rows for t in ties]).tocsr())
+    expansion, first = _expansion(model, ties, rigid)
+    rows = []
+    for i, tie in enumerate(ties):
+        if tie.rows is not None:
+            rows.append(tie.rows @ expansion)
+        else:
+            start = first + 6 * rigid.index(i)
+            rows.append(sp.csr_matrix(
+                (np.ones(6), (np.arange(6), start + np.arange(6))), (6, expansion.shape[1])
+            ))
+    return Interface(names, positions, sp.vstack(rows).tocsr(), expansion)
+
+
+def _expansion(
+    model: FeModel, ties: Sequence[Tie], rigid: Sequence[int]
+) -> tuple[sp.csr_matrix, int]:
+    """T (3n, d) of u = T [u_free, q_rigid], and the column where q_rigid starts."""
+    owner = np.full(len(model.nodes), -1)
+    shared = np.zeros(len(model.nodes), dtype=bool)
+    for i in rigid:
+        nodes = ties[i].nodes
+        shared[nodes[owner[nodes] >= 0]] = True  # type: ignore[index]
+        owner[nodes] = i
+    owner[shared] = -1
+    free = np.flatnonzero(np.repeat(owner < 0, 3))
+    blocks = [sp.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))),
+                            (model.dofs, len(free)))]
+    for i in rigid:
+        nodes = np.flatnonzero(owner == i)
+        motion = rigid_motion(model.nodes[nodes] - ties[i].position).reshape(-1, 6)
+        dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+        rows = np.repeat(dofs, 6)
+        columns = np.tile(np.arange(6), len(dofs))
+        blocks.append(sp.csr_matrix((motion.ravel(), (rows, columns)), (model.dofs, 6)))
+    return sp.hstack(blocks).tocsr(), len(free)

@@ -1,0 +1,83 @@
+r"""A reduced body: mass and stiffness on named 6-dof nodes and modal coordinates.
+
+u ~ Psi q_b + Phi eta, coordinates q = [q_b, eta]; q_b = six dofs (ux, uy, uz in m; tx, ty, tz in
+rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """Result of a reduction, with the way back to the full field.
+
+    positions (n, 3) m; mass, stiffness (d, d) with d = 6 n + n_modes; report: sizes, options and
+    error estimates; points (p, 3) m and cells: the vertices and cells `recover` speaks of;
+    recovery (3p, d) float32: [Psi, Phi] at the vertices.
+    """
+
+    name: str
+    node_names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    mass: NDArray[np.float64] = field(repr=False)
+    stiffness: NDArray[np.float64] = field(repr=False)
+    n_modes: int
+    report: dict[str, Any] = field(repr=False)
+    points: NDArray[np.float64] = field(repr=False)
+    cells: NDArray[np.int64] = field(repr=False)
+    recovery: NDArray[np.float32] = field(repr=False)
+
+    @property
+    def interface_dofs(self) -> int:
+        """Six for each node."""
+        return 6 * len(self.node_names)
+
+    def node_slice(self, name: str) -> slice:
+        """The six coordinates of a node."""
+        try:
+            start = 6 * self.node_names.index(name)
+        except ValueError:
+            raise KeyError(f"{self.name} has no interface node '{name}'") from None
+        return slice(start, start + 6)
+
+    def with_(self, **changes: Any) -> ReducedBody:
+        """A copy with some attributes replaced."""
+        return replace(self, **changes)
+
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
+        modes = np.zeros((len(self.mass), 6))
+        modes[: self.interface_dofs] = _rigid_rows(self.positions).reshape(-1, 6)
+        return modes
+
+    def recover(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacements (p, 3[, k]) in m at the mesh vertices for coordinates q (d[, k]).
+
+        The rigid motion nearest to q is taken through exactly, only the rest through the stored
+        single-precision field: large rigid rotations cost no accuracy.
+        """
+        q = np.asarray(q, dtype=float)
+        columns = q.reshape(len(q), -1)
+        rigid = self.rigid_modes()
+        motion = np.linalg.lstsq(rigid, columns, rcond=None)[0]
+        rest = columns - rigid @ motion
+        field_ = self.recovery @ rest.astype(np.float32)
+        exact = _rigid_rows(self.points)[:, :3].reshape(-1, 6) @ motion
+        return (field_ + exact).reshape((len(self.points), 3) + q.shape[1:])
+
+
+def _rigid_rows(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Six dofs (m, 6, 6) at points (m, 3) of unit rigid motion about the origin."""
+    rows = np.zeros((len(points), 6, 6))
+    rows[:, range(6), range(6)] = 1.0
+    x, y, z = points.T
+    rows[:, 0, 4], rows[:, 0, 5] = z, -y
+    rows[:, 1, 3], rows[:, 1, 5] = -z, x
+    rows[:, 2, 3], rows[:, 2, 4] = y, -x
+    return rows

@@ -1,0 +1,83 @@
+"""Small structured meshes the tests make themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
+TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]
+
+
+@dataclass(frozen=True)
+class PlainFeMesh:
+    """The attributes of `fe_mesh.FeMesh` that assembly reads."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    kind: str = "hex"
+    facets: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def box(n=(4, 2, 2), size=(1.0, 0.2, 0.3), warp=None) -> PlainFeMesh:
+    """A block of n hexahedra; `warp` maps points (m, 3) elsewhere."""
+    axes = [np.linspace(0, s, k + 1) for s, k in zip(size, n, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape([k + 1 for k in n])
+    corner = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
+              (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.stack(
+        [number[i : i + n[0], j : j + n[1], k : k + n[2]].ravel() for i, j, k in corner], -1
+    )
+    facets = {
+        "x0": _quads(number[0]), "x1": _quads(number[-1]),
+        "z0": _quads(number[:, :, 0]), "z1": _quads(number[:, :, -1]),
+    }
+    return PlainFeMesh(points if warp is None else warp(points), cells[:, FROM_VTK], "hex", facets)
+
+
+def annulus(n=(24, 2, 2), inner=0.75, outer=1.0, width=0.3, teeth=0) -> PlainFeMesh:
+    """A ring of n = (around, radial, axial) hexahedra about z, centred at z = 0.
+
+    Patches: "inner", "outer", "end_minus", "end_plus"; with teeth = k the inner surface is cut
+    into "patch_001"... of equal arcs (n[0] must be a multiple of k).
+    """
+    around, radial, axial = n
+    angle = 2 * np.pi * np.arange(around) / around
+    r = np.linspace(inner, outer, radial + 1)
+    z = np.linspace(-width / 2, width / 2, axial + 1)
+    a, r3, z3 = np.meshgrid(angle, r, z, indexing="ij")
+    points = np.stack([r3 * np.cos(a), r3 * np.sin(a), z3], -1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape(around, radial + 1, axial + 1)
+    number = np.concatenate([number, number[:1]])
+    corner = [(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0),
+              (0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 0, 1)]
+    cells = np.stack(
+        [number[i : i + around, j : j + radial, k : k + axial].ravel() for i, j, k in corner], -1
+    )
+    facets = {
+        "inner": _quads(number[:, 0]), "outer": _quads(number[:, -1]),
+        "end_minus": _quads(number[:, :, 0]), "end_plus": _quads(number[:, :, -1]),
+    }
+    if teeth:
+        strip = around // teeth
+        for t in range(teeth):
+            part = number[t * strip : (t + 1) * strip + 1, 0]
+            facets[f"patch_{t + 1:03d}"] = _quads(part)
+    return PlainFeMesh(points, cells[:, FROM_VTK], "hex", facets)
+
+
+def tetrahedra(fe_mesh: PlainFeMesh) -> PlainFeMesh:
+    """The same body in tetrahedra: six to a hexahedron round the diagonal 0-6."""
+    ring = [1, 2, 3, 7, 4, 5]
+    parts = [[0, ring[i], ring[(i + 1) % 6], 6] for i in range(6)]
+    cells = np.concatenate([fe_mesh.cells[:, TO_VTK][:, p] for p in parts])
+    return PlainFeMesh(fe_mesh.points, cells, "tet", {})
+
+
+def _quads(number: np.ndarray) -> np.ndarray:
+    return np.stack(
+        [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1
+    ).reshape(-1, 4)
