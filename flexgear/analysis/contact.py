@@ -1,0 +1,169 @@
+"""The small contact problem of one position or one time step, compiled.
+
+Unknown pair forces F with δ = δ̂ − A F − b T and F = k δ + c δ̇; one-sided rows carry compression
+only. The contact matrix is positive definite up to damping, so the set of loaded rows is unique;
+it is found by adding and dropping rows until none is in tension and none overlaps unloaded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+MAX_SETS = 50
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def solve_dense(a, b, n):
+    """Gaussian elimination with partial pivoting of the leading n × n block, in place; b := x."""
+    for i in range(n):
+        pivot = i
+        largest = abs(a[i, i])
+        for r in range(i + 1, n):
+            if abs(a[r, i]) > largest:
+                largest = abs(a[r, i])
+                pivot = r
+        if largest == 0.0:
+            return False
+        if pivot != i:
+            for c in range(i, n):
+                a[i, c], a[pivot, c] = a[pivot, c], a[i, c]
+            b[i], b[pivot] = b[pivot], b[i]
+        inverse = 1.0 / a[i, i]
+        for r in range(i + 1, n):
+            factor = a[r, i] * inverse
+            if factor != 0.0:
+                for c in range(i + 1, n):
+                    a[r, c] -= factor * a[i, c]
+                b[r] -= factor * b[i]
+    for i in range(n - 1, -1, -1):
+        total = b[i]
+        for c in range(i + 1, n):
+            total -= a[i, c] * b[c]
+        b[i] = total / a[i, i]
+    return True
+
+
+@njit(cache=True)
+def solve_active(matrix, right, rows, n, extra, one_sided, active, work, x):
+    """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
+
+    matrix (n + extra,)²: row i < n states F_i + Σ_j (k_i A_ij + c_i V_ij) F_j + … = right_i;
+    extra equations (brake, balance) always hold. ``active`` (n,) is the first guess of loaded
+    rows and returns the answer. Returns the number of sets tried, or −1 without convergence.
+    Every set changes all wrong rows at once; after some tries only the first wrong row, which
+    cannot cycle for a positive definite matrix (Murty's rule).
+    """
+    total = n + extra
+    index = np.empty(total, dtype=np.int64)
+    for tries in range(4 * MAX_SETS):
+        m = 0
+        for i in range(n):
+            if active[i] == 1:
+                index[m] = i
+                m += 1
+        loaded = m
+        for e in range(extra):
+            index[m] = n + e
+            m += 1
+        for a in range(m):
+            for b in range(m):
+                work[a, b] = matrix[index[a], index[b]]
+        rhs = np.empty(m)
+        for a in range(m):
+            rhs[a] = right[index[a]]
+        if not solve_dense(work, rhs, m):
+            return -1
+        for i in range(total):
+            x[i] = 0.0
+        for a in range(m):
+            x[index[a]] = rhs[a]
+        if not one_sided:
+            return tries + 1
+        wrong = 0
+        for i in range(n):
+            if rows.kind[i] < 0:
+                continue
+            bad = False
+            if active[i] == 1:
+                bad = x[i] < 0.0
+            else:
+                force = right[i]
+                for a in range(m):
+                    force -= matrix[i, index[a]] * rhs[a]
+                bad = force > 0.0
+            if bad:
+                wrong += 1
+                active[i] = 1 - active[i]
+                if tries >= MAX_SETS:
+                    break
+        if wrong == 0:
+            return tries + 1
+    return -1
+
+
+@njit(cache=True)
+def local_blocks(rows, n, place, blocks):
+    """List the blocks that rows touch: blocks (m,), place[block] = position or −1. Returns m.
+
+    ``place`` must be −1 everywhere on entry; ``release`` puts it back.
+    """
+    m = 0
+    for i in range(n):
+        for a in range(rows.count[i]):
+            b = rows.blocks[i, a]
+            if place[b] < 0:
+                place[b] = m
+                blocks[m] = b
+                m += 1
+    return m
+
+
+@njit(cache=True)
+def release(place, blocks, m):
+    """Undo ``local_blocks``."""
+    for j in range(m):
+        place[blocks[j]] = -1
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def row_products(rows, n, matrix, place, blocks, m, work, out):
+    """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
+
+    work (n, ≥ 6 m): G V_j on the local blocks only, so that a product costs the touched rows.
+    """
+    for j in range(n):
+        y = work[j]
+        for c in range(6 * m):
+            y[c] = 0.0
+        for a in range(rows.count[j]):
+            base = 6 * rows.blocks[j, a]
+            for p in range(6):
+                v = rows.coef[j, a, p]
+                if v == 0.0:
+                    continue
+                line = matrix[base + p]
+                for c in range(m):
+                    at = 6 * blocks[c]
+                    for q in range(6):
+                        y[6 * c + q] += v * line[at + q]
+        for i in range(j + 1):
+            total = 0.0
+            for a in range(rows.count[i]):
+                at = 6 * place[rows.blocks[i, a]]
+                for p in range(6):
+                    total += rows.coef[i, a, p] * y[at + p]
+            out[i, j] = total
+            out[j, i] = total
+
+
+@njit(cache=True)
+def row_values(rows, n, vector, out):
+    """out[i] = V_iᵀ u for a channel vector u."""
+    for i in range(n):
+        total = 0.0
+        for a in range(rows.count[i]):
+            base = 6 * rows.blocks[i, a]
+            for p in range(6):
+                total += rows.coef[i, a, p] * vector[base + p]
+        out[i] = total

@@ -1,0 +1,421 @@
+"""Compiled Newmark step in modal coordinates with constant receptances of the contact channels.
+
+Average acceleration (β = 1/4, γ = 1/2, Newmark 1959). For a mode, with D = 1/(1 + γ h d + β h² ω²)
+and d = 2ζω,
+
+    a⁺ = D (p⁺ − d v* − ω² η*),  η⁺ = η* + β h² a⁺,  v⁺ = v* + γ h a⁺,
+
+so unit channel forces move the channels by G_d = Φ βh² D Φᵀ + R and change their velocity by
+G_v = Φ γh D Φᵀ, constant for a step size. A step builds the rows of the pairs in mesh at the
+carrier angle of the new time, solves one small contact problem and projects the forces back.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.contact import (
+    local_blocks,
+    release,
+    row_products,
+    row_values,
+    solve_active,
+)
+from flexgear.analysis.energy import settle
+from flexgear.coupling.pairs import build_rows
+
+Array = NDArray[np.float64]
+BETA, GAMMA = 0.25, 0.5
+
+class StepData(NamedTuple):
+    """Constant arrays of a step size h; n modes, n_c channels (6 a block, drive, output)."""
+
+    h: float
+    omega2: Array  # (n,)
+    damping: Array  # (n,) 2ζω
+    inverse: Array  # (n,) D
+    angle: Array  # (n,)
+    channel_modes: Array  # (n_c, n)
+    residual: Array  # (n_c, n_c)
+    g_displacement: Array  # (n_c, n_c)
+    g_velocity: Array  # (n_c, n_c)
+    brake_torque: float
+    brake_speed: float
+    brake_exponent: float
+
+
+class State(NamedTuple):
+    """What a step carries on; arrays are updated in place."""
+
+    eta: Array  # (n,)
+    velocity: Array  # (n,)
+    acceleration: Array  # (n,)
+    touched: NDArray[np.uint8]  # (G, N, 8) pair was loaded at the last step, by index mod 8
+    wanted: NDArray[np.int64]  # (G, N) gear meshes to look at
+    forces: Array  # (n_c,) channel forces of the last step
+    motion: Array  # (n_c,) channel displacements of the last step
+    torques: Array  # (2,) drive and brake of the last step
+    energy: Array  # (8,) in the order of ENERGIES
+
+
+class Samples(NamedTuple):
+    """Where a chunk of saved samples goes, (n_saved, …)."""
+
+    eta: Array
+    angle: Array  # carrier angle used for the pairs' geometry
+    carrier: Array  # (…, 2) mean pin angle and speed
+    torques: Array  # (…, 2) input and output torque
+    output_speed: Array
+    pair_load: Array  # (…, G, N, SLOTS)
+    pair_tooth: NDArray[np.int16]
+    pair_stiffness: Array
+    pair_position: Array
+    support_load: Array  # (…, n_s)
+    energy: Array  # (…, 8)
+    wanted: NDArray[np.int64]
+
+
+@njit(cache=True)
+def brake_line(data, speed):
+    """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ."""
+    ratio = abs(speed) / data.brake_speed
+    sign = 1.0 if speed >= 0.0 else -1.0
+    n = data.brake_exponent
+    if n == 1.0:
+        slope = data.brake_torque / data.brake_speed
+        return slope * speed, slope
+    torque = sign * data.brake_torque * ratio**n
+    slope = 0.0 if ratio == 0.0 else n * data.brake_torque / data.brake_speed * ratio ** (n - 1.0)
+    return torque, slope
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _channels(data, blocks, m, vector, out):
+    """out = channel_modes @ vector on the local blocks, the drive and the output."""
+    nc, n = data.channel_modes.shape
+    for c in range(m):
+        for p in range(6):
+            row = data.channel_modes[6 * blocks[c] + p]
+            total = 0.0
+            for j in range(n):
+                total += row[j] * vector[j]
+            out[6 * blocks[c] + p] = total
+    for c in range(nc - 2, nc):
+        row = data.channel_modes[c]
+        total = 0.0
+        for j in range(n):
+            total += row[j] * vector[j]
+        out[c] = total
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _project(data, blocks, m, forces, out):
+    """out = channel_modesᵀ @ forces, forces being zero outside the local blocks and torques."""
+    nc, n = data.channel_modes.shape
+    for j in range(n):
+        out[j] = 0.0
+    for c in range(m + 1):
+        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        for p in range(count):
+            f = forces[first + p]
+            if f != 0.0:
+                row = data.channel_modes[first + p]
+                for j in range(n):
+                    out[j] += f * row[j]
+
+
+@njit(cache=True)
+def _spread(rows, n, x, blocks, m, drive, brake, forces):
+    """Channel forces of pair forces x, the drive torque and the brake torque."""
+    nc = forces.shape[0]
+    for c in range(m):
+        for p in range(6):
+            forces[6 * blocks[c] + p] = 0.0
+    for i in range(n):
+        if x[i] == 0.0:
+            continue
+        for a in range(rows.count[i]):
+            base = 6 * rows.blocks[i, a]
+            for p in range(6):
+                forces[base + p] -= x[i] * rows.coef[i, a, p]
+    forces[nc - 2] = drive
+    forces[nc - 1] = -brake
+
+
+@njit(cache=True)
+def _damping_of_rows(pairs, rows, n, n_pairs, state, c):
+    """Row damping; under one-sided contact a pair damps once it has been loaded for a step."""
+    for i in range(n):
+        c[i] = rows.damping[i]
+    if pairs.one_sided and not pairs.lumped:
+        for q in range(n_pairs):
+            r = rows.pair_row[q]
+            g, i, k = rows.pair_kind[q], rows.pair_planet[q], rows.pair_index[q]
+            if state.touched[g, i, k % 8] == 0:
+                c[r] = 0.0
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def local_motion(data, blocks, m, eta, forces, out):
+    """Channel displacement Φ η + R f on the local blocks, the drive and the output."""
+    _channels(data, blocks, m, eta, out)
+    nc = out.shape[0]
+    for c in range(m + 1):
+        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        for p in range(count):
+            line = data.residual[first + p]
+            total = line[nc - 2] * forces[nc - 2] + line[nc - 1] * forces[nc - 1]
+            for b in range(m):
+                at = 6 * blocks[b]
+                for q in range(6):
+                    total += line[at + q] * forces[at + q]
+            out[first + p] += total
+
+
+@njit(cache=True)
+def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
+    """Watch the back flanks of a gear mesh whose gap at the pitch point has nearly closed.
+
+    Mirroring the normal in the planet's radial axis keeps its radial part and turns the rest:
+    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point.
+    """
+    if pairs.s0.shape[0] < 4:
+        return
+    for g in range(2):
+        b = g + 2
+        for i in range(pairs.planets):
+            best = -1
+            distance = 1e30
+            for q in range(n_pairs):
+                if rows.pair_kind[q] == g and rows.pair_planet[q] == i:
+                    off = abs(rows.pair_s[q] - pairs.s_pitch[g])
+                    if off < distance:
+                        distance = off
+                        best = q
+            if best < 0:
+                wanted[b, i] = 1
+                continue
+            r = rows.pair_row[best]
+            angle = pairs.phi[i] + (theta if pairs.is_ring[g] == 1 else 0.0)
+            ca, sa = math.cos(angle), math.sin(angle)
+            nx = pairs.cos_b[g] * pairs.normal[g, 0]
+            delta = 0.0
+            radial = -nx * motion[6 * rows.blocks[r, 0]]
+            for a in range(rows.count[r]):
+                base = 6 * rows.blocks[r, a]
+                for p in range(6):
+                    delta += rows.coef[r, a, p] * motion[base + p]
+            gear = 6 * rows.blocks[r, 1]
+            radial += nx * (ca * motion[gear] + sa * motion[gear + 1])
+            margin = 0.3 * pairs.gap[b] + 2e-5
+            wanted[b, i] = 1 if 2 * radial - delta > pairs.gap[b] - margin else 0
+
+
+@njit(cache=True)
+def _save(samples, at, data, pairs, rows, n, n_pairs, x, state, theta, drive, brake):
+    """Copy one sample."""
+    samples.eta[at] = state.eta
+    samples.angle[at] = theta
+    samples.carrier[at, 0] = np.dot(data.angle, state.eta)
+    samples.carrier[at, 1] = np.dot(data.angle, state.velocity)
+    samples.torques[at, 0] = drive
+    samples.torques[at, 1] = brake
+    nc = data.channel_modes.shape[0]
+    samples.output_speed[at] = np.dot(data.channel_modes[nc - 1], state.velocity)
+    samples.pair_load[at] = 0.0
+    samples.pair_tooth[at] = -1
+    samples.pair_stiffness[at] = 0.0
+    samples.pair_position[at] = 0.0
+    for q in range(n_pairs):
+        g, i, slot = rows.pair_kind[q], rows.pair_planet[q], rows.pair_slot[q]
+        samples.pair_load[at, g, i, slot] = rows.pair_share[q] * x[rows.pair_row[q]]
+        samples.pair_tooth[at, g, i, slot] = rows.pair_tooth[q]
+        samples.pair_stiffness[at, g, i, slot] = rows.pair_stiffness[q]
+        samples.pair_position[at, g, i, slot] = rows.pair_s[q]
+    for r in range(n):
+        if rows.kind[r] < 0:
+            samples.support_load[at, rows.planet[r]] = x[r]
+    samples.energy[at] = state.energy
+    samples.wanted[at] = state.wanted
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def forces_at_state(data, pairs, rows, state, theta, drive, brake, scratch, x):
+    """Pair forces of a given state (η, v): the contact problem with frozen modes.
+
+    Returns (rows, pairs, local blocks, status). Used for consistent accelerations.
+    """
+    (matrix, matrix_v, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
+    n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
+    m = local_blocks(rows, n, place, blocks)
+    nc = data.channel_modes.shape[0]
+    _channels(data, blocks, m, state.eta, motion)
+    for b in range(m):
+        for p in range(6):
+            at = 6 * blocks[b] + p
+            motion[at] += data.residual[at, nc - 2] * drive - data.residual[at, nc - 1] * brake
+    row_values(rows, n, motion, delta)
+    _channels(data, blocks, m, state.velocity, motion)
+    row_values(rows, n, motion, rate)
+    row_products(rows, n, data.residual, place, blocks, m, wide, matrix)
+    _damping_of_rows(pairs, rows, n, n_pairs, state, c)
+    for i in range(n):
+        k = rows.stiffness[i]
+        right[i] = k * (delta[i] + rows.offset[i]) + c[i] * rate[i]
+        for j in range(n):
+            matrix[i, j] *= k
+        matrix[i, i] += 1.0
+        active[i] = 1
+    status = solve_active(matrix, right, rows, n, 0, pairs.one_sided, active, work, x)
+    return n, n_pairs, m, status
+
+
+@njit(cache=True)
+def consistent_acceleration(data, pairs, rows, state, drive, scratch, x, ledger):
+    """Set accelerations (and stored forces) so that the equation of motion holds now.
+
+    A jump of the torque moves the quasi-static part at once; the ledger books it as a step of no
+    duration.
+    """
+    blocks, place = scratch[10], scratch[9]
+    nc = data.channel_modes.shape[0]
+    theta = np.dot(data.angle, state.eta)
+    brake, _ = brake_line(data, np.dot(data.channel_modes[nc - 1], state.velocity))
+    n, n_pairs, m, status = forces_at_state(
+        data, pairs, rows, state, theta, drive, brake, scratch, x
+    )
+    if status < 0:
+        release(place, blocks, m)
+        return -1
+    state.forces[:] = 0.0
+    _spread(rows, n, x, blocks, m, drive, brake, state.forces)
+    _project(data, blocks, m, state.forces, state.acceleration)
+    for j in range(state.eta.shape[0]):
+        state.acceleration[j] -= data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
+    if ledger.now.shape[0] > 0:
+        settle(data, pairs, rows, n, x, state, drive, brake, ledger)
+    state.torques[0] = drive
+    state.torques[1] = brake
+    _remember(rows, n, n_pairs, x, state)
+    release(place, blocks, m)
+    return 0
+
+
+@njit(cache=True)
+def _remember(rows, n, n_pairs, x, state):
+    """Note which pairs carry load, by index."""
+    state.touched[:] = 0
+    for q in range(n_pairs):
+        if x[rows.pair_row[q]] > 0.0:
+            g, i, k = rows.pair_kind[q], rows.pair_planet[q], rows.pair_index[q]
+            state.touched[g, i, k % 8] = 1
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def advance(data, pairs, rows, state, torque, save_every, first_step, samples, scratch, ledger):
+    """Take len(torque) steps with the drive torque of each new time; save every so many.
+
+    ledger: work space of the energy account (see ``energy.py``), or length-0 arrays to skip it.
+    Returns (status, samples saved): status 0, or the 1-based step that failed.
+    """
+    (matrix, matrix_v, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
+    nm = state.eta.shape[0]
+    nc = data.channel_modes.shape[0]
+    h = data.h
+    drive_row, out_row = nc - 2, nc - 1
+    x = np.zeros(right.shape[0])
+    free = np.zeros(nm)
+    free_v = np.zeros(nm)
+    push = np.zeros(nm)
+    saved = 0
+    bb_v = data.g_velocity[out_row, out_row]
+    for step in range(torque.shape[0]):
+        drive = torque[step]
+        theta = 0.0
+        speed_guess = 0.0
+        for j in range(nm):
+            a, v, q = state.acceleration[j], state.velocity[j], state.eta[j]
+            theta += data.angle[j] * (q + h * v + 0.5 * h * h * a)
+            speed_guess += data.channel_modes[out_row, j] * (v + h * a)
+            star = q + h * v + (0.5 - BETA) * h * h * a
+            star_v = v + (1.0 - GAMMA) * h * a
+            a0 = data.inverse[j] * (
+                data.channel_modes[drive_row, j] * drive
+                - data.damping[j] * star_v
+                - data.omega2[j] * star
+            )
+            state.acceleration[j] = a0
+            free[j] = star + BETA * h * h * a0
+            free_v[j] = star_v + GAMMA * h * a0
+        n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
+        m = local_blocks(rows, n, place, blocks)
+        _channels(data, blocks, m, free, motion)
+        for b in range(m):
+            for p in range(6):
+                at = 6 * blocks[b] + p
+                motion[at] += data.residual[at, drive_row] * drive
+        row_values(rows, n, motion, delta)
+        _channels(data, blocks, m, free_v, motion)
+        free_speed = motion[out_row]
+        row_values(rows, n, motion, rate)
+        row_products(rows, n, data.g_displacement, place, blocks, m, wide, matrix)
+        row_products(rows, n, data.g_velocity, place, blocks, m, wide, matrix_v)
+        _damping_of_rows(pairs, rows, n, n_pairs, state, c)
+        torque0, slope = brake_line(data, speed_guess)
+        for i in range(n):
+            k = rows.stiffness[i]
+            right[i] = k * (delta[i] + rows.offset[i]) + c[i] * rate[i]
+            for j in range(n):
+                matrix[i, j] = k * matrix[i, j] + c[i] * matrix_v[i, j]
+            matrix[i, i] += 1.0
+            # pair forces and brake torque act through −V F and −T
+            gd = 0.0
+            gv = 0.0
+            for a in range(rows.count[i]):
+                base = 6 * rows.blocks[i, a]
+                for p in range(6):
+                    gd += rows.coef[i, a, p] * data.g_displacement[out_row, base + p]
+                    gv += rows.coef[i, a, p] * data.g_velocity[out_row, base + p]
+            matrix[i, n] = k * gd + c[i] * gv
+            matrix[n, i] = slope * gv
+            active[i] = 1
+        if pairs.one_sided and not pairs.lumped:
+            for q in range(n_pairs):
+                g, i, k = rows.pair_kind[q], rows.pair_planet[q], rows.pair_index[q]
+                r = rows.pair_row[q]
+                active[r] = 1 if state.touched[g, i, k % 8] == 1 or g < 2 else 0
+        matrix[n, n] = 1.0 + slope * bb_v
+        right[n] = torque0 + slope * (free_speed - speed_guess)
+        status = solve_active(matrix, right, rows, n, 1, pairs.one_sided, active, work, x)
+        if status < 0:
+            release(place, blocks, m)
+            return step + 1, saved
+        brake = x[n]
+        _spread(rows, n, x, blocks, m, 0.0, brake, state.forces)
+        _project(data, blocks, m, state.forces, push)
+        state.forces[drive_row] = drive
+        for j in range(nm):
+            extra = data.inverse[j] * push[j]
+            state.acceleration[j] += extra
+            state.eta[j] = free[j] + BETA * h * h * extra
+            state.velocity[j] = free_v[j] + GAMMA * h * extra
+        if (first_step + step) % 4 == 0 and pairs.one_sided:
+            local_motion(data, blocks, m, state.eta, state.forces, motion)
+            look_at_backs(pairs, rows, n_pairs, theta, motion, state.wanted)
+        if ledger.now.shape[0] > 0:
+            settle(data, pairs, rows, n, x, state, drive, brake, ledger)
+        state.torques[0] = drive
+        state.torques[1] = brake
+        _remember(rows, n, n_pairs, x, state)
+        release(place, blocks, m)
+        if (first_step + step + 1) % save_every == 0:
+            _save(
+                samples, saved, data, pairs, rows, n, n_pairs, x, state, theta, drive, brake
+            )
+            saved += 1
+    return 0, saved

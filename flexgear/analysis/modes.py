@@ -1,0 +1,73 @@
+"""Natural modes of the coupled train with its gear meshes at a carrier angle.
+
+(K + Σ k V Vᵀ) φ = ω² M φ with every pair in mesh as a linear spring; damping is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from flexgear.coupling.pairs import build_rows, pair_rows
+from flexgear.coupling.system import System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """frequencies (m,) Hz rising; shapes (d, m) with ΦᵀMΦ = I; energy: body -> (m,) share of
+    kinetic energy in each body; carrier_angle rad."""
+
+    frequencies: Array
+    shapes: Array
+    energy: dict[str, Array]
+    carrier_angle: float
+
+
+def gear_mesh_stiffness(system: System, carrier_angle: float, only_pairs: bool = False) -> Array:
+    """Σ k V Vᵀ of all rows at a carrier angle in physical coordinates, (d, d)."""
+    rows, pairs = pair_rows(system.pairs), system.pairs
+    wanted = np.zeros(pairs.s0.shape, dtype=np.int64)
+    wanted[:2] = 1
+    n, _ = build_rows(pairs, rows, carrier_angle, wanted)
+    vectors, stiffness = row_vectors(system, rows, n), rows.stiffness[:n].copy()
+    if only_pairs:
+        stiffness[rows.kind[:n] < 0] = 0.0
+    return (vectors.T * stiffness) @ vectors
+
+
+def row_vectors(system: System, rows: object, n: int) -> Array:
+    """Rows V in physical coordinates, (n, d)."""
+    out = np.zeros((n, system.size))
+    for i in range(n):
+        for a in range(rows.count[i]):  # type: ignore[attr-defined]
+            base = 6 * rows.blocks[i, a]  # type: ignore[attr-defined]
+            out[i] += rows.coef[i, a] @ system.blocks[base : base + 6]  # type: ignore[attr-defined]
+    return out
+
+
+def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None = None) -> Modes:
+    """Undamped modes up to ``limit_hz`` (None: all); the rigid rotation of the train comes first.
+
+    Frequencies below 1e-3 of the first elastic one are set to zero exactly where they are rigid.
+    """
+    k = system.stiffness + gear_mesh_stiffness(system, carrier_angle)
+    values, vectors = linalg.eigh(0.5 * (k + k.T), system.mass)
+    omega = np.sqrt(np.clip(values, 0.0, None))
+    if omega[0] < 1e-3 * omega[1]:
+        omega[0] = 0.0
+    frequencies = omega / (2 * np.pi)
+    keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
+    shapes = vectors[:, :keep]
+    momentum = system.mass @ shapes
+    energy = {
+        b.name: np.einsum(
+            "dm,dm->m", shapes[system.slice_of(b.name)], momentum[system.slice_of(b.name)]
+        )
+        for b in system.bodies
+    }
+    return Modes(frequencies[:keep], shapes, energy, carrier_angle)

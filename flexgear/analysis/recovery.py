@@ -1,0 +1,87 @@
+"""From saved samples back to motions and forces in physical coordinates.
+
+A sample holds modal coordinates and pair loads. Channel forces follow from the pair loads by
+rebuilding the contact rows at the sample's angle; then q = Φ η + R f. Rolling of the undeflected
+train is taken off, so that what remains is elastic displacement plus wind-up:
+q_el = q − rolling · θ_c.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.transient import Transient
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pairs import contact_forces, pair_rows
+
+Array = NDArray[np.float64]
+Result = Equilibrium | Transient
+
+
+@njit(cache=True)
+def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, out):
+    size = out.shape[1] - 2
+    line = np.zeros(size)
+    for t in range(angles.shape[0]):
+        contact_forces(pairs, rows, angles[t], wanted[t], pair_load[t], support_load[t], line)
+        out[t, :size] = line
+
+
+def channel_forces(result: Result) -> Array:
+    """Forces on the channels (t, n_c): contact blocks, drive torque, minus output torque."""
+    modal = result.modal
+    pairs = modal.system.pairs
+    angles = result.geometry_angle if isinstance(result, Transient) else result.carrier_angle
+    out = np.zeros((len(angles), len(modal.channels)))
+    _all_forces(
+        pairs,
+        pair_rows(pairs),
+        angles,
+        result.wanted,
+        result.pair_load,
+        result.support_load,
+        out,
+    )
+    out[:, -2], out[:, -1] = result.input_torque, -result.output_torque
+    return out
+
+
+class Recovery:
+    """Elastic motions of any linear output of the physical coordinates, without storing q(t).
+
+    Built once for a result: ``motion(rows)`` gives rows @ q_el with rows (k, d) -> (t, k).
+    """
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.modal: ModalSystem = result.modal
+        self.forces = channel_forces(result)
+        rolled = isinstance(result, Transient)
+        self._roll = result.carrier_angle if rolled else np.zeros(len(result.carrier_angle))
+
+    def motion(self, rows: Array) -> Array:
+        """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
+        m = self.modal
+        out = self.result.eta @ (rows @ m.modes).T + self.forces @ (rows @ m.residual_motion).T
+        return out - np.outer(self._roll, rows @ m.system.rolling)
+
+    def node(self, body: str, node: str) -> Array:
+        """Motion (t, 6) of a named node in its body's frame, m and rad."""
+        return self.motion(self.modal.system.node_rows(body, node))
+
+    def link_force(self, name: str) -> Array:
+        """Force and moment (t, 6) that a link carries, in its axes, N and N·m."""
+        for link in self.modal.system.links:
+            if link.name == name:
+                return self.motion(link.rows) @ link.matrix.T
+        raise KeyError(name)
+
+    def coordinates(self, body: str, sample: int) -> Array:
+        """Elastic coordinates of one body at one sample, for its full displacement field."""
+        m = self.modal
+        q = self.result.eta[sample] @ m.modes.T + self.forces[sample] @ m.residual_motion.T
+        q = q - self._roll[sample] * m.system.rolling
+        return q[m.system.slice_of(body)]

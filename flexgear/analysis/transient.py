@@ -1,0 +1,339 @@
+"""Transient under a drive torque: plans steps, runs the compiled kernel in chunks, hands samples on.
+
+The run starts from static equilibrium at the starting torque plus rigid rolling. At every jump of
+the torque the step sequence restarts with a consistent acceleration, so that the average-
+acceleration rule keeps its order; windows around jumps may use a finer step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.energy import ENERGIES, Ledger
+from flexgear.analysis.equilibrium import equilibrium
+from flexgear.analysis.kernel import (
+    BETA,
+    GAMMA,
+    Samples,
+    State,
+    StepData,
+    advance,
+    consistent_acceleration,
+)
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pairs import SLOTS, pair_rows
+from flexgear.model.errors import FlexgearError
+
+Array = NDArray[np.float64]
+Torque = Callable[[Array], Array]
+CHUNK = 500
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Drive torque over time: torque(t) with t (k,) s -> (k,) N·m, and the times it jumps."""
+
+    torque: Torque
+    jumps: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class FineWindow:
+    """A span of time with a finer step, s."""
+
+    start: float
+    stop: float
+    time_step: float
+
+
+class Sink(Protocol):
+    """Takes chunks of samples: name -> array with the samples along the first axis."""
+
+    def append(self, samples: dict[str, Array]) -> None:
+        """Take one chunk."""
+
+
+class Collector:
+    """A sink that keeps everything in memory."""
+
+    def __init__(self) -> None:
+        self._chunks: list[dict[str, Array]] = []
+
+    def append(self, samples: dict[str, Array]) -> None:
+        """Take one chunk."""
+        self._chunks.append(samples)
+
+    def arrays(self) -> dict[str, Array]:
+        """All samples joined."""
+        if not self._chunks:
+            return {}
+        return {k: np.concatenate([c[k] for c in self._chunks]) for k in self._chunks[0]}
+
+
+@dataclass(frozen=True)
+class Transient:
+    """Samples of one run, first axis time.
+
+    time (t,) s; eta (t, n); geometry_angle (t,) rad used to place the pairs; carrier_angle rad
+    and carrier_speed rad/s of the mean pin; input_torque, output_torque N·m; output_speed rad/s;
+    pair_load, pair_stiffness, pair_position (t, G, N, S); pair_tooth 0-based, −1 none;
+    support_load (t, n_s); wanted (t, G, N); energy: name -> (t,) J (zero if not tracked);
+    steps: number of steps taken.
+    """
+
+    modal: ModalSystem
+    time: Array
+    eta: Array
+    geometry_angle: Array
+    carrier_angle: Array
+    carrier_speed: Array
+    input_torque: Array
+    output_torque: Array
+    output_speed: Array
+    pair_load: Array
+    pair_tooth: NDArray[np.int16]
+    pair_stiffness: Array
+    pair_position: Array
+    support_load: Array
+    wanted: NDArray[np.int64]
+    energy: dict[str, Array]
+    steps: int
+
+
+def step_data(modal: ModalSystem, h: float) -> StepData:
+    """Constant arrays of the step size h (s): modal factors and channel receptances."""
+    omega2 = modal.omega**2
+    inverse = 1.0 / (1.0 + GAMMA * h * modal.damping + BETA * h * h * omega2)
+    p = modal.channel_modes
+    brake = modal.system.brake
+    return StepData(
+        h=float(h),
+        omega2=omega2,
+        damping=modal.damping,
+        inverse=inverse,
+        angle=np.ascontiguousarray(modal.angle),
+        channel_modes=np.ascontiguousarray(p),
+        residual=modal.residual,
+        g_displacement=np.ascontiguousarray((p * (BETA * h * h * inverse)) @ p.T + modal.residual),
+        g_velocity=np.ascontiguousarray((p * (GAMMA * h * inverse)) @ p.T),
+        brake_torque=brake.rated_torque,
+        brake_speed=brake.rated_speed,
+        brake_exponent=brake.exponent,
+    )
+
+
+def start_state(
+    modal: ModalSystem,
+    torque: float,
+    *,
+    carrier_angle: float = 0.0,
+    carrier_speed: float | None = None,
+) -> State:
+    """Equilibrium at ``torque`` and ``carrier_angle`` plus rolling at ``carrier_speed`` (rad/s).
+
+    The speed defaults to the one at which the brake law takes the torque. The train's output
+    torque of equilibrium and the brake's at that speed are then equal.
+    """
+    system, pairs = modal.system, modal.system.pairs
+    at_rest = equilibrium(modal, carrier_angle, torque)
+    if carrier_speed is None:
+        brake = system.brake
+        ratio = float(at_rest.output_torque[0]) / brake.rated_torque
+        if brake.exponent == 0.0:
+            carrier_speed = system.rated_speed
+        else:
+            share = np.sign(ratio) * abs(ratio) ** (1 / brake.exponent)
+            carrier_speed = float(share) * brake.rated_speed / float(system.output @ system.rolling)
+    n, nc = modal.modes.shape[1], len(modal.channels)
+    kinds, planets = pairs.s0.shape
+    touched = np.zeros((kinds, planets, 8), dtype=np.uint8)
+    for g in range(kinds):
+        for i in range(planets):
+            for s in range(SLOTS):
+                if at_rest.pair_load[0, g, i, s] > 0:
+                    k = round(
+                        (
+                            at_rest.pair_position[0, g, i, s]
+                            - pairs.s0[g, i]
+                            - pairs.rate[g] * carrier_angle
+                        )
+                        / pairs.pitch[g]
+                    )
+                    touched[g, i, k % 8] = 1
+    return State(
+        eta=at_rest.eta[0] + modal.rolling * carrier_angle,
+        velocity=modal.rolling * carrier_speed,
+        acceleration=np.zeros(n),
+        touched=touched,
+        wanted=at_rest.wanted[0].copy(),
+        forces=np.zeros(nc),
+        motion=np.zeros(nc),
+        torques=np.zeros(2),
+        energy=np.zeros(len(ENERGIES)),
+    )
+
+
+def _scratch(modal: ModalSystem) -> tuple[Array, ...]:
+    size = len(pair_rows(modal.system.pairs).kind) + 2
+    nb, nc = len(modal.system.blocks) // 6, len(modal.channels)
+    square = [np.zeros((size, size)) for _ in range(3)]
+    return (
+        *square,
+        np.zeros((size, 6 * nb + 2)),
+        *[np.zeros(size) for _ in range(4)],
+        np.zeros(nc),
+        np.full(nb, -1, dtype=np.int64),
+        np.zeros(nb, dtype=np.int64),
+        np.zeros(size, dtype=np.int64),
+    )
+
+
+def _ledger(modal: ModalSystem, track: bool) -> Ledger:
+    nc, n = (len(modal.channels), modal.modes.shape[1]) if track else (0, 0)
+    rows = pair_rows(modal.system.pairs)
+    size = len(rows.kind)
+    return Ledger(
+        rows=rows,
+        count=np.array([-1], dtype=np.int64),
+        now=np.zeros(nc),
+        old=np.zeros(nc),
+        forces=np.zeros(nc),
+        damping_load=np.zeros(size),
+        eta=np.zeros(n),
+        velocity=np.zeros(n),
+    )
+
+
+def _samples(modal: ModalSystem, count: int) -> Samples:
+    pairs = modal.system.pairs
+    shape = (count, *pairs.s0.shape, SLOTS)
+    return Samples(
+        eta=np.zeros((count, modal.modes.shape[1])),
+        angle=np.zeros(count),
+        carrier=np.zeros((count, 2)),
+        torques=np.zeros((count, 2)),
+        output_speed=np.zeros(count),
+        pair_load=np.zeros(shape),
+        pair_tooth=np.full(shape, -1, dtype=np.int16),
+        pair_stiffness=np.zeros(shape),
+        pair_position=np.zeros(shape),
+        support_load=np.zeros((count, len(pairs.support_stiffness))),
+        energy=np.zeros((count, len(ENERGIES))),
+        wanted=np.zeros((count, *pairs.s0.shape), dtype=np.int64),
+    )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Equal steps between two times without a jump inside."""
+
+    start: float
+    time_step: float
+    steps: int
+
+
+def plan_segments(
+    duration: float, time_step: float, jumps: Sequence[float], windows: Sequence[FineWindow]
+) -> list[Segment]:
+    """Cut [0, duration] at jumps and window edges; each piece gets a whole number of steps."""
+    cuts = {0.0, duration, *jumps}
+    for w in windows:
+        cuts.update((w.start, w.stop))
+    edges = sorted(c for c in cuts if 0.0 <= c <= duration)
+    segments = []
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        if b - a < 1e-12:
+            continue
+        middle = 0.5 * (a + b)
+        h = min([time_step, *(w.time_step for w in windows if w.start <= middle <= w.stop)])
+        steps = max(1, int(np.ceil((b - a) / h - 1e-9)))
+        segments.append(Segment(a, (b - a) / steps, steps))
+    return segments
+
+
+def transient(
+    modal: ModalSystem,
+    drive: Drive,
+    *,
+    duration: float,
+    time_step: float,
+    output_interval: float,
+    windows: Sequence[FineWindow] = (),
+    start: State | None = None,
+    sink: Sink,
+    track_energy: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> int:
+    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s.
+
+    Returns the number of steps taken. Raises FlexgearError where a step has no solution.
+    """
+    if start is None:
+        start = start_state(modal, float(drive.torque(np.array([0.0]))[0]))
+    rows, scratch = pair_rows(modal.system.pairs), _scratch(modal)
+    ledger = _ledger(modal, track_energy)
+    x = np.zeros(len(scratch[4]))
+    known: dict[float, StepData] = {}
+    taken = 0
+    segments = plan_segments(duration, time_step, drive.jumps, windows)
+    total = sum(s.steps for s in segments)
+    for segment in segments:
+        h = segment.time_step
+        data = known.setdefault(h, step_data(modal, h))
+        times = segment.start + h * np.arange(segment.steps + 1)
+        # the torque just after a jump, and just before the next one
+        inside = times.copy()
+        inside[0] += 1e-9 * h
+        inside[-1] -= 1e-9 * h
+        torque = np.asarray(drive.torque(inside), dtype=float)
+        if consistent_acceleration(
+            data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger
+        ):
+            raise FlexgearError(f"no consistent contact state at t = {segment.start:.6f} s")
+        every = max(1, round(output_interval / h))
+        for first in range(0, segment.steps, CHUNK):
+            last = min(first + CHUNK, segment.steps)
+            saves = last // every - first // every
+            samples = _samples(modal, saves)
+            status, saved = advance(
+                data, modal.system.pairs, rows, start, torque[first + 1 : last + 1], every, first,
+                samples, scratch, ledger,
+            )  # fmt: skip
+            if status:
+                raise FlexgearError(
+                    f"the contact problem has no solution at t = {times[first + status]:.6f} s; "
+                    "a smaller time step may help"
+                )
+            if saved:
+                index = (np.arange(first // every, last // every) + 1) * every
+                sink.append(_named(times[index], samples))
+            taken += last - first
+            if progress is not None:
+                progress(taken / total)
+    return taken
+
+
+def _named(time: Array, samples: Samples) -> dict[str, Array]:
+    fields = {k: v for k, v in samples._asdict().items() if k not in ("carrier", "torques")}
+    fields["time"] = time
+    fields["carrier_angle"], fields["carrier_speed"] = samples.carrier.T
+    fields["input_torque"], fields["output_torque"] = samples.torques.T
+    return fields
+
+
+def collected(modal: ModalSystem, arrays: dict[str, Array], steps: int) -> Transient:
+    """A ``Transient`` from the arrays of a ``Collector`` (or of a stored run)."""
+    a = dict(arrays)
+    energy = a.pop("energy")
+    return Transient(
+        modal=modal,
+        geometry_angle=a.pop("angle"),
+        energy={name: energy[:, i] for i, name in enumerate(ENERGIES)},
+        steps=steps,
+        **a,  # type: ignore[arg-type]
+    )

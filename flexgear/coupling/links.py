@@ -1,0 +1,43 @@
+"""Springs between nodes: constant links, and supports that turn against the carrier frame.
+
+A support of a turning node on the fixed frame has energy ½ qᵀ R(θ)ᵀ K R(θ) q. Its mean over θ is
+invariant to rotation and belongs to the constant stiffness; the rest becomes rows λ w wᵀ that are
+rotated at every evaluation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def turn(angle: float) -> Array:
+    """(6, 6) that takes 6-dof components along axes turned by ``angle`` about z to fixed axes."""
+    c, s = np.cos(angle), np.sin(angle)
+    r = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    out = np.zeros((6, 6))
+    out[:3, :3] = r
+    out[3:, 3:] = r
+    return out
+
+
+def invariant_part(matrix: Array) -> Array:
+    """Mean of R(θ)ᵀ K R(θ) over a turn; harmonics up to 2θ, so eight angles are exact."""
+    angles = np.arange(8) * np.pi / 4
+    return sum(turn(a).T @ matrix @ turn(a) for a in angles) / len(angles)
+
+
+def rotating_rows(matrix: Array) -> tuple[Array, Array]:
+    """Eigen-rows of a symmetric (6, 6): stiffness λ (m,) of either sign and vectors w (m, 6)."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    keep = np.abs(values) > 1e-9 * max(np.abs(values).max(), 1e-300)
+    return values[keep], vectors[:, keep].T
+
+
+def add_spring(stiffness: Array, rows: Array, matrix: Array) -> None:
+    """stiffness += rowsᵀ K rows, in place, on the coordinates that rows touch."""
+    at = np.flatnonzero(np.any(rows != 0.0, axis=0))
+    local = rows[:, at]
+    stiffness[np.ix_(at, at)] += local.T @ matrix @ local

@@ -1,0 +1,155 @@
+"""The coupled system: constant matrices, rigid motions, contact blocks and loads.
+
+Everything that does not change with the carrier angle is in ``mass`` and ``stiffness``: bodies,
+bearings, bolts, spline. Gear meshes and supports that are not invariant to rotation are rows of
+``pairs`` and enter every solve through the contact blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from flexgear.coupling.pairs import PairData
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.bodies import Body
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Which components bend; True is flexible."""
+
+    ring: bool = True
+    carrier: bool = True
+    shaft: bool = True
+
+    @property
+    def label(self) -> str:
+        """"flexible", "rigid", or the flexible components joined by +."""
+        parts = [n for n in ("ring", "carrier", "shaft") if getattr(self, n)]
+        return {0: "rigid", 3: "flexible"}.get(len(parts), "+".join(parts))
+
+
+@dataclass(frozen=True)
+class Link:
+    """A constant spring between two node maps: force = matrix @ (rows @ q), 6 components.
+
+    name: e.g. "bolt_03", "planet_bearing_1"; rows: (6, d) relative motion in the link's axes;
+    matrix: (6, 6) N/m, N, N·m/rad.
+    """
+
+    name: str
+    rows: Array
+    matrix: Array
+
+
+@dataclass(frozen=True)
+class Brake:
+    """Output torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent, N·m at the sun shaft."""
+
+    rated_torque: float
+    rated_speed: float
+    exponent: float
+
+
+@dataclass(frozen=True)
+class Damping:
+    """Of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²."""
+
+    ratio: float = 0.0
+    alpha: float = 0.0
+    beta: float = 0.0
+
+    def rate(self, omega: Array) -> Array:
+        """2ζω of elastic modes, rad/s; rigid modes are never damped."""
+        elastic = omega > 0
+        return np.where(elastic, 2 * self.ratio * omega + self.alpha + self.beta * omega**2, 0.0)
+
+
+@dataclass(frozen=True)
+class System:
+    """Coupled planetary stage in physical coordinates (d,).
+
+    mass, stiffness: (d, d), constant part; offsets: name of body -> slice of coordinates;
+    rigid: (d, r) M-orthonormal rigid motions of the constant part; rolling: (d,) motion of all
+    coordinates per radian of carrier rotation when the train rolls without deflection;
+    blocks: (6 n_b, d) motion of the contact blocks; carrier_angle, drive, output: (d,) rows that
+    give the mean pin rotation, the driven rotation and the braked rotation, rad.
+    """
+
+    variant: Variant
+    bodies: tuple[Body, ...]
+    mass: Array
+    stiffness: Array
+    rigid: Array
+    rolling: Array
+    blocks: Array
+    carrier_angle: Array
+    drive: Array
+    output: Array
+    pairs: PairData
+    links: tuple[Link, ...]
+    damping: Damping
+    brake: Brake
+    rated_torque: float
+    rated_speed: float
+    planets: int
+    header: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates d."""
+        return int(self.mass.shape[0])
+
+    def slice_of(self, body: str) -> slice:
+        """Coordinates of one body."""
+        at = 0
+        for b in self.bodies:
+            if b.name == body:
+                return slice(at, at + b.size)
+            at += b.size
+        raise FlexgearError(f"there is no body {body!r} in the system")
+
+    def body(self, name: str) -> Body:
+        """One body by name."""
+        for b in self.bodies:
+            if b.name == name:
+                return b
+        raise FlexgearError(f"there is no body {name!r} in the system")
+
+    def node_rows(self, body: str, node: str) -> Array:
+        """Rows (6, d) that give the motion of one node in its body's frame."""
+        rows = np.zeros((6, self.size))
+        rows[:, self.slice_of(body)] = self.body(body).node(node)
+        return rows
+
+    def with_(self, **changes: object) -> System:
+        """A copy with the given fields changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+def orthonormal_rigid(mass: Array, motions: Array) -> Array:
+    """M-orthonormal basis of the given motions (d, r), by Cholesky of their Gram matrix."""
+    gram = motions.T @ mass @ motions
+    lower = linalg.cholesky(gram, lower=True)
+    return linalg.solve_triangular(lower, motions.T, lower=True).T
+
+
+def without_rigid_forces(stiffness: Array, mass: Array, rigid: Array) -> Array:
+    """Pᵀ K P with P = I − Φ_r Φ_rᵀ M: rigid motion of any size makes no force at all.
+
+    Round-off of a reduction would otherwise turn a large rotation into spurious torque.
+    """
+    left = mass @ rigid
+    k = stiffness - left @ (rigid.T @ stiffness)
+    k = k - (k @ rigid) @ left.T
+    return 0.5 * (k + k.T)
+
+
+Recover = Callable[[Array], Array]

@@ -1,0 +1,112 @@
+"""Bodies as the coupled system sees them: mass, stiffness and named 6-dof nodes.
+
+A body has coordinates ``q`` (d,). The motion of its nodes is ``node_map @ q`` with six rows a
+node in the order ux, uy, uz, rx, ry, rz (m, rad). A reduced finite-element body, a beam, a lumped
+gear and a rigid component are all of this one kind, so that a component is made rigid or stiffer
+by a transformation that returns a new body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """One component of the coupled system.
+
+    name: component name; node_names: (n,) names; positions: (n, 3) m in the body's frame;
+    mass: (d, d); stiffness: (d, d), SI; node_map: (6 n, d), node motion = node_map @ q;
+    recover: coordinates (d,) or (d, k) -> displacement of the FE vertices (p, 3[, k]), or None
+    for a body without FE mesh; rigid: whether the six coordinates are those of a rigid body.
+    """
+
+    name: str
+    node_names: tuple[str, ...]
+    positions: Array
+    mass: Array
+    stiffness: Array
+    node_map: Array
+    recover: Callable[[Array], Array] | None = None
+    rigid: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates d."""
+        return int(self.mass.shape[0])
+
+    def node(self, name: str) -> Array:
+        """Rows (6, d) of the node map that belong to one named node."""
+        try:
+            i = self.node_names.index(name)
+        except ValueError:
+            raise FlexgearError(f"{self.name}: there is no node {name!r}") from None
+        return self.node_map[6 * i : 6 * i + 6]
+
+    def position(self, name: str) -> Array:
+        """Position (3,) of a named node in the body's frame, m."""
+        return self.positions[self.node_names.index(name)]
+
+
+def skew(r: Array) -> Array:
+    """Cross-product matrix S with S @ a = r × a, (3, 3)."""
+    return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+
+
+def rigid_rows(positions: Array, centre: Array | None = None) -> Array:
+    """Node motion under rigid motion of ``centre``: u = u0 + θ × (x − x0), (6 n, 6)."""
+    x = np.atleast_2d(positions) - (0.0 if centre is None else centre)
+    rows = np.zeros((6 * len(x), 6))
+    for i, r in enumerate(x):
+        rows[6 * i : 6 * i + 6] = np.eye(6)
+        rows[6 * i : 6 * i + 3, 3:] = -skew(r)
+    return rows
+
+
+def lumped_body(name: str, mass: float, inertia: tuple[float, float, float]) -> Body:
+    """A rigid body of one node at its centre of mass, M = diag(m, m, m, Jx, Jy, Jz)."""
+    return Body(
+        name=name,
+        node_names=(name,),
+        positions=np.zeros((1, 3)),
+        mass=np.diag([mass, mass, mass, *inertia]),
+        stiffness=np.zeros((6, 6)),
+        node_map=np.eye(6),
+        rigid=True,
+    )
+
+
+def rigid_variant(body: Body) -> Body:
+    """The same body moving as rigid: q = T q6, M6 = Tᵀ M T, K6 = 0.
+
+    T is the rigid motion about the origin of the body's frame. A body whose coordinates are the
+    node dofs followed by modal ones (Craig–Bampton, beams) takes rigid motion in its node dofs
+    and zero in the modal ones, because constraint modes hold rigid motion exactly.
+    """
+    if body.rigid:
+        return body
+    nodes = rigid_rows(body.positions)
+    transform = np.zeros((body.size, 6))
+    transform[: len(nodes)] = nodes
+    recover = body.recover
+    return replace(
+        body,
+        mass=transform.T @ body.mass @ transform,
+        stiffness=np.zeros((6, 6)),
+        node_map=body.node_map @ transform,
+        recover=None if recover is None else (lambda q: recover(transform @ q)),
+        rigid=True,
+    )
+
+
+def stiffened(body: Body, factor: float) -> Body:
+    """The same body with its elastic stiffness multiplied by ``factor``."""
+    return replace(body, stiffness=body.stiffness * factor)
