@@ -1,0 +1,185 @@
+"""Bars and balances: radial harmonics, load sharing by variant, energy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.select import variable
+from flexgear.views.style import (
+    DEFORMED_COLOUR,
+    NEUTRAL,
+    FloatArray,
+    panels,
+    styled,
+    variant_colours,
+)
+
+ENERGY_LABELS = {
+    "input_work": "work of the input torque",
+    "brake_work": "work of the brake",
+    "damping_work": "work of structural damping",
+    "pair_damping_work": "work of tooth-pair damping",
+    "parametric_work": "work of changing pairs",
+    "kinetic": "kinetic energy",
+    "elastic": "elastic energy, bodies",
+    "pair_elastic": "elastic energy, tooth pairs",
+}
+STORED = ("kinetic", "elastic", "pair_elastic")
+ENERGY_COLOURS = {
+    "input_work": "#0072B2",
+    "brake_work": "#D55E00",
+    "damping_work": "#009E73",
+    "pair_damping_work": "#CC79A7",
+    "parametric_work": "#8C6D1F",
+    "kinetic": "#56B4E9",
+    "elastic": "#E69F00",
+    "pair_elastic": "#444444",
+}
+
+
+@styled
+def radial_harmonics(
+    harmonics: Sequence[float] | FloatArray | Mapping[str, Sequence[float]], planets: int = 5
+) -> Figure:
+    """Amplitudes (m) of the ring's radial displacement by order 0, 1, 2, …
+
+    One list, or lists by variant. Multiples of the planet number are drawn in red: with equal
+    planets and no errors only they may be there.
+    """
+    given = dict(harmonics) if isinstance(harmonics, Mapping) else {"": harmonics}
+    figure, axes = panels(1, 1, height_mm=66)
+    ax = axes[0, 0]
+    names = variant_colours(given)
+    width = 0.8 / len(given)
+    orders = 0
+    for i, (name, amplitudes) in enumerate(given.items()):
+        micrometres = np.abs(np.asarray(amplitudes, dtype=float)) * 1e6
+        order = np.arange(micrometres.size)
+        orders = max(orders, micrometres.size)
+        at = order + (i - (len(given) - 1) / 2) * width
+        colours = np.where(order % planets == 0, DEFORMED_COLOUR, "#9CA3AF").tolist()
+        ax.bar(at, micrometres, width, color=colours if len(given) == 1 else names[name])
+        if len(given) == 1:
+            for o in order[(order % planets == 0) & (micrometres > 0)]:
+                ax.annotate(
+                    f"{micrometres[o]:.3g}",
+                    (o, micrometres[o]),
+                    xytext=(0, 2),
+                    textcoords="offset points",
+                    ha="center",
+                    fontsize=7.5,
+                )
+        else:
+            ax.bar([0], [0], color=names[name], label=name)
+    ax.set_xticks(range(orders))
+    ax.grid(axis="x", visible=False)
+    ax.set_xlabel("order around the ring (–)")
+    ax.set_ylabel("radial amplitude (µm)")
+    ax.margins(y=0.1)
+    if len(given) > 1:
+        figure.legend(loc="outside lower center", ncols=len(given))
+    else:
+        ax.set_title(f"red: multiples of {planets} planets", fontsize=8, weight="normal")
+    return figure
+
+
+@styled
+def variant_bars(
+    values: Mapping[str, Mapping[str, float]], label: str, baseline: float | None = None
+) -> Figure:
+    """Horizontal bars by variant, one shade a case: ``values[case][variant]`` (e.g. K_γ).
+
+    ``baseline`` is where the bars start (1.0 for load sharing).
+    """
+    if not values:
+        raise FlexgearError("nothing to draw: no values were given")
+    cases = list(values)
+    variants = list(dict.fromkeys(v for case in values.values() for v in case))
+    shades = ["#004488", "#DDAA33", "#BB5566", "#999999"]
+    start = 0.0 if baseline is None else baseline
+    figure, axes = panels(1, 1, height_mm=26 + (4 + 4.5 * len(cases)) * len(variants))
+    ax = axes[0, 0]
+    height = 0.8 / len(cases)
+    for c, case in enumerate(cases):
+        at = np.arange(len(variants)) + (c - (len(cases) - 1) / 2) * height
+        widths = np.array([values[case].get(v, np.nan) for v in variants]) - start
+        shade = shades[c % len(shades)]
+        bars = ax.barh(at, widths, height * 0.92, left=start, color=shade, label=case)
+        texts = ["" if np.isnan(w) else f"{w + start:.4g}" for w in widths]
+        ax.bar_label(bars, texts, padding=2, fontsize=7.5)
+    ax.set_yticks(range(len(variants)), variants)
+    ax.invert_yaxis()
+    ax.grid(axis="y", visible=False)
+    ax.margins(x=0.12)
+    if baseline is not None:
+        ax.axvline(baseline, color=NEUTRAL, lw=0.8)
+    ax.set_xlabel(label)
+    figure.legend(loc="outside lower center", ncols=len(cases))
+    return figure
+
+
+@styled
+def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
+    """Energies and work (kJ) over time since the start, and what is left over.
+
+    residual = (kinetic + elastic + pair_elastic) − (input + brake + damping + pair damping
+    + parametric work), each as change since the first sample; works count what enters the system.
+    The lower panel gives it in percent of the peak elastic energy; ``energy_residual`` (J, over
+    time) of the dataset is drawn instead where present.
+    """
+    terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
+    if not terms:
+        raise FlexgearError("cannot draw: the dataset has no energy terms ('energy_*')")
+    time = np.asarray(variable(dataset, "time"), dtype=float)
+    changes = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
+    changes = {t: v - v[0] for t, v in changes.items()}
+    outer = [t for t in terms if t in ("input_work", "brake_work")]
+    groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
+    rows = len(groups) + int(residual)
+    figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
+    for ax, group in zip(axes[:, 0], groups, strict=False):
+        largest = max(float(np.max(np.abs(changes[t]))) for t in group)
+        factor, unit = (
+            (1e-6, "MJ") if largest >= 2e6 else (1e-3, "kJ") if largest >= 2e3 else (1, "J")
+        )
+        for term in group:
+            line = "-" if term in STORED else "--"
+            label, colour = ENERGY_LABELS[term], ENERGY_COLOURS[term]
+            ax.plot(time, changes[term] * factor, line, color=colour, label=label)
+        ax.axhline(0, color=NEUTRAL, lw=0.7)
+        ax.set_ylabel(f"change since\nthe start ({unit})")
+    if residual:
+        draw_residual(axes[-1, 0], dataset, time, changes)
+    axes[-1, 0].set_xlabel("time (s)")
+    axes[-1, 0].set_xlim(time[0], time[-1])
+    figure.align_ylabels(axes[:, 0])
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
+def draw_residual(
+    axes: Axes, dataset: xr.Dataset, time: FloatArray, changes: Mapping[str, FloatArray]
+) -> None:
+    """Residual in percent of the peak elastic energy (J where there is none)."""
+    left = residual_energy(dataset, changes)
+    elastic = [np.asarray(dataset[f"energy_{t}"]) for t in STORED[1:] if t in changes]
+    peak = float(np.max(sum(elastic))) if elastic else 0.0
+    axes.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
+    axes.axhline(0, color=NEUTRAL, lw=0.7)
+    axes.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
+
+
+def residual_energy(dataset: xr.Dataset, changes: Mapping[str, FloatArray]) -> FloatArray:
+    """Stored minus supplied energy (J) over time."""
+    if "energy_residual" in dataset and dataset["energy_residual"].ndim == 1:
+        return np.asarray(dataset["energy_residual"], dtype=float)
+    total = np.zeros(next(iter(changes.values())).size)
+    for term, value in changes.items():
+        total += value if term in STORED else -value
+    return total

@@ -1,0 +1,195 @@
+"""Over time or carrier angle: speed, load sharing, torque drops (Figures 10, 19, 25)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from flexgear.views.loads import finish_x
+from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, variable, windowed
+from flexgear.views.style import (
+    KILO,
+    MEGA,
+    NEUTRAL,
+    RPM,
+    panels,
+    planet_colour,
+    styled,
+    variant_colours,
+)
+
+
+def variant_handles(colours: Mapping[str, str]) -> list[Line2D]:
+    """Legend entries of the variants."""
+    return [Line2D([], [], color=c, lw=1.5, label=name) for name, c in colours.items()]
+
+
+def layer(index: int) -> dict[str, Any]:
+    """Line style of the index-th run: later ones wider and beneath, so equal curves both show."""
+    return {"lw": 1.1 if index == 0 else 2.0, "zorder": 3.0 - 0.1 * index}
+
+
+def over_runs(axes: Axes, runs: Mapping[str, xr.Dataset], x: str, name: str, factor: float) -> None:
+    """Draw variable ``name`` (one value a sample) of each run in its colour; NaN leaves a gap."""
+    colours = variant_colours(runs)
+    for i, (run, dataset) in enumerate(runs.items()):
+        values = np.asarray(variable(dataset, name), dtype=float) * factor
+        axes.plot(abscissa(dataset, x), values, color=colours[run], **layer(i))
+
+
+def span(runs: Mapping[str, xr.Dataset], x: str) -> tuple[float, float]:
+    """Smallest and largest x of all runs."""
+    values = [abscissa(d, x) for d in runs.values()]
+    return min(float(v[0]) for v in values), max(float(v[-1]) for v in values)
+
+
+def finish(
+    figure: Figure,
+    last: Axes,
+    runs: Mapping[str, xr.Dataset],
+    x: str,
+    extra: list[Line2D] | None = None,
+) -> None:
+    finish_x(last, x, planet_count(next(iter(runs.values()))), *span(runs, x))
+    handles = [*variant_handles(variant_colours(runs)), *(extra or [])]
+    if len(handles) > 1:
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+
+
+@styled
+def carrier_speed(
+    runs: Runs, x: str = "time", window: Window | None = None, rated_rpm: float | None = None
+) -> Figure:
+    """Input torque (MN·m) and carrier speed (r/min) of one or several runs (Figure 10)."""
+    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
+    figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
+    top, bottom = axes[:, 0]
+    over_runs(top, chosen, x, "input_torque", MEGA)
+    top.set_ylabel("input torque\n(MN·m)")
+    torque_axis(top)
+    over_runs(bottom, chosen, x, "carrier_speed", RPM)
+    extra = []
+    if rated_rpm is not None:
+        bottom.axhline(rated_rpm, color="black", ls=":", lw=1.2, zorder=4)
+        extra = [Line2D([], [], color="black", ls=":", label=f"rated {rated_rpm:g} r/min")]
+    bottom.set_ylabel("carrier speed (r/min)")
+    widen(bottom, 0.02)
+    finish(figure, bottom, chosen, x, extra)
+    return figure
+
+
+def torque_axis(axes: Axes) -> None:
+    """Zero in view, air above."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(0.0, low), 1.12 * high if high > 0 else high)
+
+
+def widen(axes: Axes, share: float) -> None:
+    """Keep a nearly constant quantity from filling the panel with its noise."""
+    low, high = axes.get_ylim()
+    middle = 0.5 * (low + high)
+    least = share * abs(middle)
+    if high - low < least:
+        axes.set_ylim(middle - least / 2, middle + least / 2)
+
+
+@styled
+def load_sharing(
+    runs: Runs, x: str = "carrier_angle", window: Window | None = None, spread: bool = False
+) -> Figure:
+    """Load sharing factor K_γ = N max F / Σ F, with gaps where it is undefined (Figures 19, 25).
+
+    ``spread`` adds (max − min)/rated mean of the planets' gear-mesh forces, defined everywhere.
+    """
+    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
+    figure, axes = panels(2 if spread else 1, 1, height_mm=110 if spread else 70, sharex=True)
+    top = axes[0, 0]
+    over_runs(top, chosen, x, "load_sharing", 1.0)
+    top.axhline(1.0, color=NEUTRAL, lw=0.7)
+    top.set_ylabel("load sharing factor $K_γ$ (–)")
+    missing = any(bool(np.isnan(np.asarray(d["load_sharing"])).any()) for d in chosen.values())
+    if missing:
+        top.set_title("gaps: mesh force below 3 % of rated", fontsize=8, weight="normal")
+    if spread:
+        over_runs(axes[1, 0], chosen, x, "planet_force_spread", 1.0)
+        axes[1, 0].set_ylabel("(max − min) / rated mean\nof the planets' forces (–)")
+    finish(figure, axes[-1, 0], chosen, x)
+    return figure
+
+
+@styled
+def torque_drop(runs: Runs, window: Window | None = None, gear_mesh: str = "ring") -> Figure:
+    """A torque drop over time: torque, speed, mean mesh force, load sharing, force spread."""
+    chosen = {name: windowed(d, "time", window) for name, d in as_runs(runs).items()}
+    figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
+    torque, speed, force, sharing, spread = axes[:, 0]
+    over_runs(torque, chosen, "time", "input_torque", MEGA)
+    torque.set_ylabel("input torque\n(MN·m)")
+    torque_axis(torque)
+    over_runs(speed, chosen, "time", "carrier_speed", RPM)
+    speed.set_ylabel("carrier speed\n(r/min)")
+    means = {
+        name: d.assign(mean_force=variable(d, f"{gear_mesh}_gear_mesh_force").mean("planet"))
+        for name, d in chosen.items()
+    }
+    over_runs(force, means, "time", "mean_force", KILO)
+    force.axhline(0, color=NEUTRAL, lw=0.7)
+    force.set_ylabel(f"mean {gear_mesh} mesh\nforce (kN)")
+    over_runs(sharing, chosen, "time", "load_sharing", 1.0)
+    sharing.set_ylabel("load sharing\nfactor $K_γ$ (–)")
+    over_runs(spread, chosen, "time", "planet_force_spread", 1.0)
+    spread.set_ylabel("force spread /\nrated mean (–)")
+    figure.align_ylabels(axes[:, 0])
+    finish(figure, spread, chosen, "time")
+    return figure
+
+
+@styled
+def planet_forces(
+    runs: Runs, gear_mesh: str = "ring", x: str = "carrier_angle", window: Window | None = None
+) -> Figure:
+    """Gear-mesh force of each planet (kN) along the line of action, one panel a variant."""
+    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
+    figure, axes = panels(len(chosen), 1, height_mm=16 + 52 * len(chosen), sharex=True, sharey=True)
+    planets = 0
+    for ax, (name, dataset) in zip(axes[:, 0], chosen.items(), strict=True):
+        force = np.asarray(variable(dataset, f"{gear_mesh}_gear_mesh_force"), dtype=float)
+        planets = max(planets, force.shape[1])
+        for i in range(force.shape[1]):
+            ax.plot(abscissa(dataset, x), force[:, i] * KILO, color=planet_colour(i + 1), lw=1.0)
+        ax.set_title(name)
+        ax.set_ylabel(f"{gear_mesh} mesh\nforce (kN)")
+    finish_x(axes[-1, 0], x, planets, *span(chosen, x))
+    figure.legend(
+        handles=[
+            Line2D([], [], color=planet_colour(i + 1), lw=1.5, label=f"planet {i + 1}")
+            for i in range(planets)
+        ],
+        loc="outside lower center",
+        ncols=planets,
+    )
+    return figure
+
+
+@styled
+def quantity(
+    runs: Runs,
+    name: str,
+    label: str,
+    factor: float = 1.0,
+    x: str = "time",
+    window: Window | None = None,
+) -> Figure:
+    """Any variable with one value a sample, times ``factor``, labelled ``label`` with its unit."""
+    chosen = {run: windowed(d, x, window) for run, d in as_runs(runs).items()}
+    figure, axes = panels(1, 1, height_mm=64)
+    over_runs(axes[0, 0], chosen, x, name, factor)
+    axes[0, 0].set_ylabel(label)
+    finish(figure, axes[0, 0], chosen, x)
+    return figure

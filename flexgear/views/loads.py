@@ -1,0 +1,315 @@
+"""Tooth loads and gear-mesh states over the carrier angle (Tan 2023, Figures 7, 11, 12, 17, 18).
+
+Stiffness split (eq. 23): F_l = k_l / Σ k · Σ F over the pairs l of one planet's gear mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.select import (
+    Runs,
+    Window,
+    abscissa,
+    as_runs,
+    leading_dim,
+    planet_count,
+    thinned,
+    variable,
+    windowed,
+)
+from flexgear.views.style import (
+    KILO,
+    MICRO,
+    N_PER_M_TO_N_PER_UM,
+    NEUTRAL,
+    PLANET_COLOURS,
+    SEQUENTIAL_MAP,
+    SPLIT_COLOUR,
+    FloatArray,
+    angle_axis,
+    panels,
+    planet_colour,
+    styled,
+    variant_colours,
+)
+
+LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
+X_LABELS = {"carrier_angle": "carrier angle $θ_c$ (rad)", "time": "time (s)"}
+
+
+def stiffness_split(load: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """F_l = k_l / Σ k · Σ F (eq. 23) along the last axis; 0 where no pair is in contact."""
+    total = stiffness.sum(axis=-1, keepdims=True)
+    share = np.divide(stiffness, total, out=np.zeros_like(stiffness), where=total > 0)
+    return np.asarray(share * load.sum(axis=-1, keepdims=True))
+
+
+def pair_curves(
+    x: FloatArray, tooth: FloatArray, value: FloatArray
+) -> dict[int, tuple[FloatArray, FloatArray]]:
+    """Curve of each engaged tooth from (n, slots) arrays, broken (NaN) between engagements.
+
+    ``tooth`` is 1-based, 0 = empty slot. A tooth may change its slot from sample to sample.
+    """
+    curves = {}
+    for number in np.unique(tooth[tooth > 0]).tolist():
+        here = tooth == number
+        rows = np.flatnonzero(here.any(axis=1))
+        y = np.where(here, value, 0.0).sum(axis=1)[rows]
+        breaks = np.flatnonzero(np.diff(rows) > 1) + 1
+        curves[int(number)] = (
+            np.insert(x[rows], breaks, np.nan),
+            np.insert(y, breaks, np.nan),
+        )
+    return curves
+
+
+def engagements(x: FloatArray, tooth: FloatArray) -> FloatArray:
+    """(m, 3) rows: tooth number, first and last x of each stretch of contact."""
+    spans = []
+    for number in np.unique(tooth[tooth > 0]).tolist():
+        rows = np.flatnonzero((tooth == number).any(axis=1))
+        for piece in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+            spans.append((number, x[piece[0]], x[piece[-1]]))
+    return np.array(spans, dtype=float).reshape(-1, 3)
+
+
+def pair_arrays(
+    dataset: xr.Dataset, gear_mesh: str, planet: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh."""
+    if gear_mesh not in LABELS:
+        raise FlexgearError(f"cannot draw gear mesh '{gear_mesh}': choose ring or sun")
+    if not 1 <= planet <= planet_count(dataset):
+        raise FlexgearError(f"cannot draw planet {planet}: there are {planet_count(dataset)}")
+    dim = leading_dim(dataset)
+    arrays = []
+    for name in ("load", "tooth", "stiffness"):
+        field = variable(dataset, f"{gear_mesh}_pair_{name}").isel(planet=planet - 1)
+        arrays.append(np.asarray(field.transpose(dim, "slot"), dtype=float))
+    return arrays[0], arrays[1], arrays[2]
+
+
+def draw_pairs(
+    axes: Axes, x: FloatArray, tooth: FloatArray, load: FloatArray, colour: str, **line: object
+) -> None:
+    for at, value in pair_curves(x, tooth, load).values():
+        axes.plot(at, value * KILO, color=colour, **line)  # type: ignore[arg-type]
+
+
+def finish_x(axes: Axes, x: str, planets: int, low: float, high: float) -> None:
+    axes.set_xlim(low, high)
+    if x == "carrier_angle":
+        angle_axis(axes, planets)
+    else:
+        axes.set_xlabel(X_LABELS[x])
+
+
+@styled
+def pair_loads(
+    runs: Runs,
+    gear_mesh: str = "ring",
+    planet: int = 1,
+    x: str = "carrier_angle",
+    window: Window | None = None,
+    split: str | None = "flexible",
+) -> Figure:
+    """Load of every tooth pair of one planet, one line style a variant (Figures 17, 18, 23, 24).
+
+    ``split`` names the run whose total is also split by stiffness (eq. 23, dashed); None: none.
+    ``window`` limits x (rad or s); a whole revolution is legible only in a window.
+    """
+    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
+    colours = variant_colours(chosen)
+    figure, axes = panels(1, 1, height_mm=78)
+    ax = axes[0, 0]
+    handles, lows, highs, planets = [], [], [], 5
+    for i, (name, dataset) in enumerate(chosen.items()):
+        at = abscissa(dataset, x)
+        load, tooth, stiffness = pair_arrays(dataset, gear_mesh, planet)
+        width = 1.3 if i == 0 else 2.1
+        draw_pairs(ax, at, tooth, load, colours[name], lw=width, zorder=3 - 0.1 * i)
+        handles.append(Line2D([], [], color=colours[name], lw=1.5, label=name))
+        if name == split:
+            parts = stiffness_split(load, stiffness)
+            draw_pairs(ax, at, tooth, parts, SPLIT_COLOUR, lw=1.3, ls=(0, (4, 1.6)), zorder=3.5)
+            text = f"{name}, stiffness split (eq. 23)"
+            handles.append(Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text))
+        lows.append(at[0])
+        highs.append(at[-1])
+        planets = planet_count(dataset)
+    ax.axhline(0, color=NEUTRAL, lw=0.7)
+    ax.set_ylabel("load of a tooth pair (kN)")
+    ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}")
+    finish_x(ax, x, planets, min(lows), max(highs))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    return figure
+
+
+@styled
+def numbered_pair_loads(
+    dataset: xr.Dataset,
+    gear_mesh: str = "ring",
+    planet: int = 1,
+    window: Window | None = None,
+) -> Figure:
+    """Load of each tooth pair with its tooth number, and pairs in contact below (Figure 12)."""
+    dataset = windowed(dataset, "carrier_angle", window)
+    at = abscissa(dataset, "carrier_angle")
+    load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
+    figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])
+    top, bottom = axes[:, 0]
+    for number, (theta, value) in pair_curves(at, tooth, load).items():
+        colour = PLANET_COLOURS[number % 5]
+        top.plot(theta, value * KILO, color=colour)
+        start = 0
+        for stop in [*np.flatnonzero(np.isnan(theta)).tolist(), theta.size]:
+            piece = slice(start, stop)
+            start = stop + 1
+            if theta[piece].size and theta[piece][-1] - theta[piece][0] > 0.04 * (at[-1] - at[0]):
+                peak = int(np.nanargmax(value[piece]))
+                top.annotate(
+                    f"{number}",
+                    (theta[piece][peak], value[piece][peak] * KILO),
+                    xytext=(0, 3),
+                    textcoords="offset points",
+                    ha="center",
+                    color=colour,
+                    fontsize=8,
+                )
+    top.margins(y=0.1)
+    top.axhline(0, color=NEUTRAL, lw=0.7)
+    top.set_ylabel("load of a tooth pair (kN)")
+    teeth = "ring" if gear_mesh == "ring" else "sun"
+    top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet} (numbers: {teeth} teeth)")
+    bottom.step(at, (tooth > 0).sum(axis=1), where="mid", color=planet_colour(planet))
+    bottom.yaxis.set_major_locator(MaxNLocator(integer=True))
+    bottom.set_ylabel("pairs in\ncontact")
+    bottom.margins(y=0.25)
+    finish_x(bottom, "carrier_angle", planet_count(dataset), at[0], at[-1])
+    return figure
+
+
+@styled
+def engagement_map(
+    dataset: xr.Dataset,
+    gear_mesh: str = "ring",
+    window: Window | None = None,
+    samples: int = 4000,
+    zoom: Window | None = None,
+) -> Figure:
+    """Engaged tooth number, and pair stiffness, over carrier angle, all planets (Figure 11).
+
+    The right column shows planet 1 within ``zoom`` (rad; a few teeth in the middle by default).
+    """
+    whole = windowed(dataset, "carrier_angle", window)
+    dataset = thinned(whole, samples)
+    at = abscissa(dataset, "carrier_angle")
+    planets = planet_count(dataset)
+    states = [pair_arrays(dataset, gear_mesh, i + 1) for i in range(planets)]
+    last = int(max(tooth.max() for _, tooth, _ in states))
+    figure, axes = panels(2, 2, height_mm=150, width_mm=215, sharex="col", width_ratios=[2.2, 1])
+    draw_engagements(axes[0, 0], at, states, last)
+    axes[0, 0].set_title(f"(a) engaged {gear_mesh} teeth")
+    axes[0, 0].set_ylabel(f"{gear_mesh} tooth number")
+    mapped = draw_stiffness_map(axes[1, 0], at, states, last)
+    axes[1, 0].set_title("(b) stiffness of the engaged pairs")
+    axes[1, 0].set_ylabel(f"{gear_mesh} tooth number")
+    figure.colorbar(mapped, ax=axes[1, 0], label="pair stiffness (N/µm)", pad=0.01)
+    finish_x(axes[1, 0], "carrier_angle", planets, at[0], at[-1])
+    close = windowed(whole, "carrier_angle", zoom or zoom_window(at, states[0][1]))
+    near = abscissa(close, "carrier_angle")
+    _, tooth, stiffness = pair_arrays(close, gear_mesh, 1)
+    top, bottom = axes[:, 1]
+    top.hlines(*engagements(near, tooth).T, color=planet_colour(1), lw=4)
+    top.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    top.set_title("(c) planet 1, closer")
+    for theta, value in pair_curves(near, tooth, stiffness).values():
+        bottom.plot(theta, value * N_PER_M_TO_N_PER_UM, color=planet_colour(1))
+    bottom.set_ylim(bottom=0)
+    bottom.set_title("(d) planet 1, closer")
+    bottom.set_ylabel("pair stiffness (N/µm)")
+    finish_x(bottom, "carrier_angle", planets, near[0], near[-1])
+    bottom.xaxis.set_major_locator(MaxNLocator(4))
+    handles = [
+        Line2D([], [], color=planet_colour(i + 1), lw=3, label=f"planet {i + 1}")
+        for i in range(planets)
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=planets)
+    return figure
+
+
+States = list[tuple[FloatArray, FloatArray, FloatArray]]
+
+
+def zoom_window(x: FloatArray, tooth: FloatArray) -> Window:
+    """A stretch in the middle of x over which about four new teeth come into contact."""
+    newest = np.diff(tooth.max(axis=1)) > 0
+    each = (x[-1] - x[0]) / max(int(newest.sum()), 1)
+    middle = 0.5 * (x[0] + x[-1])
+    return max(x[0], middle - 2.5 * each), min(x[-1], middle + 2.5 * each)
+
+
+def draw_engagements(axes: Axes, at: FloatArray, states: States, last: int) -> None:
+    thickness = max(0.8, min(3.0, 180.0 / last))
+    for i, (_, tooth, _) in enumerate(states):
+        axes.hlines(*engagements(at, tooth).T, color=planet_colour(i + 1), lw=thickness)
+    axes.set_ylim(0, last + 1)
+
+
+def draw_stiffness_map(axes: Axes, at: FloatArray, states: States, last: int) -> QuadMesh:
+    image = np.full((last, at.size), np.nan)
+    for _, tooth, stiffness in states:
+        row, slot = np.nonzero((tooth > 0) & (stiffness > 0))
+        image[tooth[row, slot].astype(int) - 1, row] = stiffness[row, slot] * N_PER_M_TO_N_PER_UM
+    numbers = np.arange(1, last + 1)
+    mapped = axes.pcolormesh(
+        at, numbers, image, cmap=SEQUENTIAL_MAP, shading="nearest", rasterized=True
+    )
+    axes.grid(False)
+    axes.set_ylim(0, last + 1)
+    return mapped
+
+
+@styled
+def pair_stiffness_and_error(
+    curves: Mapping[str, Mapping[str, FloatArray]],
+    x_label: str = "position on the line of action s (mm)",
+    x_factor: float = 1e3,
+) -> Figure:
+    """Single-pair stiffness and error over the path, sun and ring (Figure 7).
+
+    ``curves[gear_mesh]`` holds arrays "position" (m), "stiffness" (N/m) and, if there is one,
+    "error" (m), all (n,).
+    """
+    with_error = any("error" in c for c in curves.values())
+    figure, axes = panels(1, 2 if with_error else 1, height_mm=66)
+    colours = {"sun": "#D55E00", "ring": "#0072B2"}
+    for name, curve in curves.items():
+        colour, label = colours.get(name, NEUTRAL), LABELS.get(name, name)
+        at = np.asarray(curve["position"]) * x_factor
+        pair = np.asarray(curve["stiffness"]) * N_PER_M_TO_N_PER_UM
+        axes[0, 0].plot(at, pair, color=colour, label=label)
+        if "error" in curve:
+            axes[0, 1].plot(at, np.asarray(curve["error"]) * MICRO, color=colour, label=label)
+    axes[0, 0].set_title("(a) single-pair stiffness")
+    axes[0, 0].set_ylabel("pair stiffness (N/µm)")
+    axes[0, 0].set_ylim(bottom=0)
+    if with_error:
+        axes[0, 1].set_title("(b) gear-mesh error")
+        axes[0, 1].set_ylabel("error along the line of action (µm)")
+    for ax in axes[0]:
+        ax.set_xlabel(x_label)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure

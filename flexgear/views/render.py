@@ -1,0 +1,232 @@
+"""Offscreen 3D pictures of deformed bodies (pyvista), finished in the house style (matplotlib).
+
+    drawn point = x + f u(x) ,  colour = |u| in µm ,
+
+with the exaggeration f and a length scale bar in the picture. Projection is parallel, so the bar
+holds everywhere. pyvista is imported only after `probe.require_rendering`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.probe import require_rendering
+from flexgear.views.style import (
+    FULL_WIDTH_MM,
+    MICRO,
+    SEQUENTIAL_MAP,
+    FloatArray,
+    factor_text,
+    new_figure,
+    nice_number,
+    styled,
+    unit_of_length,
+)
+
+VTK_CELLS = {4: 10, 8: 12}  # tetrahedron, hexahedron
+VIEWS: Mapping[str, tuple[FloatArray, FloatArray]] = {  # direction towards the eye, up
+    "iso": (np.array([0.45, -0.85, 0.95]), np.array([0.0, 0.0, 1.0])),
+    "axial": (np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])),
+    "side": (np.array([0.0, -1.0, 0.12]), np.array([0.0, 0.0, 1.0])),
+    "back": (np.array([0.45, -0.85, -0.95]), np.array([0.0, 0.0, 1.0])),
+}
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Rendered pixels (h, w, 3), the height they span (m), and the eye's right and up axes."""
+
+    pixels: NDArray[np.uint8]
+    height: float
+    right: FloatArray
+    up: FloatArray
+
+
+def eye_axes(view: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit vectors to the eye, right and up of a named view."""
+    if view not in VIEWS:
+        raise FlexgearError(f"cannot render view '{view}': choose {', '.join(VIEWS)}")
+    towards, up = (v / np.linalg.norm(v) for v in VIEWS[view])
+    right = np.cross(up, towards)
+    right /= np.linalg.norm(right)
+    return towards, right, np.cross(towards, right)
+
+
+def deformation_exaggeration(points: FloatArray, displacement: FloatArray) -> float:
+    """Round factor that draws the largest displacement as at most 6 % of the body's size."""
+    size = float(np.max(np.ptp(points, axis=0)))
+    largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0))
+    return nice_number(0.06 * size / largest) if largest > 0 else 1.0
+
+
+def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatArray) -> Any:
+    """Outer surface (pyvista PolyData) of a hex8 or tet4 mesh with point data "µm"."""
+    import pyvista
+
+    corners = cells.shape[1]
+    if corners not in VTK_CELLS:
+        raise FlexgearError(f"cannot render cells of {corners} corners: hex (8) or tet (4) only")
+    head = np.full((len(cells), 1), corners, dtype=np.int64)
+    table = np.hstack([head, cells.astype(np.int64)]).ravel()
+    kinds = np.full(len(cells), VTK_CELLS[corners], dtype=np.uint8)
+    grid = pyvista.UnstructuredGrid(table, kinds, np.ascontiguousarray(points, dtype=float))
+    grid.point_data["µm"] = values
+    return grid.extract_surface(algorithm="dataset_surface")
+
+
+def snapshot(
+    points: FloatArray,
+    cells: NDArray[np.integer],
+    displacement: FloatArray,
+    factor: float,
+    limits: tuple[float, float],
+    view: str,
+    window_size: tuple[int, int],
+    outline: bool,
+) -> Snapshot:
+    """Render the deformed body with its undeformed outline; no text."""
+    require_rendering()
+    import pyvista
+
+    towards, right, up = eye_axes(view)
+    magnitude = np.linalg.norm(displacement, axis=1) * MICRO
+    rest = body_surface(points, cells, magnitude)
+    deformed = body_surface(points + factor * displacement, cells, magnitude)
+    both = np.vstack([rest.points, deformed.points])
+    across, along = both @ right, both @ up
+    width, height = np.ptp(across), np.ptp(along)
+    aspect = window_size[0] / window_size[1]
+    span = 1.06 * max(float(height), float(width) / aspect)
+    middle = 0.5 * (across.max() + across.min()) * right + 0.5 * (along.max() + along.min()) * up
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(window_size), lighting="none")
+    try:
+        plotter.set_background("white")
+        plotter.add_mesh(
+            deformed,
+            scalars="µm",
+            cmap=SEQUENTIAL_MAP,
+            clim=list(limits),
+            show_scalar_bar=False,
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=35.0,
+            ambient=0.6,
+            diffuse=0.45,
+            specular=0.0,
+        )
+        if outline:
+            edges = rest.extract_feature_edges(
+                feature_angle=35.0, boundary_edges=True, manifold_edges=False
+            )
+            if edges.n_points:
+                plotter.add_mesh(edges, color="#30343B", line_width=1.5, opacity=0.8)
+        light = pyvista.Light(position=(0.35, 0.45, 1.0), light_type="camera light")
+        plotter.add_light(light)
+        plotter.enable_parallel_projection()
+        distance = 4.0 * float(np.max(np.ptp(both, axis=0)))
+        plotter.camera.focal_point = middle
+        plotter.camera.position = middle + distance * towards
+        plotter.camera.up = up
+        plotter.camera.parallel_scale = 0.5 * span
+        plotter.reset_camera_clipping_range()
+        plotter.enable_anti_aliasing("ssaa")
+        pixels = np.asarray(plotter.screenshot(None, return_img=True))
+    finally:
+        plotter.close()
+    return Snapshot(pixels[..., :3], span, right, up)
+
+
+@styled
+def render_deformed(
+    points: FloatArray,
+    cells: NDArray[np.integer],
+    displacement: FloatArray,
+    title: str = "",
+    exaggeration: float | None = None,
+    view: str = "iso",
+    limits_um: tuple[float, float] | None = None,
+    scale_bar: float | None = None,
+    outline: bool = True,
+    window_size: tuple[int, int] = (1500, 1100),
+) -> Figure:
+    """Deformed body: ``points`` (n, 3) m, ``cells`` (m, 8) or (m, 4), ``displacement`` (n, 3) m.
+
+    ``view``: iso, axial, side or back. ``limits_um``: colour range (default 0 … largest).
+    ``scale_bar``: length in m (default a round share of the picture). The dark lines are the
+    undeformed outline.
+    """
+    points = np.asarray(points, dtype=float)
+    displacement = np.asarray(displacement, dtype=float)
+    if displacement.shape != points.shape:
+        raise FlexgearError(
+            f"cannot render: displacement {displacement.shape} does not fit points {points.shape}"
+        )
+    factor = exaggeration or deformation_exaggeration(points, displacement)
+    largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0)) * MICRO
+    limits = limits_um or (0.0, largest or 1.0)
+    shot = snapshot(points, cells, displacement, factor, limits, view, window_size, outline)
+    return framed(shot, title, factor, largest, limits, scale_bar)
+
+
+def framed(
+    shot: Snapshot,
+    title: str,
+    factor: float,
+    largest: float,
+    limits: tuple[float, float],
+    scale_bar: float | None,
+) -> Figure:
+    """Put title, colour bar, scale bar and axes round the pixels."""
+    rows, columns = shot.pixels.shape[:2]
+    figure = new_figure(FULL_WIDTH_MM * 0.86 * rows / columns + 10)
+    ax = figure.subplots()
+    ax.imshow(shot.pixels, interpolation="antialiased")
+    ax.set_axis_off()
+    head = f"{title}\n" if title else ""
+    ax.set_title(
+        f"{head}displacement {factor_text(factor)}, largest {largest:.1f} µm;"
+        " dark lines: undeformed",
+        fontsize=9,
+    )
+    colours = ScalarMappable(Normalize(*limits), SEQUENTIAL_MAP)
+    figure.colorbar(
+        colours, ax=ax, label="displacement magnitude (µm)", shrink=0.75, pad=0.01, aspect=26
+    )
+    draw_scale_bar(ax, shot, scale_bar)
+    draw_triad(ax, shot)
+    return figure
+
+
+def draw_scale_bar(axes: Any, shot: Snapshot, length: float | None) -> None:
+    rows, columns = shot.pixels.shape[:2]
+    metre = rows / shot.height
+    bar = length or nice_number(0.28 * columns / metre)
+    right, y = 0.97 * columns, 0.965 * rows
+    left = right - bar * metre
+    axes.plot([left, right], [y, y], color="black", lw=2.2, solid_capstyle="butt")
+    axes.text(0.5 * (left + right), y - 0.012 * rows, unit_of_length(bar), ha="center", va="bottom")
+
+
+def draw_triad(axes: Any, shot: Snapshot) -> None:
+    """Directions of X, Y, Z in the lower left corner."""
+    rows, columns = shot.pixels.shape[:2]
+    origin = np.array([0.085 * columns, 0.90 * rows])
+    length = 0.075 * rows
+    for k, name in enumerate("XYZ"):
+        step = length * np.array([shot.right[k], -shot.up[k]])
+        if np.hypot(*step) < 0.2 * length:
+            continue
+        tip = origin + step
+        axes.annotate(
+            "", tip, origin, arrowprops={"arrowstyle": "-|>", "lw": 1.0, "color": "black"}
+        )
+        axes.text(*(origin + 1.32 * step), name, ha="center", va="center", fontsize=8)

@@ -1,0 +1,83 @@
+"""Taking what a picture needs out of labelled datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.style import FloatArray
+
+Runs = xr.Dataset | Mapping[str, xr.Dataset]
+Window = tuple[float, float]
+
+
+def as_runs(runs: Runs) -> dict[str, xr.Dataset]:
+    """One dataset, or datasets by variant name, as a dictionary by variant name."""
+    if isinstance(runs, xr.Dataset):
+        return {str(runs.attrs.get("variant", "flexible")): runs}
+    if not runs:
+        raise FlexgearError("nothing to draw: no run was given")
+    return dict(runs)
+
+
+def variable(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Variable ``name`` of ``dataset``, or one clear line about what it has instead."""
+    if name not in dataset:
+        known = ", ".join(sorted(str(key) for key in dataset.variables))
+        raise FlexgearError(f"cannot draw: the dataset has no variable '{name}' (it has {known})")
+    return dataset[name]
+
+
+def leading_dim(dataset: xr.Dataset) -> str:
+    """Name of the sampled dimension: "time" of a transient, otherwise that of carrier_angle."""
+    dims = variable(dataset, "carrier_angle").dims
+    if len(dims) != 1:
+        raise FlexgearError("cannot draw: 'carrier_angle' must have exactly one dimension")
+    return str(dims[0])
+
+
+def planet_count(dataset: xr.Dataset) -> int:
+    """Number of planets N (5 where the dataset has no planets)."""
+    return int(dataset.sizes.get("planet", 5))
+
+
+def abscissa(dataset: xr.Dataset, x: str) -> FloatArray:
+    """Values of the horizontal axis: "carrier_angle" (rad) or "time" (s)."""
+    if x not in ("carrier_angle", "time"):
+        raise FlexgearError(f"cannot draw over '{x}': choose carrier_angle or time")
+    return np.asarray(variable(dataset, x), dtype=float)
+
+
+def windowed(dataset: xr.Dataset, x: str, window: Window | None) -> xr.Dataset:
+    """Samples with window[0] <= x <= window[1]."""
+    if window is None:
+        return dataset
+    values = abscissa(dataset, x)
+    keep = np.flatnonzero((values >= window[0]) & (values <= window[1]))
+    if keep.size < 2:
+        raise FlexgearError(
+            f"nothing to draw between {window[0]:g} and {window[1]:g}: {x} runs from "
+            f"{np.nanmin(values):g} to {np.nanmax(values):g}"
+        )
+    return dataset.isel({leading_dim(dataset): keep})
+
+
+def thinned(dataset: xr.Dataset, samples: int) -> xr.Dataset:
+    """At most about ``samples`` samples, evenly spread, ends kept (for maps and animations)."""
+    dim = leading_dim(dataset)
+    size = dataset.sizes[dim]
+    if size <= samples:
+        return dataset
+    return dataset.isel({dim: np.linspace(0, size - 1, samples).round().astype(int)})
+
+
+def tooth_angles(dataset: xr.Dataset, dim: str = "tooth") -> FloatArray:
+    """Angles φ_j = 2π (j − 1)/z of teeth j = 1…z (rad), or coordinate "tooth_angle" if given."""
+    if "tooth_angle" in dataset.variables:
+        return np.asarray(dataset["tooth_angle"], dtype=float)
+    n = int(dataset.sizes[dim])
+    return 2 * pi * np.arange(n) / n

@@ -1,0 +1,203 @@
+"""One look for every picture: palette, units, figure sizes, saving.
+
+Figures are built on `matplotlib.figure.Figure` with an Agg canvas; pyplot is never imported and
+rcParams change only inside `styled` functions, so a user's own matplotlib session is untouched.
+
+Palettes: planets after Okabe & Ito (2008), variants after P. Tol's "high contrast" and "muted"
+schemes (SRON/EPS/TN/09-002); both are safe for the common forms of colour blindness.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from functools import wraps
+from math import gcd, pi
+from pathlib import Path
+from typing import Any, Literal, ParamSpec, TypeVar
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.files import atomic_file
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Share = bool | Literal["none", "all", "row", "col"]
+FloatArray = NDArray[np.float64]
+
+PLANET_COLOURS = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+    "#D55E00",
+    "#56B4E9",
+    "#8C6D1F",
+    "#444444",
+)
+VARIANT_COLOURS = {"flexible": "#004488", "rigid": "#BB5566"}
+OTHER_VARIANTS = ("#117733", "#DDAA33", "#882255", "#44AA99", "#999933", "#AA4499", "#332288")
+SPLIT_COLOUR = "#DDAA33"  # loads by stiffness split, eq. 23
+ORIGINAL_COLOUR = "#2166AC"  # undeformed outlines
+DEFORMED_COLOUR = "#C5221F"  # deformed outlines
+NEUTRAL = "#6B7280"
+SEQUENTIAL_MAP = "viridis"
+DIVERGING_MAP = "RdBu_r"
+
+MICRO = 1e6  # m -> µm, rad -> µrad
+KILO = 1e-3  # N -> kN
+MEGA = 1e-6  # N m -> MN m
+RPM = 30.0 / pi  # rad/s -> r/min
+N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
+
+FULL_WIDTH_MM = 183.0
+RC: Any = {  # matplotlib's own key types change with its version
+    "font.family": ["DejaVu Sans"],
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#E3E5E8",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.solid_capstyle": "round",
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "figure.facecolor": "white",
+    "figure.dpi": 100.0,
+    "savefig.facecolor": "white",
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+    "path.simplify": True,
+    "agg.path.chunksize": 20000,
+}
+
+
+def styled(function: Callable[P, R]) -> Callable[P, R]:
+    """Run ``function`` under the house style and restore the caller's rcParams afterwards."""
+
+    @wraps(function)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        with matplotlib.rc_context(RC):
+            return function(*args, **kwargs)
+
+    return wrapper
+
+
+def new_figure(height_mm: float, width_mm: float = FULL_WIDTH_MM) -> Figure:
+    """Empty figure of the given size with an Agg canvas and constrained layout."""
+    figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def panels(
+    rows: int,
+    columns: int = 1,
+    *,
+    height_mm: float,
+    width_mm: float = FULL_WIDTH_MM,
+    sharex: Share = False,
+    sharey: Share = False,
+    **gridspec: Any,
+) -> tuple[Figure, NDArray[Any]]:
+    """Figure with a (rows, columns) array of axes."""
+    figure = new_figure(height_mm, width_mm)
+    axes = figure.subplots(
+        rows, columns, sharex=sharex, sharey=sharey, squeeze=False, gridspec_kw=gridspec or None
+    )
+    return figure, axes
+
+
+def planet_colour(planet: int) -> str:
+    """Colour of planet number ``planet`` (1-based)."""
+    return PLANET_COLOURS[(planet - 1) % len(PLANET_COLOURS)]
+
+
+def variant_colours(names: Iterable[str]) -> dict[str, str]:
+    """Colour of each variant: "flexible" and "rigid" fixed, others in the order given."""
+    colours: dict[str, str] = {}
+    others = 0
+    for name in names:
+        if name in VARIANT_COLOURS:
+            colours[name] = VARIANT_COLOURS[name]
+        elif name not in colours:
+            colours[name] = OTHER_VARIANTS[others % len(OTHER_VARIANTS)]
+            others += 1
+    return colours
+
+
+def pi_label(value: float, denominator: int) -> str:
+    """``value`` (rad) as a multiple of π/denominator: 1.2566, 5 -> "2π/5"."""
+    n = round(value * denominator / pi)
+    if n == 0:
+        return "0"
+    common = gcd(abs(n), denominator)
+    top, bottom = n // common, denominator // common
+    sign, top = ("−" if top < 0 else ""), abs(top)
+    head = "π" if top == 1 else f"{top}π"
+    return f"{sign}{head}" if bottom == 1 else f"{sign}{head}/{bottom}"
+
+
+def angle_axis(axes: Axes, planets: int = 5, label: str = "carrier angle $θ_c$ (rad)") -> None:
+    """Ticks at multiples of the planet spacing 2π/N where at least two spacings are shown."""
+    low, high = axes.get_xlim()
+    spacing = 2 * pi / max(planets, 1)
+    if high - low >= 1.6 * spacing and high - low <= 12.5 * spacing:
+        step = spacing if high - low <= 8 * spacing else 2 * spacing
+        axes.set_xlim(low, high + (1e-3 * spacing if high % step > 0.999 * step else 0.0))
+        axes.xaxis.set_major_locator(MultipleLocator(step))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: pi_label(v, planets)))
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(8))
+    axes.set_xlabel(label)
+
+
+def nice_number(value: float) -> float:
+    """Largest of 1, 2, 5 × 10ⁿ that does not exceed ``value`` (> 0)."""
+    if not np.isfinite(value) or value <= 0:
+        return 1.0
+    decade = 10.0 ** np.floor(np.log10(value))
+    for step in (5.0, 2.0):
+        if value >= step * decade * (1 - 1e-12):
+            return float(step * decade)
+    return float(decade)
+
+
+def factor_text(factor: float) -> str:
+    """2000.0 -> "× 2 000"."""
+    return "× " + f"{factor:,.0f}".replace(",", "\u2009") if factor >= 10 else f"× {factor:g}"
+
+
+def unit_of_length(length: float) -> str:
+    """0.5 -> "0.5 m", 0.02 -> "20 mm"."""
+    return f"{length:g} m" if length >= 0.1 else f"{length * 1e3:g} mm"
+
+
+@styled
+def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0) -> Path:
+    """Write ``figure`` atomically as png, svg or pdf (by suffix) and return the path."""
+    target = Path(path)
+    kind = target.suffix.lower().lstrip(".")
+    if kind not in {"png", "svg", "pdf"}:
+        raise FlexgearError(f"cannot write picture {target}: use the suffix .png, .svg or .pdf")
+    stamp: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
+    with atomic_file(target) as temporary:
+        figure.savefig(temporary, format=kind, dpi=dpi, metadata=stamp)
+    return target

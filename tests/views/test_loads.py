@@ -1,0 +1,77 @@
+"""Tooth loads: eq. 23, curves that break between engagements, the engagement map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views import loads
+from flexgear.views.style import SPLIT_COLOUR, VARIANT_COLOURS
+
+
+def test_stiffness_split_keeps_the_total_and_the_stiffness_shares():
+    load = np.array([[3.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    stiffness = np.array([[1.0, 2.0, 1.0], [0.0, 0.0, 0.0]])
+    split = loads.stiffness_split(load, stiffness)
+    np.testing.assert_allclose(split, [[1.0, 2.0, 1.0], [0, 0, 0]])
+
+
+def test_pair_curve_follows_a_tooth_through_its_slots_and_breaks_between_engagements():
+    x = np.arange(6.0)
+    tooth = np.array([[1, 0], [0, 1], [2, 0], [2, 0], [1, 2], [0, 1]])
+    value = np.array([[10, 99], [99, 11], [20, 99], [21, 99], [12, 22], [99, 13]], dtype=float)
+    curves = loads.pair_curves(x, tooth, value)
+    np.testing.assert_array_equal(curves[1][1], [10, 11, np.nan, 12, 13])
+    np.testing.assert_array_equal(curves[2][0], [2, 3, 4])
+    np.testing.assert_array_equal(curves[2][1], [20, 21, 22])
+
+
+def test_engagement_spans():
+    tooth = np.array([[1, 0], [1, 2], [0, 2], [1, 0]])
+    spans = loads.engagements(np.array([0.0, 1.0, 2.0, 3.0]), tooth)
+    np.testing.assert_array_equal(spans, [[1, 0, 1], [1, 3, 3], [2, 1, 2]])
+
+
+@pytest.mark.parametrize(("x", "label"), [("carrier_angle", "(rad)"), ("time", "(s)")])
+def test_pair_loads_overlays_variants_and_split(steady, x, label):
+    figure = loads.pair_loads(steady, "ring", 1, x=x, window=(1.0, 1.5))
+    ax = figure.axes[0]
+    drawn = {line.get_color() for line in ax.get_lines()}
+    assert {SPLIT_COLOUR, *VARIANT_COLOURS.values()} <= drawn
+    assert ax.get_ylabel().endswith("(kN)")
+    assert ax.get_xlabel().endswith(label)
+    highest = max(np.nanmax(line.get_ydata()) for line in ax.get_lines())
+    assert 300 < highest < 800  # kN, not N
+
+
+def test_numbered_loads_count_two_or_three_pairs(steady):
+    figure = loads.numbered_pair_loads(steady["flexible"], window=(1.0, 1.6))
+    counts = figure.axes[1].get_lines()[0].get_ydata()
+    assert set(np.unique(counts)) == {2, 3}
+
+
+def test_engagement_map_shows_all_planets_and_stiffness_in_n_per_um(steady):
+    figure = loads.engagement_map(steady["flexible"])
+    assert len(figure.axes[0].collections) == 5
+    mesh = figure.axes[2].collections[0]
+    assert np.nanmax(mesh.get_array()) == pytest.approx(4000, rel=1e-3)
+    assert any("N/µm" in ax.get_ylabel() for ax in figure.axes)
+
+
+def test_stiffness_and_error_panels():
+    s = np.linspace(0, 0.1, 20)
+    curve = {"position": s, "stiffness": 4e9 + 0 * s, "error": 3e-6 * np.sin(s)}
+    figure = loads.pair_stiffness_and_error({"ring": curve, "sun": curve})
+    assert [ax.get_ylabel()[-5:] for ax in figure.axes] == ["N/µm)", " (µm)"]
+
+
+def test_wrong_choices_are_one_clear_line(steady):
+    with pytest.raises(FlexgearError, match="choose ring or sun"):
+        loads.pair_loads(steady, "planet")
+    with pytest.raises(FlexgearError, match="no variable 'sun_pair_load'"):
+        loads.pair_loads(steady, "sun")
+    with pytest.raises(FlexgearError, match="there are 5"):
+        loads.pair_loads(steady, "ring", 6)
+    with pytest.raises(FlexgearError, match="nothing to draw between"):
+        loads.pair_loads(steady, "ring", 1, window=(80.0, 90.0))

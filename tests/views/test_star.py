@@ -1,0 +1,87 @@
+"""The star has its points where the field has its maxima; components go where they are sent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views import star
+from flexgear.views.style import DEFORMED_COLOUR
+
+TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
+
+
+def deformed(axes) -> np.ndarray:
+    (line,) = [li for li in axes.get_lines() if li.get_label() == "deformed"]
+    return np.column_stack(line.get_data())
+
+
+def peaks(radius: np.ndarray) -> np.ndarray:
+    return np.flatnonzero((radius > np.roll(radius, 1)) & (radius >= np.roll(radius, -1)))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, TENTH, FIFTH])
+def test_five_points_stand_at_the_planets(outline, angle):
+    phi = 2 * np.pi * np.arange(93) / 93
+    ripple = 30e-6 * np.cos(5 * (phi - angle))
+    field = np.column_stack([ripple * np.cos(phi), ripple * np.sin(phi), 0 * phi])
+    figure = star.ring_star(field, [angle], outline, exaggeration=2000.0)
+    points = deformed(figure.axes[0])[:-1]
+    radius = np.hypot(*points.T)
+    assert radius.max() == pytest.approx(outline.ring_radius + 0.06, abs=1e-3)
+    tops = np.arctan2(points[peaks(radius), 1], points[peaks(radius), 0]) % (2 * np.pi)
+    planets = np.sort((angle + np.array(outline.planet_angles)) % (2 * np.pi))
+    assert tops.size == 5
+    gaps = np.abs(np.sort(tops)[:, None] - planets[None, :])
+    assert np.minimum(gaps, 2 * np.pi - gaps).min(axis=0).max() <= np.pi / 93 + 1e-9
+
+
+def test_star_states_its_exaggeration_and_units(outline, field):
+    angles = np.array([TENTH, FIFTH])
+    figure = star.ring_star(field(angles), angles, outline)
+    assert "× 2\u2009000" in figure.get_suptitle()
+    assert [ax.get_xlabel() for ax in figure.axes] == ["X (m)", "X (m)"]
+    assert "2π/5" in figure.axes[1].get_title(loc="left")
+
+
+def test_undeformed_ring_is_drawn_without_dividing_by_zero(outline):
+    figure = star.ring_star(np.zeros((93, 3)), [0.0], outline)
+    np.testing.assert_allclose(np.hypot(*deformed(figure.axes[0]).T), outline.ring_radius)
+
+
+def test_mismatched_angles_are_refused(outline, field):
+    with pytest.raises(FlexgearError, match="2 carrier angles"):
+        star.ring_star(field(np.zeros(3)), [0.0, 1.0], outline)
+
+
+def test_radial_profile_is_in_micrometres(outline, field):
+    figure = star.radial_profile(field(np.array([0.0])), [0.0], outline)
+    values = figure.axes[0].get_lines()[0].get_ydata()
+    assert np.max(values) == pytest.approx(30.0)
+    assert "µm" in figure.axes[0].get_ylabel()
+
+
+def test_equilibrium_view_takes_out_the_rigid_turn_and_magnifies(outline, steady):
+    """Planet 1 sits 320 µm behind: at × 500 its circle is drawn 0.16 m against the rotation."""
+    position = steady["flexible"].isel(time=[700])
+    figure = star.equilibrium_positions(position, outline)
+    angle = float(position["carrier_angle"][0])
+    left, right = figure.axes
+    circles = [li for li in left.get_lines() if li.get_color() == DEFORMED_COLOUR]
+    centres = [np.column_stack(li.get_data())[:-1].mean(axis=0) for li in circles]
+    radial = 500 * float(position["planet_displacement"][0, 0, 0])
+    e_r = np.array([np.cos(angle), np.sin(angle)])
+    e_t = np.array([-np.sin(angle), np.cos(angle)])
+    expected = (outline.center_distance + radial) * e_r - 0.16 * e_t
+    assert min(np.linalg.norm(c - expected) for c in centres) < 1e-6
+    assert (right.get_xlabel(), right.get_ylabel()) == ("Y (m)", "Z (m)")
+    for words in ("2\u2009000", "500", "10\u2009000", "50\u2009000", "5\u2009000"):
+        assert words in figure.get_suptitle()
+
+
+def test_tilt_shows_in_the_side_view():
+    disc = star.Disc(np.zeros(3), 0.3, np.array([0, 0, 0, 1e-5, 0, 7.0]))
+    points, moved = disc.curves()
+    np.testing.assert_allclose(moved[:, 2], 1e-5 * points[:, 1], atol=1e-18)
+    np.testing.assert_allclose(moved[:, :2], 0, atol=1e-18)
