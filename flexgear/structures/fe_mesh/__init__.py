@@ -1,6 +1,13 @@
 """FE meshes of ring and carrier with named patches; the only package that knows gmsh and meshio."""
 
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
-__all__ = ["FeMesh", "RingMeshParameters", "ring_fe_mesh"]
+__all__ = [
+    "CarrierMeshParameters",
+    "FeMesh",
+    "RingMeshParameters",
+    "carrier_fe_mesh",
+    "ring_fe_mesh",
+]

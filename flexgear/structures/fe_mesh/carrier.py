@@ -1,0 +1,312 @@
+"""Planet carrier: two side plates, webs between the planets, pins, hub and bearing seats.
+
+Frame: origin on the axis in the middle between the plates (mid-face of the gears), z the axis of
+rotation; pin i (1-based) at the angle 2π(i-1)/N. The drive side is -z unless ``drive_side`` says
+"+z", which gives the exact mirror image. From the drive side to the far side along the axis::
+
+    hub (its end face is the patch "drive") | seat "bearing_drive" | plate | gap with pins and
+    webs | plate | seat "bearing_far"
+
+Plates, hub and seats are rings round one bore, through which the sun's shaft passes. Pins are one
+piece with both plates. A web lies between two planets: bounded by the plates' edge, where it is
+web_width wide (less if the planets need the room), by arcs about the two pins that clear the
+planets' tips by web_clearance or more, and by a flat at web_inner_radius.
+
+gmsh (OpenCASCADE) meshes the half sector 0 <= θ <= π/N with straight tetrahedra; its mirror image
+and N rotations make the carrier exactly N-fold periodic and mirror-symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import acos, asin, cos, hypot, pi, sin, sqrt
+from typing import Literal, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sector
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.session import gmsh_session
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Fidelity = Literal["quick", "standard", "fine"]
+
+
+@dataclass(frozen=True)
+class CarrierMeshParameters:
+    """Everything the carrier's FE mesh depends on; m.
+
+    gear_face_width, planet_tip_radius: only for clearance checks and the shape of the webs;
+    pin_seat_width: axial length, centred at z = 0, of the patches pin_i; None: all between the
+    plates; web_inner_radius: None lets the web begin where it is a third of its width thick;
+    hub_length: from the drive-side plate to the hub's end face, the seat included.
+    """
+
+    planets: int = 5
+    center_distance: float = 0.54466
+    planet_tip_radius: float = 0.318
+    gear_face_width: float = 0.43
+    plate_diameter: float = 1.5
+    plate_thickness_drive: float = 0.13
+    plate_thickness_far: float = 0.11
+    plate_gap: float = 0.48
+    web_width: float = 0.3
+    web_inner_radius: float | None = None
+    web_clearance: float = 0.01
+    pin_diameter: float = 0.22
+    pin_bore: float = 0.0
+    pin_seat_width: float | None = None
+    hub_outer_diameter: float = 0.9
+    hub_bore: float = 0.4
+    hub_length: float = 0.25
+    seat_drive_diameter: float = 1.0
+    seat_drive_width: float = 0.12
+    seat_far_diameter: float = 0.7
+    seat_far_width: float = 0.1
+    drive_side: Literal["-z", "+z"] = "-z"
+    fidelity: Fidelity = "standard"
+    where: str = "carrier"
+
+    @property
+    def seat_width(self) -> float:
+        """Axial length of the patches pin_i, m."""
+        return self.plate_gap if self.pin_seat_width is None else self.pin_seat_width
+
+    @property
+    def web_arc_radius(self) -> float:
+        """Radius about each pin outside which the webs lie, m.
+
+        The larger of planet tip plus clearance and the distance from the pin to the web's corner
+        on the plate's edge at τ = web_width/2 from the middle line.
+        """
+        edge = self.plate_diameter / 2.0
+        off = pi / self.planets - asin(min(self.web_width / 2.0 / edge, 1.0))
+        corner = hypot(edge * cos(off) - self.center_distance, edge * sin(off))
+        return max(self.planet_tip_radius + self.web_clearance, corner if off > 0.0 else 0.0)
+
+    def web_half_thickness(self, radius: float) -> float:
+        """h(ρ) on the middle line at θ = φ = π/N: (ρ - R cos φ)² + (R sin φ - h)² = r_arc², m."""
+        phi = pi / self.planets
+        free = self.web_arc_radius**2 - (radius - self.center_distance * cos(phi)) ** 2
+        return self.center_distance * sin(phi) - sqrt(max(free, 0.0))
+
+    @property
+    def web_start(self) -> float:
+        """Inner radius of the webs: as given, or where a web is a third of its width thick, m."""
+        if self.web_inner_radius is not None:
+            return self.web_inner_radius
+        phi = pi / self.planets
+        side = self.center_distance * sin(phi) - self.web_width / 6.0
+        beyond = sqrt(max(self.web_arc_radius**2 - side**2, 0.0))
+        return self.center_distance * cos(phi) + beyond
+
+    def check(self) -> None:
+        """Raise InputError, naming the key and the remedy, if no carrier can be made."""
+        reject, mm = self._reject, 1e3
+        if self.fidelity not in SIZE:
+            reject("fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
+        if self.drive_side not in ("-z", "+z"):
+            reject("drive_side", f"{self.drive_side!r} is unknown", '"-z" or "+z"')
+        if self.planets < 2:
+            reject("planets", "a carrier FE mesh wants two planets or more", "raise it")
+        for key in (
+            *("center_distance", "planet_tip_radius", "gear_face_width", "plate_diameter"),
+            *("plate_thickness_drive", "plate_thickness_far", "plate_gap", "web_width"),
+            *("pin_diameter", "hub_outer_diameter", "hub_bore", "hub_length"),
+            *("seat_drive_diameter", "seat_drive_width", "seat_far_diameter", "seat_far_width"),
+        ):
+            if not getattr(self, key) > 0.0:
+                reject(key, "must be above 0", "give a positive length")
+        between = 2.0 * self.center_distance * sin(pi / self.planets)
+        if between <= 2.0 * self.planet_tip_radius:
+            reject(
+                "planets",
+                f"neighbouring planets overlap by {(2 * self.planet_tip_radius - between) * mm:.1f}"
+                " mm at their tips",
+                "use fewer planets or fewer planet teeth",
+            )
+        if self.plate_gap <= self.gear_face_width:
+            reject(
+                "plate_gap",
+                f"{self.plate_gap * mm:.0f} mm leaves no room for planets of "
+                f"{self.gear_face_width * mm:.0f} mm face width",
+                "make it wider than the face width",
+            )
+        if not 0.0 < self.seat_width <= self.plate_gap:
+            reject("pin_seat_width", "must be above 0 and no wider than plate_gap", "change it")
+        pin, bore, plate = self.pin_diameter / 2.0, self.hub_bore / 2.0, self.plate_diameter / 2.0
+        if not 0.0 <= self.pin_bore < 0.9 * self.pin_diameter:
+            reject("pin_bore", "leaves no wall in the pin", "at most 0.9 of pin_diameter")
+        if pin >= self.planet_tip_radius:
+            reject("pin_diameter", "the pin is as thick as the planet", "lower it")
+        if plate <= self.center_distance + 1.05 * pin:
+            reject(
+                "plate_diameter",
+                f"{plate * 2 * mm:.0f} mm does not enclose the pins, which reach to "
+                f"{(self.center_distance + pin) * 2 * mm:.0f} mm",
+                "raise it",
+            )
+        if bore >= self.center_distance - 1.05 * pin:
+            reject("hub_bore", "cuts into the pins", "lower it")
+        for key in ("hub_outer_diameter", "seat_drive_diameter", "seat_far_diameter"):
+            if not 1.05 * self.hub_bore < getattr(self, key) < self.plate_diameter:
+                reject(key, "must lie between hub_bore and plate_diameter", "change it")
+        if self.hub_length <= self.seat_drive_width:
+            reject("hub_length", "is shorter than the bearing seat on it", "raise it")
+        self._check_webs(plate)
+
+    def _check_webs(self, edge: float) -> None:
+        start, mm = self.web_start, 1e3
+        tip = f"planets of {self.planet_tip_radius * mm:.1f} mm tip radius"
+        if abs(edge - self.center_distance) >= self.web_arc_radius:
+            self._reject(
+                "web_width",
+                f"webs of {self.web_width * mm:.0f} mm would close round the {tip}",
+                "lower it",
+            )
+        if self.web_inner_radius is not None and (
+            start <= self.hub_bore / 2.0
+            or self.web_half_thickness(start) < 0.02 * self.web_width
+            or start < self.center_distance * cos(pi / self.planets)
+        ):
+            self._reject(
+                "web_inner_radius",
+                f"webs from {start * mm:.1f} mm collide with {tip} or with the bore",
+                f"begin beyond {replace(self, web_inner_radius=None).web_start * mm:.0f} mm "
+                "or leave the key out",
+            )
+        if start >= 0.96 * edge * cos(self.web_edge_angle):
+            self._reject(
+                "plate_diameter",
+                f"no room for webs between {tip}: they would begin at {start * 2 * mm:.0f} mm",
+                "raise plate_diameter, or lower web_width or the planets' tip radius",
+            )
+
+    @property
+    def web_edge_angle(self) -> float:
+        """Half angle of a web at the plates' edge, seen from the axis, rad (law of cosines)."""
+        edge, r = self.plate_diameter / 2.0, self.center_distance
+        cosine = (edge**2 + r**2 - self.web_arc_radius**2) / (2.0 * edge * r)
+        return pi / self.planets - acos(max(-1.0, min(1.0, cosine)))
+
+    def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
+        raise InputError(self.where, key, problem, remedy)
+
+
+def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
+    """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
+    p.check()
+    with gmsh_session("carrier") as gmsh:
+        points, cells = half_sector(gmsh, p)
+    half = FeMesh(points, cells, "tet", {})
+    patches = _half_patches(p, half)
+    return _complete(p, FeMesh(_round_pins(p, half), cells, "tet", {}), patches)
+
+
+def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
+    """Patches of the half sector, found by their exact surfaces; keys without pin numbers."""
+    facets = half.boundary
+    at = half.points[facets]
+    gap, tolerance = p.plate_gap / 2.0, 1e-7 * p.plate_diameter
+    z_drive, z_far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
+
+    def cylinder(x: float, radius: float, low: float, high: float, name: str) -> Ints:
+        off = np.abs(np.hypot(at[..., 0] - x, at[..., 1]) - radius).max(axis=1)
+        z = at[..., 2]
+        inside = (z.min(axis=1) > low - tolerance) & (z.max(axis=1) < high + tolerance)
+        found = facets[(off < tolerance) & inside & (np.ptp(z, axis=1) > tolerance)]
+        if len(found) == 0:
+            raise FlexgearError(f"carrier: the FE mesh has no facets on {name}")
+        return found
+
+    end = np.abs(at[..., 2] - (z_drive - p.hub_length)).max(axis=1) < tolerance
+    seat = p.seat_width / 2.0
+    return {
+        "drive": facets[end],
+        "bearing_drive": cylinder(
+            0.0, p.seat_drive_diameter / 2.0, z_drive - p.seat_drive_width, z_drive, "seat_drive"
+        ),
+        "bearing_far": cylinder(
+            0.0, p.seat_far_diameter / 2.0, z_far, z_far + p.seat_far_width, "seat_far"
+        ),
+        "pin": cylinder(p.center_distance, p.pin_diameter / 2.0, -seat, seat, "pins"),
+    }
+
+
+def _round_pins(p: CarrierMeshParameters, half: FeMesh) -> Array:
+    """Vertices (n, 3) with the pins' surface pushed out until each pin has its true volume.
+
+    A polygon inscribed in a circle has too small a section: bending stiffness goes with the
+    square of the area and 16 straight sides would lose 5 %.
+    """
+    radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
+    points, tolerance = half.points, 1e-7 * p.plate_diameter
+    x = points[:, 0] - p.center_distance
+    off, z = np.hypot(x, points[:, 1]), points[:, 2]
+    skin = (np.abs(off - radius) < tolerance) & (np.abs(z) < gap + tolerance)
+    centre = points[half.cells].mean(axis=1)
+    pin = np.hypot(centre[:, 0] - p.center_distance, centre[:, 1]) < radius
+    pin_cells = half.cells[pin & (np.abs(centre[:, 2]) < gap)]
+    exact = pi * (radius**2 - p.pin_bore**2 / 4.0) * gap  # half of π r² times the length 2 gap
+
+    def pushed(factor: float) -> Array:
+        moved = points.copy()
+        moved[skin, 0] = p.center_distance + x[skin] * factor
+        moved[skin, 1] = points[skin, 1] * factor
+        return moved
+
+    def missing(factor: float) -> float:
+        e = pushed(factor)[pin_cells]
+        return float(np.linalg.det(e[:, 1:] - e[:, :1]).sum() / 6.0 - exact)
+
+    if missing(1.0) >= 0.0:
+        return points
+    return pushed(float(brentq(missing, 1.0, 1.5)))
+
+
+def _complete(p: CarrierMeshParameters, half: FeMesh, patches: dict[str, Ints]) -> FeMesh:
+    """Mirror the half sector about θ = 0 and turn the pair N times; shared nodes by number."""
+    n, count, phi = len(half.points), p.planets, pi / p.planets
+    points = half.points.copy()
+    tolerance = 1e-7 * p.plate_diameter
+    normal = np.array([-sin(phi), cos(phi), 0.0])
+    on_pin, on_web = np.abs(points[:, 1]) < tolerance, np.abs(points @ normal) < tolerance
+    points[on_pin, 1] = 0.0
+    radius = np.hypot(points[on_web, 0], points[on_web, 1])
+    points[on_web, :2] = radius[:, None] * np.array([cos(phi), sin(phi)])
+
+    ids = np.full((count, 2, n), -1, dtype=np.int64)  # sector, plain or mirrored, half node
+    own = ~(on_pin | on_web)
+    new = np.arange(count * n).reshape(count, n)
+    ids[:, 0] = new
+    ids[:, 1, own] = count * n + np.arange(count * int(own.sum())).reshape(count, -1)
+    ids[:, 1, on_pin] = ids[:, 0, on_pin]
+    ids[:, 1, on_web] = np.roll(ids[:, 0], 1, axis=0)[:, on_web]
+    everything = np.empty((count * (n + int(own.sum())), 3))
+    for i in range(count):
+        c, s = cos(2.0 * phi * i), sin(2.0 * phi * i)
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])  # row vectors
+        everything[ids[i, 0]] = points @ turn
+        everything[ids[i, 1, own]] = (points[own] * [1.0, -1.0, 1.0]) @ turn
+
+    def sectors(rows: Ints) -> Ints:
+        """(k, w) half rows -> (N, 2k, w); mirrored rows keep right-handed order."""
+        mirrored = rows.copy()
+        mirrored[:, [0, 1]] = rows[:, [1, 0]]
+        return np.concatenate([ids[:, 0][:, rows], ids[:, 1][:, mirrored]], axis=1)
+
+    cells = sectors(half.cells).reshape(-1, 4)
+    whole = {name: sectors(rows) for name, rows in patches.items()}
+    facets = {
+        name: whole[name].reshape(-1, 3) for name in ("drive", "bearing_drive", "bearing_far")
+    }
+    facets |= {f"pin_{i + 1}": whole["pin"][i] for i in range(count)}
+    if p.drive_side == "+z":
+        everything[:, 2] *= -1.0
+        cells = cells[:, [1, 0, 2, 3]]
+        facets = {name: rows[:, ::-1] for name, rows in facets.items()}
+    return FeMesh(everything, cells, "tet", facets)
