@@ -30,6 +30,7 @@ ENERGY_LABELS = {
     "elastic": "elastic energy, bodies",
     "pair_elastic": "elastic energy, tooth pairs",
 }
+LEAVING = ("brake_work", "damping_work", "pair_damping_work")
 STORED = ("kinetic", "elastic", "pair_elastic")
 ENERGY_COLOURS = {
     "input_work": "#0072B2",
@@ -128,17 +129,17 @@ def variant_bars(
 def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
     """Energies and work (kJ) over time since the start, and what is left over.
 
-    residual = (kinetic + elastic + pair_elastic) − (input + brake + damping + pair damping
-    + parametric work), each as change since the first sample; works count what enters the system.
-    The lower panel gives it in percent of the peak elastic energy; ``energy_residual`` (J, over
-    time) of the dataset is drawn instead where present.
+    residual = Δ(kinetic + elastic + pair_elastic) − (input − brake − damping − pair damping
+    + parametric work), in percent of the peak elastic energy in the lowest panel. In the dataset
+    brake and damping work count what leaves the system (as `analysis.energy` books them); they are
+    drawn negative.
     """
     terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
     if not terms:
         raise FlexgearError("cannot draw: the dataset has no energy terms ('energy_*')")
     time = np.asarray(variable(dataset, "time"), dtype=float)
     changes = {t: np.asarray(dataset[f"energy_{t}"], dtype=float) for t in terms}
-    changes = {t: v - v[0] for t, v in changes.items()}
+    changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in changes.items()}
     outer = [t for t in terms if t in ("input_work", "brake_work")]
     groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
     rows = len(groups) + int(residual)
@@ -167,7 +168,7 @@ def draw_residual(
     axes: Axes, dataset: xr.Dataset, time: FloatArray, changes: Mapping[str, FloatArray]
 ) -> None:
     """Residual in percent of the peak elastic energy (J where there is none)."""
-    left = residual_energy(dataset, changes)
+    left = residual_energy(changes)
     elastic = [np.asarray(dataset[f"energy_{t}"]) for t in STORED[1:] if t in changes]
     peak = float(np.max(sum(elastic))) if elastic else 0.0
     axes.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
@@ -175,11 +176,6 @@ def draw_residual(
     axes.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")
 
 
-def residual_energy(dataset: xr.Dataset, changes: Mapping[str, FloatArray]) -> FloatArray:
-    """Stored minus supplied energy (J) over time."""
-    if "energy_residual" in dataset and dataset["energy_residual"].ndim == 1:
-        return np.asarray(dataset["energy_residual"], dtype=float)
-    total = np.zeros(next(iter(changes.values())).size)
-    for term, value in changes.items():
-        total += value if term in STORED else -value
-    return total
+def residual_energy(changes: Mapping[str, FloatArray]) -> FloatArray:
+    """Change of stored energy minus what entered (J) over time."""
+    return np.asarray(sum(v if term in STORED else -v for term, v in changes.items()))

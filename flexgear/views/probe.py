@@ -16,6 +16,11 @@ GL_PACKAGES = "libgl1 libegl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libg
 OSMESA_PACKAGE = "libosmesa6"
 
 PROBE = """
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+except (ImportError, ValueError, OSError):
+    pass
 import numpy, pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(48, 48))
 plotter.set_background("white")

@@ -72,9 +72,13 @@ def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatAr
     """Outer surface (pyvista PolyData) of a hex8 or tet4 mesh with point data "µm"."""
     import pyvista
 
+    from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
+
     corners = cells.shape[1]
     if corners not in VTK_CELLS:
         raise FlexgearError(f"cannot render cells of {corners} corners: hex (8) or tet (4) only")
+    if corners == 8:
+        cells = cells[:, HEX_TO_VTK]
     head = np.full((len(cells), 1), corners, dtype=np.int64)
     table = np.hstack([head, cells.astype(np.int64)]).ravel()
     kinds = np.full(len(cells), VTK_CELLS[corners], dtype=np.uint8)
@@ -160,6 +164,7 @@ def render_deformed(
 ) -> Figure:
     """Deformed body: ``points`` (n, 3) m, ``cells`` (m, 8) or (m, 4), ``displacement`` (n, 3) m.
 
+    Cells are numbered as in `FeMesh` (scikit-fem's order, not VTK's).
     ``view``: iso, axial, side or back. ``limits_um``: colour range (default 0 … largest).
     ``scale_bar``: length in m (default a round share of the picture). The dark lines are the
     undeformed outline.

@@ -1,4 +1,4 @@
-"""The ring as a five-pointed star, and where every component goes at equilibrium.
+"""The ring as a five-pointed star.
 
 A tooth node at angle φ_j on the pitch circle R is drawn at
 
@@ -10,7 +10,7 @@ counted from the X axis, the carrier turns counter-clockwise (docs/conventions.m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -23,7 +23,6 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.ticker import MultipleLocator
 
 from flexgear.model.errors import FlexgearError
-from flexgear.views.select import leading_dim, variable
 from flexgear.views.style import (
     DEFORMED_COLOUR,
     MICRO,
@@ -248,137 +247,3 @@ def radial_profile(
     last.set_xticklabels([pi_label(2 * pi * k / planets, planets) for k in range(planets + 1)])
     last.set_xlabel("angle on the ring φ (rad); dotted: planets 1…N")
     return figure
-
-
-MAGNIFICATION_XY = {"ring": 2000.0, "carrier": 500.0, "sun": 10000.0}
-MAGNIFICATION_YZ = {"ring": 50000.0, "carrier": 50000.0, "sun": 5000.0}
-
-
-@dataclass(frozen=True)
-class Disc:
-    """A rigid circle of ``radius`` about ``centre`` (3,), moved by u + θ × r (global, small)."""
-
-    centre: FloatArray
-    radius: float
-    motion: FloatArray  # (6,) global; spin about Z is not drawn
-
-    def curves(self) -> tuple[FloatArray, FloatArray]:
-        """Original points (n, 3) and their displacements (n, 3)."""
-        turn = np.linspace(0, 2 * pi, 97)
-        arm = self.radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-        tilt = np.array([self.motion[3], self.motion[4], 0.0])
-        return self.centre + arm, self.motion[:3] + np.cross(tilt, arm)
-
-
-def turned(motion: FloatArray, angle: float) -> FloatArray:
-    """(6,) motion from axes turned by ``angle`` about Z into global axes."""
-    c, s = np.cos(angle), np.sin(angle)
-    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
-    return np.concatenate([rotation @ motion[:3], rotation @ motion[3:]])
-
-
-def drive_rotation(position: xr.Dataset) -> float:
-    """Rotation of the carrier's drive node about Z (rad), 0 where it is not in the dataset."""
-    if "carrier_displacement" not in position:
-        return 0.0
-    nodes = [str(n) for n in position["carrier_node"].values]
-    row = position["carrier_displacement"].isel(carrier_node=nodes.index("drive"))
-    return float(row.isel(dof=5)) if "drive" in nodes else 0.0
-
-
-def stage_discs(position: xr.Dataset, outline: StageOutline) -> dict[str, list[Disc]]:
-    """Pins, planets and sun of one position, relative to the carrier's drive node."""
-    angle = float(position["carrier_angle"])
-    spin = drive_rotation(position)
-    parts: dict[str, list[Disc]] = {"pin": [], "planet": [], "sun": []}
-    for i, offset in enumerate(outline.planet_angles):
-        centre = np.append(outline.planet_centre(i, angle), 0.0)
-        carried = spin * outline.center_distance
-        planet = np.array(variable(position, "planet_displacement").isel(planet=i), dtype=float)
-        planet[1] -= carried
-        parts["planet"].append(Disc(centre, outline.planet_radius, turned(planet, angle + offset)))
-        if "pin_displacement" in position:
-            pin = np.array(position["pin_displacement"].isel(planet=i), dtype=float)
-            pin[:2] -= carried * np.array([-np.sin(offset), np.cos(offset)])
-            parts["pin"].append(Disc(centre, outline.pin_circle, turned(pin, angle)))
-    sun = np.array(variable(position, "sun_displacement"), dtype=float)
-    parts["sun"].append(Disc(np.zeros(3), outline.sun_radius, turned(sun, angle)))
-    return parts
-
-
-@styled
-def equilibrium_positions(
-    dataset: xr.Dataset,
-    outline: StageOutline,
-    magnification_xy: Mapping[str, float] = MAGNIFICATION_XY,
-    magnification_yz: Mapping[str, float] = MAGNIFICATION_YZ,
-) -> Figure:
-    """Ring, pins, planets and sun at equilibrium: X–Y and Y–Z, one row a position (Tan, Fig. 8).
-
-    ``dataset``: carrier_angle, tooth_displacement (p, tooth, axis), planet_displacement
-    (p, planet, dof; planet axes), pin_displacement (p, planet, dof; carrier axes),
-    sun_displacement (p, dof; carrier axes), carrier_displacement for the drive node's rotation,
-    which is taken out. "carrier" magnifies pins and planets. In Y–Z only z is magnified.
-    """
-    dim = leading_dim(dataset)
-    count = int(dataset.sizes[dim])
-    figure, axes = panels(
-        count, 2, height_mm=24 + 84 * count, width_mm=200, width_ratios=[1.0, 1.12]
-    )
-    for row in range(count):
-        position = dataset.isel({dim: row})
-        left, right = axes[row]
-        draw_plane(left, position, outline, magnification_xy, (0, 1))
-        draw_plane(right, position, outline, magnification_yz, (1, 2))
-        text = angle_text(float(position["carrier_angle"]), len(outline.planet_angles))
-        left.set_title(f"X–Y, {text}")
-        right.set_title(f"Y–Z, {text}")
-        left.set(xlabel="X (m)", ylabel="Y (m)")
-        right.set(xlabel="Y (m)", ylabel="Z (m)")
-    handles = [
-        Line2D([], [], color=ORIGINAL_COLOUR, lw=1.0, label="original"),
-        Line2D([], [], color=DEFORMED_COLOUR, lw=1.2, label="deformed"),
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
-    figure.suptitle(
-        "Equilibrium positions (relative to the carrier's drive node)\n"
-        f"X–Y: {magnification_text(magnification_xy)}\n"
-        f"Y–Z (axial only): {magnification_text(magnification_yz)}",
-        fontsize=9,
-    )
-    return figure
-
-
-def magnification_text(factors: Mapping[str, float]) -> str:
-    names = {"ring": "ring", "carrier": "pins, planets", "sun": "sun"}
-    return ", ".join(f"{names.get(k, k)} {factor_text(v)}" for k, v in factors.items())
-
-
-def draw_plane(
-    axes: Axes,
-    position: xr.Dataset,
-    outline: StageOutline,
-    factors: Mapping[str, float],
-    plane: tuple[int, int],
-) -> None:
-    """All components of one position, projected on ``plane`` (0, 1) = X–Y or (1, 2) = Y–Z."""
-    teeth = np.asarray(variable(position, "tooth_displacement"), dtype=float)
-    flat = ring_points(np.zeros_like(teeth), outline.ring_radius, 0.0)
-    ring = np.column_stack([flat, np.zeros(len(flat))])
-    drawn = [(np.vstack([ring, ring[:1]]), np.vstack([teeth, teeth[:1]]), factors["ring"], 1.3)]
-    for name, discs in stage_discs(position, outline).items():
-        factor = factors["sun" if name == "sun" else "carrier"]
-        width = 0.8 if name == "pin" else 1.1
-        drawn += [(*disc.curves(), factor, width) for disc in discs]
-    shown = np.array([1.0, 1.0, 0.0]) if plane == (0, 1) else np.array([0.0, 0.0, 1.0])
-    for original, moved, factor, width in drawn:
-        deformed = original + factor * moved * shown
-        axes.plot(*original[:, plane].T, color=ORIGINAL_COLOUR, lw=0.8, zorder=2)
-        axes.plot(*deformed[:, plane].T, color=DEFORMED_COLOUR, lw=width, zorder=3)
-    axes.set_aspect("equal", adjustable="datalim")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(nice_number(0.6 * outline.ring_radius)))
-    for i in range(len(outline.planet_angles)):
-        x, y = outline.planet_centre(i, float(position["carrier_angle"]))
-        if plane == (0, 1):
-            axes.text(x, y, f"{i + 1}", ha="center", va="center", fontsize=8, color=NEUTRAL)

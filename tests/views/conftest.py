@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK
 from flexgear.views.star import StageOutline
 
 PLANETS, TEETH, SLOTS = 5, 93, 4
@@ -82,14 +83,14 @@ def make_dataset(variant: str = "flexible", drop: bool = False, samples: int = 3
         "elastic": 900 * (torque / 4e6) ** 2,
         "pair_elastic": 500 * (torque / 4e6) ** 2,
         "input_work": np.cumsum(torque * speed) * (time[1] - time[0]),
-        "damping_work": -20 * time,
-        "pair_damping_work": -10 * time,
+        "damping_work": 20 * time,
+        "pair_damping_work": 10 * time,
         "parametric_work": 3 * np.sin(theta),
     }
     stored = energies["kinetic"] + energies["elastic"] + energies["pair_elastic"]
-    others = sum(energies[k] for k in ("input_work", "damping_work", "pair_damping_work"))
-    energies["brake_work"] = (stored - stored[0]) - others - energies["parametric_work"]
-    energies["brake_work"] += 0.8 * np.sin(40 * time)
+    lost = energies["damping_work"] + energies["pair_damping_work"]
+    entered = energies["input_work"] - energies["input_work"][0] + energies["parametric_work"]
+    energies["brake_work"] = entered - lost - (stored - stored[0]) - 0.8 * np.sin(40 * time)
     return xr.Dataset(
         {
             "carrier_angle": ("time", theta),
@@ -141,7 +142,7 @@ def make_annulus(cells_around: int = 93) -> tuple[np.ndarray, np.ndarray, np.nda
     )
     radial = 40e-6 * np.cos(5 * p.ravel())
     away = np.column_stack([np.cos(p.ravel()), np.sin(p.ravel()), 0 * p.ravel()])
-    return points, cells, radial[:, None] * away
+    return points, cells[:, HEX_FROM_VTK], radial[:, None] * away
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The star has its points where the field has its maxima; components go where they are sent."""
+"""The star has its points where the field has its maxima."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views import star
-from flexgear.views.style import DEFORMED_COLOUR
 
 TENTH, FIFTH = 2 * np.pi / 10, 2 * np.pi / 5
 
@@ -60,28 +59,3 @@ def test_radial_profile_is_in_micrometres(outline, field):
     values = figure.axes[0].get_lines()[0].get_ydata()
     assert np.max(values) == pytest.approx(30.0)
     assert "µm" in figure.axes[0].get_ylabel()
-
-
-def test_equilibrium_view_takes_out_the_rigid_turn_and_magnifies(outline, steady):
-    """Planet 1 sits 320 µm behind: at × 500 its circle is drawn 0.16 m against the rotation."""
-    position = steady["flexible"].isel(time=[700])
-    figure = star.equilibrium_positions(position, outline)
-    angle = float(position["carrier_angle"][0])
-    left, right = figure.axes
-    circles = [li for li in left.get_lines() if li.get_color() == DEFORMED_COLOUR]
-    centres = [np.column_stack(li.get_data())[:-1].mean(axis=0) for li in circles]
-    radial = 500 * float(position["planet_displacement"][0, 0, 0])
-    e_r = np.array([np.cos(angle), np.sin(angle)])
-    e_t = np.array([-np.sin(angle), np.cos(angle)])
-    expected = (outline.center_distance + radial) * e_r - 0.16 * e_t
-    assert min(np.linalg.norm(c - expected) for c in centres) < 1e-6
-    assert (right.get_xlabel(), right.get_ylabel()) == ("Y (m)", "Z (m)")
-    for words in ("2\u2009000", "500", "10\u2009000", "50\u2009000", "5\u2009000"):
-        assert words in figure.get_suptitle()
-
-
-def test_tilt_shows_in_the_side_view():
-    disc = star.Disc(np.zeros(3), 0.3, np.array([0, 0, 0, 1e-5, 0, 7.0]))
-    points, moved = disc.curves()
-    np.testing.assert_allclose(moved[:, 2], 1e-5 * points[:, 1], atol=1e-18)
-    np.testing.assert_allclose(moved[:, :2], 0, atol=1e-18)
