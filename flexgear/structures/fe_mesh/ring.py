@@ -21,7 +21,7 @@ Patches
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, pi, tan
 from typing import Literal
 
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
 from flexgear.structures.fe_mesh.ring_section import (
     RingSection,
     SectionDivisions,
@@ -46,6 +47,8 @@ _DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number
     "standard": (SectionDivisions(tooth=2, flank=2, fillet=2, rim=4), 4),
     "fine": (SectionDivisions(tooth=3, flank=3, fillet=2, rim=5), 6),
 }
+_HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
+_BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
 _GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
@@ -109,7 +112,7 @@ class RingMeshParameters:
         """Radius beyond which the section is not twisted, m."""
         if self.bolts == 0:
             return self.outer_radius
-        return self.bolt_circle_diameter / 2.0 - 0.6 * self.bolt_diameter
+        return self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no ring can be made."""
@@ -137,13 +140,20 @@ class RingMeshParameters:
             )
         if self.bolts:
             radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
-            room = 0.1 * self.rim_thickness
-            if not tooth.root_radius + room < radius - 1.2 * hole:
+            room = self.straight_radius - tooth.root_radius
+            if room < 0.1 * self.rim_thickness:
                 reject(
                     "bolts.circle_diameter",
-                    f"bolts on {radius * 2e3:.0f} mm cut into the teeth's root at "
+                    f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
                     f"{tooth.root_radius * 2e3:.0f} mm",
                     "raise it or lower the bolts' diameter",
+                )
+            if abs(self.helix_rate) * width / 2.0 * radius > room:
+                reject(
+                    "bolts.circle_diameter",
+                    f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
+                    "root and the bolts, whose axes are straight",
+                    "raise it, or lower the face width or the helix angle",
                 )
             if not radius + 1.2 * hole < self.outer_radius:
                 reject(
@@ -199,9 +209,16 @@ def _section(p: RingMeshParameters, divisions: SectionDivisions) -> RingSection:
     growth = _GROWTH[p.fidelity]
     if not (p.bolt_holes and p.bolts):
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
-    from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
-
-    return with_bolt_holes(p, divisions)
+    below = replace(divisions, rim=max(divisions.rim // 2, 1))
+    return with_bolt_holes(
+        toothed_section(p.tooth, p.straight_radius, below, growth),
+        p.outer_radius,
+        p.first_bolt_angle + 2.0 * pi * np.arange(p.bolts) / p.bolts,
+        p.bolt_circle_diameter / 2.0,
+        p.bolt_diameter / 2.0,
+        _HOLE_ROWS[p.fidelity],
+        p.where,
+    )
 
 
 def _fading(p: RingMeshParameters, radius: Array) -> Array:

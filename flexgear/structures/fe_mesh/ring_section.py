@@ -188,9 +188,9 @@ def _sector(
         return number[on_curve[np.argsort(u)].astype(np.int64)]
 
     for sign in (-1, 1):
-        on_flank, on_fillet = line(flank[sign]), line(curve_fillet[sign])
-        angle[on_flank] = sign * tooth.half_angle(radius[on_flank])
-        radius[on_fillet[1:]] = tooth.root_radius_at(np.abs(angle[on_fillet[1:]]))
+        flank_nodes, fillet_nodes = line(flank[sign]), line(curve_fillet[sign])
+        angle[flank_nodes] = sign * tooth.half_angle(radius[flank_nodes])
+        radius[fillet_nodes[1:]] = tooth.root_radius_at(np.abs(angle[fillet_nodes[1:]]))
     quads = number[connectivity[0].astype(np.int64).reshape(-1, 4)]
     lines = {
         "flank": line(flank[-1]),
