@@ -169,6 +169,7 @@ def numbered_pair_loads(
     load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
     figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])
     top, bottom = axes[:, 0]
+    edge = 0.01 * (at[-1] - at[0])
     for number, (theta, value) in pair_curves(at, tooth, load).items():
         colour = PLANET_COLOURS[number % 5]
         top.plot(theta, value * KILO, color=colour)
@@ -176,17 +177,21 @@ def numbered_pair_loads(
         for stop in [*np.flatnonzero(np.isnan(theta)).tolist(), theta.size]:
             piece = slice(start, stop)
             start = stop + 1
-            if theta[piece].size and theta[piece][-1] - theta[piece][0] > 0.04 * (at[-1] - at[0]):
-                peak = int(np.nanargmax(value[piece]))
-                top.annotate(
-                    f"{number}",
-                    (theta[piece][peak], value[piece][peak] * KILO),
-                    xytext=(0, 3),
-                    textcoords="offset points",
-                    ha="center",
-                    color=colour,
-                    fontsize=8,
-                )
+            if theta[piece].size == 0:
+                continue
+            peak = int(np.nanargmax(value[piece]))
+            place = theta[piece][peak]
+            if not at[0] + edge < place < at[-1] - edge:
+                continue
+            top.annotate(
+                f"{number}",
+                (place, value[piece][peak] * KILO),
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                color=colour,
+                fontsize=8,
+            )
     top.margins(y=0.1)
     top.axhline(0, color=NEUTRAL, lw=0.7)
     top.set_ylabel("load of a tooth pair (kN)")
