@@ -2,12 +2,16 @@
 
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.files import UNITS, read_fe_mesh, write_fe_mesh
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
 __all__ = [
+    "UNITS",
     "CarrierMeshParameters",
     "FeMesh",
     "RingMeshParameters",
     "carrier_fe_mesh",
+    "read_fe_mesh",
     "ring_fe_mesh",
+    "write_fe_mesh",
 ]

@@ -36,11 +36,11 @@ HEX_TO_VTK = (7, 4, 1, 5, 6, 2, 0, 3)
 HEX_FROM_VTK = (6, 2, 5, 7, 1, 3, 4, 0)
 
 # Facets with outward normals and edges, as positions in VTK order (tetrahedra: the same in both).
-_FACETS_VTK: dict[str, tuple[tuple[int, ...], ...]] = {
+FACETS_VTK: dict[str, tuple[tuple[int, ...], ...]] = {
     "hex": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
     "tet": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
 }
-_EDGES_VTK: dict[str, tuple[tuple[int, int], ...]] = {
+EDGES_VTK: dict[str, tuple[tuple[int, int], ...]] = {
     "hex": (
         *((0, 1), (1, 2), (2, 3), (3, 0)),
         *((4, 5), (5, 6), (6, 7), (7, 4)),
@@ -97,7 +97,7 @@ class FeMesh:
     @cached_property
     def edges(self) -> Ints:
         """(k, 2) vertex ids of the edges, each once, smaller id first."""
-        pairs = self.vtk_cells[:, np.array(_EDGES_VTK[self.kind])].reshape(-1, 2)
+        pairs = self.vtk_cells[:, np.array(EDGES_VTK[self.kind])].reshape(-1, 2)
         return np.unique(np.sort(pairs, axis=1), axis=0)
 
     @property
@@ -106,9 +106,15 @@ class FeMesh:
         return 3 * (len(self.points) + len(self.edges))
 
     @cached_property
+    def every_facet(self) -> Ints:
+        """(m·6, 4) or (m·4, 3) facets of all cells, outward from their cell; shared ones twice."""
+        table = np.array(FACETS_VTK[self.kind])
+        return self.vtk_cells[:, table].reshape(-1, table.shape[1])
+
+    @cached_property
     def boundary(self) -> Ints:
         """(k, 3 or 4) facets that belong to one cell only, normals outward."""
-        every = self._all_facets()
+        every = self.every_facet
         _, first, count = np.unique(
             np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
         )
@@ -166,10 +172,6 @@ class FeMesh:
         """The same vertices and cells under other patches."""
         return FeMesh(self.points, self.cells, self.kind, facets)
 
-    def _all_facets(self) -> Ints:
-        table = np.array(_FACETS_VTK[self.kind])
-        return self.vtk_cells[:, table].reshape(-1, table.shape[1])
-
     def _check(self) -> None:
         n, corners = len(self.points), 8 if self.kind == "hex" else 4
         sides = 4 if self.kind == "hex" else 3
@@ -186,16 +188,17 @@ class FeMesh:
         bad = int((self.corner_jacobians()[0].min(axis=1) <= 0.0).sum())
         if bad:
             raise FlexgearError(f"FE mesh: {bad} cells are inverted or collapsed")
-        known = _facet_keys(self._all_facets(), n)
+        known = np.unique(facet_keys(self.every_facet, n))
         for name, ids in self.facets.items():
             if ids.ndim != 2 or ids.shape[1] != sides or len(ids) == 0:
                 raise FlexgearError(f"FE mesh: patch {name} must be (k > 0, {sides}) vertex ids")
             if ids.min() < 0 or ids.max() >= n:
                 raise FlexgearError(f"FE mesh: patch {name} refers to a vertex that is not there")
-            keys = _facet_keys(ids, n)
+            keys = facet_keys(ids, n)
             if len(np.unique(keys)) != len(keys):
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet twice")
-            if not np.isin(keys, known).all():
+            at = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+            if (known[at] != keys).any():
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet of no cell")
 
 
@@ -219,7 +222,7 @@ def facet_areas(points: Array, ids: Ints) -> Array:
     return area
 
 
-def _facet_keys(ids: Ints, n: int) -> Ints:
+def facet_keys(ids: Ints, n: int) -> Ints:
     """One integer a facet, the same for any order: three smallest ids name a facet of a cell."""
     s = np.sort(ids, axis=1)[:, :3]
     if n < 2_000_000:

@@ -13,6 +13,7 @@ of quadrilaterals between the block's border and the hole's true circle (an O-gr
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -93,7 +94,7 @@ def with_bolt_holes(
             new_xy.append((1.0 - t) * xy[border] + t * on_hole)
             layers.append(total + np.arange(len(border)))
             total += len(border)
-        for outside, within in zip(layers[:-1], layers[1:], strict=True):
+        for outside, within in pairwise(layers):
             new_quads.append(
                 np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
             )

@@ -1,0 +1,340 @@
+"""FE meshes in files: vtu and msh through meshio, inp (Abaqus, CalculiX) by ``inp.py``.
+
+Named patches
+  msh  physical groups of triangles or quadrilaterals (format 2.2 on writing)
+  vtu  triangle or quadrilateral cells beside the solid ones, and one integer cell array whose name
+       joins the patch names by "-" in the order of its values 1, 2, … (meshio's convention for
+       cell sets; 0 is the solid "body"); reading also takes integer cell arrays named like the
+       patch, not 0 on its cells
+  inp  surfaces of (element, face) pairs; reading also takes sets of shell elements and node sets
+A facet in two patches is written twice. Lengths are written in m.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.fe_mesh.fe_mesh import (
+    EDGES_VTK,
+    HEX_FROM_VTK,
+    FeMesh,
+    Kind,
+    corner_jacobians,
+    facet_keys,
+)
+from flexgear.structures.fe_mesh.inp import InpDeck, read_inp, write_inp
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+_SUFFIXES = (".msh", ".vtu", ".inp")
+_SOLID: dict[str, tuple[Kind, int]] = {
+    "hexahedron": ("hex", 8),
+    "hexahedron20": ("hex", 8),
+    "hexahedron27": ("hex", 8),
+    "tetra": ("tet", 4),
+    "tetra10": ("tet", 4),
+}
+_SURFACE = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+_IGNORED = ("vertex", "line", "line3")
+
+
+def write_fe_mesh(fe_mesh: FeMesh, path: Path | str) -> None:
+    """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all."""
+    path = Path(path)
+    _known_suffix(path)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix == ".inp":
+            with partial.open("w", encoding="utf-8") as stream:
+                write_inp(fe_mesh, stream)
+        else:
+            _write_meshio(fe_mesh, partial, path.suffix)
+        os.replace(partial, path)
+    except OSError as error:
+        raise FlexgearError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+def read_fe_mesh(
+    path: Path | str,
+    unit: str = "m",
+    required_patches: Sequence[str] = (),
+    expected_size: float | None = None,
+    where: str = "fe_mesh_file",
+) -> FeMesh:
+    """A user's own FE mesh with its named groups as patches, converted to m.
+
+    unit: of the file's lengths; expected_size: largest dimension of the body in m, if known.
+    Second-order cells are taken by their corners when straight-sided. Left-handed cells are
+    renumbered; facets on the surface are turned outward. Everything wrong is an InputError.
+    """
+    path = Path(path)
+    if unit not in UNITS:
+        raise InputError(where, "fe_mesh_unit", f"{unit!r} is not known", f"one of {_list(UNITS)}")
+    _known_suffix(path, where)
+    if not path.is_file():
+        raise InputError(where, str(path), "no such file", "check the path")
+    deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
+    kind, cells = _solid_cells(deck, path)
+    used, cells = np.unique(cells, return_inverse=True)
+    cells = cells.reshape(-1, 8 if kind == "hex" else 4)
+    points = deck.points[used] * UNITS[unit]
+    if not np.isfinite(points).all():
+        raise InputError(str(path), "nodes", "a coordinate is not a number", "mesh again")
+    _check_size(points, unit, expected_size, path)
+    _check_pieces(cells, len(points), path)
+    cells = _right_handed(points, cells, kind, path)
+    number = np.full(len(deck.points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    stored = cells[:, HEX_FROM_VTK] if kind == "hex" else cells
+    body = FeMesh(points, stored, kind, {})
+    return body.with_facets(_patches(deck, body, number, required_patches, path))
+
+
+def _known_suffix(path: Path, where: str = "export") -> None:
+    if path.suffix not in _SUFFIXES:
+        raise InputError(
+            where,
+            str(path),
+            f"{path.suffix or 'no suffix'} is no format of FE meshes here",
+            f"use {_list(_SUFFIXES)}",
+        )
+
+
+def _list(names: Iterable[str], most: int = 6) -> str:
+    listed = list(names)
+    more = f" and {len(listed) - most} more" if len(listed) > most else ""
+    return ", ".join(listed[:most]) + more
+
+
+def _write_meshio(fe_mesh: FeMesh, path: Path, suffix: str) -> None:
+    import meshio
+
+    solid, flat = ("hexahedron", "quad") if fe_mesh.kind == "hex" else ("tetra", "triangle")
+    names = list(fe_mesh.facets)
+    cells: list[tuple[str, Ints]] = [(solid, fe_mesh.vtk_cells)]
+    tags = [np.zeros(len(fe_mesh.cells), dtype=np.int32)]
+    if names:
+        cells.append((flat, np.concatenate([fe_mesh.facets[n] for n in names])))
+        sizes = [len(fe_mesh.facets[n]) for n in names]
+        tags.append(np.repeat(np.arange(1, len(names) + 1, dtype=np.int32), sizes))
+    if suffix == ".vtu":
+        clash = [n for n in names if "-" in n]
+        if clash:
+            raise FlexgearError(f"vtu cannot hold patch names with a hyphen: {_list(clash)}")
+        data = {"-".join(["body", *names]): tags}
+        meshio.Mesh(fe_mesh.points, cells, cell_data=data).write(path, file_format="vtu")
+        return
+    body = len(names) + 1
+    tags[0] = tags[0] + body
+    groups = {n: np.array([i, 2]) for i, n in enumerate(names, 1)} | {"body": np.array([body, 3])}
+    meshio.Mesh(
+        fe_mesh.points,
+        cells,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data=groups,
+    ).write(path, file_format="gmsh22")
+
+
+def _read_meshio(path: Path) -> InpDeck:
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            found = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else "vtu")
+    except (Exception, SystemExit) as error:
+        reason = (said.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
+        raise InputError(
+            str(path), "file", f"cannot be read ({reason})", "save it again as msh, vtu or inp"
+        ) from error
+    points = np.zeros((len(found.points), 3))
+    points[:, : found.points.shape[1]] = found.points
+    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
+    deck = InpDeck(points, blocks)
+
+    def add(name: str, block: int, members: NDArray[np.generic]) -> None:
+        corners = _SURFACE.get(blocks[block][0])
+        if corners and len(members):
+            deck.groups.setdefault(name, []).extend(blocks[block][1][members][:, :corners])
+
+    for name, sets in found.cell_sets.items():
+        for block, members in enumerate(sets):
+            if members is not None and not name.startswith("gmsh:"):
+                add(name, block, np.asarray(members))
+    by_tag = {(int(tag), int(dim)): name for name, (tag, dim) in found.field_data.items()}
+    for key, arrays in found.cell_data.items():
+        for block, values in enumerate(np.asarray(a) for a in arrays):
+            if values.dtype.kind not in "iu" or values.ndim != 1:
+                continue
+            if key == "gmsh:physical":
+                for tag in np.unique(values):
+                    group = by_tag.get((int(tag), 2))
+                    if group is not None and group not in found.cell_sets:
+                        add(group, block, np.flatnonzero(values == tag))
+            elif key.startswith("body-"):
+                names = key.split("-")
+                for tag in np.unique(values):
+                    if 0 < tag < len(names):
+                        add(names[tag], block, np.flatnonzero(values == tag))
+            elif not key.startswith("gmsh:"):
+                add(key, block, np.flatnonzero(values != 0))
+    for name, members in found.point_sets.items():
+        deck.node_sets[name] = np.asarray(members, dtype=np.int64)
+    return deck
+
+
+def _solid_cells(deck: InpDeck, path: Path) -> tuple[Kind, Ints]:
+    """Corner cells in VTK order of the one solid type in the file."""
+    solids = [(name, rows) for name, rows in deck.blocks if name in _SOLID and len(rows)]
+    names = {name for name, _ in solids}
+    strange = {n for n, rows in deck.blocks if len(rows)} - names - {*_SURFACE, *_IGNORED}
+    if strange or len(names) > 1:
+        raise InputError(
+            str(path),
+            "cells",
+            f"mixed element types ({_list(sorted(names | strange))})",
+            "mesh the body with hexahedra only or tetrahedra only",
+        )
+    if not names:
+        raise InputError(str(path), "cells", "no solid cells", "save the volume elements too")
+    name = names.pop()
+    rows = np.concatenate([rows for _, rows in solids])
+    kind, corners = _SOLID[name]
+    _check_straight(deck.points, rows, kind, corners, name, path)
+    return kind, rows[:, :corners]
+
+
+def _check_straight(
+    points: Array, rows: Ints, kind: Kind, corners: int, name: str, path: Path
+) -> None:
+    """Mid-side nodes must lie in the middle of straight edges; VTK order of edges."""
+    if rows.shape[1] == corners:
+        return
+    edges = np.array(EDGES_VTK[kind])
+    if kind == "tet":  # VTK: 01 12 02 03 13 23
+        edges = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
+    ends = points[rows[:, edges]]
+    middle = points[rows[:, corners : corners + len(edges)]]
+    if kind == "tet":  # gmsh's order of the last two differs in some files: take the better one
+        swapped = middle[:, [0, 1, 2, 3, 5, 4]]
+        if _off(ends, swapped) < _off(ends, middle):
+            middle = swapped
+    off = _off(ends, middle)
+    if off > 1e-3:
+        raise InputError(
+            str(path),
+            "cells",
+            f"curved {name} cells: mid-side nodes are up to {off * 100:.1f} % of the edge off",
+            "save first-order or straight-sided cells; the elements are quadratic all the same",
+        )
+
+
+def _off(ends: Array, middle: Array) -> float:
+    length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+    distance = np.linalg.norm(middle - ends.mean(axis=2), axis=2)
+    return float((distance / np.maximum(length, np.finfo(float).tiny)).max())
+
+
+def _check_size(points: Array, unit: str, expected: float | None, path: Path) -> None:
+    size = float(np.ptp(points, axis=0).max())
+    low, high = (0.02, 50.0) if expected is None else (0.5 * expected, 2.0 * expected)
+    if low <= size <= high:
+        return
+    fitting = [
+        u for u, factor in UNITS.items() if low <= size / UNITS[unit] * factor <= high and u != unit
+    ]
+    known = "" if expected is None else f", not about {expected:.4g} m"
+    remedy = (
+        "set fe_mesh_unit = " + " or ".join(f'"{u}"' for u in fitting)
+        if fitting
+        else "check the file and the case's dimensions"
+    )
+    raise InputError(
+        str(path), "fe_mesh_unit", f'in "{unit}" the body measures {size:.4g} m{known}', remedy
+    )
+
+
+def _check_pieces(cells: Ints, n: int, path: Path) -> None:
+    ring = np.roll(cells, 1, axis=1)
+    graph = coo_array((np.ones(cells.size), (cells.ravel(), ring.ravel())), shape=(n, n))
+    pieces, _ = connected_components(graph, directed=False)
+    if pieces > 1:
+        raise InputError(
+            str(path), "cells", f"the body falls into {pieces} pieces", "merge coincident nodes"
+        )
+
+
+def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
+    """Renumber left-handed cells; cells with corners of both signs are an error."""
+    determinant, _ = corner_jacobians(points, cells, kind)
+    left = (determinant < 0.0).all(axis=1)
+    mirrored = cells[:, [4, 5, 6, 7, 0, 1, 2, 3] if kind == "hex" else [0, 2, 1, 3]]
+    cells = np.where(left[:, None], mirrored, cells)
+    determinant, _ = corner_jacobians(points, cells, kind)
+    bad = int((determinant <= 0.0).any(axis=1).sum())
+    if bad:
+        raise InputError(
+            str(path), "cells", f"{bad} cells are collapsed or inside out", "repair the mesh"
+        )
+    return cells
+
+
+def _patches(
+    deck: InpDeck, body: FeMesh, number: Ints, required: Sequence[str], path: Path
+) -> dict[str, Ints]:
+    """Named groups as facets of the body; node sets only where a required name is one."""
+    n, sides = len(body.points), 4 if body.kind == "hex" else 3
+    every = body.every_facet
+    keys, first, count = np.unique(facet_keys(every, n), return_index=True, return_counts=True)
+    patches: dict[str, Ints] = {}
+    for name, rows in deck.groups.items():
+        if {len(r) for r in rows} != {sides}:
+            if name in required:
+                raise InputError(str(path), name, "its facets do not fit the cells", "mesh again")
+            continue
+        ids = number[np.array(rows, dtype=np.int64)]
+        wanted = facet_keys(ids, n) if ids.min() >= 0 else np.full(len(ids), -1)
+        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        strange = int(np.count_nonzero(keys[at] - wanted))
+        if strange:
+            raise InputError(
+                str(path),
+                name,
+                f"{strange} facets are no facets of the solid cells",
+                "mesh surface and volume together",
+            )
+        outward = np.where((count[at] == 1)[:, None], every[first[at]], ids)
+        patches[name] = outward[np.unique(wanted, return_index=True)[1]]
+    for name in required:
+        if name not in patches and name in deck.node_sets:
+            inside = np.zeros(n, dtype=bool)
+            members = number[deck.node_sets[name]]
+            inside[members[members >= 0]] = True
+            facets = body.boundary[inside[body.boundary].all(axis=1)]
+            if len(facets):
+                patches[name] = facets
+    missing = [name for name in required if name not in patches]
+    if missing:
+        raise InputError(
+            str(path),
+            "named groups",
+            f"{len(missing)} of {len(required)} missing: {_list(missing)}",
+            f"name these surfaces; the file has {_list(patches) or 'none'}",
+        )
+    return patches

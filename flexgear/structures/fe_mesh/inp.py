@@ -1,0 +1,229 @@
+"""Abaqus and CalculiX input decks: nodes, solid elements, sets and surfaces.
+
+Not through meshio, which drops ``*SURFACE`` and element numbers when reading and writes element
+names that CalculiX refuses. Solid elements are right-handed; a named patch is a surface of
+(element, face) pairs, which also names facets inside the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, FeMesh, facet_keys
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_TYPES = {  # element name -> meshio's cell type, number of nodes
+    "C3D8": ("hexahedron", 8),
+    "C3D20": ("hexahedron20", 20),
+    "C3D4": ("tetra", 4),
+    "C3D10": ("tetra10", 10),
+    "C3D6": ("wedge", 6),
+    "C3D15": ("wedge15", 15),
+    "S3": ("triangle", 3),
+    "S4": ("quad", 4),
+    "S6": ("triangle6", 6),
+    "STRI65": ("triangle6", 6),
+    "S8": ("quad8", 8),
+    "SFM3D3": ("triangle", 3),
+    "SFM3D4": ("quad", 4),
+    "SFM3D6": ("triangle6", 6),
+    "SFM3D8": ("quad8", 8),
+}
+_SUFFIXES = ("RH", "IH", "MH", "R5", "R", "I", "H", "M", "RS", "T")
+
+
+@dataclass
+class InpDeck:
+    """What a deck holds.
+
+    points (n, 3) in the deck's unit; blocks: (cell type, (k, v) node positions); groups: name ->
+    facets, each 3 or 4 corner positions, from surfaces and from sets of shell or membrane
+    elements; node_sets: name -> node positions.
+    """
+
+    points: Array
+    blocks: list[tuple[str, Ints]]
+    groups: dict[str, list[Ints]] = field(default_factory=dict)
+    node_sets: dict[str, Ints] = field(default_factory=dict)
+
+
+def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
+    """C3D8 or C3D4 elements in the set EALL; every patch as ``*SURFACE`` and as node set."""
+    stream.write("*HEADING\nflexgear FE mesh, units m\n*NODE, NSET=NALL\n")
+    for i, (x, y, z) in enumerate(fe_mesh.points.tolist(), 1):
+        stream.write(f"{i}, {x!r}, {y!r}, {z!r}\n")
+    name = "C3D8" if fe_mesh.kind == "hex" else "C3D4"
+    stream.write(f"*ELEMENT, TYPE={name}, ELSET=EALL\n")
+    for i, row in enumerate((fe_mesh.vtk_cells + 1).tolist(), 1):
+        stream.write(f"{i}, {', '.join(map(str, row))}\n")
+    faces = len(FACETS_VTK[fe_mesh.kind])
+    keys, first = np.unique(facet_keys(fe_mesh.every_facet, len(fe_mesh.points)), return_index=True)
+    for patch, ids in fe_mesh.facets.items():
+        found = first[np.searchsorted(keys, facet_keys(ids, len(fe_mesh.points)))]
+        stream.write(f"*SURFACE, NAME={patch}, TYPE=ELEMENT\n")
+        for k in found.tolist():
+            stream.write(f"{k // faces + 1}, S{k % faces + 1}\n")
+        nodes = (np.unique(ids) + 1).tolist()
+        stream.write(f"*NSET, NSET=N_{patch}\n")
+        for start in range(0, len(nodes), 8):
+            stream.write(", ".join(map(str, nodes[start : start + 8])) + ",\n")
+
+
+def read_inp(path: Path) -> InpDeck:
+    """Parse a deck; anything but nodes, elements, sets and element surfaces is passed over."""
+    return _Reader(path).read()
+
+
+class _Reader:
+    """Collects the cards of one deck."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.node_position: dict[int, int] = {}
+        self.coordinates: list[list[float]] = []
+        self.elements: dict[int, tuple[str, list[int]]] = {}
+        self.element_sets: dict[str, list[int]] = {}
+        self.node_sets: dict[str, list[int]] = {}
+        self.surfaces: dict[str, list[tuple[str, str]]] = {}
+        self.names: dict[str, str] = {}  # upper case -> as written
+
+    def read(self) -> InpDeck:
+        for keyword, options, rows in _cards(self.path):
+            try:
+                self._card(keyword, options, rows)
+            except (ValueError, KeyError, IndexError) as error:
+                raise InputError(
+                    str(self.path), f"*{keyword}", f"cannot be read ({error})", "check the card"
+                ) from error
+        return self._deck()
+
+    def _card(self, keyword: str, options: dict[str, str], rows: list[list[str]]) -> None:
+        if keyword == "NODE":
+            for row in rows:
+                self.node_position[int(row[0])] = len(self.coordinates)
+                self.coordinates.append([float(x.replace("D", "E")) for x in (row + ["0"])[1:4]])
+        elif keyword == "ELEMENT":
+            self._element(options, rows)
+        elif keyword in ("ELSET", "NSET"):
+            known = self.element_sets if keyword == "ELSET" else self.node_sets
+            into = known.setdefault(self._name(options[keyword]), [])
+            for row in rows:
+                if "GENERATE" in options:
+                    a, b, step = ([int(x) for x in row] + [1])[:3]
+                    into.extend(range(a, b + 1, step))
+                else:
+                    for x in row:
+                        into.extend([int(x)] if x.isdigit() else known[x.upper()])
+        elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            into_surface = self.surfaces.setdefault(self._name(options["NAME"]), [])
+            into_surface.extend((row[0], (row + [""])[1].upper()) for row in rows)
+
+    def _name(self, name: str) -> str:
+        return self.names.setdefault(name.upper(), name.strip('"')).upper()
+
+    def _element(self, options: dict[str, str], rows: list[list[str]]) -> None:
+        name = options["TYPE"].upper()
+        base = next((name[: -len(s)] for s in _SUFFIXES if name[: -len(s)] in _TYPES), name)
+        base = name if name in _TYPES else base
+        if base not in _TYPES:
+            raise InputError(
+                str(self.path), "*ELEMENT", f"type {name} is not known", "use C3D8/20 or C3D4/10"
+            )
+        kind, size = _TYPES[base]
+        numbers = [int(x) for row in rows for x in row]
+        if len(numbers) % (size + 1):
+            raise ValueError(f"{name} elements want {size} nodes each")
+        ids = np.array(numbers, dtype=np.int64).reshape(-1, size + 1)
+        for row in ids.tolist():
+            self.elements[row[0]] = (kind, [self.node_position[n] for n in row[1:]])
+        if "ELSET" in options:
+            self.element_sets.setdefault(self._name(options["ELSET"]), []).extend(
+                ids[:, 0].tolist()
+            )
+
+    def _deck(self) -> InpDeck:
+        by_kind: dict[str, list[list[int]]] = {}
+        for kind, nodes in self.elements.values():
+            by_kind.setdefault(kind, []).append(nodes)
+        blocks = [(kind, np.array(rows, dtype=np.int64)) for kind, rows in by_kind.items()]
+        deck = InpDeck(np.array(self.coordinates, dtype=float).reshape(-1, 3), blocks)
+        for name, members in self.element_sets.items():
+            corners = [self._shell(e) for e in members if e in self.elements]
+            facets = [c for c in corners if c is not None]
+            if facets and len(facets) == len(corners):
+                deck.groups[self.names[name]] = facets
+        for name, pairs in self.surfaces.items():
+            rows = [
+                self._face(element, face)
+                for which, face in pairs
+                for element in (
+                    [int(which)] if which.isdigit() else self.element_sets.get(which.upper(), [])
+                )
+            ]
+            deck.groups[self.names[name]] = rows
+        for name, nodes in self.node_sets.items():
+            at = [self.node_position[n] for n in nodes if n in self.node_position]
+            deck.node_sets[self.names[name]] = np.array(at, dtype=np.int64)
+        return deck
+
+    def _shell(self, element: int) -> Ints | None:
+        kind, nodes = self.elements[element]
+        if not kind.startswith(("triangle", "quad")):
+            return None
+        return np.array(nodes[: 3 if kind.startswith("triangle") else 4], dtype=np.int64)
+
+    def _face(self, element: int, face: str) -> Ints:
+        if element not in self.elements:
+            raise InputError(
+                str(self.path), "*SURFACE", f"element {element} is not there", "check the surface"
+            )
+        shell = self._shell(element)
+        if shell is not None:
+            return shell
+        kind, nodes = self.elements[element]
+        table = FACETS_VTK.get("hex" if kind.startswith("hex") else "tet", ())
+        if not kind.startswith(("hex", "tet")) or face not in [
+            f"S{i + 1}" for i in range(len(table))
+        ]:
+            raise InputError(
+                str(self.path), "*SURFACE", f"{face!r} is no face of a {kind}", "use S1 to S6"
+            )
+        return np.array([nodes[i] for i in table[int(face[1:]) - 1]], dtype=np.int64)
+
+
+def _cards(path: Path) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
+    """(keyword, options, data rows) of each card; a trailing comma continues a keyword line."""
+    keyword, options, rows = "", {}, []  # type: str, dict[str, str], list[list[str]]
+    pending = ""
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        for raw in stream:
+            line = raw.strip()
+            if not line or line.startswith("**"):
+                continue
+            if line.startswith("*") or pending:
+                if pending:
+                    line, pending = pending + line, ""
+                elif keyword:
+                    yield keyword, options, rows
+                if line.endswith(","):
+                    pending = line
+                    continue
+                head, *rest = [part.strip() for part in line[1:].split(",")]
+                keyword, rows = head.upper(), []
+                options = {}
+                for part in rest:
+                    key, _, value = part.partition("=")
+                    options[key.strip().upper()] = value.strip()
+            else:
+                rows.append([part.strip() for part in line.split(",") if part.strip()])
+    if keyword:
+        yield keyword, options, rows
