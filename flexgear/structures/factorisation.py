@@ -1,4 +1,4 @@
-"""Sparse symmetric factorisation, used many times: SciPy's SuperLU always, MUMPS where installed."""
+"""Sparse symmetric factorisation, used many times: on SciPy alone always, MUMPS where installed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.multifrontal import Multifrontal
 
-Solver = Literal["auto", "scipy", "mumps"]
+Solver = Literal["auto", "scipy", "superlu", "mumps"]
 
 
 class Factor(Protocol):
@@ -23,13 +24,21 @@ class Factor(Protocol):
         """x (n, k) with A x = right (n, k)."""
 
 
-def factorise(matrix: sp.csr_matrix, solver: Solver = "auto") -> Factor:
-    """Factor of a symmetric positive definite matrix (n, n)."""
-    if solver != "scipy" and mumps_available():
+def factorise(
+    matrix: sp.csr_matrix, coordinates: NDArray[np.float64], solver: Solver = "auto"
+) -> Factor:
+    """Factor of a symmetric positive definite matrix (3n, 3n) with nodes at coordinates (n, 3).
+
+    "scipy": multifrontal on SciPy's BLAS (`multifrontal.py`); "superlu": SciPy's own sparse LU;
+    "mumps": the optional extra; "auto": MUMPS where it is installed, else "scipy".
+    """
+    if solver in ("auto", "mumps") and mumps_available():
         return _Mumps(matrix)
     if solver == "mumps":
         raise FlexgearError("solver 'mumps' wants python-mumps: pip install 'flexgear[mumps]'")
-    return _SuperLu(matrix)
+    if solver == "superlu":
+        return _SuperLu(matrix)
+    return Multifrontal(matrix, coordinates)
 
 
 def mumps_available() -> bool:
@@ -44,7 +53,7 @@ def mumps_available() -> bool:
 class _SuperLu:
     """SuperLU in symmetric mode: minimum degree on A + A^T, no pivoting (A is definite)."""
 
-    name = "scipy"
+    name = "superlu"
 
     def __init__(self, matrix: sp.csr_matrix) -> None:
         self._factor = splu(

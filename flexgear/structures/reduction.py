@@ -131,7 +131,7 @@ def condense(
     rows = interface.rows
     springs = _temporary_springs(interface, stiffness)
     held = rows.T @ sp.diags_array(springs) @ rows
-    factor = factorise((stiffness + held).tocsr(), solver)
+    factor = factorise((stiffness + held).tocsr(), interface.coordinates, solver)
     progress("constraint modes", 0.0)
     dofs, b = stiffness.shape[0], interface.size
     modes = np.empty((dofs, b))

@@ -154,6 +154,4 @@ class _Pattern:
             (blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n)
         )
         matrix = bsr.tocsr()
-        matrix = 0.5 * (matrix + matrix.T.tocsr())
-        matrix.eliminate_zeros()
-        return matrix
+        return 0.5 * (matrix + matrix.T.tocsr())

@@ -14,7 +14,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.elements import INTEGRATION_ORDER
 
-_INSIDE = 1e-6  # how far outside its element a point may lie, in reference coordinates
+_INSIDE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,16 @@ def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
 
 
 def point_sample(
-    model: FeModel, points: NDArray[np.float64], weights: NDArray[np.float64]
+    model: FeModel,
+    points: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    slack: float = _INSIDE,
 ) -> Sample:
-    """Given points (m, 3), located in the elements; weights (m,) are taken as they are."""
-    cells, local = locate(model, points)
+    """Given points (m, 3), located in the elements; weights (m,) are taken as they are.
+
+    slack: how far outside its element a point may lie, in reference coordinates.
+    """
+    cells, local = locate(model, points, slack)
     basis = model.basis
     shape = np.stack(
         [basis.elem.lbasis(local.T, i)[0] for i in range(len(basis.basis))], axis=-1
@@ -116,7 +122,7 @@ def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64
 
 
 def locate(
-    model: FeModel, points: NDArray[np.float64]
+    model: FeModel, points: NDArray[np.float64], slack: float = _INSIDE
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
     mesh = model.basis.mesh
@@ -126,7 +132,7 @@ def locate(
     local = np.zeros((len(points), 3))
     excess = np.full(len(points), np.inf)
     for neighbours in (16, 128):
-        todo = np.flatnonzero(excess > _INSIDE)
+        todo = np.flatnonzero(excess > slack)
         if not len(todo):
             break
         _, near = tree.query(points[todo], k=min(neighbours, len(corners)))
@@ -139,7 +145,7 @@ def locate(
         rows = np.arange(len(todo))
         cells[todo], local[todo] = near[rows, best], x[rows, best]
         excess[todo] = outside[rows, best]
-    if np.any(excess > _INSIDE):
+    if np.any(excess > slack):
         worst = points[int(np.argmax(excess))]
         raise FlexgearError(
             f"a tie's point ({worst[0]:.4g}, {worst[1]:.4g}, {worst[2]:.4g}) m lies outside "

@@ -45,13 +45,14 @@ class Tie:
 class Interface:
     """All interface nodes of a body: B u = q on the dofs left after rigid ties.
 
-    names (n,), positions (n, 3); rows (6n, d) CSR, six rows a node in node order;
+    names (n,), positions (n, 3) m; rows (6n, d) CSR, six rows a node in node order;
     expansion (3n_fe, d) CSR with u = expansion u_d, or None where no tie is rigid.
     """
 
     names: tuple[str, ...]
     positions: NDArray[np.float64]
     rows: sp.csr_matrix = field(repr=False)
+    coordinates: NDArray[np.float64] = field(repr=False)
     expansion: sp.csr_matrix | None = field(repr=False, default=None)
 
     @property
@@ -104,24 +105,25 @@ def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
     positions = np.array([tie.position for tie in ties])
     rigid = [i for i, tie in enumerate(ties) if tie.nodes is not None]
     if not rigid:
-        return Interface(names, positions, sp.vstack([t.rows for t in ties]).tocsr())
-    expansion, first = _expansion(model, ties, rigid)
-    rows = []
+        rows = sp.vstack([t.rows for t in ties]).tocsr()
+        return Interface(names, positions, rows, model.nodes)
+    expansion, first, coordinates = _expansion(model, ties, rigid)
+    parts = []
     for i, tie in enumerate(ties):
         if tie.rows is not None:
-            rows.append(tie.rows @ expansion)
+            parts.append(tie.rows @ expansion)
         else:
             start = first + 6 * rigid.index(i)
-            rows.append(sp.csr_matrix(
+            parts.append(sp.csr_matrix(
                 (np.ones(6), (np.arange(6), start + np.arange(6))), (6, expansion.shape[1])
             ))
-    return Interface(names, positions, sp.vstack(rows).tocsr(), expansion)
+    return Interface(names, positions, sp.vstack(parts).tocsr(), coordinates, expansion)
 
 
 def _expansion(
     model: FeModel, ties: Sequence[Tie], rigid: Sequence[int]
-) -> tuple[sp.csr_matrix, int]:
-    """T (3n, d) of u = T [u_free, q_rigid], and the column where q_rigid starts."""
+) -> tuple[sp.csr_matrix, int, NDArray[np.float64]]:
+    """T (3n, d) of u = T [u_free, q_rigid], the column where q_rigid starts, coordinates."""
     owner = np.full(len(model.nodes), -1)
     shared = np.zeros(len(model.nodes), dtype=bool)
     for i in rigid:
@@ -139,4 +141,6 @@ def _expansion(
         rows = np.repeat(dofs, 6)
         columns = np.tile(np.arange(6), len(dofs))
         blocks.append(sp.csr_matrix((motion.ravel(), (rows, columns)), (model.dofs, 6)))
-    return sp.hstack(blocks).tocsr(), len(free)
+    centres = np.repeat(np.array([ties[i].position for i in rigid]), 2, axis=0)
+    coordinates = np.concatenate([model.nodes[owner < 0], centres])
+    return sp.hstack(blocks).tocsr(), len(free), coordinates

@@ -1,0 +1,135 @@
+r"""How far a reduced body is from the finite-element model it was made from.
+
+Static. Both models stand on the same supports S at the interface nodes. The full model under a
+load f on the surface answers with interface motion
+
+    (K_bb + S) q = Psi^T f            (exact: Schur complement of K + B^T S B),
+
+the reduced one carries the statically equivalent wrench w at the tooth's (pin's) own node,
+(K_bb + S) q_r = E w. Error: |t - t_r| / |t|, t the translation of that node.
+
+Frequencies. Supported modes of the reduced body, u = Psi q + Phi eta, start one step of
+simultaneous inverse iteration on the full model; Rayleigh-Ritz on span[U, A U],
+A = (K + B^T S B)^{-1} M, gives the full model's frequencies: what remains of an error e of the
+start is of the order e (f / f_fixed)^4 (the tests compare with Lanczos on the full matrices).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sla
+from numpy.typing import NDArray
+
+from flexgear.structures.probe_loads import ProbeLoad
+from flexgear.structures.reduction import (
+    SOLVE_BLOCK,
+    Condensation,
+    Progress,
+    Reduction,
+    silent,
+)
+
+_GUARD = 1.15  # reduced modes up to this times the limit start the reference
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyComparison:
+    """Supported frequencies up to a limit, Hz: reduced (k,), full (k,); the worst relative error."""
+
+    reduced: NDArray[np.float64]
+    full: NDArray[np.float64]
+    error: float
+
+
+def static_errors(
+    reduction: Reduction, supports: NDArray[np.float64], loads: Sequence[ProbeLoad]
+) -> dict[str, float]:
+    """Largest relative error of the loaded node's translation, by load case; supports (b, b)."""
+    condensation = reduction.condensation
+    interface, psi = condensation.interface, condensation.constraint_modes
+    exact = np.empty((interface.size, len(loads)))
+    equivalent = np.zeros_like(exact)
+    nodes = [interface.names.index(load.node) for load in loads]
+    for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
+        f = load.sample.load(load.forces)
+        if interface.expansion is not None:
+            f = interface.expansion.T @ f
+        at = np.flatnonzero(f)
+        exact[:, column] = psi[at].T @ f[at]
+        equivalent[6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
+    q = np.linalg.solve(condensation.stiffness + supports, np.hstack([exact, equivalent]))
+    full, reduced = q[:, : len(loads)], q[:, len(loads) :]
+    errors: dict[str, float] = {}
+    for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
+        t = slice(6 * node, 6 * node + 3)
+        difference = np.linalg.norm(full[t, column] - reduced[t, column])
+        error = float(difference / np.linalg.norm(full[t, column]))
+        errors[load.case] = max(error, errors.get(load.case, 0.0))
+    return errors
+
+
+def compare_frequencies(
+    reduction: Reduction,
+    supports: NDArray[np.float64],
+    limit_hz: float,
+    progress: Progress = silent,
+) -> FrequencyComparison:
+    """Supported frequencies up to limit_hz of the reduced and of the full model."""
+    body, condensation = reduction.body, reduction.condensation
+    b = condensation.interface.size
+    progress("frequency check", 0.0)
+    stiffness = body.stiffness.copy()
+    stiffness[:b, :b] += supports
+    top = (2 * np.pi * limit_hz) ** 2
+    values, vectors = sla.eigh(
+        stiffness, body.mass, subset_by_value=(-np.inf, top * _GUARD**2)
+    )
+    if not len(values):
+        return FrequencyComparison(np.zeros(0), np.zeros(0), 0.0)
+    mass = condensation.fe_mass
+    count = len(values)
+    field = np.empty((mass.shape[0], 2 * count))
+    field[:, :count] = condensation.constraint_modes @ vectors[:b]
+    field[:, :count] += reduction.fixed_modes @ vectors[b:]
+    for start in range(0, count, SOLVE_BLOCK):
+        block = slice(start, min(start + SOLVE_BLOCK, count))
+        image = condensation.supported_solve(mass @ np.ascontiguousarray(field[:, block]), supports)
+        field[:, count + start : count + block.stop] = image * values[block]
+        progress("frequency check", 0.8 * block.stop / count)
+    # U and A U nearly agree: take their difference, scaled, as the second half
+    change = field[:, count:] - field[:, :count]
+    change /= np.maximum(np.linalg.norm(change, axis=0), 1e-300)
+    field[:, count:] = change
+    full = _ritz_values(condensation, supports, field)
+    reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+    full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
+    wanted = min(int(np.searchsorted(full, top)), count)
+    error = np.abs(reduced_hz[:wanted] / full_hz[:wanted] - 1)
+    progress("frequency check", 1.0)
+    return FrequencyComparison(
+        reduced_hz[:wanted], full_hz[:wanted], float(error.max(initial=0.0))
+    )
+
+
+def _ritz_values(
+    condensation: Condensation, supports: NDArray[np.float64], field: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Rising Ritz values of (K + B^T S B, M) on the columns of field (d, k); 1/s2."""
+    count = field.shape[1]
+    at_nodes = condensation.rows @ field
+    k = at_nodes.T @ supports @ at_nodes
+    m = np.empty((count, count))
+    for start in range(0, count, SOLVE_BLOCK):
+        block = slice(start, min(start + SOLVE_BLOCK, count))
+        part = np.ascontiguousarray(field[:, block])
+        k[:, block] += field.T @ (condensation.fe_stiffness @ part)
+        m[:, block] = field.T @ (condensation.fe_mass @ part)
+    scale = 1 / np.sqrt(np.diag(m))
+    m = scale[:, None] * 0.5 * (m + m.T) * scale
+    k = scale[:, None] * 0.5 * (k + k.T) * scale
+    size, basis = sla.eigh(m)
+    basis = basis[:, size > 1e-11] / np.sqrt(size[size > 1e-11])
+    return sla.eigh(basis.T @ k @ basis, eigvals_only=True)
