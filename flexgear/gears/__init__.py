@@ -1,0 +1,1 @@
+"""Closed-form gear theory: geometry, kinematics, paths of contact, pair stiffness, errors."""

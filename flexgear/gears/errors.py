@@ -1,0 +1,77 @@
+"""Manufacturing errors as compression of tooth pairs, m; positive is excess of material.
+
+They follow the gears' angles, not time: the harmonic part runs with the pair's path coordinate,
+2π s/p_bt, so it has gear-mesh frequency at any speed; pitch deviations belong to numbered teeth.
+Single-tooth deviation after Tan et al. 2023, eq. 19: e = ½ (f_a + f_b) sin(…).
+A pin displaced by (r, t) in planet axes moves the planet along, δ = −N·(r, t, 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.contact import gear_mesh_paths
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PairErrors:
+    """Errors of one gear mesh kind.
+
+    harmonic_amplitude m, harmonic_phase rad, offset m: (N,); gear_tooth (z,) and planet_tooth
+    (N, z_p): pitch deviations by tooth number, m.
+    """
+
+    harmonic_amplitude: Array
+    harmonic_phase: Array
+    offset: Array
+    gear_tooth: Array
+    planet_tooth: Array
+
+
+def _pitch(rng: np.random.Generator, shape: tuple[int, ...], amplitude: float) -> Array:
+    """Random single pitch deviations within ±amplitude whose mean is zero on every gear."""
+    if amplitude == 0.0:
+        return np.zeros(shape)
+    values = rng.uniform(-amplitude, amplitude, shape)
+    return values - values.mean(axis=-1, keepdims=True)
+
+
+def pair_errors(case: Case) -> dict[str, PairErrors]:
+    """Errors of all four gear-mesh kinds; the back flanks see pitch deviations with other sign."""
+    stage, e = case.stage, case.errors
+    n = stage.planets
+    rng = np.random.default_rng(e.pitch_seed)
+    pitch = {
+        "ring": _pitch(rng, (stage.ring.teeth,), e.pitch_deviation),
+        "sun": _pitch(rng, (stage.sun.teeth,), e.pitch_deviation),
+        "planet_ring": _pitch(rng, (n, stage.planet.teeth), e.pitch_deviation),
+        "planet_sun": _pitch(rng, (n, stage.planet.teeth), e.pitch_deviation),
+    }
+    radial, tangential = np.zeros(n), np.zeros(n)
+    radial[: len(e.pin_radial)] = e.pin_radial
+    tangential[: len(e.pin_tangential)] = e.pin_tangential
+    out = {}
+    for kind, path in gear_mesh_paths(case).items():
+        gear = "ring" if kind.startswith("ring") else "sun"
+        front = not kind.endswith("back")
+        amplitude = 0.5 * (getattr(e, f"{gear}_tooth") + e.planet_tooth)
+        phase = getattr(e, f"{gear}_phase")
+        nx, ny = path.normal_xy / np.sqrt(1 + path.slope**2)
+        sign = 1.0 if front else -1.0
+        out[kind] = PairErrors(
+            harmonic_amplitude=np.full(n, amplitude if front else 0.0),
+            harmonic_phase=np.full(n, phase),
+            offset=-(nx * radial + ny * tangential),
+            gear_tooth=sign * pitch[gear],
+            planet_tooth=sign * pitch[f"planet_{gear}"],
+        )
+    return out

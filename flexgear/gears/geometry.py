@@ -1,0 +1,222 @@
+"""Involute geometry of a planetary stage in the transverse plane.
+
+Reference radius r = m_n z / (2 cosβ), base radius r_b = r cosα_t, tanα_t = tanα_n / cosβ
+(ISO 21771). Thickness at the reference circle: s = m_n (π/2 ± 2 x tanα_n)/cosβ, + for external
+gears; for the ring a positive x moves the reference profile outwards, so its tooth gets thinner.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexgear.model.errors import InputError
+
+if TYPE_CHECKING:
+    from flexgear.model.stage import Stage
+
+
+def involute(angle: float) -> float:
+    """inv α = tan α − α, rad."""
+    return math.tan(angle) - angle
+
+
+def inverse_involute(value: float) -> float:
+    """α with inv α = value, by Newton's rule from α ≈ (3 v)^{1/3}."""
+    if value < 0:
+        raise ValueError("an involute function below zero has no angle")
+    angle = min((3 * value) ** (1 / 3), 1.4)
+    for _ in range(50):
+        step = (involute(angle) - value) / max(math.tan(angle) ** 2, 1e-300)
+        angle -= step
+        if abs(step) < 1e-15:
+            break
+    return angle
+
+
+@dataclass(frozen=True)
+class GearGeometry:
+    """One gear: radii (m), transverse tooth thickness at the reference circle (m)."""
+
+    teeth: int
+    internal: bool
+    reference_radius: float
+    base_radius: float
+    tip_radius: float
+    root_radius: float
+    thickness: float
+
+    def roll_length(self, radius: float) -> float:
+        """ρ = √(r² − r_b²): length along the line of action from the base tangent point, m."""
+        return math.sqrt(max(radius**2 - self.base_radius**2, 0.0))
+
+    def thickness_at(self, radius: float, pressure_angle: float) -> float:
+        """Transverse tooth thickness (m) at ``radius``; pressure_angle is α_t at the reference."""
+        local = math.acos(min(1.0, self.base_radius / radius))
+        sign = -1.0 if self.internal else 1.0
+        half = self.thickness / (2 * self.reference_radius)
+        return 2 * radius * (half + sign * (involute(pressure_angle) - involute(local)))
+
+
+@dataclass(frozen=True)
+class MeshGeometry:
+    """One gear mesh: working transverse pressure angle (rad), path of contact on the planet's
+    line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m)."""
+
+    working_angle: float
+    s_lo: float
+    s_hi: float
+    base_pitch: float
+    transverse_contact_ratio: float
+    overlap_ratio: float
+    backlash: float
+
+    @property
+    def total_contact_ratio(self) -> float:
+        """ε_γ = ε_α + ε_β."""
+        return self.transverse_contact_ratio + self.overlap_ratio
+
+
+@dataclass(frozen=True)
+class StageGeometry:
+    """A planetary stage.
+
+    center_distance m; transverse_angle α_t and base_helix_angle β_b rad; planet_clearance: gap
+    between tips of neighbouring planets, m (negative: they collide); assembly: (z_s + z_r)/N.
+    """
+
+    sun: GearGeometry
+    planet: GearGeometry
+    ring: GearGeometry
+    sun_mesh: MeshGeometry
+    ring_mesh: MeshGeometry
+    center_distance: float
+    transverse_angle: float
+    base_helix_angle: float
+    planet_clearance: float
+    assembly: float
+
+
+def _gear(stage: Stage, name: str, transverse_angle: float) -> GearGeometry:
+    gear = getattr(stage, name)
+    cos_b = math.cos(stage.helix_angle)
+    module, x = stage.normal_module, gear.profile_shift
+    r = module * gear.teeth / (2 * cos_b)
+    out = -1.0 if name == "ring" else 1.0
+    return GearGeometry(
+        teeth=gear.teeth,
+        internal=name == "ring",
+        reference_radius=r,
+        base_radius=r * math.cos(transverse_angle),
+        tip_radius=r + module * (x + out * gear.addendum),
+        root_radius=r + module * (x - out * gear.dedendum),
+        thickness=module * (math.pi / 2 + out * 2 * x * math.tan(stage.pressure_angle)) / cos_b,
+    )
+
+
+def _center_distance(stage: Stage, at: float, sun: float, planet: float, ring: float) -> float:
+    """Centre distance (m) at zero backlash of both gear meshes, or the one that is given."""
+    given = stage.center_distance
+    if given is not None:
+        return given
+    tan_n = math.tan(stage.pressure_angle)
+    z_s, z_p, z_r = stage.sun.teeth, stage.planet.teeth, stage.ring.teeth
+    x_s, x_p, x_r = (getattr(stage, g).profile_shift for g in ("sun", "planet", "ring"))
+    values = []
+    for total_x, total_z, base in (
+        (x_s + x_p, z_s + z_p, sun + planet),
+        (x_r - x_p, z_r - z_p, ring - planet),
+    ):
+        value = involute(at) + 2 * tan_n * total_x / total_z
+        if value < 0 or total_z <= 0:
+            raise InputError(
+                "case", "stage", "the profile shifts leave no working pressure angle",
+                "reduce the negative profile shifts",
+            )  # fmt: skip
+        values.append(base / math.cos(inverse_involute(value)))
+    if abs(values[0] - values[1]) > 1e-5:
+        raise InputError(
+            "case",
+            "stage.center_distance_mm",
+            f"sun–planet wants {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
+            "choose profile shifts with equal centre distances, or give center_distance_mm",
+        )
+    return values[0]
+
+
+def _gear_mesh(
+    stage: Stage, gear: GearGeometry, planet: GearGeometry, distance: float, at: float, play: float
+) -> MeshGeometry:
+    internal = gear.internal
+    name = "ring" if internal else "sun"
+    base = gear.base_radius - planet.base_radius if internal else (
+        gear.base_radius + planet.base_radius
+    )  # fmt: skip
+    if not 0 < base < distance:
+        raise InputError(
+            "case", "stage.center_distance_mm",
+            f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * base:.3f} mm ({name})",
+            "make the centre distance larger",
+        )  # fmt: skip
+    angle = math.acos(base / distance)
+    reach = distance * math.sin(angle)
+    tip = planet.roll_length(planet.tip_radius)
+    if internal:
+        if gear.tip_radius <= gear.base_radius:
+            raise InputError(
+                "case", "stage.ring.addendum", "the ring's tip lies inside its base circle",
+                "reduce the addendum or raise the profile shift of the ring",
+            )  # fmt: skip
+        low, high = gear.roll_length(gear.tip_radius) - reach, tip
+        high = min(high, gear.roll_length(gear.root_radius) - reach)
+    else:
+        low, high = reach - gear.roll_length(gear.tip_radius), min(tip, reach)
+    low = max(low, 0.0)
+    pitch = 2 * math.pi * planet.base_radius / planet.teeth
+    if high - low < pitch:
+        raise InputError(
+            "case", f"stage.{name}",
+            f"transverse contact ratio {(high - low) / pitch:.3f} is below 1",
+            "raise addenda or change profile shifts",
+        )  # fmt: skip
+    # normal play left by thicknesses at the working circles, plus what the case asks for
+    scale = distance / base
+    r_g, r_p = gear.base_radius * scale, planet.base_radius * scale
+    s_g, s_p = gear.thickness_at(r_g, at), planet.thickness_at(r_p, at)
+    inherent = (2 * math.pi * r_p / planet.teeth - s_g - s_p) * math.cos(angle)
+    cos_bb = math.cos(math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)))
+    backlash = play + inherent * cos_bb
+    if backlash < -1e-9:
+        raise InputError(
+            "case", f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
+            f"raise backlash_{name}_um or change the centre distance",
+        )  # fmt: skip
+    overlap = stage.face_width * math.sin(stage.helix_angle) / (math.pi * stage.normal_module)
+    return MeshGeometry(angle, low, high, pitch, (high - low) / pitch, overlap, max(backlash, 0.0))
+
+
+def stage_geometry(stage: Stage) -> StageGeometry:
+    """Geometry of a stage. Raises InputError for gears that can't mesh (see messages)."""
+    at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
+    sun, planet, ring = (_gear(stage, name, at) for name in ("sun", "planet", "ring"))
+    distance = _center_distance(
+        stage, at, sun.base_radius, planet.base_radius, ring.base_radius
+    )
+    angles = sorted(stage.planet_angles)
+    gaps = [(b - a) for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
+    clearance = math.inf
+    if len(angles) > 1:
+        clearance = 2 * distance * math.sin(min(gaps) / 2) - 2 * planet.tip_radius
+    return StageGeometry(
+        sun=sun,
+        planet=planet,
+        ring=ring,
+        sun_mesh=_gear_mesh(stage, sun, planet, distance, at, stage.backlash_sun),
+        ring_mesh=_gear_mesh(stage, ring, planet, distance, at, stage.backlash_ring),
+        center_distance=distance,
+        transverse_angle=at,
+        base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),
+        planet_clearance=clearance,
+        assembly=(sun.teeth + ring.teeth) / len(angles),
+    )
