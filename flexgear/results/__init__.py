@@ -1,0 +1,1 @@
+"""Labelled results: datasets with units and parameters, load sharing, harmonics, summaries."""

@@ -1,0 +1,100 @@
+"""Every variable a result may hold: dimensions, unit, meaning.
+
+The first dimension is that of the samples, "time" for a transient and "position" for a series of
+equilibria; it is written here as "sample". Frames and signs are those of docs/conventions.md.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """dims: names of the axes in order; units; meaning in words."""
+
+    dims: tuple[str, ...]
+    units: str
+    meaning: str
+
+
+S = "sample"
+DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
+AXES = ("x", "y", "z")
+
+COORDINATES: dict[str, tuple[str, str]] = {
+    "time": ("s", "time"),
+    "position": ("1", "number of the equilibrium position, from 0"),
+    "planet": ("1", "planet number, from 1"),
+    "slot": ("1", "place of a tooth pair among those in contact, from 1"),
+    "tooth": ("1", "ring tooth number, from 1"),
+    "axis": ("", "direction"),
+    "dof": ("", "u in m or N, r in rad or N m"),
+    "carrier_node": ("", "interface node of the carrier"),
+    "bolt": ("1", "bolt number, from 1"),
+    "bearing": ("", "bearing or support"),
+    "tooth_angle": ("rad", "angle of the ring tooth's centre"),
+    "planet_angle": ("rad", "angle of the planet in the carrier frame"),
+}
+
+
+def _gear_mesh(kind: str, other: str) -> dict[str, Quantity]:
+    pair = (S, "planet", "slot")
+    found = {
+        f"{kind}_gear_mesh_force": Quantity(
+            (S, "planet"),
+            "N",
+            f"normal force along the 3D line of action, {other} on planet, working less back flank",
+        )
+    }
+    for flank, words in (("", "working flank"), ("_back", "back flank")):
+        start, said = f"{kind}{flank}_pair", f"{other}-planet tooth pair, {words}"
+        found |= {
+            f"{start}_load": Quantity(pair, "N", f"load of a {said}; compressive is positive"),
+            f"{start}_tooth": Quantity(pair, "1", f"{other} tooth of a {said}, from 1; 0: none"),
+            f"{start}_stiffness": Quantity(pair, "N/m", f"stiffness of a {said}"),
+            f"{start}_position": Quantity(
+                pair, "m", f"path coordinate of a {said}, from the planet's base tangent point"
+            ),
+        }
+    return found
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "carrier_angle": Quantity((S,), "rad", "mean rotation of the pins"),
+    "carrier_speed": Quantity((S,), "rad/s", "mean speed of the pins"),
+    "input_torque": Quantity((S,), "N m", "drive torque on the carrier"),
+    "output_torque": Quantity((S,), "N m", "torque the brake takes at the sun shaft"),
+    "output_speed": Quantity((S,), "rad/s", "speed of the sun shaft's output end"),
+    **_gear_mesh("ring", "ring"),
+    **_gear_mesh("sun", "sun"),
+    "tooth_displacement": Quantity((S, "tooth", "axis"), "m", "ring tooth node, global axes"),
+    "sun_displacement": Quantity((S, "dof"), "m, rad", "sun, carrier axes, rolling taken off"),
+    "planet_displacement": Quantity(
+        (S, "planet", "dof"), "m, rad", "planet, axes radial, tangential, axial, rolling taken off"
+    ),
+    "pin_displacement": Quantity(
+        (S, "planet", "dof"), "m, rad", "pin, carrier axes, rolling taken off"
+    ),
+    "carrier_displacement": Quantity(
+        (S, "carrier_node", "dof"), "m, rad", "carrier node, carrier axes, rolling taken off"
+    ),
+    "load_sharing": Quantity(
+        (S,), "1", "N max F / sum F of the ring gear meshes; not a number below 3 % of rated sum F"
+    ),
+    "planet_force_spread": Quantity(
+        (S,), "1", "(max F - min F) / rated mean F of the ring gear meshes"
+    ),
+    "bolt_force": Quantity((S, "bolt", "axis"), "N", "bolt on ring: radial, tangential, axial"),
+    "bearing_force": Quantity((S, "bearing", "dof"), "N, N m", "force a bearing carries"),
+    "closure": Quantity((S,), "1", "largest imbalance of an equilibrium over its load"),
+    "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
+    "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),
+    "energy_pair_elastic": Quantity((S,), "J", "strain energy of the tooth pairs"),
+    "energy_input_work": Quantity((S,), "J", "work done by the drive"),
+    "energy_brake_work": Quantity((S,), "J", "work taken by the brake"),
+    "energy_damping_work": Quantity((S,), "J", "work taken by damping of the structure"),
+    "energy_pair_damping_work": Quantity((S,), "J", "work taken by damping of the tooth pairs"),
+    "energy_parametric_work": Quantity(
+        (S,), "J", "work of changing pair stiffness and contact vectors"
+    ),
+}
