@@ -1,0 +1,54 @@
+"""Planet carrier: two side plates, webs, pins, hub and bearing seats."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Length
+
+
+class Seat(Section):
+    """A bearing seat on the carrier."""
+
+    diameter: Length = Field(ge=5e-3, le=10.0)
+    width: Length = Field(ge=1e-3, le=2.0)
+
+
+class Carrier(Section):
+    """Along the axis from the drive side: hub with seat_drive, plate, gap with pins and webs,
+    plate, seat_far. hub_length is counted from the plate and includes the seat."""
+
+    flexible: bool = True
+    fe_mesh: Literal["generate", "file"] = "generate"
+    fe_mesh_file: str | None = None
+    fe_mesh_unit: Literal["m", "mm"] = "mm"
+    drive_side: Literal["-z", "+z"] = "-z"
+    plate_diameter: Length = Field(ge=1e-2, le=10.0)
+    plate_thickness_drive: Length = Field(ge=1e-3, le=1.0)
+    plate_thickness_far: Length = Field(ge=1e-3, le=1.0)
+    plate_gap: Length = Field(ge=1e-3, le=3.0)
+    web_width: Length = Field(ge=1e-3, le=3.0)
+    web_inner_radius: Length | None = Field(default=None, ge=1e-3, le=5.0)
+    web_clearance: Length = Field(default=0.01, ge=1e-4, le=0.5)
+    pin_diameter: Length = Field(ge=1e-3, le=2.0)
+    pin_bore: Length = Field(default=0.0, ge=0.0, le=2.0)
+    pin_seat_width: Length | None = Field(default=None, ge=1e-3, le=3.0)
+    hub_outer_diameter: Length = Field(ge=5e-3, le=10.0)
+    hub_bore: Length = Field(ge=1e-3, le=10.0)
+    hub_length: Length = Field(ge=1e-3, le=5.0)
+    seat_drive: Seat
+    seat_far: Seat
+    fixed_interface_modes: int = Field(default=60, ge=0, le=2000)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Carrier:
+        if self.fe_mesh == "file" and not self.fe_mesh_file:
+            raise Refusal(
+                "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
+            )
+        if self.pin_bore >= self.pin_diameter:
+            raise Refusal("pin_bore", "is as large as the pin", "lower it")
+        return self

@@ -1,0 +1,94 @@
+"""Torque at the carrier over time."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Speed, Time, Torque
+
+_SAME_TIME = 1e-9  # s; a step at 1 s counts from the first instant after 1 s
+
+
+class TorqueDrops(Section):
+    """Torque drops that ``flexgear run`` studies, one after the other."""
+
+    torques: tuple[Torque, ...] = ()
+    start: Time = Field(default=1.0, ge=0.0, le=1e5)
+    duration: Time = Field(default=0.2, gt=0.0, le=1e5)
+
+
+class Drive(Section):
+    """Drive at the carrier.
+
+    constant  ``torque`` at all times
+    steps     ``torques[k]`` for times[k] < t <= times[k+1]; the first holds before, too
+    ramp      straight lines between the points (times, torques), constant outside
+    csv       as ramp, the points read from ``file`` with the columns time_s and torque_nm
+    rated_speed is that of the carrier at rated_torque.
+    """
+
+    kind: Literal["constant", "steps", "ramp", "csv"] = "constant"
+    rated_torque: Torque = Field(ge=1e-3, le=1e9)
+    rated_speed: Speed = Field(ge=1e-3, le=1e4)
+    torque: Torque = Field(ge=-1e9, le=1e9)
+    times: tuple[Time, ...] = ()
+    torques: tuple[Torque, ...] = ()
+    file: str | None = None
+    steps: TorqueDrops = TorqueDrops()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rated_by_default(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "torque" not in data and "rated_torque" in data:
+            return {**data, "torque": data["rated_torque"]}
+        return data
+
+    @model_validator(mode="after")
+    def _complete(self) -> Drive:
+        if self.kind == "constant":
+            return self
+        if self.kind == "csv" and self.file is None and not self.times:
+            raise Refusal("file", "is missing", "name a CSV file with time_s and torque_nm")
+        if len(self.times) != len(self.torques) or not self.times:
+            raise Refusal(
+                "times",
+                f"{len(self.times)} times and {len(self.torques)} torques",
+                f"a drive of kind {self.kind!r} needs as many times as torques",
+            )
+        if np.any(np.diff(self.times) <= 0):
+            raise Refusal("times", "do not rise", "put them in order, each once")
+        if max(abs(x) for x in self.torques) > 1e9:
+            raise Refusal("torques", "are beyond 1e9 N m", "check the unit")
+        return self
+
+    def torque_at(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Torque, N m, at the times given, s; same shape."""
+        t = np.asarray(time, dtype=float)
+        if self.kind == "constant":
+            return np.full(t.shape, self.torque)
+        times, torques = np.asarray(self.times), np.asarray(self.torques)
+        if self.kind == "steps":
+            at = np.searchsorted(times + _SAME_TIME, t, side="left") - 1
+            return torques[np.clip(at, 0, len(torques) - 1)]
+        return np.interp(t, times, torques)
+
+    def change_times(self) -> tuple[float, ...]:
+        """Times at which the torque jumps, s; near them the smaller time step is used."""
+        return self.times[1:] if self.kind == "steps" else ()
+
+    def drop(self, torque: float) -> Drive:
+        """The drive of one torque drop: ``torque`` for steps.duration from steps.start on."""
+        start, end = self.steps.start, self.steps.start + self.steps.duration
+        base = min(0.0, start - 1.0)
+        return self.model_copy(
+            update={
+                "kind": "steps",
+                "times": (base, start, end),
+                "torques": (self.torque, torque, self.torque),
+            }
+        )

@@ -1,0 +1,146 @@
+"""Validation errors as one clear line: file, key, what is wrong and what would be right."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+
+from flexgear.model.errors import InputError
+from flexgear.model.read import Written, nearest
+from flexgear.model.section import Refusal, Section, quantity_of, section_of, usual_key
+from flexgear.model.units import Quantity, unit_name
+
+_TYPES = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "string_type": 'text in quotes ("…")',
+    "tuple_type": "a list",
+    "finite_number": "a finite number",
+}
+_LIMITS = {
+    "greater_than_equal": ("ge", "below"),
+    "greater_than": ("gt", "not above"),
+    "less_than_equal": ("le", "above"),
+    "less_than": ("lt", "not below"),
+}
+
+
+def input_error(
+    root: type[Section], fault: ValidationError, where: str, written: Written
+) -> InputError:
+    """The first complaint of a ValidationError as an InputError."""
+    first = fault.errors()[0]
+    loc = [p for p in first["loc"] if isinstance(p, (str, int))]
+    owner, quantity = _owner(root, loc)
+    path = ".".join(str(p) for p in loc)
+    where, key, suffix, _ = written.fields.get(path, (where, _spelled(root, loc), "", None))
+    kind, context = first["type"], first.get("ctx", {})
+    cause = context.get("error")
+    if isinstance(cause, Refusal):
+        return _refused(root, loc, cause, where, written)
+    if kind == "missing":
+        return InputError(where, key, "is missing", f"add {key.rsplit('.', 1)[-1]} = …")
+    if kind in _LIMITS:
+        return _out_of_range(first, owner, loc, quantity, suffix, where, key)
+    if kind == "literal_error":
+        words = [w.strip(" '") for w in context["expected"].replace(" or ", ", ").split(",")]
+        return InputError(
+            where, key, f"{first['input']!r} is unknown", nearest(str(first["input"]), words)
+        )
+    if kind == "extra_forbidden":
+        return InputError(
+            where, key, "is not a known key", nearest(str(loc[-1]), list(owner.model_fields))
+        )
+    if kind == "too_short" and context.get("actual_length") == 0:
+        return InputError(where, key, "is empty", "give at least one")
+    want = _TYPES.get(kind)
+    if want:
+        return InputError(where, key, f"{first['input']!r} is not {want}", f"give {want}")
+    return InputError(where, key, first["msg"], "correct it")
+
+
+def _owner(root: type[Section], loc: list[Any]) -> tuple[type[Section], Quantity | None]:
+    """Section that owns the last field of a location, and that field's quantity."""
+    owner, quantity = root, None
+    for part in loc:
+        if not isinstance(part, str) or part not in owner.model_fields:
+            continue
+        quantity = quantity_of(owner, part)
+        inner = section_of(owner, part)
+        if inner is not None and part is not loc[-1]:
+            owner = inner
+    return owner, quantity
+
+
+def _spelled(root: type[Section], loc: list[Any]) -> str:
+    """A location as the user would write it, the last key with its usual unit."""
+    owner, text = root, ""
+    for part in loc:
+        if isinstance(part, int):
+            text += f"[{part}]"
+            continue
+        known = part in owner.model_fields
+        text += ("." if text else "") + (usual_key(owner, part) if known else part)
+        owner = (section_of(owner, part) if known else None) or owner
+    return text
+
+
+def _refused(
+    root: type[Section], loc: list[Any], cause: Refusal, where: str, written: Written
+) -> InputError:
+    parts = [*loc, *cause.key.split(".")]
+    path = ".".join(str(p) for p in parts)
+    where, key, _, _ = written.fields.get(path, (where, _spelled(root, parts), "", None))
+    return InputError(where, key, cause.problem, cause.remedy)
+
+
+def _out_of_range(
+    first: Any,
+    owner: type[Section],
+    loc: list[Any],
+    quantity: Quantity | None,
+    suffix: str,
+    where: str,
+    key: str,
+) -> InputError:
+    name = next(p for p in reversed(loc) if isinstance(p, str))
+    low, high = _range(owner, name)
+    value = float(first["input"])
+    if quantity is None or not suffix:
+        unit = f" {unit_name(quantity.suffixes[-1])}" if quantity else ""
+        return InputError(
+            where,
+            key,
+            f"{value:.6g} is outside {_span(low, high, '')}",
+            f"correct it{unit and ' (SI)'}",
+        )
+    unit = unit_name(suffix)
+    shown = quantity.from_si(value, suffix)
+    limits = [None if x is None else quantity.from_si(x, suffix) for x in (low, high)]
+    remedy = "check value and unit"
+    for other in quantity.suffixes:
+        si = quantity.to_si(shown, other)
+        if other != suffix and (low is None or si >= low) and (high is None or si <= high):
+            remedy = f"check the unit: {name}_{other} = {shown:.6g}?"
+            break
+    return InputError(
+        where, key, f"{shown:.6g} {unit} is outside {_span(limits[0], limits[1], unit)}", remedy
+    )
+
+
+def _range(owner: type[Section], name: str) -> tuple[float | None, float | None]:
+    """Plausible range of a field."""
+    low = high = None
+    for limit in owner.model_fields[name].metadata:
+        low = getattr(limit, "ge", getattr(limit, "gt", low))
+        high = getattr(limit, "le", getattr(limit, "lt", high))
+    return low, high
+
+
+def _span(low: float | None, high: float | None, unit: str) -> str:
+    left = "-∞" if low is None else f"{low:.4g}"
+    right = "∞" if high is None else f"{high:.4g}"
+    return f"{left} … {right} {unit}".rstrip()

@@ -1,0 +1,77 @@
+"""How gear meshes are modelled, and damping of the structure."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Rate, StiffnessPerWidth, Time
+
+
+class StiffnessTable(Section):
+    """Stiffness of a tooth pair per face width, along the 3D normal, over the path of contact.
+
+    position: share of the path of contact from 0 (smallest distance to the planet's base tangent
+    point, the planet's root) to 1 (the planet's tip), rising.
+    """
+
+    position: tuple[float, ...] = Field(min_length=2)
+    stiffness: tuple[StiffnessPerWidth, ...] = Field(min_length=2)
+
+    @model_validator(mode="after")
+    def _rising(self) -> StiffnessTable:
+        p = self.position
+        if len(p) != len(self.stiffness):
+            raise Refusal(
+                "stiffness", f"{len(self.stiffness)} values at {len(p)} positions", "match them"
+            )
+        if any(b <= a for a, b in itertools.pairwise(p)) or p[0] < 0 or p[-1] > 1:
+            raise Refusal("position", "does not rise from 0 to 1", "put it in order")
+        if min(self.stiffness) <= 0 or max(self.stiffness) > 1e12:
+            raise Refusal("stiffness", "is not plausible", "about 10 to 25 N/(mm µm)")
+        return self
+
+
+class GearMeshTables(Section):
+    """Tables of both gear meshes, for pair_stiffness = "table"."""
+
+    ring: StiffnessTable
+    sun: StiffnessTable
+
+
+class GearMesh(Section):
+    """Gear-mesh options.
+
+    model: per_pair, one element for every tooth pair; lumped, one element at the pitch point.
+    contact_law: one-sided, with backlash and back flanks; linear, pairs on the path also pull.
+    pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
+    profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
+    damping_ratio: of each pair against the gears' equivalent mass.
+    """
+
+    model: Literal["per_pair", "lumped"] = "per_pair"
+    contact_law: Literal["one-sided", "linear"] = "one-sided"
+    pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
+    end_ratio: float = Field(default=0.6, ge=0.05, le=1.0)
+    table: GearMeshTables | None = None
+    damping_ratio: float = Field(default=0.07, ge=0.0, le=1.0)
+
+    @model_validator(mode="after")
+    def _complete(self) -> GearMesh:
+        if self.pair_stiffness == "table" and self.table is None:
+            raise Refusal(
+                "table", "is missing", "give [gear_mesh.table.ring] and [gear_mesh.table.sun]"
+            )
+        return self
+
+
+class Damping(Section):
+    """Structural damping: modal ratio of the coupled system, or C = α M + β K."""
+
+    kind: Literal["modal", "rayleigh"] = "modal"
+    ratio: float = Field(default=0.02, ge=0.0, le=1.0)
+    alpha: Rate = Field(default=0.0, ge=0.0, le=1e4)
+    beta: Time = Field(default=0.0, ge=0.0, le=1.0)

@@ -1,0 +1,212 @@
+"""From TOML text and overrides to plain data in SI, and from faults to one clear line.
+
+``to_si`` walks a section and what the user wrote side by side, converts units by the endings of
+the keys and remembers how each key was written, so that a later complaint can name it.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NoReturn
+
+from flexgear.model.errors import InputError
+from flexgear.model.section import (
+    Section,
+    accepted_keys,
+    is_list,
+    quantity_of,
+    section_of,
+    usual_key,
+)
+from flexgear.model.units import ALL_SUFFIXES, Quantity
+
+
+@dataclass
+class Written:
+    """How the user wrote the fields: SI path "stage.face_width" -> (where, key, unit, value)."""
+
+    fields: dict[str, tuple[str, str, str, Any]] = field(default_factory=dict)
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """TOML text as plain data; InputError with the line of a syntax error."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as fault:
+        raise InputError(
+            where, "TOML", f"{str(fault).splitlines()[0]}", "correct the syntax there"
+        ) from None
+
+
+def read_text(path: Path, what: str = "case file") -> str:
+    """A text file; InputError if it is missing, a folder, unreadable or not text."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(str(path), what, "there is no such file", "check the path") from None
+    except IsADirectoryError:
+        raise InputError(str(path), what, "is a folder", "name a file in it") from None
+    except UnicodeDecodeError:
+        raise InputError(str(path), what, "is not UTF-8 text", "save it as plain text") from None
+    except OSError as fault:
+        raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
+
+
+def nearest(word: str, words: list[str]) -> str:
+    """ "did you mean x?", or the accepted words."""
+    close = get_close_matches(word, words, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]}?"
+    if len(words) <= 12:
+        return f"use one of {', '.join(words)}"
+    return f"use one of {', '.join(words[:12])} …"
+
+
+def match_key(section: type[Section], key: str, where: str, path: str) -> tuple[str, str]:
+    """Field and unit suffix ("" for none) that a TOML key names; InputError otherwise."""
+    names = sorted(section.model_fields, key=len, reverse=True)
+    for name in names:
+        quantity = quantity_of(section, name)
+        if quantity is None:
+            if key == name:
+                return name, ""
+            continue
+        good = ", ".join(f"{name}_{s}" for s in quantity.suffixes)
+        if key == name:
+            raise InputError(where, path, f"has no unit ({quantity.dimension})", f"write {good}")
+        if key.startswith(f"{name}_"):
+            suffix = key[len(name) + 1 :]
+            if suffix in quantity.suffixes:
+                return name, suffix
+            if suffix in ALL_SUFFIXES:
+                raise InputError(
+                    where, path, f"_{suffix} is not a unit of {quantity.dimension}", f"write {good}"
+                )
+    raise InputError(where, path, "is not a known key", _suggest(section, key))
+
+
+def _suggest(section: type[Section], key: str) -> str:
+    usual = {usual_key(section, name): name for name in section.model_fields}
+    close = get_close_matches(key, list(usual), n=1, cutoff=0.6)
+    if not close:
+        stem = next((key[: -len(s) - 1] for s in ALL_SUFFIXES if key.endswith(f"_{s}")), key)
+        names = get_close_matches(stem, list(usual.values()), n=1, cutoff=0.6)
+        close = [usual_key(section, names[0])] if names else []
+    if close:
+        return f"did you mean {close[0]}?"
+    return nearest(key, list(usual) if len(usual) < 60 else accepted_keys(section))
+
+
+def to_si(
+    section: type[Section], data: Any, where: str, written: Written, path: str = "", at: str = ""
+) -> dict[str, Any]:
+    """Data of one section with field names as keys and SI values.
+
+    path: how the user names the section ("stage.sun."), at: the same with field names.
+    """
+    if not isinstance(data, Mapping):
+        name = path.rstrip(".") or "case"
+        raise InputError(where, name, "is not a section", f"write it as [{name}] with keys below")
+    out: dict[str, Any] = {}
+    for key, value in data.items():
+        full = f"{path}{key}"
+        name, suffix = match_key(section, str(key), where, full)
+        if name in out:
+            earlier = written.fields[at + name][1]
+            raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
+        written.fields[at + name] = (where, full, suffix, value)
+        inner, quantity = section_of(section, name), quantity_of(section, name)
+        if inner is not None and is_list(section, name):
+            if not isinstance(value, list):
+                raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
+            out[name] = tuple(
+                to_si(inner, v, where, written, f"{full}[{k}].", f"{at}{name}.{k}.")
+                for k, v in enumerate(value)
+            )
+        elif inner is not None:
+            out[name] = to_si(inner, value, where, written, f"{full}.", f"{at}{name}.")
+        elif quantity is not None:
+            out[name] = _numbers(value, quantity, suffix, is_list(section, name), where, full)
+        else:
+            out[name] = _tuples(value)
+    return out
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
+
+
+def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str, key: str) -> Any:
+    if isinstance(value, list):
+        if not many:
+            raise InputError(where, key, "is a list", "give one number")
+        return tuple(_numbers(v, quantity, suffix, True, where, key) for v in value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(where, key, f"{value!r} is not a number", f"give a number in {suffix}")
+    return quantity.to_si(float(value), suffix)
+
+
+def override_data(
+    root: type[Section], key: str, text: str, written: Written, where: str = "--set"
+) -> tuple[list[str | int], Any]:
+    """SI path and value of one override such as "stage.face_width_mm" = "400".
+
+    Whole numbers pick an element of a list: shaft.sections.0.length_mm.
+    """
+    section: type[Section] | None = root
+    parts, path, seen = key.split("."), list[str | int](), ""
+    for k, part in enumerate(parts):
+        seen = f"{seen}.{part}" if seen else part
+        if section is None:
+            raise InputError(where, key, f"{'.'.join(parts[:k])} has no keys below it", "cut it")
+        if part.isdigit() and path and isinstance(path[-1], str):
+            path.append(int(part))
+            continue
+        name, suffix = match_key(section, part, where, seen)
+        path.append(name)
+        last, inner = k == len(parts) - 1, section_of(section, name)
+        if last:
+            at = "".join(f"{p}." for p in path[:-1])
+            prefix = key[: len(key) - len(part)]
+            value = to_si(section, {part: _value(text)}, where, written, prefix, at)
+            return path, value[name]
+        if inner is None and suffix:
+            raise InputError(where, key, f"{seen} has no keys below it", "cut it")
+        section = inner
+    raise InputError(where, key, "ends in the number of a list element", "name a key of it")
+
+
+def _value(text: str) -> Any:
+    """The text as a TOML value where it is one, else as a word."""
+    try:
+        return tomllib.loads(f"x = {text}")["x"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key: str) -> None:
+    """Set one value in nested SI data; sections on the way are made, list elements are not."""
+    place: Any = data
+    for k, part in enumerate(path[:-1]):
+        if isinstance(part, int):
+            continue
+        following = path[k + 1]
+        if isinstance(following, int):
+            elements = list(place.get(part, ()))
+            if following >= len(elements):
+                _no_element(where, key, str(part), len(elements))
+            elements[following] = dict(elements[following])
+            place[part] = tuple(elements)
+            place = elements[following]
+        else:
+            place[part] = dict(place.get(part) or {})
+            place = place[part]
+    place[path[-1]] = value
+
+
+def _no_element(where: str, key: str, name: str, count: int) -> NoReturn:
+    raise InputError(where, key, f"{name} has {count} elements", "elements are counted from 0")

@@ -1,0 +1,67 @@
+"""What all sections of a case have in common."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict
+
+from flexgear.model.units import Quantity
+
+
+class Section(BaseModel):
+    """Frozen parameters in SI; unknown keys and wrong types are refused."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, ser_json_inf_nan="strings"
+    )
+
+
+class Refusal(ValueError):
+    """A check between several keys of one section failed; becomes an InputError when read."""
+
+    def __init__(self, key: str, problem: str, remedy: str) -> None:
+        self.key, self.problem, self.remedy = key, problem, remedy
+        super().__init__(f"{key}: {problem} -- {remedy}")
+
+
+def _walk(annotation: Any) -> list[Any]:
+    """The annotation and everything inside it (Optional, tuple, Annotated)."""
+    found = [annotation]
+    for part in get_args(annotation):
+        found += _walk(part)
+    return found
+
+
+def quantity_of(section: type[Section], name: str) -> Quantity | None:
+    """The quantity a field states, or None for a bare number, a word or a sub-section."""
+    field = section.model_fields[name]
+    inside = [*field.metadata, *_walk(field.annotation)]
+    return next((x for x in inside if isinstance(x, Quantity)), None)
+
+
+def section_of(section: type[Section], name: str) -> type[Section] | None:
+    """The sub-section a field holds (directly or as a list), or None."""
+    inside = _walk(section.model_fields[name].annotation)
+    return next((x for x in inside if isinstance(x, type) and issubclass(x, Section)), None)
+
+
+def is_list(section: type[Section], name: str) -> bool:
+    """Whether a field holds a list."""
+    inside = _walk(section.model_fields[name].annotation)
+    return any(getattr(x, "__origin__", None) is tuple for x in inside)
+
+
+def accepted_keys(section: type[Section]) -> list[str]:
+    """Every key a section takes in TOML, the usual unit first."""
+    keys: list[str] = []
+    for name in section.model_fields:
+        quantity = quantity_of(section, name)
+        keys += [f"{name}_{s}" for s in quantity.suffixes] if quantity else [name]
+    return keys
+
+
+def usual_key(section: type[Section], name: str) -> str:
+    """The key of a field as the bundled cases write it."""
+    quantity = quantity_of(section, name)
+    return f"{name}_{quantity.suffixes[0]}" if quantity else name

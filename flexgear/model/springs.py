@@ -1,0 +1,89 @@
+"""Springs between two 6-dof nodes, by directions or as a full matrix; and the bearings."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import MatrixEntry, RotationalStiffness, Stiffness
+
+
+class Springs(Section):
+    """Stiffness of a link between two nodes.
+
+    Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` stands for both
+    radial directions and ``tilt`` for both tilts unless one of them is given by itself. A full
+    symmetric 6 x 6 list ``full_si`` replaces all of them.
+    """
+
+    radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
+    radial_x: Stiffness | None = Field(default=None, ge=0.0, le=1e14)
+    radial_y: Stiffness | None = Field(default=None, ge=0.0, le=1e14)
+    axial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
+    tilt: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
+    tilt_x: RotationalStiffness | None = Field(default=None, ge=0.0, le=1e14)
+    tilt_y: RotationalStiffness | None = Field(default=None, ge=0.0, le=1e14)
+    torsion: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
+    full: tuple[tuple[MatrixEntry, ...], ...] | None = None
+
+    @property
+    def stiffness(self) -> tuple[float, float, float, float, float, float]:
+        """The diagonal of ``matrix``: N/m three times, N m/rad three times."""
+        if self.full is not None:
+            d = np.diag(np.array(self.full))
+            return (d[0], d[1], d[2], d[3], d[4], d[5])
+        x = self.radial if self.radial_x is None else self.radial_x
+        y = self.radial if self.radial_y is None else self.radial_y
+        a = self.tilt if self.tilt_x is None else self.tilt_x
+        b = self.tilt if self.tilt_y is None else self.tilt_y
+        return (x, y, self.axial, a, b, self.torsion)
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Stiffness (6, 6), SI."""
+        return np.diag(self.stiffness) if self.full is None else np.array(self.full)
+
+    @model_validator(mode="after")
+    def _valid_matrix(self) -> Springs:
+        if self.full is None:
+            return self
+        if len(self.full) != 6 or any(len(row) != 6 for row in self.full):
+            raise Refusal("full", "is not 6 x 6", "give six rows of six numbers")
+        k = np.array(self.full)
+        scale = np.sqrt(np.abs(np.diag(k)))
+        if np.abs(k - k.T).max() > 1e-9 * np.abs(k).max():
+            raise Refusal("full", "is not symmetric", "forces would not balance; correct it")
+        unit = k / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
+        if np.linalg.eigvalsh(unit).min() < -1e-9:
+            raise Refusal("full", "is not positive semidefinite", "correct its signs")
+        return self
+
+
+class Bearing(Springs):
+    """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0."""
+
+
+class Bearings(Section):
+    """Planet bearings (planet to pin), carrier and output bearings; a sun bearing if there is one.
+
+    Carrier bearings lie on the two seats of the carrier (drive and far side), the output bearing
+    at the end of the sun's shaft. ``sun = None``: the sun floats.
+    """
+
+    planet: Bearing
+    carrier_drive: Bearing
+    carrier_far: Bearing
+    output: Bearing
+    sun: Bearing | None = None
+
+    @model_validator(mode="after")
+    def _planet_is_held(self) -> Bearings:
+        stiffness = self.planet.stiffness
+        for i, key in ((0, "radial"), (1, "radial"), (2, "axial"), (3, "tilt"), (4, "tilt")):
+            if stiffness[i] <= 0:
+                raise Refusal(
+                    f"planet.{key}", "is zero, so the planet is not held", "give a stiffness"
+                )
+        return self

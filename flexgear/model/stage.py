@@ -1,0 +1,88 @@
+"""Gears of the planetary stage and how they stand to each other."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Angle, Length
+
+
+class Gear(Section):
+    """One gear; coefficients are multiples of the normal module.
+
+    profile_shift follows ISO 21771 with the ring's tooth number negative: x > 0 makes the tooth
+    of any gear thicker, moves the tip circle of sun and planet outward and that of the ring
+    towards its centre.
+    """
+
+    teeth: int = Field(ge=5, le=2000)
+    profile_shift: float = Field(default=0.0, ge=-2.0, le=2.0)
+    addendum: float = Field(default=1.0, ge=0.3, le=2.0)
+    dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
+    root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
+    bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+
+
+class Stage(Section):
+    """A simple planetary stage: sun, equally or freely spaced planets, ring."""
+
+    planets: int = Field(ge=1, le=20)
+    normal_module: Length = Field(ge=2e-4, le=0.1)
+    pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
+    helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
+    face_width: Length = Field(ge=1e-3, le=2.0)
+    planet_hand: Literal["right", "left"] = "right"
+    center_distance: Length | None = Field(default=None, ge=1e-3, le=5.0)
+    planet_positions: tuple[Angle, ...] | None = None
+    allow_unassemblable: bool = False
+    backlash_ring: Length = Field(default=0.0, ge=0.0, le=0.02)
+    backlash_sun: Length = Field(default=0.0, ge=0.0, le=0.02)
+    sun: Gear
+    planet: Gear
+    ring: Gear
+
+    @property
+    def planet_angles(self) -> tuple[float, ...]:
+        """Angles of the planets in the carrier, rad; equally spaced unless given."""
+        if self.planet_positions is not None:
+            return self.planet_positions
+        return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
+
+    @property
+    def signed_helix_angle(self) -> float:
+        """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
+        return self.helix_angle if self.planet_hand == "right" else -self.helix_angle
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Stage:
+        given = self.planet_positions
+        if given is not None and len(given) != self.planets:
+            raise Refusal(
+                "planet_positions",
+                f"{len(given)} angles for {self.planets} planets",
+                "give one angle for each planet, or leave the key out for equal spacing",
+            )
+        if self.ring.teeth <= self.planet.teeth:
+            raise Refusal(
+                "ring.teeth",
+                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
+                "about z_sun + 2 z_planet",
+            )
+        for name, gear in (("planet", self.planet), ("sun", self.sun)):
+            if gear.bore_diameter >= self.normal_module * (gear.teeth - 2 * gear.dedendum):
+                raise Refusal(
+                    f"{name}.bore_diameter",
+                    "the bore is as large as the root circle",
+                    "lower it",
+                )
+        if self.face_width > 20 * self.normal_module * self.planet.teeth:
+            raise Refusal(
+                "face_width",
+                f"{self.face_width:g} m is more than 20 planet diameters",
+                "check the units of face width and module",
+            )
+        return self

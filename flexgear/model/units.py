@@ -1,0 +1,116 @@
+"""Units: every dimension, the suffixes a TOML key may end in, and their factor to SI.
+
+A field of a section states its quantity once (``face_width: Length``); the ending of the TOML key
+(``face_width_mm``) says in which unit the number is written. This is the only place that converts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+_DEG = math.pi / 180.0
+
+# suffix -> (multiply by, divide by): one of the two is 1, so that 430 mm is 0.43 to the last bit
+_SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
+    "length": {"mm": (1, 1e3), "m": (1, 1), "um": (1, 1e6), "cm": (1, 1e2)},
+    "angle": {"deg": (_DEG, 1), "rad": (1, 1), "mrad": (1, 1e3)},
+    "time": {"s": (1, 1), "ms": (1, 1e3), "us": (1, 1e6)},
+    "frequency": {"hz": (1, 1), "khz": (1e3, 1)},
+    "rate": {"per_s": (1, 1)},
+    "speed": {"rpm": (math.pi, 30), "rad_per_s": (1, 1)},
+    "torque": {"nm": (1, 1), "knm": (1e3, 1)},
+    "stiffness": {
+        "n_per_m": (1, 1),
+        "n_per_mm": (1e3, 1),
+        "n_per_um": (1e6, 1),
+        "kn_per_m": (1e3, 1),
+        "kn_per_mm": (1e6, 1),
+        "gn_per_m": (1e9, 1),
+    },
+    "rotational stiffness": {"nm_per_rad": (1, 1), "knm_per_rad": (1e3, 1)},
+    "stiffness per face width": {"n_per_mm_um": (1e9, 1), "n_per_m2": (1, 1), "gpa": (1e9, 1)},
+    "modulus": {"gpa": (1e9, 1), "mpa": (1e6, 1), "pa": (1, 1)},
+    "density": {"kg_per_m3": (1, 1), "g_per_cm3": (1e3, 1), "t_per_m3": (1e3, 1)},
+    "mass": {"kg": (1, 1), "t": (1e3, 1)},
+    "inertia": {"kg_m2": (1, 1), "t_m2": (1e3, 1)},
+    "6 x 6 matrix": {"si": (1, 1)},  # N/m, N/rad, N m/m and N m/rad side by side
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a field: its TOML key ends in a unit of this dimension."""
+
+    dimension: str
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Endings a key may have, the usual one first."""
+        return tuple(_SUFFIXES[self.dimension])
+
+    def to_si(self, value: float, suffix: str) -> float:
+        """A number written in the unit ``suffix``, in SI."""
+        times, over = _SUFFIXES[self.dimension][suffix]
+        return value * times / over
+
+    def from_si(self, value: float, suffix: str) -> float:
+        """An SI number in the unit ``suffix``."""
+        times, over = _SUFFIXES[self.dimension][suffix]
+        return value * over / times
+
+
+ALL_SUFFIXES = frozenset(s for units in _SUFFIXES.values() for s in units)
+
+_PRINTED = {
+    "um": "µm",
+    "us": "µs",
+    "hz": "Hz",
+    "khz": "kHz",
+    "gpa": "GPa",
+    "mpa": "MPa",
+    "pa": "Pa",
+    "nm": "N m",
+    "knm": "kN m",
+    "per_s": "1/s",
+    "rad_per_s": "rad/s",
+    "si": "",
+    "nm_per_rad": "N m/rad",
+    "knm_per_rad": "kN m/rad",
+    "kg_m2": "kg m²",
+    "t_m2": "t m²",
+    "n_per_m": "N/m",
+    "n_per_mm": "N/mm",
+    "n_per_um": "N/µm",
+    "kn_per_m": "kN/m",
+    "kn_per_mm": "kN/mm",
+    "gn_per_m": "GN/m",
+    "n_per_mm_um": "N/(mm µm)",
+    "n_per_m2": "N/m²",
+    "kg_per_m3": "kg/m³",
+    "g_per_cm3": "g/cm³",
+    "t_per_m3": "t/m³",
+}
+
+
+def unit_name(suffix: str) -> str:
+    """How a suffix is printed after a number: n_per_m -> N/m."""
+    return _PRINTED.get(suffix, suffix)
+
+
+Length = Annotated[float, Quantity("length")]
+Angle = Annotated[float, Quantity("angle")]
+Time = Annotated[float, Quantity("time")]
+Frequency = Annotated[float, Quantity("frequency")]
+Rate = Annotated[float, Quantity("rate")]
+Speed = Annotated[float, Quantity("speed")]
+Torque = Annotated[float, Quantity("torque")]
+Stiffness = Annotated[float, Quantity("stiffness")]
+RotationalStiffness = Annotated[float, Quantity("rotational stiffness")]
+StiffnessPerWidth = Annotated[float, Quantity("stiffness per face width")]
+Modulus = Annotated[float, Quantity("modulus")]
+Density = Annotated[float, Quantity("density")]
+Mass = Annotated[float, Quantity("mass")]
+Inertia = Annotated[float, Quantity("inertia")]
+MatrixEntry = Annotated[float, Quantity("6 x 6 matrix")]
