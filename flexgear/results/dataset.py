@@ -48,7 +48,11 @@ def provenance(
 
 
 def transient_dataset(
-    *, time: ArrayLike, attrs: Mapping[str, Any], rated_mean_force: float | None = None, **arrays: Any
+    *,
+    time: ArrayLike,
+    attrs: Mapping[str, Any],
+    rated_mean_force: float | None = None,
+    **arrays: Any,
 ) -> xr.Dataset:
     """A transient: every keyword is a variable of `quantities` with time (nt,) s as first axis."""
     return labelled("time", np.asarray(time, dtype=float), arrays, attrs, rated_mean_force)
@@ -78,8 +82,10 @@ def labelled(
     sharing factor and the force spread of the ring gear meshes are added.
     """
     arrays = dict(arrays)
-    labels = {k: list(arrays.pop(k)) for k in ("carrier_node", "bearing") if k in arrays}
-    angles = {
+    labels: dict[str, list[str]] = {
+        k: list(arrays.pop(k)) for k in ("carrier_node", "bearing") if k in arrays
+    }
+    angles: dict[str, Any] = {
         k: np.asarray(arrays.pop(k), dtype=float)
         for k in ("tooth_angle", "planet_angle")
         if k in arrays
@@ -89,11 +95,13 @@ def labelled(
         coords={sample_dim: _coordinate(sample_dim, (sample_dim,), samples)},
         attrs=dict(attrs),
     )
+    axes = {str(d): n for d, n in data.sizes.items() if d != sample_dim}
     data = data.assign_coords(
-        {d: _coordinate(d, (d,), _ticks(d, n, labels)) for d, n in data.sizes.items() if d != sample_dim}
+        {d: _coordinate(d, (d,), _ticks(d, n, labels)) for d, n in axes.items()}
     )
-    for name, values in angles.items():
-        data = data.assign_coords({name: _coordinate(name, (name.split("_")[0],), values)})
+    for angle, values in angles.items():
+        of = angle.removesuffix("_angle")
+        data = data.assign_coords({angle: _coordinate(angle, (of,), values)})
     if rated_mean_force is not None and "ring_gear_mesh_force" in data:
         force = data["ring_gear_mesh_force"].to_numpy()
         for name, value in (
@@ -152,4 +160,6 @@ def load(path: PathLike) -> xr.Dataset:
         return xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FlexgearError(f"cannot read {path}: not a netCDF file of flexgear ({line})") from error
+        raise FlexgearError(
+            f"cannot read {path}: not a netCDF file of flexgear ({line})"
+        ) from error

@@ -1,0 +1,123 @@
+"""Datasets: labels, units, parameters, round trip, and files that appear whole or not at all."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset import equilibrium_dataset, load, save
+from flexgear.results.quantities import QUANTITIES
+
+
+def test_every_variable_has_a_unit_and_a_meaning(make_run):
+    run = make_run()
+    for name in run.variables:
+        assert run[name].attrs["long_name"], name
+        assert "units" in run[name].attrs, name
+    assert run["tooth_displacement"].attrs["units"] == "m"
+
+
+def test_labels_count_from_one(make_run):
+    run = make_run()
+    assert run["tooth"].values[[0, -1]].tolist() == [1, 93]
+    assert run["planet"].values.tolist() == [1, 2, 3, 4, 5]
+    assert run["axis"].values.tolist() == ["x", "y", "z"]
+    assert run["carrier_node"].values.tolist() == ["drive", "pin_1"]
+    assert run.sel(carrier_node="pin_1", dof="rz")["carrier_displacement"].dims == ("time",)
+
+
+def test_parameters_version_and_hash_travel_along(make_run, tmp_path):
+    kept = load(save(make_run(), tmp_path / "run.nc")).attrs
+    assert json.loads(kept["parameters"]) == {"stage": {"planets": 5}}
+    assert kept["content_hash"] == "abc"
+    assert kept["version"]
+    assert kept["variant"] == "flexible"
+
+
+def test_load_sharing_comes_with_the_forces(make_run):
+    run = make_run()
+    force = run["ring_gear_mesh_force"]
+    np.testing.assert_allclose(run["load_sharing"], 5 * force.max("planet") / force.sum("planet"))
+
+
+def test_round_trip(make_run, tmp_path):
+    run = make_run()
+    back = load(save(run, tmp_path / "deep" / "run.nc"))
+    assert set(back.variables) == set(run.variables)
+    for name in run.variables:
+        if run[name].dtype.kind == "f":
+            np.testing.assert_allclose(back[name], run[name], rtol=1e-6)
+        else:
+            assert (back[name].values == run[name].values).all(), name
+        assert back[name].attrs["long_name"] == run[name].attrs["long_name"]
+    np.testing.assert_array_equal(back["carrier_angle"], run["carrier_angle"])  # double
+
+
+def test_equilibria_have_positions():
+    data = equilibrium_dataset(carrier_angle=[0.0, 0.1], attrs={}, closure=[1e-12, 2e-12])
+    assert data["closure"].dims == ("position",)
+    with pytest.raises(FlexgearError, match="carrier_angle"):
+        equilibrium_dataset(attrs={})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tooth_load": np.zeros(20)}, "'tooth_load' is not a variable"),
+        ({"carrier_angle": np.zeros((20, 2))}, "it needs 1: time"),
+        ({"carrier_node": ["drive"]}, "2 entries but 1 labels"),
+        ({"bearing_force": np.zeros((20, 3, 6))}, "labels of axis 'bearing' are missing"),
+    ],
+)
+def test_wrong_arrays_are_named(make_run, change, words):
+    with pytest.raises(FlexgearError, match=words):
+        make_run(**change)
+
+
+def test_quantities_start_with_the_sample():
+    assert all(q.dims[0] == "sample" for q in QUANTITIES.values())
+
+
+def test_missing_and_foreign_files(tmp_path):
+    with pytest.raises(FlexgearError, match="no such file"):
+        load(tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("hello")
+    with pytest.raises(FlexgearError, match="not a netCDF file"):
+        load(tmp_path / "text.nc")
+
+
+def test_unwritable_place_is_one_line(make_run, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FlexgearError, match="cannot make the folder"):
+        save(make_run(), tmp_path / "file" / "run.nc")
+
+
+FULL = """
+import resource, sys
+import numpy as np
+from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset import save, transient_dataset
+noise = np.random.default_rng(0).normal(size=(500, 93, 3))
+data = transient_dataset(time=np.arange(500.0), attrs={}, tooth_displacement=noise)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+try:
+    save(data, sys.argv[1])
+except FlexgearError as error:
+    print(error)
+"""
+
+
+def test_write_that_the_system_cuts_short_leaves_nothing(tmp_path):
+    """A file-size limit makes the system refuse the rest of a file, as a full disk does."""
+    target = tmp_path / "run.nc"
+    target.write_text("the older result")
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(target)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith(f"cannot write {target}: ")
+    assert done.stdout.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+    assert target.read_text() == "the older result"

@@ -1,0 +1,71 @@
+"""Radial harmonics of shapes whose harmonics are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexgear.results.harmonics import (
+    angle_difference,
+    harmonics,
+    radial_displacement,
+    radial_harmonics,
+    star_angle,
+)
+
+
+def ring(z: int, first: float = 0.0) -> np.ndarray:
+    return first + 2 * np.pi * np.arange(z) / z
+
+
+def radial_field(phi: np.ndarray, u_r: np.ndarray) -> np.ndarray:
+    return np.stack([u_r * np.cos(phi), u_r * np.sin(phi), np.zeros_like(phi)], axis=-1)
+
+
+@pytest.mark.parametrize("z", [93, 92])
+@pytest.mark.parametrize("first", [0.0, 0.3])
+def test_known_orders(z, first):
+    phi = ring(z, first)
+    u = 2.0 + 3.0 * np.cos(5 * phi - 0.7) + 0.5 * np.cos(10 * (phi - 0.2))
+    c = radial_harmonics(radial_field(phi, u), first)
+    np.testing.assert_allclose(np.abs(c[[0, 5, 10]]), [2.0, 3.0, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(np.angle(c[5]), 0.7)
+    others = np.delete(np.abs(c), [0, 5, 10])
+    assert others.max() < 1e-12
+
+
+@pytest.mark.parametrize("z", [8, 9])
+def test_sum_of_orders_gives_the_shape_back(z):
+    values = np.random.default_rng(1).normal(size=z)
+    c, phi = harmonics(values), ring(z)
+    n = np.arange(len(c))[:, None]
+    np.testing.assert_allclose(
+        (np.abs(c)[:, None] * np.cos(n * phi - np.angle(c)[:, None])).sum(0), values
+    )
+
+
+@given(turn=st.floats(-10, 10))
+def test_star_angle_follows_the_turn(turn):
+    phi = ring(93)
+    c = harmonics(np.cos(5 * (phi - turn)))
+    assert abs(angle_difference(star_angle(c, 5), turn, 5)) < 1e-9
+
+
+def test_rigid_shift_is_order_one():
+    c = radial_harmonics(np.tile([3.0, 4.0], (93, 1)))
+    np.testing.assert_allclose(np.abs(c[1]), 5.0)
+    np.testing.assert_allclose(star_angle(c, 1), np.arctan2(4, 3))
+
+
+def test_rotation_about_the_axis_has_no_radial_part():
+    phi = ring(93)
+    tangential = np.stack([-np.sin(phi), np.cos(phi)], axis=-1)
+    assert np.abs(radial_displacement(tangential)).max() < 1e-15
+
+
+def test_leading_axes_stay():
+    assert radial_harmonics(np.zeros((4, 93, 3))).shape == (4, 47)
+
+
+def test_angle_difference_wraps():
+    np.testing.assert_allclose(angle_difference(0.01, 2 * np.pi / 5 - 0.01, 5), 0.02, atol=1e-12)

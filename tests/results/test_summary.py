@@ -1,0 +1,103 @@
+"""Summary: its keys are the promised ones, its values plain, gaps are named."""
+
+import json
+
+import numpy as np
+import pytest
+
+from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset import equilibrium_dataset
+from flexgear.results.files import write_json
+from flexgear.results.summary import build_summary, steady_summary, torque_step_summary
+
+REDUCTION = {
+    "interface_dofs": np.int64(720),
+    "fixed_interface_modes": 40,
+    "static_error": np.float64(0.004),
+    "frequency_error": 0.003,
+    "frequency_limit_hz": 2000.0,
+}
+
+
+def star():
+    phi = 2 * np.pi * np.arange(93) / 93
+    u = 4e-5 * np.cos(5 * phi)
+    field = np.stack([u * np.cos(phi), u * np.sin(phi), 0 * u], axis=-1)
+    return equilibrium_dataset(carrier_angle=[0.0], attrs={}, tooth_displacement=field[None])
+
+
+def pieces(make_run):
+    run = make_run()
+    return {
+        "case": "sample",
+        "version": "1",
+        "content_hash": "abc",
+        "fe": {"ring": {"dofs": np.int64(100_000)}, "carrier": {"dofs": 50_000}},
+        "reduction": {"ring": REDUCTION, "carrier": REDUCTION},
+        "kinematics": {
+            "carrier_speed_rpm": 11.27,
+            "sun_speed_rpm": 50.1,
+            "gear_mesh_frequency_hz": 17.5,
+            "contact_ratio_ring": 2.7,
+            "contact_ratio_sun": 2.4,
+            "expected_ring_mesh_force_n": 4e5,
+        },
+        "steady": steady_summary(run, star(), {"flexible": run, "rigid": make_run("rigid")}),
+        "torque_steps": {"2e6": {"flexible": torque_step_summary(run)}},
+        "energy_residual": 1e-3,
+        "timing_s": {"reduce": 1.0},
+        "realtime_factor": 2.0,
+    }
+
+
+def test_complete_and_readable_again(make_run, tmp_path):
+    summary = build_summary(**pieces(make_run))
+    assert json.loads(write_json(tmp_path / "summary.json", summary).read_text()) == summary
+    steady = summary["steady"]
+    assert len(steady["radial_harmonics_um"]) == 21
+    assert steady["radial_harmonics_um"][5] == pytest.approx(40.0)
+    assert steady["ring_pairs_in_contact"] == {"3": 1.0}
+    assert steady["carrier_speed_rpm_mean"] == pytest.approx(1.18 * 30 / np.pi)
+    assert set(steady["load_sharing"]) == {"flexible", "rigid"}
+
+
+def test_peak_is_the_largest_absolute_value_at_tooth_one(make_run):
+    run = make_run()
+    run["tooth_displacement"][3, 0, 1] = -7e-5
+    peak = steady_summary(run, star(), {"flexible": run})["tooth_displacement_peak_um"]
+    assert peak["y"] == pytest.approx(70.0)
+
+
+def test_empty_slots_do_not_count_as_lowest_load(make_run):
+    run = make_run()
+    lowest = torque_step_summary(run)["tooth_load_n_min"]
+    at_work = run["sun_pair_tooth"].values > 0
+    assert lowest == run["sun_pair_load"].values[at_work].min() > 0
+
+
+def test_every_gap_is_named(make_run):
+    some = pieces(make_run)
+    del some["fe"]["carrier"], some["energy_residual"]
+    some["torque_steps"]["2e6"]["flexible"].pop("tooth_load_n_min")
+    some["steady"]["radial_harmonics_um"].pop()
+    with pytest.raises(FlexgearError) as caught:
+        build_summary(**some)
+    for words in (
+        "fe.carrier is missing",
+        "energy_residual is missing",
+        "torque_steps.2e6.flexible.tooth_load_n_min is missing",
+        "20 orders, not 21",
+    ):
+        assert words in str(caught.value)
+
+
+def test_numbers_must_be_finite(make_run):
+    some = pieces(make_run) | {"realtime_factor": float("nan")}
+    with pytest.raises(FlexgearError, match="realtime_factor is not a finite number"):
+        build_summary(**some)
+
+
+def test_load_sharing_that_is_nowhere_defined_is_said(make_run):
+    idle = make_run(ring_gear_mesh_force=np.ones((20, 5)))
+    with pytest.raises(FlexgearError, match="3 % of rated"):
+        torque_step_summary(idle)
