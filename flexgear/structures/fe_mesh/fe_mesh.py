@@ -188,7 +188,8 @@ class FeMesh:
         bad = int((self.corner_jacobians()[0].min(axis=1) <= 0.0).sum())
         if bad:
             raise FlexgearError(f"FE mesh: {bad} cells are inverted or collapsed")
-        known = np.unique(facet_keys(self.every_facet, n))
+        known, first = np.unique(facet_keys(self.every_facet, n), return_index=True)
+        last = self.every_facet[first].max(axis=1)
         for name, ids in self.facets.items():
             if ids.ndim != 2 or ids.shape[1] != sides or len(ids) == 0:
                 raise FlexgearError(f"FE mesh: patch {name} must be (k > 0, {sides}) vertex ids")
@@ -198,7 +199,7 @@ class FeMesh:
             if len(np.unique(keys)) != len(keys):
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet twice")
             at = np.minimum(np.searchsorted(known, keys), len(known) - 1)
-            if (known[at] != keys).any():
+            if (known[at] != keys).any() or (last[at] != ids.max(axis=1)).any():
                 raise FlexgearError(f"FE mesh: patch {name} holds a facet of no cell")
 
 

@@ -283,7 +283,7 @@ def _check_pieces(cells: Ints, n: int, path: Path) -> None:
 def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
     """Renumber left-handed cells; cells with corners of both signs are an error."""
     determinant, _ = corner_jacobians(points, cells, kind)
-    left = (determinant < 0.0).all(axis=1)
+    left = np.asarray(np.all(determinant < 0.0, axis=1))
     mirrored = cells[:, [4, 5, 6, 7, 0, 1, 2, 3] if kind == "hex" else [0, 2, 1, 3]]
     cells = np.where(left[:, None], mirrored, cells)
     determinant, _ = corner_jacobians(points, cells, kind)

@@ -1,0 +1,29 @@
+"""Small ring and carrier that mesh in a fraction of a second."""
+
+from math import radians
+from typing import Any
+
+from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
+
+
+def small_ring(**changes: Any) -> RingMeshParameters:
+    """36 teeth of 10 mm, helical, with five bolts and two fits."""
+    values: dict[str, Any] = {
+        "teeth": 36,
+        "normal_module": 0.01,
+        "pressure_angle": radians(20.0),
+        "helix_angle": radians(8.0),
+        "face_width": 0.1,
+        "rim_thickness": 0.06,
+        "bolts": 5,
+        "bolt_circle_diameter": 0.45,
+        "bolt_diameter": 0.012,
+        "fits": ((-0.05, -0.03), (0.03, 0.05)),
+        "fidelity": "quick",
+    }
+    return RingMeshParameters(**(values | changes))
+
+
+def small_carrier(**changes: Any) -> CarrierMeshParameters:
+    """The default carrier at quick fidelity."""
+    return CarrierMeshParameters(**({"fidelity": "quick"} | changes))

@@ -1,0 +1,163 @@
+"""Shape, symmetry and patches of the carrier's FE mesh."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh import CarrierMeshParameters, FeMesh, carrier_fe_mesh
+
+from .small_bodies import small_carrier
+
+
+@pytest.fixture(scope="module")
+def carrier() -> FeMesh:
+    return carrier_fe_mesh(small_carrier())
+
+
+def rotation(angle: float) -> np.ndarray:
+    c, s = cos(angle), sin(angle)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def keys(facets: np.ndarray) -> set[tuple[int, ...]]:
+    return set(map(tuple, np.sort(facets, axis=1).tolist()))
+
+
+def test_every_patch_is_there(carrier: FeMesh) -> None:
+    pins = {f"pin_{i}" for i in range(1, 6)}
+    assert set(carrier.facets) == {"drive", "bearing_drive", "bearing_far"} | pins
+
+
+@pytest.mark.parametrize("move", ["turn", "mirror"])
+def test_carrier_repeats_after_every_planet_and_in_the_mirror(carrier: FeMesh, move: str) -> None:
+    moved = carrier.points @ (rotation(2 * pi / 5) if move == "turn" else np.diag([1, -1, 1]))
+    distance, image = cKDTree(carrier.points).query(moved)
+    assert distance.max() < 1e-14
+    assert keys(image[carrier.cells]) == keys(carrier.cells)
+    after = "pin_2" if move == "turn" else "pin_1"
+    assert keys(image[carrier.facets["pin_1"]]) == keys(carrier.facets[after])
+
+
+def test_pins_stand_at_their_angles_with_their_true_volume(carrier: FeMesh) -> None:
+    p = small_carrier()
+    centre = carrier.points[carrier.cells].mean(axis=1)
+    for i in range(5):
+        angle = 2 * pi * i / 5
+        axis = p.center_distance * np.array([cos(angle), sin(angle)])
+        at = carrier.points[carrier.facets[f"pin_{i + 1}"]]
+        off = np.linalg.norm(at[..., :2] - axis, axis=-1)
+        assert np.ptp(off) < 1e-12
+        assert 1.0 < off.mean() / (p.pin_diameter / 2) < 1.12  # eight sides at quick
+        assert at[..., 2].min() == pytest.approx(-p.plate_gap / 2)
+        assert at[..., 2].max() == pytest.approx(p.plate_gap / 2)
+        inside = np.linalg.norm(centre[:, :2] - axis, axis=1) < 0.6 * p.pin_diameter
+        inside &= np.abs(centre[:, 2]) < p.plate_gap / 2
+        exact = pi * p.pin_diameter**2 / 4 * p.plate_gap
+        assert carrier.cell_volumes()[inside].sum() == pytest.approx(exact, rel=1e-9)
+
+
+def test_seats_and_drive_face_are_where_the_parameters_say(carrier: FeMesh) -> None:
+    p = small_carrier()
+    z_plate = -p.plate_gap / 2 - p.plate_thickness_drive
+    drive = carrier.points[carrier.facets["drive"]]
+    assert drive[..., 2] == pytest.approx(z_plate - p.hub_length)
+    seat = carrier.points[carrier.facets["bearing_drive"]]
+    assert np.hypot(seat[..., 0], seat[..., 1]) == pytest.approx(p.seat_drive_diameter / 2)
+    assert seat[..., 2].max() == pytest.approx(z_plate)
+    assert seat[..., 2].min() == pytest.approx(z_plate - p.seat_drive_width)
+    far = carrier.points[carrier.facets["bearing_far"]]
+    assert np.hypot(far[..., 0], far[..., 1]) == pytest.approx(p.seat_far_diameter / 2)
+    assert far[..., 2].max() == pytest.approx(
+        p.plate_gap / 2 + p.plate_thickness_far + p.seat_far_width
+    )
+
+
+def test_planets_run_free_between_the_plates(carrier: FeMesh) -> None:
+    """Between the plates nothing but the pins is nearer to a pin than the planet's tip."""
+    p = small_carrier()
+    middle = carrier.points[np.abs(carrier.points[:, 2]) < p.gear_face_width / 2]
+    for i in range(5):
+        axis = p.center_distance * np.array([cos(2 * pi * i / 5), sin(2 * pi * i / 5)])
+        off = np.linalg.norm(middle[:, :2] - axis, axis=1)
+        assert not ((off > 0.6 * p.pin_diameter) & (off < p.planet_tip_radius)).any()
+
+
+def test_volume_approaches_the_plates_hubs_pins_and_webs() -> None:
+    p = CarrierMeshParameters(fidelity="standard")
+    a, b = (carrier_fe_mesh(small_carrier(fidelity=f)).volume() for f in ("quick", "standard"))
+    bore = p.hub_bore**2
+    exact = pi / 4 * (
+        (p.plate_diameter**2 - bore) * (p.plate_thickness_drive + p.plate_thickness_far)
+        + (p.seat_drive_diameter**2 - bore) * p.seat_drive_width
+        + (p.hub_outer_diameter**2 - bore) * (p.hub_length - p.seat_drive_width)
+        + (p.seat_far_diameter**2 - bore) * p.seat_far_width
+        + 5 * p.pin_diameter**2 * p.plate_gap
+    )  # fmt: skip
+    rho = np.linspace(p.web_start, p.plate_diameter / 2, 4001)
+    phi, edge = pi / 5, p.plate_diameter / 2
+    # half thickness of a web at the height ρ on its middle line, inside the plates' edge
+    half = np.minimum([p.web_half_thickness(x) for x in rho], np.sqrt(edge**2 - rho**2))
+    exact += 5 * 2 * np.trapezoid(half, rho) * p.plate_gap
+    assert p.center_distance * sin(phi) > half.max()
+    assert abs(b / exact - 1) < 0.01
+    assert abs(b / exact - 1) < abs(a / exact - 1)
+
+
+def test_drive_side_mirrors_the_whole_carrier(carrier: FeMesh) -> None:
+    other = carrier_fe_mesh(small_carrier(drive_side="+z"))
+    np.testing.assert_array_equal(other.points, carrier.points * [1.0, 1.0, -1.0])
+    assert keys(other.facets["drive"]) == keys(carrier.facets["drive"])
+
+
+@pytest.mark.parametrize("drive_side", ["-z", "+z"])
+def test_patches_look_outward(drive_side: str) -> None:
+    m = carrier_fe_mesh(small_carrier(drive_side=drive_side))
+    surface = {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in m.boundary}
+    for name, facets in m.facets.items():
+        rolled = {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in facets}
+        assert rolled <= surface, name
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"planets": 3, "web_width": 0.6},
+        {"planets": 4, "pin_bore": 0.05},
+        {"planets": 6, "planet_tip_radius": 0.26, "pin_diameter": 0.16},
+        {"hub_outer_diameter": 1.0, "pin_seat_width": 0.43},
+        {"hub_outer_diameter": 1.1, "hub_bore": 0.1},
+        {"planets": 2, "web_width": 0.4},
+    ],
+)
+def test_other_carriers_mesh_too(changes: dict) -> None:
+    m = carrier_fe_mesh(small_carrier(**changes))
+    assert m.quality() > 0.02
+    assert len([n for n in m.facets if n.startswith("pin_")]) == changes.get("planets", 5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"planets": 6}, "planets"),
+        ({"plate_gap": 0.42}, "plate_gap"),
+        ({"plate_diameter": 1.3}, "plate_diameter"),
+        ({"pin_bore": 0.25}, "pin_bore"),
+        ({"hub_bore": 0.9, "hub_outer_diameter": 1.2}, "hub_bore"),
+        ({"hub_length": 0.1}, "hub_length"),
+        ({"web_inner_radius": 0.45}, "web_inner_radius"),
+        ({"web_width": 0.9}, "web_width"),
+        ({"planets": 4, "planet_tip_radius": 0.15, "web_width": 1.1}, "web_width"),
+        ({"seat_drive_diameter": 0.3}, "seat_drive_diameter"),
+        ({"pin_diameter": -0.1}, "pin_diameter"),
+        ({"drive_side": "left"}, "drive_side"),
+        ({"pin_seat_width": 0.6}, "pin_seat_width"),
+    ],
+)
+def test_impossible_carriers_are_refused_by_key(changes: dict, key: str) -> None:
+    with pytest.raises(InputError) as error:
+        carrier_fe_mesh(small_carrier(**changes))
+    assert key in str(error.value)
+    assert "\n" not in str(error.value)

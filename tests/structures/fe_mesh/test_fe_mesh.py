@@ -1,0 +1,91 @@
+"""Invariants and numbering of the FE mesh itself."""
+
+import pickle
+
+import numpy as np
+import pytest
+import skfem
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, HEX_TO_VTK
+
+BOX = np.array([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 0.5]])
+VTK_CORNERS = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
+)
+
+
+def box(facets: dict[str, np.ndarray] | None = None) -> FeMesh:
+    """One hexahedron 2 x 3 x 0.5."""
+    return FeMesh(VTK_CORNERS @ BOX, np.array([HEX_FROM_VTK]), "hex", facets or {})
+
+
+def test_a_box_has_its_volume_quality_edges_and_outward_facets() -> None:
+    b = box({"top": np.array([[4, 5, 6, 7]])})
+    assert b.volume() == pytest.approx(3.0)
+    assert b.quality() == pytest.approx(1.0)
+    assert b.quadratic_dofs == 3 * 20
+    assert b.facet_areas("top") == pytest.approx([6.0])
+    p = b.points[b.boundary]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    assert len(p) == 6
+    assert (np.einsum("ij,ij->i", normal, p.mean(axis=1) - b.points.mean(axis=0)) > 0).all()
+
+
+def test_hex_numbering_converts_there_and_back_and_skfem_finds_it_positive() -> None:
+    assert [HEX_TO_VTK[i] for i in HEX_FROM_VTK] == list(range(8))
+    b = box()
+    np.testing.assert_array_equal(b.vtk_cells, [np.arange(8)])
+    mapping = skfem.MappingIsoparametric(skfem.MeshHex1(b.points.T, b.cells.T), skfem.ElementHex1())
+    assert (mapping.detDF(np.full((3, 1), 0.3)) > 0.0).all()
+
+
+def test_volume_of_a_distorted_hexahedron_equals_the_one_skfem_integrates() -> None:
+    rng = np.random.default_rng(1)
+    points = VTK_CORNERS + 0.15 * rng.random((8, 3))
+    b = FeMesh(points, np.array([HEX_FROM_VTK]), "hex", {})
+    basis = skfem.Basis(skfem.MeshHex1(b.points.T, b.cells.T), skfem.ElementHex1(), intorder=4)
+    assert b.volume() == pytest.approx(basis.dx.sum(), rel=1e-12)
+
+
+def test_tetrahedra_have_volume_and_regular_quality_one() -> None:
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], float)
+    t = FeMesh(corners, np.array([[0, 2, 1, 3]]), "tet", {})
+    assert t.volume() == pytest.approx(8.0 / 3.0)
+    assert t.quality() == pytest.approx(1.0)
+    assert t.quadratic_dofs == 30
+
+
+def test_content_hash_follows_every_part_and_survives_pickling() -> None:
+    top = {"top": np.array([[4, 5, 6, 7]])}
+    assert box(top).content_hash() == box(top).content_hash()
+    assert box(top).content_hash() != box().content_hash()
+    assert box(top).content_hash() != box({"lid": top["top"]}).content_hash()
+    assert pickle.loads(pickle.dumps(box(top))).content_hash() == box(top).content_hash()
+
+
+def test_arrays_cannot_be_written() -> None:
+    b = box({"top": np.array([[4, 5, 6, 7]])})
+    with pytest.raises(ValueError, match="read-only"):
+        b.points[0, 0] = 1.0
+    with pytest.raises(TypeError):
+        b.facets["new"] = b.facets["top"]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("points", "cells", "facets", "says"),
+    [
+        (VTK_CORNERS, [HEX_TO_VTK], {}, "inverted"),
+        (VTK_CORNERS * [1, 1, 0], [HEX_FROM_VTK], {}, "inverted or collapsed"),
+        (VTK_CORNERS * np.nan, [HEX_FROM_VTK], {}, "finite"),
+        (np.vstack([VTK_CORNERS, [9, 9, 9]]), [HEX_FROM_VTK], {}, "belong to no cell"),
+        (VTK_CORNERS, [[0, 1, 2, 3]], {}, "8 vertices"),
+        (VTK_CORNERS, [HEX_FROM_VTK], {"a": np.array([[0, 1, 2, 6]])}, "of no cell"),
+        (VTK_CORNERS, [HEX_FROM_VTK], {"a": np.array([[0, 1, 2, 3], [3, 2, 1, 0]])}, "twice"),
+        (VTK_CORNERS, [HEX_FROM_VTK], {"a": np.zeros((0, 4))}, "k > 0"),
+    ],
+)
+def test_what_is_no_body_is_refused(points, cells, facets, says) -> None:
+    with pytest.raises(FlexgearError, match=says):
+        FeMesh(np.array(points), np.array(cells), "hex", facets)

@@ -1,0 +1,280 @@
+"""Shape, symmetry and patches of the ring's FE mesh."""
+
+import threading
+from dataclasses import replace
+from math import cos, pi, sin, tan
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.spatial import cKDTree
+
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.ring import layer_positions
+
+from .small_bodies import small_ring
+
+
+@pytest.fixture(scope="module")
+def plain() -> FeMesh:
+    return ring_fe_mesh(small_ring())
+
+
+@pytest.fixture(scope="module")
+def holed() -> FeMesh:
+    return ring_fe_mesh(small_ring(bolt_holes=True, first_bolt_angle=0.1))
+
+
+def polar(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.hypot(points[..., 0], points[..., 1]), np.arctan2(points[..., 1], points[..., 0])
+
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    c, s = cos(angle), sin(angle)
+    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("side", ["flank", "backflank"])
+def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand: str, side: str) -> None:
+    p = small_ring(hand=hand)
+    tooth, j = p.tooth, 7
+    m = ring_fe_mesh(p)
+    at = m.points[np.unique(m.facets[f"tooth_{side}_{j + 1:03d}"])]
+    r, theta = polar(at)
+    # φ(z) = 2πj/z + κ z ∓ δ(r): inv α written out from the definition, not from ring_tooth
+    alpha_t = np.arctan(tan(p.pressure_angle) / cos(p.helix_angle))
+    r_ref = p.teeth * p.normal_module / cos(p.helix_angle) / 2.0
+    alpha = np.arccos(r_ref * cos(alpha_t) / r)
+    half = pi / (2 * p.teeth) + (np.tan(alpha) - alpha) - (tan(alpha_t) - alpha_t)
+    sign = 1.0 if hand == "right" else -1.0
+    expected = 2 * pi * j / p.teeth + sign * tan(p.helix_angle) / r_ref * at[:, 2]
+    expected += -half if side == "flank" else half
+    assert np.abs(r * (theta - expected)).max() < 1e-12
+    assert r.min() == pytest.approx(tooth.tip_radius)
+    assert r.max() == pytest.approx(tooth.form_radius)
+
+
+def test_fillet_is_tangent_to_flank_and_root_circle() -> None:
+    t = RingMeshParameters().tooth
+    rho, r = t.fillet_radius, t.form_radius
+    centre = np.array(t.fillet_centre)
+    delta = float(t.half_angle(r))
+    on_flank = r * np.array([cos(delta), sin(delta)])
+    assert np.linalg.norm(centre - on_flank) == pytest.approx(rho)
+    assert np.hypot(*centre) == pytest.approx(t.root_radius - rho)
+    step = 1e-7
+    a, b = (
+        q * np.array([cos(t.half_angle(q)), sin(t.half_angle(q))]) for q in (r - step, r + step)
+    )
+    assert abs((b - a) @ (centre - on_flank)) / np.linalg.norm(b - a) / rho < 1e-6
+    assert float(t.root_radius_at(t.fillet_end)) == pytest.approx(t.root_radius)
+    assert float(t.root_radius_at(delta)) == pytest.approx(r)
+
+
+def test_profile_agrees_with_the_gear_theory() -> None:
+    """One convention for the sign of the ring's profile shift in the whole program."""
+    geometry = pytest.importorskip("flexgear.gears.geometry")
+    from types import SimpleNamespace
+
+    gear = SimpleNamespace(teeth=93, profile_shift=0.2, addendum=1.0, dedendum=1.25)
+    stage = SimpleNamespace(normal_module=0.018, pressure_angle=0.35, helix_angle=0.13, ring=gear)
+    alpha_t = np.arctan(tan(0.35) / cos(0.13))
+    theory = geometry._gear(stage, "ring", alpha_t)
+    ours = replace(
+        RingMeshParameters(), pressure_angle=0.35, helix_angle=0.13, profile_shift=0.2
+    ).tooth
+    assert ours.base_radius == pytest.approx(theory.base_radius, rel=1e-14)
+    assert ours.tip_radius == pytest.approx(theory.tip_radius, rel=1e-14)
+    assert ours.root_radius == pytest.approx(theory.root_radius, rel=1e-14)
+    assert ours.tooth_thickness == pytest.approx(theory.thickness, rel=1e-14)
+    r = 0.84
+    assert 2 * r * float(ours.half_angle(r)) == pytest.approx(theory.thickness_at(r, alpha_t))
+
+
+def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
+    """A = π(r_o² - r_f²) + z ∫ ρ 2δ(ρ) dρ + the corners under the fillets; polygons lose O(h²)."""
+    p = RingMeshParameters()
+    t = p.tooth
+    flanks, _ = quad(lambda r: 2 * r * float(t.half_angle(r)), t.tip_radius, t.form_radius)
+    # from the form circle outward, material at angle θ begins at the root profile
+    start = float(t.half_angle(t.form_radius))
+    roots, _ = quad(
+        lambda a: t.root_radius**2 - float(t.root_radius_at(a)) ** 2, start, pi / t.teeth
+    )
+    base = start * (t.root_radius**2 - t.form_radius**2)
+    area = pi * (p.outer_radius**2 - t.root_radius**2) + t.teeth * (flanks + roots + base)
+    errors = []
+    for fidelity in ("quick", "standard"):
+        volume = ring_fe_mesh(replace(p, fidelity=fidelity)).volume()
+        errors.append(abs(volume / (area * p.face_width) - 1.0))
+    assert errors[0] < 4e-3
+    assert errors[1] < 1e-3
+
+
+def test_tiny_teeth_leave_a_plain_annulus() -> None:
+    p = small_ring(
+        teeth=180, normal_module=0.002, helix_angle=0.0, bolts=0, fits=(), addendum=0.01,
+        dedendum=0.05, root_fillet=0.01,
+    )  # fmt: skip
+    volume = ring_fe_mesh(p).volume()
+    annulus = pi * (p.outer_radius**2 - p.tooth.root_radius**2) * p.face_width
+    polygon = sin(2 * pi / 360) / (2 * pi / 360)
+    assert volume == pytest.approx(annulus * polygon, rel=1e-3)
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_every_patch_is_there_and_cells_are_well_shaped(
+    plain: FeMesh, holed: FeMesh, holes: bool
+) -> None:
+    m = holed if holes else plain
+    names = {f"tooth_{k}_{j:03d}" for k in ("flank", "backflank", "root") for j in range(1, 37)}
+    names |= {"fit_1", "fit_2", "outer", "end_minus", "end_plus"}
+    names |= {f"bolt_{k:02d}" for k in range(1, 6)} if holes else set()
+    assert set(m.facets) == names
+    assert m.quality() > 0.3
+
+
+def test_teeth_and_patches_repeat_under_exact_rotation(plain: FeMesh) -> None:
+    tree = cKDTree(plain.points)
+    distance, image = tree.query(turned(plain.points, 2 * pi / 36))
+    assert distance.max() < 1e-14
+    for kind in ("flank", "backflank", "root"):
+        this, following = (plain.facets[f"tooth_{kind}_{j:03d}"] for j in (5, 6))
+        np.testing.assert_array_equal(image[this], following)
+        areas = [plain.facet_areas(f"tooth_{kind}_{j:03d}").sum() for j in range(1, 37)]
+        np.testing.assert_allclose(areas, areas[0], rtol=1e-12)
+
+
+def test_other_hand_is_the_mirror_image() -> None:
+    a, b = (ring_fe_mesh(small_ring(hand=hand)) for hand in ("right", "left"))
+    distance, _ = cKDTree(a.points).query(b.points * [1.0, 1.0, -1.0])
+    assert distance.max() < 1e-14
+
+
+def test_root_patch_is_symmetric_about_the_tooth_and_lies_inside() -> None:
+    m = ring_fe_mesh(small_ring(helix_angle=0.0, fidelity="standard"))
+    ids = m.facets["tooth_root_001"]
+    at = m.points[np.unique(ids)]
+    distance, _ = cKDTree(at).query(at * [1.0, -1.0, 1.0])
+    assert distance.max() < 1e-15
+    surface = set(map(tuple, np.sort(m.boundary, axis=1)))
+    assert surface.isdisjoint(map(tuple, np.sort(ids, axis=1)))
+
+
+def test_surface_patches_look_outward(holed: FeMesh) -> None:
+    def from_smallest(facets: np.ndarray) -> set[tuple[int, ...]]:
+        return {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in facets}
+
+    surface = from_smallest(holed.boundary)
+    for name, facets in holed.facets.items():
+        if not name.startswith("tooth_root"):
+            assert from_smallest(facets) <= surface, name
+
+
+def test_fits_are_the_given_bands_of_the_outer_cylinder(plain: FeMesh) -> None:
+    p = small_ring()
+    for name, (low, high) in zip(("fit_1", "fit_2"), p.fits, strict=True):
+        at = plain.points[plain.facets[name]]
+        assert at[..., 2].min() == pytest.approx(low)
+        assert at[..., 2].max() == pytest.approx(high)
+        assert polar(at)[0] == pytest.approx(p.outer_radius)
+        sides = 2 * 36
+        chord = 2 * p.outer_radius * sin(pi / sides)
+        assert plain.facet_areas(name).sum() == pytest.approx(sides * chord * (high - low))
+
+
+def test_bolt_holes_are_straight_round_and_on_their_axes(holed: FeMesh) -> None:
+    p = small_ring(bolt_holes=True, first_bolt_angle=0.1)
+    for k in range(5):
+        at = holed.points[np.unique(holed.facets[f"bolt_{k + 1:02d}"])]
+        angle = 0.1 + 2 * pi * k / 5
+        axis = p.bolt_circle_diameter / 2 * np.array([cos(angle), sin(angle)])
+        off = np.linalg.norm(at[:, :2] - axis, axis=1)
+        assert np.abs(off - p.bolt_diameter / 2).max() < 1e-14
+        bottom, top = (at[np.isclose(at[:, 2], z)] for z in (-0.05, 0.05))
+        distance, _ = cKDTree(bottom[:, :2]).query(top[:, :2])
+        assert distance.max() < 1e-15
+
+
+@pytest.mark.parametrize(("teeth", "bolts"), [(40, 7), (50, 12), (93, 25)])
+def test_holes_mesh_to_hexahedra_for_any_numbers(teeth: int, bolts: int) -> None:
+    p = small_ring(
+        teeth=teeth, normal_module=0.36 / teeth, rim_thickness=0.07, bolts=bolts, bolt_holes=True,
+        bolt_circle_diameter=0.45,
+    )  # fmt: skip
+    m = ring_fe_mesh(p)
+    assert m.kind == "hex"
+    assert m.quality() > 0.25
+
+
+def test_standard_ring_has_the_promised_size() -> None:
+    m = ring_fe_mesh(RingMeshParameters())
+    assert 100_000 < m.quadratic_dofs < 140_000
+    assert m.quality() > 0.3
+
+
+def test_layers_follow_the_bands_and_the_wanted_number() -> None:
+    z = layer_positions(0.43, ((-0.215, -0.155), (0.155, 0.215)), 4)
+    np.testing.assert_allclose(z, [-0.215, -0.155, 0.0, 0.155, 0.215], atol=1e-15)
+    np.testing.assert_allclose(layer_positions(0.4, (), 4), [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"teeth": 20}, "addendum"),
+        ({"root_fillet": 0.9}, "root_fillet"),
+        ({"root_fillet": 0.0}, "root_fillet"),
+        ({"rim_thickness": 0.001}, "rim_thickness"),
+        ({"bolt_circle_diameter": 0.3}, "bolts.circle_diameter"),
+        ({"bolt_circle_diameter": 0.51}, "bolts.circle_diameter"),
+        ({"bolts": 120}, "bolts.number"),
+        ({"bolts": 50, "bolt_holes": True}, "bolts.number"),
+        ({"fits": ((0.0, 0.2),)}, "fits"),
+        ({"fidelity": "best"}, "fidelity"),
+        ({"face_width": 0.0}, "face_width"),
+        ({"helix_angle": 0.6, "face_width": 0.6, "fits": ()}, "helix_angle"),
+    ],
+)
+def test_impossible_rings_are_refused_by_key(changes: dict, key: str) -> None:
+    with pytest.raises(InputError) as error:
+        ring_fe_mesh(small_ring(**changes))
+    assert key in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
+    import gmsh
+
+    made: list[FeMesh] = []
+    threads = [
+        threading.Thread(target=lambda: made.append(ring_fe_mesh(small_ring()))) for _ in range(2)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(made) == 2
+    assert made[0].content_hash() == made[1].content_hash()
+    assert not gmsh.isInitialized()
+
+
+def test_an_exception_while_meshing_leaves_gmsh_finalised() -> None:
+    import gmsh
+
+    from flexgear.structures.fe_mesh.session import gmsh_session
+
+    def fail() -> None:
+        with gmsh_session("x") as session:
+            session.model.geo.addPlaneSurface([99])
+            session.model.geo.synchronize()
+            session.model.mesh.generate(7)
+
+    with pytest.raises(FlexgearError, match="gmsh could not make"):
+        fail()
+    assert not gmsh.isInitialized()
+    with pytest.raises(KeyError), gmsh_session("x"):
+        raise KeyError("ours")
+    assert not gmsh.isInitialized()
