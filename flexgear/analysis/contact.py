@@ -130,23 +130,29 @@ def release(place, blocks, m):
 def row_products(rows, n, matrix, place, blocks, m, work, out):
     """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
 
-    work (n, ≥ 6 m): G V_j on the local blocks only, so that a product costs the touched rows.
+    work (≥ 6 m + 1, ≥ 6 m): the local part of G is gathered there, so that the products run over
+    adjacent memory.
     """
+    size = 6 * m
+    for c in range(m):
+        for p in range(6):
+            source = matrix[6 * blocks[c] + p]
+            target = work[6 * c + p]
+            for d in range(m):
+                at = 6 * blocks[d]
+                for q in range(6):
+                    target[6 * d + q] = source[at + q]
+    y = work[size]
     for j in range(n):
-        y = work[j]
-        for c in range(6 * m):
+        for c in range(size):
             y[c] = 0.0
         for a in range(rows.count[j]):
-            base = 6 * rows.blocks[j, a]
+            base = 6 * place[rows.blocks[j, a]]
             for p in range(6):
                 v = rows.coef[j, a, p]
-                if v == 0.0:
-                    continue
-                line = matrix[base + p]
-                for c in range(m):
-                    at = 6 * blocks[c]
-                    for q in range(6):
-                        y[6 * c + q] += v * line[at + q]
+                line = work[base + p]
+                for c in range(size):
+                    y[c] += v * line[c]
         for i in range(j + 1):
             total = 0.0
             for a in range(rows.count[i]):

@@ -132,9 +132,7 @@ def _solve_position(
     balance = rigid.T @ forces
     scale = np.abs(rigid.T) @ np.abs(forces)
     closure = worst / largest
-    for e in range(r):
-        if scale[e] > 0.0:
-            closure = max(closure, abs(balance[e]) / scale[e])
+    closure = max(closure, np.abs(balance).max() / max(scale.max(), 1e-300))
     return status, n, n_pairs, closure
 
 
@@ -143,10 +141,11 @@ def _work(modal: ModalSystem) -> tuple[object, tuple[Array, ...]]:
     size = len(rows.kind) + modal.rigid_count + 2
     nb = len(modal.system.blocks) // 6
     nc = len(modal.channels)
+    local = 6 * min(nb, size * (SLOTS + 1))
     work = (
         np.zeros((size, size)),
         np.zeros((size, size)),
-        np.zeros((size, 6 * nb + 2)),
+        np.zeros((local + 1, local)),
         np.zeros(size),
         np.zeros(size),
         np.zeros(nc),

@@ -181,10 +181,11 @@ def start_state(
 def _scratch(modal: ModalSystem) -> tuple[Array, ...]:
     size = len(pair_rows(modal.system.pairs).kind) + 2
     nb, nc = len(modal.system.blocks) // 6, len(modal.channels)
+    local = 6 * min(nb, size * (SLOTS + 1))
     square = [np.zeros((size, size)) for _ in range(3)]
     return (
         *square,
-        np.zeros((size, 6 * nb + 2)),
+        np.zeros((local + 1, local)),
         *[np.zeros(size) for _ in range(4)],
         np.zeros(nc),
         np.full(nb, -1, dtype=np.int64),

@@ -37,24 +37,23 @@ class PairErrors:
     planet_tooth: Array
 
 
-def _pitch(rng: np.random.Generator, shape: tuple[int, ...], amplitude: float) -> Array:
-    """Random single pitch deviations within ±amplitude whose mean is zero on every gear."""
-    if amplitude == 0.0:
-        return np.zeros(shape)
-    values = rng.uniform(-amplitude, amplitude, shape)
-    return values - values.mean(axis=-1, keepdims=True)
+def _pitch(rng: np.random.Generator, shape: tuple[int, ...], deviation: float) -> Array:
+    """Random single-tooth deviations of given standard deviation, mean zero on every gear."""
+    values = rng.normal(0.0, 1.0, shape)  # drawn even for 0, so that one gear's draw is its own
+    values -= values.mean(axis=-1, keepdims=True)
+    return deviation * values
 
 
 def pair_errors(case: Case) -> dict[str, PairErrors]:
     """Errors of all four gear-mesh kinds; the back flanks see pitch deviations with other sign."""
     stage, e = case.stage, case.errors
     n = stage.planets
-    rng = np.random.default_rng(e.pitch_seed)
+    rng = np.random.default_rng(e.seed)
     pitch = {
-        "ring": _pitch(rng, (stage.ring.teeth,), e.pitch_deviation),
-        "sun": _pitch(rng, (stage.sun.teeth,), e.pitch_deviation),
-        "planet_ring": _pitch(rng, (n, stage.planet.teeth), e.pitch_deviation),
-        "planet_sun": _pitch(rng, (n, stage.planet.teeth), e.pitch_deviation),
+        "ring": _pitch(rng, (stage.ring.teeth,), e.ring_pitch),
+        "sun": _pitch(rng, (stage.sun.teeth,), e.sun_pitch),
+        "planet_ring": _pitch(rng, (n, stage.planet.teeth), e.planet_pitch),
+        "planet_sun": _pitch(rng, (n, stage.planet.teeth), e.planet_pitch),
     }
     radial, tangential = np.zeros(n), np.zeros(n)
     radial[: len(e.pin_radial)] = e.pin_radial

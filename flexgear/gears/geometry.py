@@ -1,8 +1,13 @@
 """Involute geometry of a planetary stage in the transverse plane.
 
 Reference radius r = m_n z / (2 cosβ), base radius r_b = r cosα_t, tanα_t = tanα_n / cosβ
-(ISO 21771). Thickness at the reference circle: s = m_n (π/2 ± 2 x tanα_n)/cosβ, + for external
-gears; for the ring a positive x moves the reference profile outwards, so its tooth gets thinner.
+(ISO 21771). Thickness at the reference circle: s = m_n (π/2 + 2 x tanα_n)/cosβ for every gear; for
+the ring ISO's tooth number is negative, so that x > 0 thickens its tooth, too, and moves its tip
+and root circles inward: r_a = r - m_n (h_a + x), r_f = r + m_n (h_f - x).
+
+Working angle: inv α_w = inv α_t + 2 tanα_n (x_1 + x_2)/(z_1 + z_2) at zero backlash, with the
+ring's z negative; centre distance R_c = (r_b1 ± r_b2)/cos α_w. Where a centre distance is given,
+cos α_w follows from it and the thicknesses leave the backlash that they leave.
 """
 
 from __future__ import annotations
@@ -109,13 +114,15 @@ def _gear(stage: Stage, name: str, transverse_angle: float) -> GearGeometry:
         internal=name == "ring",
         reference_radius=r,
         base_radius=r * math.cos(transverse_angle),
-        tip_radius=r + module * (x + out * gear.addendum),
-        root_radius=r + module * (x - out * gear.dedendum),
-        thickness=module * (math.pi / 2 + out * 2 * x * math.tan(stage.pressure_angle)) / cos_b,
+        tip_radius=r + out * module * (gear.addendum + x),
+        root_radius=r - out * module * (gear.dedendum - x),
+        thickness=module * (math.pi / 2 + 2 * x * math.tan(stage.pressure_angle)) / cos_b,
     )
 
 
-def _center_distance(stage: Stage, at: float, sun: float, planet: float, ring: float) -> float:
+def _center_distance(
+    stage: Stage, at: float, sun: float, planet: float, ring: float, where: str
+) -> float:
     """Centre distance (m) at zero backlash of both gear meshes, or the one that is given."""
     given = stage.center_distance
     if given is not None:
@@ -126,18 +133,18 @@ def _center_distance(stage: Stage, at: float, sun: float, planet: float, ring: f
     values = []
     for total_x, total_z, base in (
         (x_s + x_p, z_s + z_p, sun + planet),
-        (x_r - x_p, z_r - z_p, ring - planet),
+        (-x_r - x_p, z_r - z_p, ring - planet),
     ):
         value = involute(at) + 2 * tan_n * total_x / total_z
         if value < 0 or total_z <= 0:
             raise InputError(
-                "case", "stage", "the profile shifts leave no working pressure angle",
+                where, "stage", "the profile shifts leave no working pressure angle",
                 "reduce the negative profile shifts",
             )  # fmt: skip
         values.append(base / math.cos(inverse_involute(value)))
     if abs(values[0] - values[1]) > 1e-5:
         raise InputError(
-            "case",
+            where,
             "stage.center_distance_mm",
             f"sun–planet wants {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
             "choose profile shifts with equal centre distances, or give center_distance_mm",
@@ -146,16 +153,17 @@ def _center_distance(stage: Stage, at: float, sun: float, planet: float, ring: f
 
 
 def _gear_mesh(
-    stage: Stage, gear: GearGeometry, planet: GearGeometry, distance: float, at: float, play: float
+    stage: Stage, gear: GearGeometry, planet: GearGeometry, distance: float, at: float, where: str
 ) -> MeshGeometry:
     internal = gear.internal
     name = "ring" if internal else "sun"
+    play = stage.backlash_ring if internal else stage.backlash_sun
     base = gear.base_radius - planet.base_radius if internal else (
         gear.base_radius + planet.base_radius
     )  # fmt: skip
     if not 0 < base < distance:
         raise InputError(
-            "case", "stage.center_distance_mm",
+            where, "stage.center_distance_mm",
             f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * base:.3f} mm ({name})",
             "make the centre distance larger",
         )  # fmt: skip
@@ -165,18 +173,30 @@ def _gear_mesh(
     if internal:
         if gear.tip_radius <= gear.base_radius:
             raise InputError(
-                "case", "stage.ring.addendum", "the ring's tip lies inside its base circle",
+                where, "stage.ring.addendum", "the ring's tip lies inside its base circle",
                 "reduce the addendum or raise the profile shift of the ring",
             )  # fmt: skip
         low, high = gear.roll_length(gear.tip_radius) - reach, tip
         high = min(high, gear.roll_length(gear.root_radius) - reach)
-    else:
-        low, high = reach - gear.roll_length(gear.tip_radius), min(tip, reach)
-    low = max(low, 0.0)
+        if low < 0.0:
+            raise InputError(
+                where, "stage.ring.addendum",
+                "the ring's tip touches the planet's flank below its base circle (interference)",
+                "reduce it, or raise the number of planet teeth",
+            )  # fmt: skip
+    else:  # undercut flanks end at the base circle
+        low, high = max(reach - gear.roll_length(gear.tip_radius), 0.0), min(tip, reach)
+    room = _bottom_clearance(gear, planet, distance)
+    if min(room) < 0:
+        raise InputError(
+            where, f"stage.{name if room[0] < room[1] else 'planet'}.dedendum",
+            f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate ({name})",
+            "raise it, or lower the mate's addendum",
+        )  # fmt: skip
     pitch = 2 * math.pi * planet.base_radius / planet.teeth
     if high - low < pitch:
         raise InputError(
-            "case", f"stage.{name}",
+            where, f"stage.{name}",
             f"transverse contact ratio {(high - low) / pitch:.3f} is below 1",
             "raise addenda or change profile shifts",
         )  # fmt: skip
@@ -189,31 +209,56 @@ def _gear_mesh(
     backlash = play + inherent * cos_bb
     if backlash < -1e-9:
         raise InputError(
-            "case", f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
-            f"raise backlash_{name}_um or change the centre distance",
+            where, f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
+            f"raise backlash_{name}_mm or change the centre distance",
         )  # fmt: skip
     overlap = stage.face_width * math.sin(stage.helix_angle) / (math.pi * stage.normal_module)
     return MeshGeometry(angle, low, high, pitch, (high - low) / pitch, overlap, max(backlash, 0.0))
 
 
-def stage_geometry(stage: Stage) -> StageGeometry:
-    """Geometry of a stage. Raises InputError for gears that can't mesh (see messages)."""
+def _bottom_clearance(
+    gear: GearGeometry, planet: GearGeometry, distance: float
+) -> tuple[float, float]:
+    """Room at the gear's root below the planet's tip, and at the planet's root; m."""
+    if gear.internal:
+        return (
+            gear.root_radius - distance - planet.tip_radius,
+            gear.tip_radius - distance - planet.root_radius,
+        )
+    return (
+        distance - planet.tip_radius - gear.root_radius,
+        distance - gear.tip_radius - planet.root_radius,
+    )
+
+
+def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
+    """Geometry of a stage; ``where`` is named in errors.
+
+    Raises InputError for gears that cannot mesh and for planets that collide.
+    """
     at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
     sun, planet, ring = (_gear(stage, name, at) for name in ("sun", "planet", "ring"))
     distance = _center_distance(
-        stage, at, sun.base_radius, planet.base_radius, ring.base_radius
+        stage, at, sun.base_radius, planet.base_radius, ring.base_radius, where
     )
     angles = sorted(stage.planet_angles)
     gaps = [(b - a) for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
     clearance = math.inf
     if len(angles) > 1:
-        clearance = 2 * distance * math.sin(min(gaps) / 2) - 2 * planet.tip_radius
+        narrowest = min(min(gaps), math.pi)
+        clearance = 2 * distance * math.sin(narrowest / 2) - 2 * planet.tip_radius
+    if clearance < 0:
+        raise InputError(
+            where, "stage.planets",
+            f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm",
+            "use fewer planets, fewer planet teeth or other planet positions",
+        )  # fmt: skip
     return StageGeometry(
         sun=sun,
         planet=planet,
         ring=ring,
-        sun_mesh=_gear_mesh(stage, sun, planet, distance, at, stage.backlash_sun),
-        ring_mesh=_gear_mesh(stage, ring, planet, distance, at, stage.backlash_ring),
+        sun_mesh=_gear_mesh(stage, sun, planet, distance, at, where),
+        ring_mesh=_gear_mesh(stage, ring, planet, distance, at, where),
         center_distance=distance,
         transverse_angle=at,
         base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),

@@ -38,7 +38,7 @@ class StageKinematics:
 
 def stage_kinematics(case: Case) -> StageKinematics:
     """Kinematics and statics at the rated speed and torque of the drive."""
-    geometry = stage_geometry(case.stage)
+    geometry = stage_geometry(case.stage, case.source)
     z_s, z_p, z_r = (g.teeth for g in (geometry.sun, geometry.planet, geometry.ring))
     speed, torque = case.drive.rated_speed, case.drive.rated_torque
     ring, sun = torque * z_r / (z_r + z_s), torque * z_s / (z_r + z_s)

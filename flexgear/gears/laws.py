@@ -32,6 +32,6 @@ def pair_law(case: Case, geometry: StageGeometry, gear: str) -> Law:
     """k'(ξ) of the gear mesh of the planet with "ring" or "sun", N/m²."""
     options = case.gear_mesh
     if options.pair_stiffness == "table":
-        table = np.asarray(options.table, dtype=float)
-        return table_law(table[:, 0], table[:, 1])
+        table = getattr(options.table, gear)
+        return table_law(np.asarray(table.position), np.asarray(table.stiffness))
     return parabola(iso_peak(case, gear), options.end_ratio)

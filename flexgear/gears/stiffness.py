@@ -104,6 +104,4 @@ def _at(places: Array, values: Array, running: Array, xi: Array, power: int = 0)
     slope = (values[j + 1] - values[j]) / (places[j + 1] - places[j])
     if power == 0:
         return running[j] + d * (values[j] + 0.5 * slope * d)
-    return running[j] + d * (
-        values[j] * x + 0.5 * d * (values[j] + slope * x) + slope * d * d / 3
-    )
+    return running[j] + d * (values[j] * x + 0.5 * d * (values[j] + slope * x) + slope * d * d / 3)

@@ -1,0 +1,180 @@
+"""Time stepping: order, agreement with the plain solution, energy, contact, speed."""
+
+import numpy as np
+import pytest
+from coupled import TORQUE, make_system
+
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.reference import reference_transient
+from flexgear.analysis.transient import (
+    Collector,
+    Drive,
+    FineWindow,
+    collected,
+    plan_segments,
+    start_state,
+    transient,
+)
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pairs import KINDS
+
+STEADY = Drive(lambda t: np.full_like(t, TORQUE))
+
+
+def drop(low, start=0.05, stop=0.25):
+    return Drive(lambda t: np.where((t > start) & (t < stop), low, TORQUE), (start, stop))
+
+
+def run(modal, drive, duration, step, interval=1e-3, **options):
+    sink = Collector()
+    steps = transient(
+        modal, drive, duration=duration, time_step=step, output_interval=interval, sink=sink,
+        **options,
+    )  # fmt: skip
+    return collected(modal, sink.arrays(), steps)
+
+
+def residual(r):
+    """Energy that appeared from nowhere, over the peak of elastic energy."""
+    e = r.energy
+    held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+    work = (
+        e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+        + e["parametric_work"]
+    )  # fmt: skip
+    lost = (held - held[0]) - (work - work[0])
+    return np.abs(lost).max() / (e["elastic"] + e["pair_elastic"]).max()
+
+
+def smooth(system):
+    """The same gear meshes with pair stiffness that rises and falls without a kink."""
+    p = system.pairs
+    x = np.linspace(0.0, 1.0, 40001)
+    k = np.sin(np.pi * x)[None, :] ** 4 * p.k_table.max()
+    length = p.table_step * (p.k_table.shape[1] - 1)
+    z = np.zeros_like(k)
+    return system.with_(
+        pairs=p._replace(
+            k_table=np.ascontiguousarray(np.repeat(k, len(p.s0), axis=0)),
+            z_table=np.ascontiguousarray(np.repeat(z, len(p.s0), axis=0)),
+            table_step=length / 40000,
+        )
+    )
+
+
+def test_second_order_with_linear_contact_ramped_torque_and_smooth_stiffness(linear):
+    modal = modal_system(smooth(linear), 600.0)
+    ramp = Drive(lambda t: TORQUE * (1 - 0.5 * np.sin(np.pi * np.minimum(t, 0.02) / 0.04) ** 2))
+
+    def end(step):
+        r = run(modal, ramp, 0.02, step, interval=0.02)
+        return np.append(r.eta[-1] / np.sqrt(1.0), 0.0)
+
+    fine = end(1.5625e-6)
+    errors = [np.linalg.norm(end(h) - fine) for h in (1e-4, 5e-5, 2.5e-5, 1.25e-5)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(orders[1:] > 1.85), orders
+
+
+@pytest.mark.parametrize("law", ["linear", "one-sided"])
+def test_fast_step_equals_the_plain_solution_with_all_coordinates(law):
+    system = make_system(**{"gear_mesh.contact_law": law})
+    modal = modal_system(system)  # every coordinate kept: no residual
+    assert modal.dropped == 0
+    h, steps = 1e-4, 60
+    drive = Drive(lambda t: np.where(t < 0.003, TORQUE, 0.05 * TORQUE), (0.003,))
+    start = start_state(modal, TORQUE)
+    q, v = modal.modes @ start.eta, modal.modes @ start.velocity
+    # one segment: the jump is then seen as the torque of the step's end by both
+    plain = Drive(drive.torque)
+    slow = reference_transient(system, plain, q, v, time_step=h, steps=steps, start=start)
+    fast = run(modal, plain, h * steps, h, interval=h, start=start)
+    motion = fast.eta @ modal.modes.T
+    scale = np.abs(slow.motion[1:] - np.outer(fast.carrier_angle, system.rolling)).max()
+    assert np.abs(motion - slow.motion[1:]).max() < 1e-6 * scale
+
+
+def test_second_reduction_over_a_torque_drop(linear):
+    """Modes to the default limit and residual flexibility against every coordinate."""
+    full, small = modal_system(linear), modal_system(linear, 3000.0)
+    drive = drop(4e5, 0.01, 0.03)
+    a = run(full, drive, 0.05, 1e-4)
+    b = run(small, drive, 0.05, 1e-4)
+    for body, node in (("ring", "tooth_001"), ("planet_1", "planet_1"), ("shaft", "sun")):
+        ua, ub = Recovery(a).node(body, node)[:, :3], Recovery(b).node(body, node)[:, :3]
+        assert np.abs(ua - ub).max() < 5e-3 * np.abs(ua).max()
+
+
+def test_energy_closes_over_a_torque_drop_and_improves_with_the_step(one_sided_modal):
+    errors = [
+        residual(run(one_sided_modal, drop(4e5), 0.3, h, track_energy=True)) for h in (1e-4, 2e-5)
+    ]
+    assert errors[1] < 0.01
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_steady_speed_is_the_rated_one(one_sided_modal):
+    r = run(one_sided_modal, STEADY, 0.5, 1e-4)
+    rated = one_sided_modal.system.rated_speed
+    assert r.carrier_speed.mean() == pytest.approx(rated, rel=1e-3)
+    force = r.pair_load.sum(-1)[:, 0].mean()
+    e = start_state(one_sided_modal, TORQUE)
+    assert e is not None and force > 0
+
+
+def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping():
+    system = make_system(**{"drive.torque_nm": "4e6"})
+    modal = modal_system(system, 1000.0)
+    inertia = system.rolling @ system.mass @ system.rolling
+    ratio = system.output @ system.rolling
+    damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
+    tau = inertia / damping
+    half = Drive(lambda t: np.where(t > 0.0, 0.5 * TORQUE, TORQUE), (0.0,))
+    start = start_state(modal, TORQUE)
+    r = run(modal, half, 9 * tau, 2e-4, start=start)
+    rated = system.rated_speed
+    assert r.carrier_speed[-50:].mean() == pytest.approx(0.5 * rated, rel=1e-3)
+    late = (r.time > tau) & (r.time < 3 * tau)
+    slope = np.polyfit(r.time[late], np.log(r.carrier_speed[late] / rated - 0.5), 1)[0]
+    assert -1 / slope == pytest.approx(tau, rel=0.02)
+
+
+def test_dips_grow_with_the_drop(one_sided_modal):
+    dips = [run(one_sided_modal, drop(low), 0.3, 1e-4).carrier_speed.min() for low in (2e6, 4e5, 2e5)]
+    assert dips[0] > dips[1] > dips[2]
+
+
+def test_linear_contact_pulls_only_where_the_drive_is_light():
+    """Negative tooth loads need a light drive; under one-sided contact there are none."""
+    lows = {}
+    for law, inertia in (("linear", 2e4), ("linear", 3.8e7), ("one-sided", 2e4)):
+        system = make_system(
+            **{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)}
+        )
+        r = run(modal_system(system, 3000.0), drop(2e5, 0.01, 0.11), 0.12, 2e-5, interval=1e-4)
+        front = r.pair_load[:, :2]
+        lows[law, inertia] = front.min() / front[0].max()
+    assert lows["linear", 2e4] < -0.05
+    assert lows["linear", 3.8e7] > -0.01
+    assert lows["one-sided", 2e4] >= 0.0
+
+
+def test_reversal_crosses_the_backlash_before_the_back_flank_takes_load(one_sided):
+    modal = modal_system(one_sided, 1000.0)
+    reverse = Drive(lambda t: np.where(t > 0.01, -TORQUE, TORQUE), (0.01,))
+    r = run(modal, reverse, 0.12, 2e-5, interval=2e-4)
+    front = r.pair_load[:, :2].sum((1, 2, 3))
+    back = r.pair_load[:, 2:].sum((1, 2, 3))
+    assert back.max() > 0.2 * front[0]
+    assert r.pair_load.min() >= 0
+    first_back = r.time[np.argmax(back > 0)]
+    unloaded = r.time[np.argmax(front < 1e-3 * front[0])]
+    assert 0.01 < unloaded < first_back
+    assert len(KINDS) == r.pair_load.shape[1]
+
+
+def test_windows_and_jumps_cut_the_run_into_whole_steps():
+    segments = plan_segments(1.0, 1e-2, (0.333,), [FineWindow(0.3, 0.5, 1e-3)])
+    ends = [s.start + s.steps * s.time_step for s in segments]
+    assert ends == pytest.approx([0.3, 0.333, 0.5, 1.0])
+    assert all(s.time_step <= 1e-3 + 1e-15 for s in segments[1:3])

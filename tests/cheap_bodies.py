@@ -1,0 +1,94 @@
+"""Ring and carrier of springs and point masses: the coupled system without an FE reduction.
+
+The ring is a closed chain of stiff joints between tooth nodes with bolts hung on it, the carrier
+a tree of joints. Both move as rigid bodies without force, as reduced bodies do.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexgear.structures.bodies import skew
+
+
+@dataclass(frozen=True)
+class CheapBody:
+    """The attributes of a reduced body that coupling uses."""
+
+    name: str
+    node_names: tuple
+    positions: np.ndarray
+    mass: np.ndarray
+    stiffness: np.ndarray
+    recover: object = None
+
+
+class Joints:
+    """Joints between points: relative motion at the midpoint, translational and rotational."""
+
+    def __init__(self, positions):
+        self.x = np.asarray(positions, dtype=float)
+        self.k = np.zeros((6 * len(self.x), 6 * len(self.x)))
+
+    def add(self, i, j, translation, rotation):
+        middle = 0.5 * (self.x[i] + self.x[j])
+        rows = np.zeros((6, len(self.k)))
+        for node, sign in ((i, 1.0), (j, -1.0)):
+            part = np.eye(6)
+            part[:3, 3:] = -skew(middle - self.x[node])
+            rows[:, 6 * node : 6 * node + 6] = sign * part
+        self.k += rows.T @ np.diag([translation] * 3 + [rotation] * 3) @ rows
+
+
+def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness=1.0):
+    """Tooth nodes at angle 2πj/z, bolts at 2πb/n; every bolt is joined to two nearest teeth."""
+    a = 2 * np.pi * np.arange(teeth) / teeth
+    b = 2 * np.pi * np.arange(bolts) / bolts
+    x = np.vstack(
+        [
+            np.c_[radius * np.cos(a), radius * np.sin(a), 0 * a],
+            np.c_[bolt_radius * np.cos(b), bolt_radius * np.sin(b), 0 * b + bolt_z],
+        ]
+    )
+    joints = Joints(x)
+    for i in range(teeth):
+        joints.add(i, (i + 1) % teeth, 3e10 * stiffness, 3e8 * stiffness)
+    for i in range(bolts):
+        place = i * teeth / bolts
+        low, share = int(place), place - int(place)
+        joints.add(teeth + i, low, (1 - share) * 5e10 * stiffness, 1e9 * (1 - share) * stiffness)
+        if share > 0:
+            joints.add(
+                teeth + i, (low + 1) % teeth, share * 5e10 * stiffness, 1e9 * share * stiffness
+            )
+    names = tuple(
+        [f"tooth_{i + 1:03d}" for i in range(teeth)] + [f"bolt_{i + 1:02d}" for i in range(bolts)]
+    )
+    mass = np.kron(np.eye(len(x)), np.diag([30.0, 30, 30, 0.3, 0.3, 0.3]))
+    return CheapBody("ring", names, x, mass, joints.k)
+
+
+def cheap_carrier(planets, radius, drive_z=-0.6, stiffness=1.0):
+    """Drive flange, two bearing seats and pins, joined to both seats."""
+    phi = 2 * math.pi * np.arange(planets) / planets
+    side = math.copysign(1.0, drive_z)
+    x = np.vstack(
+        [
+            [0, 0, drive_z],
+            [0, 0, side * 0.45],
+            [0, 0, -side * 0.45],
+            np.c_[radius * np.cos(phi), radius * np.sin(phi), 0 * phi],
+        ]
+    )
+    joints = Joints(x)
+    joints.add(0, 1, 2e11 * stiffness, 2e10 * stiffness)
+    joints.add(1, 2, 2e10 * stiffness, 2e9 * stiffness)
+    for i in range(planets):
+        joints.add(3 + i, 1, 2e9 * stiffness, 1e8 * stiffness)
+        joints.add(3 + i, 2, 1e9 * stiffness, 1e8 * stiffness)
+    names = ("drive", "bearing_drive", "bearing_far", *[f"pin_{i + 1}" for i in range(planets)])
+    mass = np.kron(np.eye(len(x)), np.diag([300.0, 300, 300, 30, 30, 30]))
+    return CheapBody("carrier", names, x, mass, joints.k)

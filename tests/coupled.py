@@ -1,0 +1,38 @@
+"""Coupled systems of the bundled stage on cheap bodies, shared by the tests."""
+
+from __future__ import annotations
+
+from cheap_bodies import cheap_carrier, cheap_ring
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.system import Variant
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.case import load_case
+
+TORQUE = 4e6
+CLEAN = {  # no manufacturing errors
+    "errors.ring_tooth_um": "0",
+    "errors.planet_tooth_um": "0",
+    "errors.sun_tooth_um": "0",
+}
+
+
+def make_case(**overrides):
+    return load_case("wind-5mw", overrides={**CLEAN, **overrides})
+
+
+def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
+    geometry = stage_geometry(case.stage)
+    ring = cheap_ring(
+        case.stage.ring.teeth, geometry.ring.reference_radius, bolt_z=bolt_z, stiffness=stiffness
+    )
+    carrier = cheap_carrier(
+        case.stage.planets, geometry.center_distance, drive_z=drive_z, stiffness=stiffness
+    )
+    return ring, carrier
+
+
+def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):
+    case = make_case(**overrides)
+    ring, carrier = bodies or make_bodies(case)
+    return build_system(case, ring, carrier, variant or Variant(), stiffening)
