@@ -3,6 +3,12 @@
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import UNITS, read_fe_mesh, write_fe_mesh
+from flexgear.structures.fe_mesh.of_case import (
+    carrier_of_case,
+    carrier_patches,
+    ring_of_case,
+    ring_patches,
+)
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
 __all__ = [
@@ -11,7 +17,11 @@ __all__ = [
     "FeMesh",
     "RingMeshParameters",
     "carrier_fe_mesh",
+    "carrier_of_case",
+    "carrier_patches",
     "read_fe_mesh",
     "ring_fe_mesh",
+    "ring_of_case",
+    "ring_patches",
     "write_fe_mesh",
 ]

@@ -20,20 +20,36 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import acos, asin, cos, hypot, pi, sin, sqrt
-from typing import Literal, NoReturn
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sector
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.session import gmsh_session
 
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Fidelity = Literal["quick", "standard", "fine"]
+
+_CASE_KEYS = {  # where the case holds what is not a plain key of [carrier]
+    "fidelity": "solver.fidelity",
+    "planets": "stage.planets",
+    "center_distance": "stage.center_distance",
+    "planet_tip_radius": "stage.planet.addendum",
+    "gear_face_width": "stage.face_width",
+    "seat_drive_diameter": "carrier.seat_drive.diameter",
+    "seat_drive_width": "carrier.seat_drive.width",
+    "seat_far_diameter": "carrier.seat_far.diameter",
+    "seat_far_width": "carrier.seat_far.width",
+}
 
 
 @dataclass(frozen=True)
@@ -69,7 +85,47 @@ class CarrierMeshParameters:
     seat_far_width: float = 0.1
     drive_side: Literal["-z", "+z"] = "-z"
     fidelity: Fidelity = "standard"
-    where: str = "carrier"
+    where: str = "case"
+
+    @classmethod
+    def from_case(cls, case: Case) -> CarrierMeshParameters:
+        """The carrier of a case; its planets must be equally spaced from angle 0 on."""
+        stage, carrier = case.stage, case.carrier
+        equal = [2.0 * pi * i / stage.planets for i in range(stage.planets)]
+        if not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=1e-9):
+            raise InputError(
+                case.source,
+                "stage.planet_positions",
+                "the carrier's FE mesh wants equally spaced planets beginning at 0",
+                'give carrier.fe_mesh = "file", or carrier.flexible = false',
+            )
+        gears = stage_geometry(stage)
+        return cls(
+            planets=stage.planets,
+            center_distance=gears.center_distance,
+            planet_tip_radius=gears.planet.tip_radius,
+            gear_face_width=stage.face_width,
+            plate_diameter=carrier.plate_diameter,
+            plate_thickness_drive=carrier.plate_thickness_drive,
+            plate_thickness_far=carrier.plate_thickness_far,
+            plate_gap=carrier.plate_gap,
+            web_width=carrier.web_width,
+            web_inner_radius=carrier.web_inner_radius,
+            web_clearance=carrier.web_clearance,
+            pin_diameter=carrier.pin_diameter,
+            pin_bore=carrier.pin_bore,
+            pin_seat_width=carrier.pin_seat_width,
+            hub_outer_diameter=carrier.hub_outer_diameter,
+            hub_bore=carrier.hub_bore,
+            hub_length=carrier.hub_length,
+            seat_drive_diameter=carrier.seat_drive.diameter,
+            seat_drive_width=carrier.seat_drive.width,
+            seat_far_diameter=carrier.seat_far.diameter,
+            seat_far_width=carrier.seat_far.width,
+            drive_side=carrier.drive_side,
+            fidelity=case.solver.fidelity,
+            where=case.source,
+        )
 
     @property
     def seat_width(self) -> float:
@@ -194,7 +250,7 @@ class CarrierMeshParameters:
         return pi / self.planets - acos(max(-1.0, min(1.0, cosine)))
 
     def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
-        raise InputError(self.where, key, problem, remedy)
+        raise InputError(self.where, _CASE_KEYS.get(key, f"carrier.{key}"), problem, remedy)
 
 
 def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:

@@ -37,7 +37,7 @@ from flexgear.structures.fe_mesh.inp import InpDeck, read_inp, write_inp
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+UNITS = {"m": 1.0, "mm": 1e-3}
 _SUFFIXES = (".msh", ".vtu", ".inp")
 _SOLID: dict[str, tuple[Kind, int]] = {
     "hexahedron": ("hex", 8),

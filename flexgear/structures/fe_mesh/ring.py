@@ -14,7 +14,7 @@ Patches
   tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
                        fillets on the root circle, bowed a fillet radius into the rim,
                        symmetric about the tooth's middle
-  fit_1, fit_2         bands of the outer cylinder, by rising z
+  fit_1, fit_2         bands of the outer cylinder, in the order given
   bolt_NN              walls of the bolt holes, when there are holes
   outer, end_minus, end_plus   outer cylinder; plane faces at -b/2 and +b/2
 """
@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import ceil, pi, tan
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,9 @@ from flexgear.structures.fe_mesh.ring_section import (
     toothed_section,
 )
 from flexgear.structures.fe_mesh.ring_tooth import RingTooth, ring_tooth
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -79,7 +82,33 @@ class RingMeshParameters:
     first_bolt_angle: float = 0.0
     fits: tuple[tuple[float, float], ...] = ((-0.215, -0.155), (0.155, 0.215))
     fidelity: Fidelity = "standard"
-    where: str = "ring"
+    where: str = "case"
+
+    @classmethod
+    def from_case(cls, case: Case) -> RingMeshParameters:
+        """The ring of a case, with its teeth, bolts and fits."""
+        stage, ring, gear = case.stage, case.ring, case.stage.ring
+        return cls(
+            teeth=gear.teeth,
+            normal_module=stage.normal_module,
+            pressure_angle=stage.pressure_angle,
+            helix_angle=stage.helix_angle,
+            hand=stage.planet_hand,
+            profile_shift=gear.profile_shift,
+            addendum=gear.addendum,
+            dedendum=gear.dedendum,
+            root_fillet=gear.root_fillet,
+            face_width=stage.face_width,
+            rim_thickness=ring.rim_thickness,
+            bolts=ring.bolts.number,
+            bolt_circle_diameter=ring.bolts.circle_diameter,
+            bolt_diameter=ring.bolts.diameter,
+            bolt_holes=ring.bolts.holes,
+            first_bolt_angle=ring.bolts.first_angle,
+            fits=tuple(fit.band for fit in ring.fits),
+            fidelity=case.solver.fidelity,
+            where=case.source,
+        )
 
     @property
     def tooth(self) -> RingTooth:
@@ -123,18 +152,18 @@ class RingMeshParameters:
             raise InputError(self.where, key, problem, remedy)
 
         if self.fidelity not in _DIVISIONS:
-            reject("fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
+            reject("solver.fidelity", f"{self.fidelity!r} is unknown", "quick, standard or fine")
         if width <= 0.0:
-            reject("face_width", "must be above 0", "give the ring's face width")
+            reject("stage.face_width", "must be above 0", "give the ring's face width")
         if self.rim_thickness < self.normal_module:
             reject(
-                "rim_thickness",
+                "ring.rim_thickness",
                 f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
                 "the rim is counted outside the root circle; give at least one module",
             )
         if abs(self.helix_rate) * width > tooth.pitch_angle * 3.0:
             reject(
-                "helix_angle",
+                "stage.helix_angle",
                 "the helix advances more than three teeth over the face width",
                 "lower the helix angle or the face width",
             )
@@ -143,32 +172,34 @@ class RingMeshParameters:
             room = self.straight_radius - tooth.root_radius
             if room < 0.1 * self.rim_thickness:
                 reject(
-                    "bolts.circle_diameter",
+                    "ring.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
                     f"{tooth.root_radius * 2e3:.0f} mm",
                     "raise it or lower the bolts' diameter",
                 )
             if abs(self.helix_rate) * width / 2.0 * radius > room:
                 reject(
-                    "bolts.circle_diameter",
+                    "ring.bolts.circle_diameter",
                     f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
                     "root and the bolts, whose axes are straight",
                     "raise it, or lower the face width or the helix angle",
                 )
             if not radius + 1.2 * hole < self.outer_radius:
                 reject(
-                    "bolts.circle_diameter",
+                    "ring.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
                     f"{self.outer_radius * 2e3:.0f} mm",
                     "lower it or raise rim_thickness",
                 )
             if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
-                reject("bolts.number", "neighbouring bolts overlap", "use fewer or thinner bolts")
+                reject(
+                    "ring.bolts.number", "neighbouring bolts overlap", "use fewer or thinner bolts"
+                )
         for low, high in self.fits:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
                 reject(
-                    "fits",
+                    "ring.fits",
                     f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
@@ -256,10 +287,12 @@ def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
         for j in range(p.teeth):
             facets[f"tooth_{name}_{j + 1:03d}"] = wall(outward[j])
     middle = (z[:-1] + z[1:]) / 2.0
-    for k, (low, high) in enumerate(sorted(p.fits), 1):
+    for k, (low, high) in enumerate(p.fits, 1):
         inside = np.flatnonzero((middle > low) & (middle < high))
         if len(inside) == 0:
-            raise InputError(p.where, "fits", f"band {k} is too narrow", "make it wider")
+            raise InputError(
+                p.where, f"ring.fits.{k - 1}", "the band is too narrow", "make it wider"
+            )
         facets[f"fit_{k}"] = wall(section.outer, inside)
     for k, lines in enumerate(section.holes, 1):
         facets[f"bolt_{k:02d}"] = wall(lines)

@@ -33,7 +33,7 @@ def with_bolt_holes(
     bolt_circle_radius: float,
     hole_radius: float,
     rows: tuple[int, int, int],
-    where: str = "ring",
+    where: str = "case",
 ) -> RingSection:
     """Continue a toothed section outward through the bolt holes to the outer radius.
 
@@ -70,9 +70,9 @@ def with_bolt_holes(
     if len(bolt_angles) > 1 and spacing.min() < across:
         raise InputError(
             where,
-            "bolts.number",
+            "ring.bolts.number",
             "the bolt holes are too close to each other for the FE mesh",
-            "use fewer or thinner bolts, or holes = false",
+            "use fewer or thinner bolts, or ring.bolts.holes = false",
         )
     kept = np.ones((len(radii), columns), dtype=bool)
     new_xy, new_quads, holes, total = [], [], [], len(radius)

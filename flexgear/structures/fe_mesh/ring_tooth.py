@@ -3,12 +3,12 @@
 Polar coordinates (r, θ) about the ring's centre, the tooth centred at θ = 0, its tip inward.
 
 Lengths (transverse plane): m_t = m_n/cos β, tan α_t = tan α_n/cos β, r = z m_t/2,
-r_b = r cos α_t. A positive profile shift x moves the profile outward, as in
-gears/geometry.py: tip and root circles grow and the tooth of the ring gets thinner,
+r_b = r cos α_t. Profile shift x follows ISO 21771 with the tooth number of an internal gear
+negative, as in gears/geometry.py: x > 0 moves the profile towards the centre of the ring, so tip
+and root circles shrink and the tooth of the ring grows thicker,
 
-    r_a = r + (x - h_a*) m_n,   r_f = r + (x + h_f*) m_n,   s_t = m_t π/2 - 2 x m_n tan α_t
+    r_a = r - (h_a* + x) m_n,   r_f = r + (h_f* - x) m_n,   s_t = m_t π/2 + 2 x m_n tan α_t.
 
-(ISO 21771 writes the same with a negative tooth number and the opposite sign of x).
 Half angle of the tooth at radius ρ: δ(ρ) = s_t/(2 r) + inv α(ρ) - inv α_t, cos α(ρ) = r_b/ρ; it
 grows outward because the tooth of the ring is the space of an external gear.
 Root fillet: circular arc of radius ρ_f = coefficient · m_n, tangent to flank and root circle. Its
@@ -87,7 +87,7 @@ def ring_tooth(
     addendum: float,
     dedendum: float,
     root_fillet: float,
-    where: str = "ring",
+    where: str = "case",
 ) -> RingTooth:
     """Profile from module (m), angles (rad, normal pressure angle) and coefficients of m_n."""
     m_n, beta = normal_module, abs(helix_angle)
@@ -95,22 +95,24 @@ def ring_tooth(
     alpha_t = float(np.arctan(tan(pressure_angle) / cos(beta)))
     r = teeth * m_t / 2.0
     r_b = r * cos(alpha_t)
-    r_a = r + (profile_shift - addendum) * m_n
-    r_f = r + (profile_shift + dedendum) * m_n
-    s_t = m_t * pi / 2.0 - 2.0 * profile_shift * m_n * tan(alpha_t)
+    r_a = r - (addendum + profile_shift) * m_n
+    r_f = r + (dedendum - profile_shift) * m_n
+    s_t = m_t * pi / 2.0 + 2.0 * profile_shift * m_n * tan(alpha_t)
     rho = root_fillet * m_n
     if r_a <= r_b:
         raise InputError(
             where,
-            "addendum",
+            "stage.ring.addendum",
             f"the tip circle ({r_a * 1e3:.1f} mm) lies inside the base circle "
             f"({r_b * 1e3:.1f} mm), where no involute exists",
-            "lower the addendum, raise the profile shift, or use more teeth",
+            "lower the addendum or the profile shift, or use more teeth",
         )
     if r_f <= r_a:
-        raise InputError(where, "dedendum", "the root circle is inside the tip circle", "raise it")
+        raise InputError(
+            where, "stage.ring.dedendum", "the root circle is inside the tip circle", "raise it"
+        )
     if rho <= 0.0:
-        raise InputError(where, "root_fillet", "must be above 0", "0.38 is usual")
+        raise InputError(where, "stage.ring.root_fillet", "must be above 0", "0.38 is usual")
 
     def flank(radius: float) -> tuple[float, float]:
         alpha = float(np.arccos(min(r_b / radius, 1.0)))
@@ -134,7 +136,7 @@ def ring_tooth(
     if miss(r_a) >= 0.0 or miss(r_f) <= 0.0:
         raise InputError(
             where,
-            "root_fillet",
+            "stage.ring.root_fillet",
             f"a fillet of {rho * 1e3:.2f} mm does not fit between tip and root circle",
             "lower root_fillet",
         )
@@ -146,7 +148,7 @@ def ring_tooth(
         wide = flank(r_a)[1] > 0.0
         raise InputError(
             where,
-            "root_fillet" if wide else "addendum",
+            "stage.ring.root_fillet" if wide else "stage.ring.addendum",
             (
                 f"the two fillets of {rho * 1e3:.2f} mm overlap in the tooth space"
                 if wide

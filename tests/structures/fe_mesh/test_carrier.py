@@ -150,7 +150,7 @@ def test_other_carriers_mesh_too(changes: dict) -> None:
         ({"web_inner_radius": 0.45}, "web_inner_radius"),
         ({"web_width": 0.9}, "web_width"),
         ({"planets": 4, "planet_tip_radius": 0.15, "web_width": 1.1}, "web_width"),
-        ({"seat_drive_diameter": 0.3}, "seat_drive_diameter"),
+        ({"seat_drive_diameter": 0.3}, "carrier.seat_drive.diameter"),
         ({"pin_diameter": -0.1}, "pin_diameter"),
         ({"drive_side": "left"}, "drive_side"),
         ({"pin_seat_width": 0.6}, "pin_seat_width"),

@@ -73,26 +73,6 @@ def test_fillet_is_tangent_to_flank_and_root_circle() -> None:
     assert float(t.root_radius_at(delta)) == pytest.approx(r)
 
 
-def test_profile_agrees_with_the_gear_theory() -> None:
-    """One convention for the sign of the ring's profile shift in the whole program."""
-    geometry = pytest.importorskip("flexgear.gears.geometry")
-    from types import SimpleNamespace
-
-    gear = SimpleNamespace(teeth=93, profile_shift=0.2, addendum=1.0, dedendum=1.25)
-    stage = SimpleNamespace(normal_module=0.018, pressure_angle=0.35, helix_angle=0.13, ring=gear)
-    alpha_t = np.arctan(tan(0.35) / cos(0.13))
-    theory = geometry._gear(stage, "ring", alpha_t)
-    ours = replace(
-        RingMeshParameters(), pressure_angle=0.35, helix_angle=0.13, profile_shift=0.2
-    ).tooth
-    assert ours.base_radius == pytest.approx(theory.base_radius, rel=1e-14)
-    assert ours.tip_radius == pytest.approx(theory.tip_radius, rel=1e-14)
-    assert ours.root_radius == pytest.approx(theory.root_radius, rel=1e-14)
-    assert ours.tooth_thickness == pytest.approx(theory.thickness, rel=1e-14)
-    r = 0.84
-    assert 2 * r * float(ours.half_angle(r)) == pytest.approx(theory.thickness_at(r, alpha_t))
-
-
 def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
     """A = π(r_o² - r_f²) + z ∫ ρ 2δ(ρ) dρ + the corners under the fillets; polygons lose O(h²)."""
     p = RingMeshParameters()

@@ -1,0 +1,86 @@
+"""From a case to the FE meshes it asks for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    RingMeshParameters,
+    carrier_fe_mesh,
+    carrier_of_case,
+    carrier_patches,
+    ring_fe_mesh,
+    ring_of_case,
+    ring_patches,
+    write_fe_mesh,
+)
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return load_case("wind-5mw", {"solver.fidelity": "quick"})
+
+
+def test_the_bundled_case_is_the_generators_default(case: Case) -> None:
+    assert (
+        ring_of_case(case).content_hash()
+        == ring_fe_mesh(RingMeshParameters(fidelity="quick")).content_hash()
+    )
+    ours, default = carrier_of_case(case), carrier_fe_mesh(CarrierMeshParameters(fidelity="quick"))
+    assert ours.volume() == pytest.approx(default.volume(), rel=1e-3)
+    assert set(carrier_patches(case)) <= set(ours.facets)
+
+
+@pytest.mark.parametrize("shift", [-0.2, 0.0, 0.1])
+def test_tooth_equals_the_gear_theory_of_the_same_case(case: Case, shift: float) -> None:
+    shifted = case.with_(
+        **{"stage.ring.profile_shift": -shift, "stage.planet.profile_shift": shift,
+           "stage.sun.profile_shift": -shift}
+    )  # fmt: skip
+    theory = stage_geometry(shifted.stage).ring
+    tooth = RingMeshParameters.from_case(shifted).tooth
+    for name in ("base_radius", "tip_radius", "root_radius", "reference_radius"):
+        assert getattr(tooth, name) == pytest.approx(getattr(theory, name), rel=1e-12)
+    assert tooth.tooth_thickness == pytest.approx(theory.thickness, rel=1e-12)
+
+
+def test_carrier_follows_the_centre_distance_and_the_drive_side(case: Case) -> None:
+    p = CarrierMeshParameters.from_case(case.with_(**{"carrier.drive_side": "+z"}))
+    assert p.center_distance == pytest.approx(stage_geometry(case.stage).center_distance)
+    assert p.drive_side == "+z"
+
+
+def test_unequal_planets_want_a_file(case: Case) -> None:
+    angles = tuple(np.radians([0.0, 72.0, 144.0, 216.0, 289.93548387096774]))
+    with pytest.raises(InputError, match="equally spaced"):
+        CarrierMeshParameters.from_case(
+            case.with_(**{"stage.planet_positions": angles, "stage.allow_unassemblable": True})
+        )
+
+
+def test_own_files_are_read_and_checked(case: Case, tmp_path: Path) -> None:
+    write_fe_mesh(ring_of_case(case), tmp_path / "ring.msh")
+    write_fe_mesh(carrier_of_case(case), tmp_path / "carrier.inp")
+    own = case.with_(
+        **{
+            "ring.fe_mesh_file": str(tmp_path / "ring.msh"),
+            "ring.fe_mesh": "file",
+            "ring.fe_mesh_unit": "m",
+            "carrier.fe_mesh_file": str(tmp_path / "carrier.inp"),
+            "carrier.fe_mesh": "file",
+            "carrier.fe_mesh_unit": "m",
+        }
+    )
+    assert set(ring_patches(own)) <= set(ring_of_case(own).facets)
+    assert set(carrier_patches(own)) <= set(carrier_of_case(own).facets)
+    with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
+        ring_of_case(own.with_(**{"ring.fe_mesh_unit": "mm"}))
+    with pytest.raises(InputError, match="25 of 120 missing"):
+        ring_of_case(own.with_(**{"ring.bolts.holes": True}))
+    with pytest.raises(InputError, match=r"ring\.fe_mesh_file.*no such file"):
+        ring_of_case(own.with_(**{"ring.fe_mesh_file": str(tmp_path / "none.msh")}))
