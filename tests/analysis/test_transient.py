@@ -82,13 +82,11 @@ def test_fast_step_equals_the_plain_solution_with_all_coordinates(law):
     modal = modal_system(system)  # every coordinate kept: no residual
     assert modal.dropped == 0
     h, steps = 1e-4, 60
-    drive = Drive(lambda t: np.where(t < 0.003, TORQUE, 0.05 * TORQUE), (0.003,))
+    drive = Drive(lambda t: np.where(t < 0.00305, TORQUE, 0.05 * TORQUE))
     start = start_state(modal, TORQUE)
     q, v = modal.modes @ start.eta, modal.modes @ start.velocity
-    # one segment: the jump is then seen as the torque of the step's end by both
-    plain = Drive(drive.torque)
-    slow = reference_transient(system, plain, q, v, time_step=h, steps=steps, start=start)
-    fast = run(modal, plain, h * steps, h, interval=h, start=start)
+    slow = reference_transient(system, drive, q, v, time_step=h, steps=steps, start=start)
+    fast = run(modal, drive, h * steps, h, interval=h, start=start)
     motion = fast.eta @ modal.modes.T
     scale = np.abs(slow.motion[1:] - np.outer(fast.carrier_angle, system.rolling)).max()
     assert np.abs(motion - slow.motion[1:]).max() < 1e-6 * scale
@@ -134,8 +132,10 @@ def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping()
     r = run(modal, half, 9 * tau, 2e-4, start=start)
     rated = system.rated_speed
     assert r.carrier_speed[-50:].mean() == pytest.approx(0.5 * rated, rel=1e-3)
-    late = (r.time > tau) & (r.time < 3 * tau)
-    slope = np.polyfit(r.time[late], np.log(r.carrier_speed[late] / rated - 0.5), 1)[0]
+    # speed of the whole train's angular momentum: elastic twist would ride on the pins' speed
+    train = np.gradient(r.eta @ modal.rolling / inertia, r.time)
+    late = (r.time > 0.5 * tau) & (r.time < 2.5 * tau)
+    slope = np.polyfit(r.time[late], np.log(train[late] / rated - 0.5), 1)[0]
     assert -1 / slope == pytest.approx(tau, rel=0.02)
 
 
