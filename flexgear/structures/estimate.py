@@ -89,14 +89,15 @@ def compare_frequencies(
     )
     if not len(values):
         return FrequencyComparison(np.zeros(0), np.zeros(0), 0.0)
-    mass = condensation.fe_mass
     count = len(values)
-    field = np.empty((mass.shape[0], 2 * count))
+    field = np.empty((condensation.rows.shape[1], 2 * count))
     field[:, :count] = condensation.constraint_modes @ vectors[:b]
     field[:, :count] += reduction.fixed_modes @ vectors[b:]
     for start in range(0, count, SOLVE_BLOCK):
         block = slice(start, min(start + SOLVE_BLOCK, count))
-        image = condensation.supported_solve(mass @ np.ascontiguousarray(field[:, block]), supports)
+        image = condensation.supported_solve(
+            condensation.mass_product(field[:, block]), supports
+        )
         field[:, count + start : count + block.stop] = image * values[block]
         progress("frequency check", 0.8 * block.stop / count)
     # U and A U nearly agree: take their difference, scaled, as the second half
@@ -126,7 +127,7 @@ def _ritz_values(
         block = slice(start, min(start + SOLVE_BLOCK, count))
         part = np.ascontiguousarray(field[:, block])
         k[:, block] += field.T @ (condensation.fe_stiffness @ part)
-        m[:, block] = field.T @ (condensation.fe_mass @ part)
+        m[:, block] = field.T @ condensation.mass_product(part)
     scale = 1 / np.sqrt(np.diag(m))
     m = scale[:, None] * 0.5 * (m + m.T) * scale
     k = scale[:, None] * 0.5 * (k + k.T) * scale

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 
+_CHECK = 3  # steps between looks at convergence
+
 Operator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
@@ -54,8 +56,8 @@ def largest_eigenpairs(
     new, _ = _orthonormal(apply(start), basis[:, :0], mass)
     applied = block
     size = 0  # columns of the basis whose image is already projected
-    basis[:, : new.shape[1]] = new
-    filled = new.shape[1]
+    basis[:, :block] = new
+    filled = block
     for _ in range(1000):
         image = apply(np.ascontiguousarray(basis[:, size:filled]))
         applied += filled - size
@@ -67,26 +69,30 @@ def largest_eigenpairs(
         projected[size:filled, :filled] = column.T
         new, coupling = _orthonormal(image, old, mass)
         size = filled
+        full = size + block > most
+        if not full and (size < 2 * count or (size // block) % _CHECK):
+            filled = size + block
+            basis[:, size:filled] = new
+            continue
         square = projected[:size, :size]
         values, vectors = np.linalg.eigh(0.5 * (square + square.T))
         values, vectors = values[::-1], vectors[:, ::-1]
-        tail = coupling @ vectors[size - coupling.shape[1] :]
+        tail = coupling @ vectors[size - block :]
         residuals = np.linalg.norm(tail, axis=0)
-        wanted = min(count, size)
-        good = residuals[:wanted] <= tolerance * np.abs(values[:wanted])
+        good = residuals[:count] <= tolerance * np.abs(values[:count])
         if progress is not None:
             progress(float(good.sum()) / count)
-        if wanted == count and good.all():
+        if good.all():
             return Eigenpairs(
                 values[:count], old @ vectors[:, :count], residuals[:count], applied
             )
-        if size + new.shape[1] > most:
+        if full:
             keep = min(count + block, size - block)
             basis[:, :keep] = old @ vectors[:, :keep]
             projected[:] = 0.0
             projected[range(keep), range(keep)] = values[:keep]
             size = keep
-        filled = size + new.shape[1]
+        filled = size + block
         basis[:, size:filled] = new
     raise FlexgearError("the eigenvalue iteration did not converge: ask for fewer modes")
 
@@ -96,21 +102,26 @@ def _orthonormal(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Q (n, p), R (p, p) with block = basis (...) + Q R, Q^T M Q = I, basis^T M Q = 0.
 
-    A Euclidean QR first keeps the Gram matrix well conditioned; directions of rounding size
-    become arbitrary ones, which the later passes make orthogonal and which do no harm.
+    Two Euclidean passes first keep the Gram matrix well conditioned; directions of rounding size
+    become arbitrary ones, which the projection makes orthogonal and which do no harm.
     """
-    q = block - basis @ (basis.T @ mass(block))
-    q, r = np.linalg.qr(q)
+    q, r = block, np.eye(block.shape[1])
     for _ in range(2):
-        weighted = mass(q)
-        overlap = basis.T @ weighted
-        q = q - basis @ overlap
-        gram = q.T @ weighted - overlap.T @ overlap
-        values, vectors = sla.eigh(0.5 * (gram + gram.T))
-        root = np.sqrt(values)
-        q = q @ (vectors / root)
-        r = (vectors * root).T @ r
+        q, r = _normalised(q, r, q.T @ q)
+    weighted = mass(q)
+    overlap = basis.T @ weighted
+    q = q - basis @ overlap
+    q, r = _normalised(q, r, q.T @ mass(q))
     return q, r
+
+
+def _normalised(
+    q: NDArray[np.float64], r: NDArray[np.float64], gram: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """q G^{-1/2} and G^{1/2} r, tiny eigenvalues of G raised to rounding size."""
+    values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+    root = np.sqrt(np.maximum(values, 1e-14 * values[-1]))
+    return q @ (vectors / root), (vectors * root).T @ r
 
 
 def _dense(apply: Operator, mass: Operator, n: int, count: int) -> Eigenpairs:

@@ -30,7 +30,7 @@ from flexgear.structures.dissection import dissect
 _LEAF = 96  # nodes of three dofs in a front that is not cut further
 _NODE = 3
 _THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-_LEAST_COLUMNS = 8  # right-hand sides worth a thread
+_LEAST_COLUMNS = 32  # right-hand sides worth a thread
 
 
 class Multifrontal:

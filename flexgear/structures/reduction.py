@@ -35,7 +35,7 @@ from flexgear.structures.reduced import ReducedBody
 
 Progress = Callable[[str, float], None]
 
-SOLVE_BLOCK = 48  # right-hand sides a solve
+SOLVE_BLOCK = 96  # right-hand sides a solve
 LANCZOS_BLOCK = 24  # vectors a step
 _ROWS = 8192  # rows of tall dense products held at once
 
@@ -49,17 +49,25 @@ class Condensation:
     """Static condensation of a body on its interface.
 
     rows: B (b, d); constraint_modes: Psi (d, b); stiffness: K_bb (b, b); fe_stiffness, fe_mass:
-    (d, d) CSR on the dofs left after rigid ties.
+    (d, d) CSR on the dofs left after rigid ties; scalar_mass: (d/3, d/3) where none is rigid.
     """
 
     interface: Interface
     rows: sp.csr_matrix = field(repr=False)
     fe_stiffness: sp.csr_matrix = field(repr=False)
     fe_mass: sp.csr_matrix = field(repr=False)
+    scalar_mass: sp.csr_matrix | None = field(repr=False)
     factor: Factor = field(repr=False)
     constraint_modes: NDArray[np.float64] = field(repr=False)
     stiffness: NDArray[np.float64] = field(repr=False)
     rigid_residual: float
+
+    def mass_product(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """M x (d, k); the scalar mass matrix takes x, y and z together."""
+        x = np.ascontiguousarray(x)
+        if self.scalar_mass is None:
+            return self.fe_mass @ x
+        return (self.scalar_mass @ x.reshape(self.scalar_mass.shape[0], -1)).reshape(x.shape)
 
     def fixed_solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
@@ -153,7 +161,10 @@ def condense(
     stiffness_b = inverse - np.diag(springs)
     stiffness_b, residual = _free(stiffness_b, interface)
     progress("constraint modes", 1.0)
-    return Condensation(interface, rows, stiffness, mass, factor, modes, stiffness_b, residual)
+    scalar_mass = model.scalar_mass if interface.expansion is None else None
+    return Condensation(
+        interface, rows, stiffness, mass, scalar_mass, factor, modes, stiffness_b, residual
+    )
 
 
 def fixed_interface_modes(
@@ -163,12 +174,12 @@ def fixed_interface_modes(
     dofs = condensation.fe_stiffness.shape[0]
     if count == 0:
         return np.zeros(0), np.zeros((dofs, 0)), 0.0
-    mass = condensation.fe_mass
+    mass = condensation.mass_product
     start = np.random.default_rng(20230617).standard_normal((dofs, LANCZOS_BLOCK))
     progress("fixed-interface modes", 0.0)
     pairs = largest_eigenpairs(
-        lambda v: condensation.fixed_solve(mass @ v),
-        lambda v: mass @ v,
+        lambda v: condensation.fixed_solve(mass(v)),
+        mass,
         start,
         count,
         progress=lambda fraction: progress("fixed-interface modes", fraction),
@@ -240,11 +251,11 @@ def _project(
     """Reduced matrices and the recovery at mesh vertices."""
     interface = condensation.interface
     b, count = interface.size, len(omega)
-    psi, mass = condensation.constraint_modes, condensation.fe_mass
+    psi = condensation.constraint_modes
     reduced_mass = np.zeros((b + count, b + count))
     for start in range(0, b, SOLVE_BLOCK):
         block = slice(start, min(start + SOLVE_BLOCK, b))
-        weighted = mass @ np.ascontiguousarray(psi[:, block])
+        weighted = condensation.mass_product(psi[:, block])
         reduced_mass[:b, block] = psi.T @ weighted
         reduced_mass[b:, block] = modes.T @ weighted
     reduced_mass[:b, :b] = 0.5 * (reduced_mass[:b, :b] + reduced_mass[:b, :b].T)

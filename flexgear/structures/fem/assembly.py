@@ -17,6 +17,7 @@ elements; the same integrals as `skfem.models.elasticity` (see `forms.py`), equa
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -48,6 +49,14 @@ class FeModel:
         """Number of degrees of freedom, 3 per node."""
         return 3 * len(self.nodes)
 
+    @cached_property
+    def facet_keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Rising keys (f,) of all facets, the facet number of each, sorted vertices (f, c)."""
+        known = np.sort(self.basis.mesh.facets.T.astype(np.int64), axis=1)
+        keys = facet_key(known, len(self.nodes))
+        order = np.argsort(keys)
+        return keys[order], order, known
+
     @property
     def vertex_dofs(self) -> int:
         """Degrees of freedom at mesh vertices; they are the first ones."""
@@ -60,6 +69,11 @@ class FeModel:
     def at_vertices(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacements (n_points, 3[, k]) at mesh vertices of dof vectors (3n[, k])."""
         return u[: self.vertex_dofs].reshape((-1, 3) + u.shape[1:])
+
+
+def facet_key(facets: NDArray[np.int64], base: int) -> NDArray[np.int64]:
+    """One number (k,) a facet, of its three smallest vertices; facets (k, c) sorted by row."""
+    return (facets[:, 0] * base + facets[:, 1]) * base + facets[:, 2]
 
 
 def rigid_motion(arms: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from skfem import FacetBasis
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import FeModel
+from flexgear.structures.fem.assembly import FeModel, facet_key
 from flexgear.structures.fem.elements import INTEGRATION_ORDER
 
 _INSIDE = 1e-6
@@ -108,13 +108,8 @@ def disc_points(
 def facet_numbers(model: FeModel, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     """scikit-fem's numbers of facets given by their vertices (k, c), in any order."""
     wanted = np.sort(np.asarray(facets, dtype=np.int64), axis=1)
-    known = np.sort(model.basis.mesh.facets.T.astype(np.int64), axis=1)
-    base = int(known.max()) + 1
-    # three vertices tell a quadrilateral apart from every other of a conforming mesh
-    known_keys = (known[:, 0] * base + known[:, 1]) * base + known[:, 2]
-    wanted_keys = (wanted[:, 0] * base + wanted[:, 1]) * base + wanted[:, 2]
-    order = np.argsort(known_keys)
-    place = np.searchsorted(known_keys, wanted_keys, sorter=order)
+    keys, order, known = model.facet_keys
+    place = np.searchsorted(keys, facet_key(wanted, len(model.nodes)))
     numbers = order[np.minimum(place, len(order) - 1)]
     if not np.array_equal(known[numbers], wanted):
         raise FlexgearError("a named patch holds facets that are not faces of the mesh's cells")
