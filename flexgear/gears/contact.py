@@ -10,6 +10,8 @@ C = T_p − s n + z e_z and s = ρ_p. On the flank of ring tooth j (centre at φ
 falling with θ_c (planet tip to ring tip); the planet tooth that meets it stands at
 γ = s/r_b,p − s_p/2r_p − inv α_t − α_w, and on the other side of that planet's teeth
 s = r_b,p (π + α_w + s_p/2r_p + inv α_t − γ), rising. Back flanks follow by mirroring angles.
+Backlash is imposed by thinning the teeth of ring and sun on their back flanks, so that loaded
+flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
 """
 
@@ -122,76 +124,98 @@ def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
     return _tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
 
 
+def _back_planet_tooth(g: StageGeometry, gamma: Array, s_back: Array) -> Array:
+    """Angles of planet teeth 0 when the back flank of ring tooth 0 is touched, rad (N,)."""
+    pitch = 2 * math.pi / g.planet.teeth
+    off = -planet_tooth_angle(g, s_back) - gamma
+    return gamma + off - pitch * np.rint(off / pitch)
+
+
+def _require_assembly(case: Case, g: StageGeometry, phi: Array) -> None:
+    if case.stage.allow_unassemblable:
+        return
+    if np.abs(assembly_mismatch(g, phi)).max() > ASSEMBLY_TOLERANCE:
+        raise InputError(
+            case.source,
+            "stage.planets",
+            f"the planets do not assemble: (z_s + z_r)/N = {g.assembly:.4g}",
+            "choose tooth numbers with (z_s + z_r)/N whole, or planet_positions that assemble, "
+            "or set allow_unassemblable = true",
+        )
+
+
 def gear_mesh_paths(case: Case) -> dict[str, GearMeshPath]:
     """Paths of all four kinds. Raises InputError where the planets don't assemble."""
-    stage = case.stage
-    g = stage_geometry(stage)
-    phi = np.asarray(stage.planet_angles, dtype=float)
-    if np.abs(assembly_mismatch(g, phi)).max() > ASSEMBLY_TOLERANCE and not getattr(
-        stage, "allow_unassemblable", False
-    ):
-        raise InputError(
-            case.name,
-            "stage.planet_angles_deg",
-            f"the planets do not assemble: (z_s + z_r)/N = {g.assembly:.4g}",
-            "choose tooth numbers with (z_s + z_r)/N whole, or matching planet angles, or set "
-            "stage.allow_unassemblable",
-        )
-    hand = 1.0 if stage.planet_hand == "right" else -1.0
-    slope = hand * math.tan(g.base_helix_angle)
-    p = g.planet
-    gamma = planet_tooth_angle(g, ring_start(g, phi))
-    sigma0 = float((sun_tooth_angle(g, sun_side(g, gamma)) + phi)[0])
-    out = {}
-    for kind in ("ring", "sun", "ring_back", "sun_back"):
-        ring, back = kind.startswith("ring"), kind.endswith("back")
-        gear_mesh = g.ring_mesh if ring else g.sun_mesh
-        gear = g.ring if ring else g.sun
-        side, m = (1.0 if ring else -1.0), (-1.0 if back else 1.0)
-        a = gear_mesh.working_angle
-        # a back flank is the front flank of the stage mirrored in the plane y = 0
-        if ring:
-            s0 = ring_start(g, m * phi)
-            tooth = m * planet_tooth_angle(g, s0)
-            gear_tooth, gear_step, planet_step = np.zeros(len(phi), np.int64), int(m), int(m)
-        else:
-            s0 = sun_side(g, m * gamma)
-            tooth = gamma
-            sigma = m * sun_tooth_angle(g, s0) + phi
-            gear_tooth, _ = _tooth_numbers(sigma, sigma0, g.sun.teeth)
-            gear_step, planet_step = int(m), -int(m)
-        planet_tooth, _ = _tooth_numbers(tooth - gamma, 0.0, p.teeth)
-        t = side * m * slope
-        half = stage.face_width / 2
-        reach = abs(t) * half
-        grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE)
-        law = pair_law(case, g, "ring" if ring else "sun")
-        k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half)
-        out[kind] = GearMeshPath(
-            kind=kind,
-            s0=s0,
-            rate=-side * m * g.ring.base_radius,
-            base_pitch=gear_mesh.base_pitch,
-            s_lo=gear_mesh.s_lo,
-            s_hi=gear_mesh.s_hi,
-            slope=t,
-            half_face=half,
-            alpha=a,
-            beta_b=math.atan(t),
-            base_radius_planet=p.base_radius,
-            base_radius_gear=gear.base_radius,
-            center_distance=g.center_distance,
-            normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
-            tangent_point=p.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),
-            gear_tooth0=gear_tooth,
-            gear_step=gear_step,
-            gear_teeth=gear.teeth,
-            planet_tooth0=planet_tooth,
-            planet_step=planet_step,
-            planet_teeth=p.teeth,
-            s_grid=grid,
-            k_grid=k,
-            zc_grid=zc,
-            backlash=gear_mesh.backlash,
-        )
-    return out
+    g = stage_geometry(case.stage, case.source)
+    phi = np.asarray(case.stage.planet_angles, dtype=float)
+    _require_assembly(case, g, phi)
+    cos_bb = math.cos(g.base_helix_angle)
+    zero = np.zeros(len(phi), np.int64)
+    # front: planets touch ring teeth, the sun touches planets
+    ring = ring_start(g, phi)
+    gamma = planet_tooth_angle(g, ring)
+    sun = sun_side(g, gamma)
+    sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
+    # back flanks are front flanks of the stage mirrored in y = 0; ring and sun are thinned there
+    ring_back = ring_start(g, -phi) + case.stage.backlash_ring / cos_bb
+    gamma_back = _back_planet_tooth(g, gamma, ring_back)
+    sun_back = sun_side(g, -gamma_back)
+
+    def sun_teeth(s: Array, m: int) -> IntArray:
+        return _tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
+
+    behind = _tooth_numbers(-planet_tooth_angle(g, ring_back) - gamma, 0.0, g.planet.teeth)[0]
+    return {
+        "ring": _path(case, g, "ring", ring, zero, zero),
+        "sun": _path(case, g, "sun", sun, sun_teeth(sun, 1), zero),
+        "ring_back": _path(case, g, "ring_back", ring_back, zero, behind),
+        "sun_back": _path(case, g, "sun_back", sun_back, sun_teeth(sun_back, -1), zero),
+    }
+
+
+def _path(
+    case: Case,
+    g: StageGeometry,
+    kind: str,
+    s0: Array,
+    gear_tooth0: IntArray,
+    planet_tooth0: IntArray,
+) -> GearMeshPath:
+    ring, m = kind.startswith("ring"), -1 if kind.endswith("back") else 1
+    gear_mesh = g.ring_mesh if ring else g.sun_mesh
+    gear, side = (g.ring, 1) if ring else (g.sun, -1)
+    a, p = gear_mesh.working_angle, g.planet
+    hand = 1.0 if case.stage.planet_hand == "right" else -1.0
+    t = side * m * hand * math.tan(g.base_helix_angle)
+    half = case.stage.face_width / 2
+    reach = abs(t) * half
+    grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE)
+    law = pair_law(case, g, "ring" if ring else "sun")
+    k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half)
+    return GearMeshPath(
+        kind=kind,
+        s0=s0,
+        rate=-side * m * g.ring.base_radius,
+        base_pitch=gear_mesh.base_pitch,
+        s_lo=gear_mesh.s_lo,
+        s_hi=gear_mesh.s_hi,
+        slope=t,
+        half_face=half,
+        alpha=a,
+        beta_b=math.atan(t),
+        base_radius_planet=p.base_radius,
+        base_radius_gear=gear.base_radius,
+        center_distance=g.center_distance,
+        normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
+        tangent_point=p.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),
+        gear_tooth0=gear_tooth0,
+        gear_step=m,
+        gear_teeth=gear.teeth,
+        planet_tooth0=planet_tooth0,
+        planet_step=side * m,
+        planet_teeth=p.teeth,
+        s_grid=grid,
+        k_grid=k,
+        zc_grid=zc,
+        backlash=gear_mesh.backlash,
+    )
