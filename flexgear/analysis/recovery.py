@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
+from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces, pair_rows
+from flexgear.coupling.system import TurningSupport
 
 Array = NDArray[np.float64]
 Result = Equilibrium | Transient
@@ -73,11 +75,30 @@ class Recovery:
         return self.motion(self.modal.system.node_rows(body, node))
 
     def link_force(self, name: str) -> Array:
-        """Force and moment (t, 6) that a link carries, in its axes, N and N·m."""
+        """Force and moment (t, 6) that a link carries, in its axes, N and N·m.
+
+        Carrier and sun bearings: carrier axes, also where their stiffness is fixed in the housing.
+        """
+        for support in self.modal.system.turning:
+            if support.name == name:
+                return self._turning_force(support)
         for link in self.modal.system.links:
             if link.name == name:
                 return self.motion(link.rows) @ link.matrix.T
         raise KeyError(name)
+
+    def _turning_force(self, support: TurningSupport) -> Array:
+        node, housing = self.motion(support.rows), self.motion(support.housing)
+        out = np.empty_like(node)
+        angles = (
+            self.result.geometry_angle
+            if isinstance(self.result, Transient)
+            else self.result.carrier_angle
+        )
+        for t, angle in enumerate(angles):
+            r = turn(float(angle))
+            out[t] = r.T @ (support.matrix @ (r @ node[t] - housing[t]))
+        return out
 
     def coordinates(self, body: str, sample: int) -> Array:
         """Elastic coordinates of one body at one sample, for its full displacement field."""

@@ -15,6 +15,7 @@ from flexgear.coupling.system import (
     Damping,
     Link,
     System,
+    TurningSupport,
     Variant,
     orthonormal_rigid,
     without_rigid_forces,
@@ -104,6 +105,7 @@ class _Assembly:
             self.mass[at, at] = b.mass
             self.stiffness[at, at] = b.stiffness
         self.links: list[Link] = []
+        self.turning: list[TurningSupport] = []
         self.support_nodes: list[Array] = []
         self.support_turns: list[int] = []
         self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
@@ -143,23 +145,24 @@ class _Assembly:
                 "holds the rotation about the axis, so the train could not turn",
                 "set the stiffness about z to zero",
             )
-        rows = self.rows(body, node)
-        position = self.body(body).position(node)
-        if self.has("housing"):
-            rest = matrix
-        else:
-            mean = invariant_part(matrix)
-            self.link(name, rows, mean)
-            rest = matrix - mean
+        rows, mean = self.rows(body, node), invariant_part(matrix)
+        housing = self.housing_rows(self.body(body).position(node))
+        self.link(name, rows, mean)
+        # what the constant spring to ground leaves out, on (turned node, housing)
+        moves = bool(housing.any())
+        rest = np.zeros((12, 12))
+        rest[:6, :6] = matrix - mean
+        if moves:
+            rest[:6, 6:], rest[6:, :6], rest[6:, 6:] = -matrix, -matrix, matrix
         if np.abs(rest).max() <= 1e-9 * max(np.abs(matrix).max(), 1e-300):
             return
-        values, vectors = rotating_rows(rest)
-        turning = self._support_node(rows, turns=1)
-        fixed = self._support_node(self.housing_rows(position), 0) if self.has("housing") else -1
-        for value, vector in zip(values, vectors, strict=True):
-            ends = [(turning, vector)]
-            if fixed >= 0:
-                ends.append((fixed, -vector))
+        self.turning.append(TurningSupport(name, rows, housing, matrix))
+        turned = self._support_node(rows, turns=1)
+        fixed = self._support_node(housing, turns=0) if moves else -1
+        for value, vector in zip(*rotating_rows(rest), strict=True):
+            ends = [(turned, vector[:6])]
+            if moves:
+                ends.append((fixed, vector[6:]))
             self.support_rows.append((float(value), ends))
 
     def _support_node(self, rows: Array, turns: int) -> int:
@@ -275,6 +278,7 @@ def build_system(
         output=a.rows("output", "output")[5],
         pairs=pairs,
         links=tuple(a.links),
+        turning=tuple(a.turning),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),

@@ -30,7 +30,7 @@ def invariant_part(matrix: Array) -> Array:
 
 
 def rotating_rows(matrix: Array) -> tuple[Array, Array]:
-    """Eigen-rows of a symmetric (6, 6): stiffness λ (m,) of either sign and vectors w (m, 6)."""
+    """Eigen-rows of a symmetric (n, n): stiffness λ (m,) of either sign and vectors w (m, n)."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     keep = np.abs(values) > 1e-9 * max(np.abs(values).max(), 1e-300)
     return values[keep], vectors[:, keep].T

@@ -50,6 +50,20 @@ class Link:
 
 
 @dataclass(frozen=True)
+class TurningSupport:
+    """A support whose stiffness varies in the carrier frame: it carries K (R(θ) u − u_housing).
+
+    rows, housing: (6, d) motion of the node (carrier axes) and of the housing there (fixed
+    axes); matrix: (6, 6) in fixed axes.
+    """
+
+    name: str
+    rows: Array
+    housing: Array
+    matrix: Array
+
+
+@dataclass(frozen=True)
 class Brake:
     """Output torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent, N·m at the sun shaft."""
 
@@ -95,6 +109,7 @@ class System:
     output: Array
     pairs: PairData
     links: tuple[Link, ...]
+    turning: tuple[TurningSupport, ...]
     damping: Damping
     brake: Brake
     rated_torque: float

@@ -1,0 +1,146 @@
+"""Supports that turn, a movable housing, and the single-point gear mesh."""
+
+import numpy as np
+import pytest
+from coupled import TORQUE, make_bodies, make_case, make_system
+
+from flexgear.analysis.equilibrium import equilibrium, revolution
+from flexgear.analysis.modes import gear_mesh_stiffness, modes
+from flexgear.analysis.recovery import Recovery, channel_forces
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.links import invariant_part, rotating_rows, turn
+from flexgear.coupling.modal import modal_system
+from flexgear.model.errors import InputError
+
+ODD = {  # a carrier bearing softer in one fixed direction
+    "bearings.carrier_far.radial_x_n_per_m": "1e9",
+    "bearings.carrier_far.radial_y_n_per_m": "6e9",
+}
+
+
+def test_invariant_part_does_not_feel_rotation_and_the_rest_has_no_mean():
+    rng = np.random.default_rng(3)
+    a = rng.normal(size=(6, 6))
+    k = a @ a.T
+    mean = invariant_part(k)
+    for angle in (0.3, 1.7):
+        assert np.allclose(turn(angle).T @ mean @ turn(angle), mean)
+    assert np.allclose(invariant_part(k - mean), 0.0, atol=1e-12)
+    values, vectors = rotating_rows(k - mean)
+    assert np.allclose((vectors.T * values) @ vectors, k - mean)
+
+
+@pytest.fixture(scope="module")
+def odd():
+    return make_system(**ODD)
+
+
+def test_anisotropic_bearing_enters_as_a_rotated_spring(odd):
+    """Equilibrium against dense algebra with the bearing's matrix turned into the carrier frame."""
+    case = make_case(**ODD)
+    modal = modal_system(odd)
+    matrix = case.bearings.carrier_far.matrix
+    for theta in (0.0, 0.6, 2.0):
+        e = equilibrium(modal, theta, TORQUE)
+        q = modal.coordinates(e.eta, channel_forces(e))[0]
+        rows = odd.node_rows("carrier", "bearing_far")
+        extra = rows.T @ (turn(theta).T @ matrix @ turn(theta) - invariant_part(matrix)) @ rows
+        load = odd.drive * TORQUE - odd.output * e.output_torque[0]
+        gear_meshes = gear_mesh_stiffness(odd, theta, only_pairs=True)
+        loaded = e.pair_load[0][e.pair_stiffness[0] > 0]
+        assert loaded.min() > 0  # every pair in mesh is loaded, so the spring form holds
+        residual = (odd.stiffness + extra + gear_meshes) @ q - load
+        assert np.abs(residual).max() < 1e-8 * TORQUE
+
+
+def test_anisotropic_bearing_shakes_the_carrier_twice_a_turn(odd):
+    theta = np.arange(24) / 24 * 2 * np.pi
+    r = Recovery(revolution(modal_system(odd), theta, TORQUE))
+    u = r.node("carrier", "bearing_far")
+    fixed_x = np.cos(theta) * u[:, 0] - np.sin(theta) * u[:, 1]
+    assert np.ptp(fixed_x) > 0  # it moves, and the run stays balanced:
+    assert r.result.closure.max() < 1e-8
+    assert np.allclose(r.result.output_torque, TORQUE * 27 / 120)
+
+
+def test_stiff_mount_of_a_lumped_housing_equals_ground():
+    stiff = {
+        "housing.kind": '"lumped"',
+        "housing.mass_kg": "2e4",
+        "housing.inertia_kg_m2": "[2e4, 2e4, 2e4]",
+        "housing.mount.radial_n_per_m": "1e14",
+        "housing.mount.axial_n_per_m": "1e14",
+        "housing.mount.tilt_nm_per_rad": "1e14",
+        "housing.mount.torsion_nm_per_rad": "1e14",
+    }
+    a, b = modal_system(make_system()), modal_system(make_system(**stiff))
+    ea, eb = equilibrium(a, 0.8, TORQUE), equilibrium(b, 0.8, TORQUE)
+    assert np.allclose(ea.pair_load, eb.pair_load, atol=1e-3 * ea.pair_load.max())
+
+
+def test_soft_mount_turns_by_the_ring_torque():
+    mount = 2e8
+    soft: dict = {
+        "housing.kind": '"lumped"',
+        "housing.mass_kg": "2e4",
+        "housing.inertia_kg_m2": "[2e4, 2e4, 2e4]",
+        "housing.mount.radial_n_per_m": "1e9",
+        "housing.mount.axial_n_per_m": "1e9",
+        "housing.mount.tilt_nm_per_rad": "1e9",
+        "housing.mount.torsion_nm_per_rad": str(mount),
+    }
+    e = equilibrium(modal_system(make_system(**soft)), 0.8, TORQUE)
+    turned = Recovery(e).node("housing", "housing")[0, 5]
+    assert turned == pytest.approx(TORQUE * 93 / 120 / mount, rel=1e-6)
+    assert e.output_torque[0] == pytest.approx(TORQUE * 27 / 120, rel=1e-9)
+
+
+def test_bearing_that_holds_the_rotation_is_refused():
+    with pytest.raises(InputError, match="rotation"):
+        make_system(**{"bearings.carrier_drive.torsion_nm_per_rad": "1e6"})
+
+
+def test_single_point_gear_mesh_shares_load_by_stiffness():
+    theta = np.linspace(0, 0.06, 5)
+    lumped = revolution(
+        modal_system(make_system(**{"gear_mesh.model": '"lumped"'})), theta, TORQUE
+    )
+    pairs = revolution(modal_system(make_system()), theta, TORQUE)
+    total, k = lumped.pair_load.sum(-1, keepdims=True), lumped.pair_stiffness
+    share = k / np.maximum(k.sum(-1, keepdims=True), 1.0)
+    assert np.allclose(lumped.pair_load, total * share, atol=1e-6 * total.max())
+    assert np.allclose(
+        lumped.pair_load.sum(-1)[:, :2].mean(-1), pairs.pair_load.sum(-1)[:, :2].mean(-1), rtol=1e-6
+    )
+
+
+def test_lumped_and_anisotropic_runs_keep_their_energy():
+    for options in (ODD, {"gear_mesh.model": '"lumped"'}):
+        modal = modal_system(make_system(**options), 2000.0)
+        sink = Collector()
+        steps = transient(
+            modal, Drive(lambda t: np.full_like(t, TORQUE)), duration=0.05, time_step=5e-5,
+            output_interval=1e-3, sink=sink, track_energy=True,
+        )  # fmt: skip
+        e = collected(modal, sink.arrays(), steps).energy
+        held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+        work = (
+            e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+            + e["parametric_work"]
+        )  # fmt: skip
+        lost = np.abs((held - held[0]) - (work - work[0])).max()
+        assert lost < 1e-3 * (e["elastic"] + e["pair_elastic"]).max()
+
+
+def test_natural_modes_hold_one_rigid_rotation_and_energy_shares_add_up():
+    system = make_system(**{"gear_mesh.contact_law": '"linear"'})
+    result = modes(system, carrier_angle=0.1, limit_hz=500.0)
+    assert result.frequencies[0] == 0.0 and result.frequencies[1] > 1.0
+    total = sum(result.energy.values())
+    assert np.allclose(total, 1.0, atol=1e-9)
+
+
+def test_bodies_are_those_of_the_case():
+    ring, carrier = make_bodies(make_case())
+    assert len([n for n in ring.node_names if n.startswith("tooth")]) == 93
+    assert carrier.node_names[3:] == tuple(f"pin_{i}" for i in range(1, 6))
