@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +20,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.files import PathLike, write_bytes
 from flexgear.results.load_sharing import load_sharing, planet_force_spread
 from flexgear.results.quantities import AXES, COORDINATES, DOFS, QUANTITIES, S
-
-
-def version() -> str:
-    """Version of the installed package."""
-    try:
-        return installed_version("flexgear")
-    except PackageNotFoundError:  # run from a source tree without installation
-        return "0+unknown"
+from flexgear.results.version import version
 
 
 def provenance(

@@ -6,7 +6,9 @@ import contextlib
 import json
 import os
 import secrets
-from collections.abc import Mapping
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,37 @@ def write_bytes(path: PathLike, data: bytes | memoryview) -> Path:
         with contextlib.suppress(OSError):
             partial.unlink(missing_ok=True)
     return target
+
+
+@contextlib.contextmanager
+def staged_folder(path: PathLike) -> Iterator[Path]:
+    """Yield an empty folder beside ``path``; what is in it moves to ``path`` when the block ends.
+
+    Files of the same name are replaced, others stay. Whatever goes wrong inside (Ctrl-C, a full
+    disk), ``path`` stays as it was and nothing is left of the stage.
+    """
+    target = Path(path)
+    if target.exists() and not target.is_dir():
+        raise FlexgearError(f"cannot write to {target}: it is a file; name a folder")
+    make_folder(target.parent)
+    try:
+        stage = Path(
+            tempfile.mkdtemp(prefix=f".{target.name}.", suffix=".partial", dir=target.parent)
+        )
+    except OSError as error:
+        raise FlexgearError(f"cannot write to {target}: {reason(error)}") from error
+    try:
+        yield stage
+        make_folder(target)
+        try:
+            for found in sorted(f for f in stage.rglob("*") if f.is_file()):
+                place = target / found.relative_to(stage)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(found, place)
+        except OSError as error:
+            raise FlexgearError(f"cannot write to {target}: {reason(error)}") from error
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
 
 
 def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:

@@ -84,8 +84,14 @@ QUANTITIES: dict[str, Quantity] = {
     "planet_force_spread": Quantity(
         (S,), "1", "(max F - min F) / rated mean F of the ring gear meshes"
     ),
-    "bolt_force": Quantity((S, "bolt", "axis"), "N", "bolt on ring: radial, tangential, axial"),
-    "bearing_force": Quantity((S, "bearing", "dof"), "N, N m", "force a bearing carries"),
+    "bolt_force": Quantity(
+        (S, "bolt", "axis"), "N", "force of the ring on a bolt: radial, tangential, axial"
+    ),
+    "bearing_force": Quantity(
+        (S, "bearing", "dof"),
+        "N, N m",
+        "force and moment that a bearing, fit or spline carries, of what it holds on its support",
+    ),
     "closure": Quantity((S,), "1", "largest imbalance of an equilibrium over its load"),
     "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
     "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),

@@ -156,7 +156,7 @@ def plain(value: Any) -> Any:
 
 
 def missing(found: Any, wanted: Any, at: str = "") -> Iterator[str]:
-    """Dotted names in ``wanted`` that ``found`` lacks; "*" stands for one or more names."""
+    """Dotted names in ``wanted`` that ``found`` lacks; "*" stands for any names."""
     if wanted is None:
         return
     if not isinstance(found, Mapping):
@@ -165,8 +165,6 @@ def missing(found: Any, wanted: Any, at: str = "") -> Iterator[str]:
     names = wanted if isinstance(wanted, Mapping) else dict.fromkeys(wanted)
     for name, inner in names.items():
         if name == "*":
-            if not found:
-                yield f"{at}.*"
             for key, value in found.items():
                 yield from missing(value, inner, f"{at}.{key}")
         elif name not in found:

@@ -1,0 +1,224 @@
+"""Commands for single analyses: equilibrium, modes, a transient, variants side by side."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+
+from flexgear.analysis.modes import modes as natural_modes
+from flexgear.cli.display import present, progress, shown, table
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Quiet,
+    Rigid,
+    Settings,
+    read_case,
+    rigid_parts,
+)
+from flexgear.coupling.build import build_system
+from flexgear.coupling.system import Variant
+from flexgear.model.errors import InputError
+from flexgear.results.dataset import save
+from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.summary import RPM, sharing_summary
+from flexgear.studies.single_runs import equilibria
+from flexgear.studies.single_runs import simulate as run_transient
+from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
+
+OutFile = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE", help="Write the dataset (netCDF).")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(static)
+    app.command()(modes)
+    app.command()(simulate)
+    app.command()(compare)
+
+
+def static(
+    case: CaseName,
+    angle_deg: Annotated[
+        list[float] | None, typer.Option("--angle-deg", help="Carrier angle; repeatable.")
+    ] = None,
+    torque_nm: Annotated[
+        float | None, typer.Option("--torque-nm", help="Drive torque; rated unless given.")
+    ] = None,
+    rigid: Rigid = None,
+    out: OutFile = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Static equilibrium at carrier angles."""
+    found, parts = read_case(case, settings), rigid_parts(rigid)
+    with progress(quiet) as report:
+        bodies = stage_bodies(found, report)
+        modal = stage_modal(found, bodies, variant_of(found, parts))
+        angles = np.radians(angle_deg or [0.0])
+        _, data = equilibria(found, modal, angles, torque_nm, report)
+    if out is not None:
+        save(data, out)
+    figures = {
+        f"{math.degrees(float(a)):g} deg": _position(data.isel(position=k), found.stage.planets)
+        for k, a in enumerate(angles)
+    }
+    present(f"{found.name}, {data.attrs['variant']}: equilibrium", figures, as_json)
+    _wrote(out, as_json)
+
+
+def _position(data: xr.Dataset, planets: int) -> dict[str, Any]:
+    star = radial_harmonics(data["tooth_displacement"].to_numpy())
+    largest = np.abs(data["tooth_displacement"].to_numpy()).max(axis=0)
+    return {
+        "input_torque_nm": float(data["input_torque"]),
+        "output_torque_nm": float(data["output_torque"]),
+        "ring_mesh_force_n": data["ring_gear_mesh_force"].to_numpy().tolist(),
+        "sun_mesh_force_n": data["sun_gear_mesh_force"].to_numpy().tolist(),
+        "load_sharing": _number(data["load_sharing"]),
+        "planet_force_spread": float(data["planet_force_spread"]),
+        "tooth_displacement_largest_um": (1e6 * largest).tolist(),
+        f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
+        f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
+        "closure": float(data["closure"]),
+    }
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def modes(
+    case: CaseName,
+    limit_hz: Annotated[float, typer.Option("--limit-hz", help="Highest frequency.")] = 500.0,
+    angle_deg: Annotated[float, typer.Option("--angle-deg", help="Carrier angle.")] = 0.0,
+    rigid: Rigid = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Natural frequencies of the coupled train, and the components that move."""
+    if not limit_hz > 0:
+        raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
+    found, parts = read_case(case, settings), rigid_parts(rigid)
+    with progress(quiet) as report:
+        bodies = stage_bodies(found, report)
+        system = build_system(found, bodies.ring, bodies.carrier, variant_of(found, parts))
+        result = natural_modes(system, carrier_angle=math.radians(angle_deg), limit_hz=limit_hz)
+    rows: list[dict[str, Any]] = [
+        {
+            "frequency_hz": float(f),
+            "kinetic_energy": {name: float(share[k]) for name, share in result.energy.items()},
+        }
+        for k, f in enumerate(result.frequencies)
+    ]
+    if as_json:
+        typer.echo(json.dumps({"variant": system.variant.label, "modes": rows}, indent=2))
+        return
+    typer.echo(f"{found.name}, {system.variant.label}: {len(rows)} modes up to {limit_hz:g} Hz")
+    for k, row in enumerate(rows):
+        energy = sorted(row["kinetic_energy"].items(), key=lambda item: -item[1])[:3]
+        moving = ", ".join(f"{name} {100 * share:.0f} %" for name, share in energy)
+        typer.echo(f"  {k + 1:3d}  {row['frequency_hz']:10.3f} Hz   {moving}")
+
+
+def simulate(
+    case: CaseName,
+    out: OutFile = None,
+    duration_s: Annotated[
+        float | None, typer.Option("--duration-s", help="One carrier revolution unless given.")
+    ] = None,
+    rigid: Rigid = None,
+    energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Transient under the case's drive."""
+    if duration_s is not None and not duration_s > 0:
+        raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
+    found, parts = read_case(case, settings), rigid_parts(rigid)
+    with progress(quiet) as report:
+        bodies = stage_bodies(found, report)
+        modal = stage_modal(found, bodies, variant_of(found, parts))
+        run = run_transient(found, modal, duration=duration_s, energy=energy, progress=report)
+    data = run.data
+    if out is not None:
+        save(data, out)
+    figures = {
+        "time_s": run.simulated,
+        "wall_time_s": run.wall,
+        "steps": int(data.attrs["steps"]),
+        "carrier_speed_rpm": _range(data["carrier_speed"], RPM),
+        "ring_mesh_force_n_mean": float(data["ring_gear_mesh_force"].mean()),
+        "ring_tooth_load_n": _range(data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)),
+        "sun_tooth_load_n": _range(data["sun_pair_load"].where(data["sun_pair_tooth"] > 0)),
+        "load_sharing_max": _number(data["load_sharing"].max()),
+        "planet_force_spread_max": float(data["planet_force_spread"].max()),
+    }
+    title = f"{found.name}, {data.attrs['variant']}: transient"
+    if as_json:
+        present(title, {"transient": figures}, True)
+    else:
+        table(title, figures)
+    _wrote(out, as_json)
+
+
+def _range(data: xr.DataArray, factor: float = 1.0) -> dict[str, float]:
+    return {"min": float(data.min()) * factor, "max": float(data.max()) * factor}
+
+
+def compare(
+    case: CaseName,
+    positions: Annotated[
+        int, typer.Option("--positions", min=1, help="Carrier angles over one planet spacing.")
+    ] = 40,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """The eight variants (ring, carrier, shaft flexible or rigid) side by side, in equilibrium."""
+    found = read_case(case, settings)
+    angles = np.linspace(0, 2 * np.pi / found.stage.planets, positions, endpoint=False)
+    figures: dict[str, dict[str, Any]] = {}
+    with progress(quiet) as report:
+        bodies = stage_bodies(found, report)
+        for k, choice in enumerate(itertools.product((True, False), repeat=3)):
+            report("variants", k / 8)
+            variant = Variant(*choice)
+            _, data = equilibria(found, stage_modal(found, bodies, variant), angles)
+            load = data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)
+            figures[variant.label] = {
+                "load_sharing": sharing_summary(data),
+                "ring_tooth_load_n_max": float(load.max()),
+                "tooth_displacement_um_max": 1e6 * float(np.abs(data["tooth_displacement"]).max()),
+                "sun_wind_up_mrad_mean": 1e3 * float(data["sun_displacement"].sel(dof="rz").mean()),
+            }
+        report("variants", 1.0)
+    if as_json:
+        present("", figures, True)
+        return
+    typer.echo(f"{found.name}: equilibria at rated torque over one planet spacing")
+    typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
+    for label, row in figures.items():
+        k = row["load_sharing"]
+        typer.echo(
+            f"  {label:<14}{k['mean']:8.4f} {k['max']:8.4f}"
+            f" {row['ring_tooth_load_n_max'] / 1e3:15.1f}"
+            f" {row['tooth_displacement_um_max']:15.1f} {row['sun_wind_up_mrad_mean']:11.3f}"
+        )
+
+
+def _wrote(out: Path | None, as_json: bool) -> None:
+    if out is not None and not as_json:
+        typer.echo(f"\nwrote {shown(str(out))}")

@@ -1,0 +1,96 @@
+"""Commands about ring and carrier: FE meshes and reductions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexgear.cli.display import present, progress
+from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
+from flexgear.model.errors import InputError
+from flexgear.structures.build import carrier_body, carrier_mesh, ring_body, ring_mesh
+from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+from flexgear.structures.store import cache_directory
+from flexgear.studies.stage_bodies import named
+
+MESHES = {"ring": ring_mesh, "carrier": carrier_mesh}
+BODIES = {"ring": ring_body, "carrier": carrier_body}
+Component = Annotated[
+    str, typer.Option("--component", "-c", metavar="ring|carrier|both", help="Which component.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(mesh)
+    app.command()(reduce)
+
+
+def components(name: str) -> list[str]:
+    """Components that ``--component`` means."""
+    if name == "both":
+        return ["ring", "carrier"]
+    if name not in MESHES:
+        raise InputError("--component", name, "is not a component", "name ring, carrier or both")
+    return [name]
+
+
+def mesh(
+    case: CaseName,
+    component: Component = "both",
+    export: Annotated[
+        Path | None,
+        typer.Option("--export", metavar="FILE", help="Write .vtu, .msh or .inp with the patches."),
+    ] = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Generate (or read) the FE meshes of ring and carrier; export one."""
+    found, names = read_case(case, settings), components(component)
+    if export is not None and len(names) != 1:
+        raise InputError("--export", str(export), "takes one component", "add --component ring")
+    figures = {}
+    with progress(quiet) as report:
+        for name in names:
+            report(f"{name}: FE mesh", 0.0)
+            fe_mesh = MESHES[name](found)
+            report(f"{name}: FE mesh", 1.0)
+            figures[name] = _figures(fe_mesh)
+            if export is not None:
+                write_fe_mesh(fe_mesh, export)
+    present(f"{found.name}: FE meshes, {found.solver.fidelity}", figures, as_json)
+    if export is not None and not as_json:
+        typer.echo(f"\nwrote {export}, lengths in m")
+
+
+def _figures(fe_mesh: FeMesh) -> dict[str, Any]:
+    return {
+        "vertices": len(fe_mesh.points),
+        "cells": len(fe_mesh.cells),
+        "kind": fe_mesh.kind,
+        "dofs": fe_mesh.quadratic_dofs,
+        "quality": float(fe_mesh.quality()),
+        "volume_m3": float(fe_mesh.volume()),
+        "patches": len(fe_mesh.facets),
+    }
+
+
+def reduce(
+    case: CaseName,
+    component: Component = "both",
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
+    found = read_case(case, settings)
+    figures = {}
+    with progress(quiet) as report:
+        for name in components(component):
+            figures[name] = dict(BODIES[name](found, named(name, report)).report)
+    present(f"{found.name}: reductions, {found.solver.fidelity}", figures, as_json)
+    if not as_json:
+        typer.echo(f"\nkept in {cache_directory()}")

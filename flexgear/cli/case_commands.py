@@ -1,0 +1,123 @@
+"""Commands about cases: check one, list, print or copy the bundled ones."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from flexgear.cli.display import present, table
+from flexgear.cli.options import AsJson, CaseName, Settings, read_case
+from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
+from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
+from flexgear.gears.kinematics import stage_kinematics
+from flexgear.model.bundled import bundled_cases, bundled_text
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import InputError
+from flexgear.results.files import write_bytes
+from flexgear.structures.build import carrier_mesh_parameters, ring_mesh_parameters
+
+RPM = 60 / (2 * math.pi)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(check)
+    app.command()(cases)
+
+
+def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
+    """Validate a case and print its derived geometry."""
+    found = read_case(case, settings)
+    sections = derived(found)
+    ring_mesh_parameters(found).check()
+    carrier_mesh_parameters(found).check()
+    present(f"{found.name}: {found.title or 'valid'}", sections, as_json)
+
+
+def derived(case: Case) -> dict[str, dict[str, Any]]:
+    """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
+    geometry, motion, stage = stage_geometry(case.stage), stage_kinematics(case), case.stage
+    paths = gear_mesh_paths(case)
+    angles = np.asarray(stage.planet_angles, dtype=float)
+    mismatch = float(np.abs(assembly_mismatch(geometry, angles)).max())
+    sections: dict[str, dict[str, Any]] = {
+        "assembly": {
+            "planets": stage.planets,
+            "(z_sun + z_ring)/N": geometry.assembly,
+            "assembles": mismatch <= ASSEMBLY_TOLERANCE,
+            "center_distance_mm": 1e3 * geometry.center_distance,
+            "planet_clearance_mm": 1e3 * geometry.planet_clearance,
+        }
+    }
+    for name in ("sun", "planet", "ring"):
+        sections[name] = _gear(getattr(geometry, name))
+    for name in ("ring", "sun"):
+        path, play = paths[name], getattr(geometry, f"{name}_mesh")
+        phases = [float(s / path.base_pitch % 1.0) for s in path.s0]
+        first = phases[0]
+        sections[f"{name}_gear_mesh"] = {
+            **_gear_mesh(play),
+            "pair_stiffness_peak_n_per_m": float(path.k_grid.max()),
+            "phase_of_planets_in_pitches": [round((p - first) % 1.0, 6) % 1.0 for p in phases],
+        }
+    sections["kinematics"] = {
+        "carrier_speed_rpm": motion.carrier_speed * RPM,
+        "sun_speed_rpm": motion.sun_speed * RPM,
+        "planet_speed_rpm": motion.planet_speed * RPM,
+        "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
+        "input_torque_nm": motion.input_torque,
+        "output_torque_nm": motion.output_torque,
+        "ring_torque_nm": motion.ring_torque,
+        "expected_ring_mesh_force_n": motion.ring_mesh_force,
+        "expected_sun_mesh_force_n": motion.sun_mesh_force,
+    }
+    sections["case"] = {"name": case.name, "content_hash": case.content_hash()}
+    return sections
+
+
+def _gear(gear: GearGeometry) -> dict[str, Any]:
+    radii = ("reference", "base", "tip", "root")
+    return {
+        "teeth": gear.teeth,
+        **{f"{r}_diameter_mm": 2e3 * getattr(gear, f"{r}_radius") for r in radii},
+    }
+
+
+def _gear_mesh(play: MeshGeometry) -> dict[str, Any]:
+    return {
+        "working_pressure_angle_deg": math.degrees(play.working_angle),
+        "transverse_contact_ratio": play.transverse_contact_ratio,
+        "overlap_ratio": play.overlap_ratio,
+        "contact_ratio": play.total_contact_ratio,
+        "base_pitch_mm": 1e3 * play.base_pitch,
+        "path_of_contact_mm": [1e3 * play.s_lo, 1e3 * play.s_hi],
+        "backlash_um": 1e6 * play.backlash,
+    }
+
+
+def cases(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A bundled case.")] = None,
+    copy: Annotated[
+        Path | None, typer.Option("--copy", metavar="FILE", help="Write the case to a new file.")
+    ] = None,
+) -> None:
+    """List the bundled cases, print one, or copy it to a file that you edit."""
+    names = bundled_cases()
+    if name is None:
+        if copy is not None:
+            raise InputError("--copy", str(copy), "needs a case", f"name one of {', '.join(names)}")
+        table("bundled cases", {n: load_case(n).title for n in names})
+        return
+    if name not in names:
+        raise InputError("cases", name, "is not bundled", f"name one of {', '.join(names)}")
+    if copy is None:
+        typer.echo(bundled_text(name), nl=False)
+        return
+    if copy.exists():
+        raise InputError("--copy", str(copy), "is there already", "choose a new file name")
+    write_bytes(copy, bundled_text(name).encode())
+    typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")

@@ -1,0 +1,109 @@
+"""What the user sees: progress on stderr, tables or JSON on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+Report = Callable[[str, float], None]
+PLAIN_INTERVAL = 5.0  # s between plain lines of one stage
+
+
+@contextmanager
+def progress(quiet: bool = False) -> Iterator[Report]:
+    """Yield report(stage, share 0…1): bars on a terminal, otherwise a line now and then."""
+    if quiet:
+        yield lambda stage, share: None
+    elif sys.stderr.isatty():
+        with _bars() as report:
+            yield report
+    else:
+        yield PlainProgress()
+
+
+@contextmanager
+def _bars() -> Iterator[Report]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bars:
+        tasks: dict[str, TaskID] = {}
+        lock = threading.Lock()
+
+        def report(stage: str, share: float) -> None:
+            with lock:
+                if stage not in tasks:
+                    tasks[stage] = bars.add_task(stage, total=1.0)
+            bars.update(tasks[stage], completed=min(share, 1.0))
+
+        yield report
+
+
+class PlainProgress:
+    """One line when a stage starts, every few seconds, and when it ends."""
+
+    def __init__(self) -> None:
+        self._started: dict[str, float] = {}
+        self._said: dict[str, float] = {}
+        self._lock = threading.Lock()
+
+    def __call__(self, stage: str, share: float) -> None:
+        """Report that ``share`` of a stage is done."""
+        now = time.monotonic()
+        with self._lock:
+            if stage not in self._started:
+                self._started[stage] = self._said[stage] = now
+                if share < 1.0:
+                    self._print(stage)
+                    return
+            if self._said[stage] == float("inf"):
+                return
+            if share >= 1.0:
+                self._said[stage] = float("inf")
+                self._print(f"{stage}: done in {now - self._started[stage]:.1f} s")
+            elif now - self._said[stage] >= PLAIN_INTERVAL:
+                self._said[stage] = now
+                self._print(f"{stage}: {100 * share:.0f} %")
+
+    @staticmethod
+    def _print(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+
+def table(title: str, rows: Mapping[str, Any]) -> None:
+    """Names and values in two columns under a heading."""
+    typer.echo(title)
+    width = max((len(name) for name in rows), default=0)
+    for name, value in rows.items():
+        typer.echo(f"  {name:<{width}}  {shown(value)}")
+
+
+def shown(value: Any) -> str:
+    """A number with six digits, a list in one line, anything else as it is."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(shown(v) for v in value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k}: {shown(v)}" for k, v in value.items())
+    return str(value)
+
+
+def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool) -> None:
+    """Sections of figures as tables, or all of them as JSON."""
+    if as_json:
+        typer.echo(json.dumps(sections, indent=2, ensure_ascii=False, default=float))
+        return
+    typer.echo(title)
+    for name, rows in sections.items():
+        typer.echo("")
+        table(name.replace("_", " "), rows)

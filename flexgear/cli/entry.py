@@ -1,0 +1,104 @@
+"""Entry point: every error of a user or of the machine ends in one line and an exit code.
+
+0 done; 1 a run failed; 2 something the user wrote is wrong. A traceback appears only with
+``--debug``, which is there for developers.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+
+import typer
+
+from flexgear.cli import analysis_commands, body_commands, case_commands, run_commands
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.version import version
+
+app = typer.Typer(
+    name="flexgear",
+    help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for module in (run_commands, case_commands, body_commands, analysis_commands):
+    module.register(app)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"flexgear {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    show_version: bool = typer.Option(
+        False, "--version", callback=_version, is_eager=True, help="Print the version and stop."
+    ),
+) -> None:
+    """Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit code."""
+    sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))
+
+
+def run(arguments: list[str]) -> int:
+    """Exit code of a command line; messages go to stderr."""
+    debug = "--debug" in arguments
+    arguments = [a for a in arguments if a != "--debug"]  # may stand anywhere
+    with contextlib.suppress(ValueError):  # not in the main thread: leave signals alone
+        signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        code = typer.main.get_command(app).main(
+            args=arguments, prog_name="flexgear", standalone_mode=False
+        )
+    except Exception as error:
+        if debug:
+            raise
+        return _report(error)
+    except KeyboardInterrupt:
+        if debug:
+            raise
+        return _say("stopped; nothing half-written was left", 1)
+    return code if isinstance(code, int) else 0
+
+
+def _interrupt(signum: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _report(error: Exception) -> int:
+    """One line for any error, and its exit code."""
+    if isinstance(error, InputError):
+        return _say(str(error), 2)
+    if isinstance(error, FlexgearError):
+        return _say(str(error), 1)
+    if isinstance(error, typer.Abort):
+        return _say("stopped", 1)
+    if hasattr(error, "format_message"):  # a wrong command line
+        return _say(f"{error.format_message().rstrip(".")}; see flexgear --help", 2)
+    if isinstance(error, BrokenPipeError):
+        sys.stderr.close()
+        return 1
+    if isinstance(error, OSError):
+        name = f"{error.filename}: " if error.filename else ""
+        remedy = "; free some space" if error.errno == errno.ENOSPC else ""
+        return _say(f"{name}{error.strerror or error}{remedy}", 1)
+    if isinstance(error, MemoryError):
+        return _say("out of memory; choose --set solver.fidelity=quick or a larger machine", 1)
+    kind = type(error).__name__
+    return _say(f"an internal error, please report it ({kind}: {error}); --debug shows where", 1)
+
+
+def _say(text: str, code: int) -> int:
+    print("flexgear: " + " ".join(text.split()), file=sys.stderr, flush=True)
+    return code

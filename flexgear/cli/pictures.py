@@ -1,0 +1,213 @@
+"""Which pictures a run gets; how they are drawn is the views' business."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.cli.display import Report
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.version import version
+from flexgear.views import charts, displacements, histories, loads, star, style
+from flexgear.views.report import write_report
+
+TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What a run left: datasets by name, displacement fields by body, the summary."""
+
+    case: Case
+    datasets: Mapping[str, xr.Dataset]
+    fields: Mapping[str, xr.Dataset]
+    summary: Mapping[str, Any]
+
+    def runs(self, start: str) -> dict[str, xr.Dataset]:
+        """Datasets "start_variant" by variant, the flexible one first."""
+        found = {
+            n.removeprefix(f"{start}_"): d
+            for n, d in self.datasets.items()
+            if n.startswith(f"{start}_") and "without_errors" not in n
+        }
+        return dict(sorted(found.items(), key=lambda item: item[0] == "rigid"))
+
+    @property
+    def equilibria(self) -> xr.Dataset:
+        """Equilibria over one revolution without manufacturing errors."""
+        return next(d for n, d in self.datasets.items() if n.endswith("without_errors"))
+
+    @property
+    def outline(self) -> star.StageOutline:
+        """Circles that stand for the gears."""
+        g = stage_geometry(self.case.stage)
+        return star.StageOutline(
+            ring_radius=g.ring.reference_radius,
+            sun_radius=g.sun.reference_radius,
+            planet_radius=g.planet.reference_radius,
+            center_distance=g.center_distance,
+            planet_angles=tuple(self.case.stage.planet_angles),
+            pin_radius=self.case.carrier.pin_diameter / 2,
+        )
+
+
+Draw = Callable[[], Any]
+
+
+def draw(content: Folder, folder: Path, report: Report) -> list[str]:
+    """Draw everything into ``folder``; returns what was left out and why."""
+    plan = _plan(content)
+    shown: list[tuple[str | Path, str]] = []
+    for k, (name, (caption, make)) in enumerate(plan.items()):
+        report("pictures", k / (len(plan) + 1))
+        path = folder / "pictures" / f"{name}.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        style.save_figure(make(), path, dpi=150)
+        shown.append((path, caption))
+    report("pictures", 1.0)
+    notes = _render(content, folder / "pictures", shown, report)
+    shown.append(_animate(content, folder / "pictures", report))
+    write_report(
+        folder / "report.html",
+        content.case.title or content.case.name,
+        content.summary,
+        shown,
+        content.case.to_dict(),
+        version(),
+        content.case.content_hash(),
+        notes,
+    )
+    return notes
+
+
+def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
+    """Figures by file name: caption and how to make them."""
+    steady, still, outline = content.runs("steady"), content.equilibria, content.outline
+    name, first = next(iter(steady.items()))
+    planets = content.case.stage.planets
+    teeth = content.case.stage.ring.teeth
+    angle = float(first["carrier_angle"][first.sizes["time"] // 2])
+    window = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
+    two = still.isel(position=_nearest(still, [0.0, np.pi / planets]))
+    at = two["carrier_angle"].to_numpy()
+    orders = content.summary["steady"]["radial_harmonics_um"]
+    plan: dict[str, tuple[str, Draw]] = {
+        "ring_star": (
+            "Ring at two carrier angles, equilibrium without errors",
+            lambda: star.ring_star(two["tooth_displacement"], at, outline),
+        ),
+        "ring_profile": (
+            "Radial displacement of the tooth nodes",
+            lambda: star.radial_profile(two["tooth_displacement"], at, outline),
+        ),
+        "radial_harmonics": (
+            "Radial harmonics of the ring at rated torque",
+            lambda: charts.radial_harmonics([1e-6 * v for v in orders], planets),
+        ),
+        "tooth_node_1": (
+            "Displacement of ring tooth node 1",
+            lambda: displacements.tooth_node_displacement(steady),
+        ),
+        "tooth_displacement_map": (
+            "x displacement of all tooth nodes",
+            lambda: displacements.tooth_displacement_map(first),
+        ),
+        "ring_tooth_loads": (
+            "Load of the ring's tooth pairs against the stiffness split (dashed)",
+            lambda: loads.pair_loads(steady, "ring", window=window, split=name),
+        ),
+        "sun_tooth_loads": (
+            "Load of the sun's tooth pairs against the stiffness split (dashed)",
+            lambda: loads.pair_loads(steady, "sun", window=window, split=name),
+        ),
+        "engagement_map": (
+            "Engaged ring teeth and their pair stiffness",
+            lambda: loads.engagement_map(first),
+        ),
+        "sun_displacement": (
+            "Displacement of the sun",
+            lambda: displacements.sun_displacement(steady),
+        ),
+        "planet_displacement": (
+            "Displacement of planet 1",
+            lambda: displacements.planet_displacement(steady),
+        ),
+        "load_sharing": ("Load sharing in steady running", lambda: histories.load_sharing(steady)),
+    }
+    for depth in content.summary["torque_steps"]:
+        drop = content.runs(f"torque_step_{depth}")
+        plan[f"torque_step_{depth}"] = (
+            f"Torque drop to {depth} N m",
+            partial(histories.torque_drop, drop),
+        )
+        plan[f"torque_step_{depth}_speed"] = (
+            f"Carrier speed, torque drop to {depth} N m",
+            partial(histories.carrier_speed, drop),
+        )
+        account = next(iter(drop.values()))
+        if "energy_kinetic" in account:
+            plan[f"torque_step_{depth}_energy"] = (
+                f"Energy account, torque drop to {depth} N m",
+                partial(charts.energy_balance, account),
+            )
+    return plan
+
+
+def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
+    values = still["carrier_angle"].to_numpy()
+    return [int(np.argmin(np.abs(values - a))) for a in angles]
+
+
+def _render(
+    content: Folder, folder: Path, shown: list[tuple[str | Path, str]], report: Report
+) -> list[str]:
+    """3D renders of the deformed bodies, or why there are none."""
+    from flexgear.views.probe import require_rendering
+    from flexgear.views.render import render_deformed
+
+    if not content.fields:
+        return ["no 3D renders: ring and carrier are rigid"]
+    try:
+        require_rendering()
+    except FlexgearError as error:
+        return [f"no 3D renders: {error}"]
+    for k, (body, field) in enumerate(content.fields.items()):
+        report("renders", k / len(content.fields))
+        path = folder / f"{body}_3d.png"
+        figure = render_deformed(
+            field["point"].to_numpy(),
+            field["cell"].to_numpy(),
+            field["displacement"].to_numpy(),
+            title=f"{body.capitalize()}, equilibrium at {field.attrs['input_torque'] / 1e6:g} MN m",
+        )
+        style.save_figure(figure, path, dpi=150)
+        shown.append((path, f"Deformed {body}, exaggerated as stated"))
+    report("renders", 1.0)
+    return []
+
+
+def _animate(content: Folder, folder: Path, report: Report) -> tuple[Path, str]:
+    """The star turning with the carrier over one planet spacing, which closes the loop."""
+    from flexgear.views.animation import animate_star
+
+    still, planets = content.equilibria, content.case.stage.planets
+    angles = still["carrier_angle"].to_numpy()
+    turn = still.isel(position=np.flatnonzero(angles < 2 * np.pi / planets - 1e-9))
+    path = animate_star(
+        turn["tooth_displacement"],
+        turn["carrier_angle"].to_numpy(),
+        content.outline,
+        folder / "ring_star_turning.gif",
+        dpi=90,
+        frames_per_second=12,
+        progress=lambda done, total: report("animation", done / total),
+    )
+    return path, "The star turns with the carrier"

@@ -1,0 +1,118 @@
+"""The whole job, and its pictures drawn again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexgear.cli.display import Report, progress, table
+from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
+from flexgear.cli.pictures import Folder, draw
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset import load, save
+from flexgear.results.files import staged_folder, write_json
+from flexgear.studies.stage_bodies import stage_bodies
+from flexgear.studies.stage_run import StageRun, Stopwatch, run_stage
+
+FIELDS = "deformed_"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(run)
+    app.command()(render)
+
+
+def run(
+    case: CaseName,
+    out: OutFolder = None,
+    settings: Settings = None,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Everything: steady revolution, torque drops, flexible and rigid; results and pictures."""
+    found = read_case(case, settings)
+    folder = out or Path("results") / found.name
+    watch = Stopwatch()
+    with staged_folder(folder) as stage, progress(quiet) as report:
+        with watch.stage("bodies"):
+            bodies = stage_bodies(found, report)
+        result = run_stage(found, bodies, report, watch)
+        with watch.stage("saving"):
+            _save(result, stage, report)
+        notes: list[str] = []
+        if pictures:
+            with watch.stage("pictures"):
+                content = Folder(found, result.datasets, result.fields, result.summary)
+                notes = draw(content, stage, report)
+        summary = result.with_timing(**watch.seconds).summary
+        write_json(stage / "summary.json", summary)
+    for note in notes:
+        typer.echo(f"flexgear: {note}", err=True)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
+        return
+    steady = summary["steady"]
+    table(
+        f"{found.name}: results in {folder}",
+        {
+            "carrier speed": f"{steady['carrier_speed_rpm_mean']:.4f} rpm",
+            "mean ring mesh force": f"{steady['ring_mesh_force_n_mean'] / 1e3:.2f} kN, expected "
+            f"{summary['kinematics']['expected_ring_mesh_force_n'] / 1e3:.2f} kN",
+            "tooth node 1, peak": {
+                k: f"{v:.1f} µm" for k, v in steady["tooth_displacement_peak_um"].items()
+            },
+            "load sharing": {k: f"{v['mean']:.4f}" for k, v in steady["load_sharing"].items()},
+            "energy residual": f"{100 * summary['energy_residual']:.3f} %",
+            "faster than real time": f"{summary['realtime_factor']:.2f} x",
+        },
+    )
+
+
+def _save(result: StageRun, stage: Path, report: Report) -> None:
+    datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
+    for k, (name, data) in enumerate(datasets.items()):
+        report("saving", k / len(datasets))
+        save(data, stage / f"{name}.nc")
+    write_json(stage / "case.json", result.case.to_dict())
+    report("saving", 1.0)
+
+
+def render(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
+    out: OutFolder = None,
+    quiet: Quiet = False,
+) -> None:
+    """Draw the pictures and the report of an earlier run again."""
+    content = read_folder(folder)
+    target = out or folder
+    with staged_folder(target) as stage, progress(quiet) as report:
+        notes = draw(content, stage, report)
+    for note in notes:
+        typer.echo(f"flexgear: {note}", err=True)
+    typer.echo(f"drew {content.case.name} into {target}")
+
+
+def read_folder(folder: Path) -> Folder:
+    """What an earlier run left in a folder."""
+    summary, case = folder / "summary.json", folder / "case.json"
+    for needed in (summary, case):
+        if not needed.is_file():
+            raise FlexgearError(f"{folder} holds no finished run: {needed.name} is missing")
+    try:
+        figures = json.loads(summary.read_text(encoding="utf-8"))
+        parameters = Case.model_validate(json.loads(case.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
+    data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
+    return Folder(
+        parameters,
+        {n: d for n, d in data.items() if not n.startswith(FIELDS)},
+        {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
+        figures,
+    )

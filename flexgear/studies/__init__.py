@@ -1,0 +1,1 @@
+"""Studies: sequences of analyses over one case, and the results they leave."""

@@ -1,0 +1,138 @@
+"""One analysis each, from a modal system to a labelled dataset."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Collector, Drive, FineWindow, collected, transient
+from flexgear.coupling.modal import ModalSystem
+from flexgear.model.case import Case
+from flexgear.model.drive import Drive as DriveParameters
+from flexgear.results.fields import field_dataset
+from flexgear.studies.stage_bodies import Progress, StageBodies, silent
+from flexgear.studies.stage_dataset import equilibrium_of, transient_of
+
+SETTLING = 0.2  # s after a torque step during which the fine time step is kept
+AFTER = 1.0  # s that a torque-drop run goes on after the torque is back
+STEP_INTERVAL = 5e-4  # s between samples of a torque-drop run, at most
+
+
+@dataclass(frozen=True)
+class TimedRun:
+    """A dataset and what it cost: simulated time and wall time, s."""
+
+    data: xr.Dataset
+    simulated: float
+    wall: float
+
+
+def equilibria(
+    case: Case,
+    modal: ModalSystem,
+    angles: ArrayLike,
+    torque: float | None = None,
+    progress: Progress = silent,
+) -> tuple[Equilibrium, xr.Dataset]:
+    """Equilibria at carrier angles (rad) under a torque (N·m, rated unless given)."""
+    rated = case.drive.rated_torque if torque is None else torque
+    found = revolution(
+        modal, np.asarray(angles, dtype=float), rated, lambda share: progress("equilibria", share)
+    )
+    return found, equilibrium_of(case, found)
+
+
+def revolution_time(case: Case) -> float:
+    """Time of one revolution of the carrier at rated speed, s."""
+    return 2 * math.pi / case.drive.rated_speed
+
+
+def constant_drive(case: Case) -> DriveParameters:
+    """Rated torque for good."""
+    return case.drive.model_copy(update={"kind": "constant", "torque": case.drive.rated_torque})
+
+
+def simulate(
+    case: Case,
+    modal: ModalSystem,
+    *,
+    drive: DriveParameters | None = None,
+    duration: float | None = None,
+    output_interval: float | None = None,
+    energy: bool = False,
+    progress: Progress = silent,
+    label: str = "transient",
+) -> TimedRun:
+    """Transient under the case's drive (or another) for its duration or one revolution.
+
+    Within 0.2 s after every jump of the torque the fine time step is used.
+    """
+    drive, solver = drive or case.drive, case.solver
+    span = duration or solver.duration or revolution_time(case)
+    jumps = tuple(t for t in drive.change_times() if 0 <= t < span)
+    windows = [FineWindow(t, min(t + SETTLING, span), solver.step_time_step) for t in jumps]
+    if drive.kind in ("ramp", "csv"):  # a given series may be steep anywhere
+        windows = [FineWindow(0.0, span, solver.step_time_step)]
+    sink, start = Collector(), time.perf_counter()
+    steps = transient(
+        modal,
+        Drive(drive.torque_at, jumps),
+        duration=span,
+        time_step=solver.time_step,
+        output_interval=output_interval or solver.output_interval,
+        windows=windows,
+        sink=sink,
+        track_energy=energy,
+        progress=lambda share: progress(label, share),
+    )
+    wall = time.perf_counter() - start
+    data = transient_of(case, collected(modal, sink.arrays(), steps))
+    return TimedRun(data, span, wall)
+
+
+def torque_step(
+    case: Case,
+    modal: ModalSystem,
+    torque: float,
+    *,
+    energy: bool = False,
+    progress: Progress = silent,
+    label: str = "torque drop",
+) -> TimedRun:
+    """Transient in which the torque drops to ``torque`` (N·m) as ``drive.steps`` says."""
+    steps = case.drive.steps
+    return simulate(
+        case,
+        modal,
+        drive=case.drive.drop(torque),
+        duration=steps.start + steps.duration + AFTER,
+        output_interval=min(case.solver.output_interval, STEP_INTERVAL),
+        energy=energy,
+        progress=progress,
+        label=label,
+    )
+
+
+def deformed(bodies: StageBodies, found: Equilibrium, position: int = 0) -> dict[str, xr.Dataset]:
+    """Full displacement fields of ring and carrier at one equilibrium, where they bend."""
+    recovery, system = Recovery(found), found.modal.system
+    fields = {}
+    for name, body in (("ring", bodies.ring), ("carrier", bodies.carrier)):
+        if system.body(name).rigid:
+            continue
+        fields[name] = field_dataset(
+            name,
+            body.points,
+            body.cells,
+            body.recover(recovery.coordinates(name, position)),
+            carrier_angle=float(found.carrier_angle[position]),
+            input_torque=float(found.input_torque[position]),
+        )
+    return fields

@@ -1,0 +1,225 @@
+"""The whole job over one case: equilibria, a steady revolution and torque drops, every variant.
+
+Runs of different variants share nothing but constant data and go side by side in threads; the
+compiled time step lets go of the interpreter lock.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.system import Variant
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.kinematics import stage_kinematics
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.energy_balance import energy_residual
+from flexgear.results.summary import RPM, build_summary, steady_summary, torque_step_summary
+from flexgear.results.version import version
+from flexgear.studies.single_runs import (
+    SETTLING,
+    TimedRun,
+    constant_drive,
+    deformed,
+    equilibria,
+    revolution_time,
+    simulate,
+    torque_step,
+)
+from flexgear.studies.stage_bodies import (
+    Progress,
+    StageBodies,
+    silent,
+    stage_modal,
+    variant_of,
+    without_errors,
+)
+
+POSITIONS = 120  # equilibria over one revolution
+WORKERS = 2
+
+
+@dataclass(frozen=True)
+class StageRun:
+    """What a run leaves: datasets by file name (without suffix), fields by body, figures."""
+
+    case: Case
+    datasets: Mapping[str, xr.Dataset]
+    fields: Mapping[str, xr.Dataset]
+    summary: dict[str, Any]
+
+    def with_timing(self, **seconds: float) -> StageRun:
+        """A copy with further wall times in the summary."""
+        summary = {**self.summary, "timing_s": {**self.summary["timing_s"], **seconds}}
+        return StageRun(self.case, self.datasets, self.fields, summary)
+
+
+class Stopwatch:
+    """Wall times by stage, s; several spans of one stage add up."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time the block."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def depth_name(torque: float) -> str:
+    """Name of a torque drop by the torque it drops to: "0.4e6" for 4e5 N·m, "1200" for 1200."""
+    return f"{torque / 1e6:g}e6" if abs(torque) >= 1e5 else f"{torque:g}"
+
+
+def run_stage(
+    case: Case,
+    bodies: StageBodies,
+    progress: Progress = silent,
+    watch: Stopwatch | None = None,
+    workers: int = WORKERS,
+) -> StageRun:
+    """Steady revolution and torque drops of the flexible and the rigid variant, and the figures."""
+    watch = watch or Stopwatch()
+    variants = {v.label: v for v in (variant_of(case), Variant(False, False, False))}
+    first = next(iter(variants))
+    with watch.stage("coupled_systems"):
+        modal: dict[str, ModalSystem] = {}
+        for k, (name, variant) in enumerate(variants.items()):
+            progress("coupled systems", k / len(variants))
+            modal[name] = stage_modal(case, bodies, variant)
+        perfect = without_errors(case, bodies, modal[first])
+        progress("coupled systems", 1.0)
+    datasets: dict[str, xr.Dataset] = {}
+    with watch.stage("equilibria"):
+        angles = np.linspace(0, 2 * np.pi, POSITIONS, endpoint=False)
+        found, datasets[f"equilibrium_{first}"] = equilibria(
+            case, modal[first], angles, progress=progress
+        )
+        ideal, datasets[f"equilibrium_{first}_without_errors"] = equilibria(
+            case, perfect, angles, progress=progress
+        )
+        fields = deformed(bodies, ideal)
+    with watch.stage("transients"):
+        runs = _transients(case, modal, first, progress, workers)
+    datasets |= {name: run.data for name, run in runs.items()}
+    watch.seconds |= {f"transient_{name}": run.wall for name, run in runs.items()}
+    steady = {name: datasets[f"steady_{name}"] for name in variants}
+    drops = {
+        depth_name(torque): {
+            name: torque_step_summary(datasets[f"torque_step_{depth_name(torque)}_{name}"])
+            for name in variants
+        }
+        for torque in case.drive.steps.torques
+    }
+    summary = build_summary(
+        case=case.name,
+        version=version(),
+        content_hash=case.content_hash(),
+        fe={n: {"dofs": b.report["fe_dofs"]} for n, b in _bodies(bodies)},
+        reduction={n: _reduction(b.report) for n, b in _bodies(bodies)},
+        kinematics=kinematics(case),
+        steady={
+            **steady_summary(
+                steady[first], datasets[f"equilibrium_{first}_without_errors"], steady
+            ),
+            "equilibrium_closure_max": float(np.max(found.closure)),
+            "inertia_kg_m2": {"drive": case.inertia.drive, "output": case.inertia.output},
+        },
+        torque_steps=drops,
+        energy_residual=_largest_residual(case, datasets, first),
+        timing_s=watch.seconds,
+        realtime_factor=runs[f"steady_{first}"].simulated / runs[f"steady_{first}"].wall,
+    )
+    return StageRun(case, datasets, fields, summary)
+
+
+def kinematics(case: Case) -> dict[str, float]:
+    """Speeds, frequency, contact ratios and expected force of a case."""
+    motion, geometry = stage_kinematics(case), stage_geometry(case.stage)
+    return {
+        "carrier_speed_rpm": motion.carrier_speed * RPM,
+        "sun_speed_rpm": motion.sun_speed * RPM,
+        "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
+        "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,
+        "contact_ratio_sun": geometry.sun_mesh.total_contact_ratio,
+        "expected_ring_mesh_force_n": motion.ring_mesh_force,
+    }
+
+
+def _bodies(bodies: StageBodies) -> list[tuple[str, Any]]:
+    return [("ring", bodies.ring), ("carrier", bodies.carrier)]
+
+
+def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a reduction: what was kept, error estimates, and the tie."""
+    return {k: v for k, v in report.items() if isinstance(v, (int, float, str)) and k != "fe_dofs"}
+
+
+def _transients(
+    case: Case, modal: Mapping[str, ModalSystem], first: str, progress: Progress, workers: int
+) -> dict[str, TimedRun]:
+    """All transients, the longest first, ``workers`` at a time."""
+    jobs: dict[str, Callable[[Progress], TimedRun]] = {}
+    turn, rated = revolution_time(case), constant_drive(case)
+    for name, system in sorted(modal.items(), key=lambda item: item[0] != first):
+        for torque in case.drive.steps.torques:
+            label = f"torque_step_{depth_name(torque)}_{name}"
+            jobs[label] = lambda watch, s=system, t=torque, n=name, at=label: torque_step(  # type: ignore[misc]
+                case, s, t, energy=n == first, progress=watch, label=at.replace("_", " ")
+            )
+        account = name == first and not case.drive.steps.torques
+        jobs[f"steady_{name}"] = lambda watch, s=system, n=name, e=account: simulate(  # type: ignore[misc]
+            case, s, drive=rated, duration=turn, energy=e, progress=watch, label=f"steady {n}"
+        )
+    stop = threading.Event()
+
+    def watched(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise FlexgearError("interrupted")
+        progress(stage, share)
+
+    _compile(case, modal[first])
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        waiting: dict[str, Future[TimedRun]] = {n: pool.submit(j, watched) for n, j in jobs.items()}
+        try:
+            return {name: future.result() for name, future in waiting.items()}
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _compile(case: Case, modal: ModalSystem) -> None:
+    """A run of a few steps, so that compilation does not count as simulation."""
+    few = 3 * case.solver.time_step
+    for energy in (False, True):
+        simulate(case, modal, duration=few, output_interval=case.solver.time_step, energy=energy)
+
+
+def _largest_residual(case: Case, datasets: Mapping[str, xr.Dataset], first: str) -> float:
+    """Largest energy residual over the torque drops, counted from the drop while steps are fine.
+
+    Without torque drops it is that of the steady revolution.
+    """
+    steps = case.drive.steps
+    end = steps.start + steps.duration + SETTLING
+    balanced = [
+        datasets[f"torque_step_{depth_name(torque)}_{first}"].sel(time=slice(steps.start, end))
+        for torque in steps.torques
+    ]
+    balanced = balanced or [datasets[f"steady_{first}"]]
+    return max(float(np.max(np.abs(energy_residual(data)))) for data in balanced)
