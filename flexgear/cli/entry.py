@@ -85,7 +85,7 @@ def _report(error: Exception) -> int:
     if isinstance(error, typer.Abort):
         return _say("stopped", 1)
     if hasattr(error, "format_message"):  # a wrong command line
-        return _say(f"{error.format_message().rstrip(".")}; see flexgear --help", 2)
+        return _say(f"{error.format_message().rstrip('.')}; see flexgear --help", 2)
     if isinstance(error, BrokenPipeError):
         sys.stderr.close()
         return 1
