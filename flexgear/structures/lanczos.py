@@ -18,6 +18,7 @@ import scipy.linalg as sla
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.tall import dot, times
 
 _CHECK = 3  # steps between looks at convergence
 
@@ -63,8 +64,8 @@ def largest_eigenpairs(
         applied += filled - size
         old = basis[:, :filled]
         weighted = mass(image)
-        column = old.T @ weighted
-        image -= old @ column
+        column = dot(old, weighted)
+        image -= times(old, column)
         projected[:filled, size:filled] = column
         projected[size:filled, :filled] = column.T
         new, coupling = _orthonormal(image, old, mass)
@@ -84,11 +85,11 @@ def largest_eigenpairs(
             progress(float(good.sum()) / count)
         if good.all():
             return Eigenpairs(
-                values[:count], old @ vectors[:, :count], residuals[:count], applied
+                values[:count], times(old, vectors[:, :count]), residuals[:count], applied
             )
         if full:
             keep = min(count + block, size - block)
-            basis[:, :keep] = old @ vectors[:, :keep]
+            basis[:, :keep] = times(old, vectors[:, :keep])
             projected[:] = 0.0
             projected[range(keep), range(keep)] = values[:keep]
             size = keep
@@ -107,11 +108,11 @@ def _orthonormal(
     """
     q, r = block, np.eye(block.shape[1])
     for _ in range(2):
-        q, r = _normalised(q, r, q.T @ q)
+        q, r = _normalised(q, r, dot(q, q))
     weighted = mass(q)
-    overlap = basis.T @ weighted
-    q = q - basis @ overlap
-    q, r = _normalised(q, r, q.T @ mass(q))
+    overlap = dot(basis, weighted)
+    q = q - times(basis, overlap)
+    q, r = _normalised(q, r, dot(q, mass(q)))
     return q, r
 
 

@@ -13,8 +13,8 @@ Source: Duff, Reid 1983, ACM TOMS 9:302.
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numba
 import numpy as np
@@ -22,14 +22,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf, dtrtri
-from threadpoolctl import threadpool_limits
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.dissection import dissect
+from flexgear.structures.tall import THREADS, single_threaded_blas
 
 _LEAF = 96  # nodes of three dofs in a front that is not cut further
 _NODE = 3
-_THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 _LEAST_COLUMNS = 32  # right-hand sides worth a thread
 
 
@@ -53,7 +52,7 @@ class Multifrontal:
             (_NODE * b[:, None] + np.arange(_NODE)).ravel() for b in self._tree.borders
         ]
         self._starts = _NODE * self._tree.starts
-        with threadpool_limits(1, "blas"):
+        with single_threaded_blas():
             self._factors = self._factorise(matrix)
 
     @property
@@ -66,10 +65,10 @@ class Multifrontal:
         columns = np.asarray(right, dtype=float).reshape(len(self._order), -1)
         out = np.empty(columns.shape)
         count = columns.shape[1]
-        parts = max(1, min(_THREADS, count // _LEAST_COLUMNS))
+        parts = max(1, min(THREADS, count // _LEAST_COLUMNS))
         borders = [count * p // parts for p in range(parts + 1)]
-        slices = [slice(a, b) for a, b in zip(borders[:-1], borders[1:], strict=True)]
-        with threadpool_limits(1, "blas"):
+        slices = [slice(a, b) for a, b in pairwise(borders)]
+        with single_threaded_blas():
             if parts == 1:
                 self._solve_part(columns, out)
             else:

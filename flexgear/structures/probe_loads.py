@@ -38,8 +38,11 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
     loads = []
     half = 0.5 * face_width
     x, w = np.polynomial.legendre.leggauss(10)
-    spans = {"": (-half, half), " end -z": (-half, -half + _END * face_width),
-             " end +z": (half - _END * face_width, half)}
+    spans = {
+        "": (-half, half),
+        " end -z": (-half, -half + _END * face_width),
+        " end +z": (half - _END * face_width, half),
+    }
     for tooth in teeth:
         flank = _Flank(model, f"tooth_flank_{tooth + 1:03d}")
         low, high = flank.radii
@@ -56,7 +59,7 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
 
 
 def pin_pressures(model: FeModel, pins: int, angles: NDArray[np.float64]) -> list[ProbeLoad]:
-    """Cosine pressure on pin seats, along x and y of the planet: over the seat and on its halves."""
+    """Cosine pressure on pin seats, along x and y of the planet: on the whole seat and its halves."""
     loads = []
     for pin in range(pins):
         name = f"pin_{pin + 1}"
@@ -66,8 +69,10 @@ def pin_pressures(model: FeModel, pins: int, angles: NDArray[np.float64]) -> lis
         normal[:, 2] = 0.0
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         c, s = np.cos(angles[pin]), np.sin(angles[pin])
-        for label, way in {"radial": np.array([c, s, 0.0]),
-                           "tangential": np.array([-s, c, 0.0])}.items():
+        for label, way in {
+            "radial": np.array([c, s, 0.0]),
+            "tangential": np.array([-s, c, 0.0]),
+        }.items():
             pressure = seat.weights * np.maximum(0.0, -normal @ way)
             z = seat.points[:, 2] - axis[2]
             for end, part in {"": z < np.inf, " half -z": z < 0, " half +z": z > 0}.items():

@@ -67,9 +67,9 @@ class ReducedBody:
         rigid = self.rigid_modes()
         motion = np.linalg.lstsq(rigid, columns, rcond=None)[0]
         rest = columns - rigid @ motion
-        field_ = self.recovery @ rest.astype(np.float32)
+        elastic = np.asarray(self.recovery @ rest.astype(np.float32), dtype=np.float64)
         exact = _rigid_rows(self.points)[:, :3].reshape(-1, 6) @ motion
-        return (field_ + exact).reshape((len(self.points), 3) + q.shape[1:])
+        return (elastic + exact).reshape((len(self.points), 3) + q.shape[1:])
 
 
 def _rigid_rows(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
@@ -32,12 +31,12 @@ from flexgear.structures.factorisation import Factor, Solver, factorise
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.lanczos import largest_eigenpairs
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.tall import dot, single_threaded_blas, times, times_in_place
 
 Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
 LANCZOS_BLOCK = 24  # vectors a step
-_ROWS = 8192  # rows of tall dense products held at once
 
 
 def silent(stage: str, fraction: float) -> None:
@@ -72,15 +71,15 @@ class Condensation:
     def fixed_solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
         y = self.factor.solve(right)
-        return y - self.constraint_modes @ (self.rows @ y)
+        return y - times(self.constraint_modes, self.rows @ y)
 
     def supported_solve(
         self, right: NDArray[np.float64], supports: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
-        q = np.linalg.solve(self.stiffness + supports, self.constraint_modes.T @ right)
+        q = np.linalg.solve(self.stiffness + supports, dot(self.constraint_modes, right))
         y = self.factor.solve(right)
-        return y + self.constraint_modes @ (q - self.rows @ y)
+        return y + times(self.constraint_modes, q - self.rows @ y)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,21 +96,30 @@ class Reduction:
 
 
 def reduce_body(
-    model: FeModel, interface: Interface, n_modes: int, progress: Progress = silent,
-    name: str = "body", solver: Solver = "auto",
+    model: FeModel,
+    interface: Interface,
+    n_modes: int,
+    progress: Progress = silent,
+    name: str = "body",
+    solver: Solver = "auto",
 ) -> ReducedBody:
     """The reduced body alone; see `reduce`."""
     return reduce(model, interface, n_modes, progress, name, solver).body
 
 
 def reduce(
-    model: FeModel, interface: Interface, n_modes: int, progress: Progress = silent,
-    name: str = "body", solver: Solver = "auto",
+    model: FeModel,
+    interface: Interface,
+    n_modes: int,
+    progress: Progress = silent,
+    name: str = "body",
+    solver: Solver = "auto",
 ) -> Reduction:
     """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes."""
-    condensation = condense(model, interface, progress, solver)
-    omega, modes, residual = fixed_interface_modes(condensation, n_modes, progress)
-    body = _project(model, condensation, omega, modes, name)
+    with single_threaded_blas():
+        condensation = condense(model, interface, progress, solver)
+        omega, modes, residual = fixed_interface_modes(condensation, n_modes, progress)
+        body = _project(model, condensation, omega, modes, name)
     progress("reduced matrices", 1.0)
     body.report.update(
         fe_dofs=model.dofs,
@@ -155,9 +163,7 @@ def condense(
         raise FlexgearError(
             "two interface nodes are tied to the same points, or a patch holds too few nodes"
         ) from None
-    for start in range(0, dofs, _ROWS):
-        chunk = slice(start, start + _ROWS)
-        modes[chunk] = modes[chunk] @ inverse
+    times_in_place(modes, inverse)
     stiffness_b = inverse - np.diag(springs)
     stiffness_b, residual = _free(stiffness_b, interface)
     progress("constraint modes", 1.0)
@@ -197,8 +203,12 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> NDArra
     chosen = [int(small[0])]
     while len(chosen) < min(3, len(small)):
         distance = np.min(
-            [np.linalg.norm(interface.positions[small] - interface.positions[c], axis=1)
-             for c in chosen], axis=0)
+            [
+                np.linalg.norm(interface.positions[small] - interface.positions[c], axis=1)
+                for c in chosen
+            ],
+            axis=0,
+        )
         if distance.max() == 0.0:
             break
         chosen.append(int(small[np.argmax(distance)]))
@@ -256,8 +266,8 @@ def _project(
     for start in range(0, b, SOLVE_BLOCK):
         block = slice(start, min(start + SOLVE_BLOCK, b))
         weighted = condensation.mass_product(psi[:, block])
-        reduced_mass[:b, block] = psi.T @ weighted
-        reduced_mass[b:, block] = modes.T @ weighted
+        reduced_mass[:b, block] = dot(psi, weighted)
+        reduced_mass[b:, block] = dot(modes, weighted)
     reduced_mass[:b, :b] = 0.5 * (reduced_mass[:b, :b] + reduced_mass[:b, :b].T)
     reduced_mass[:b, b:] = reduced_mass[b:, :b].T
     reduced_mass[b:, b:] = np.eye(count)

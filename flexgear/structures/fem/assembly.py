@@ -150,9 +150,7 @@ class _Pattern:
         self.indptr = np.searchsorted(keys // n, np.arange(n + 1)).astype(np.int32)
         self._place = place.reshape(len(dofs), -1)
 
-    def add(
-        self, blocks: NDArray[np.float64], chunk: slice, values: NDArray[np.float64]
-    ) -> None:
+    def add(self, blocks: NDArray[np.float64], chunk: slice, values: NDArray[np.float64]) -> None:
         """Add element blocks (e, a*b, c) of a chunk into the global blocks (size, c)."""
         place = self._place[chunk].ravel()
         used, local = np.unique(place, return_inverse=True)
@@ -164,8 +162,6 @@ class _Pattern:
 
     def matrix(self, blocks: NDArray[np.float64]) -> sp.csr_matrix:
         """CSR matrix (3n, 3n) of node blocks (size, 3, 3), exactly symmetric."""
-        bsr = sp.bsr_matrix(
-            (blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n)
-        )
+        bsr = sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n))
         matrix = bsr.tocsr()
         return 0.5 * (matrix + matrix.T.tocsr())

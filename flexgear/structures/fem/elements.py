@@ -33,7 +33,7 @@ class FeMeshLike(Protocol):
 
     @property
     def kind(self) -> str:
-        """"hex" or "tet"."""
+        """ "hex" or "tet"."""
 
     @property
     def facets(self) -> Mapping[str, NDArray[np.int64]]:

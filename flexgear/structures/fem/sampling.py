@@ -74,16 +74,17 @@ def point_sample(
     """
     cells, local = locate(model, points, slack)
     basis = model.basis
-    shape = np.stack(
-        [basis.elem.lbasis(local.T, i)[0] for i in range(len(basis.basis))], axis=-1
-    )
+    shape = np.stack([basis.elem.lbasis(local.T, i)[0] for i in range(len(basis.basis))], axis=-1)
     nodes = basis.element_dofs.T[cells]
     return Sample(points, weights, _interpolation(nodes, shape, basis.N))
 
 
 def disc_points(
-    centre: NDArray[np.float64], normal: NDArray[np.float64], diameter: float,
-    rings: int = 4, spokes: int = 16,
+    centre: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    diameter: float,
+    rings: int = 4,
+    spokes: int = 16,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
 

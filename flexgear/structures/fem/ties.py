@@ -73,8 +73,9 @@ def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> T
     position = np.asarray(position, dtype=float)
     centre = sample.weights @ sample.points / sample.weights.sum()
     h = rigid_motion(sample.points - centre)  # (m, 3, 6), about the centroid: well conditioned
-    length = np.sqrt(sample.weights @ np.sum((sample.points - centre) ** 2, axis=1)
-                     / sample.weights.sum())
+    length = np.sqrt(
+        sample.weights @ np.sum((sample.points - centre) ** 2, axis=1) / sample.weights.sum()
+    )
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     h = h / scale
     gram = np.einsum("m,mci,mcj->ij", sample.weights, h, h)
@@ -114,9 +115,11 @@ def interface_of(model: FeModel, ties: Sequence[Tie]) -> Interface:
             parts.append(tie.rows @ expansion)
         else:
             start = first + 6 * rigid.index(i)
-            parts.append(sp.csr_matrix(
-                (np.ones(6), (np.arange(6), start + np.arange(6))), (6, expansion.shape[1])
-            ))
+            parts.append(
+                sp.csr_matrix(
+                    (np.ones(6), (np.arange(6), start + np.arange(6))), (6, expansion.shape[1])
+                )
+            )
     return Interface(names, positions, sp.vstack(parts).tocsr(), coordinates, expansion)
 
 
@@ -132,8 +135,9 @@ def _expansion(
         owner[nodes] = i
     owner[shared] = -1
     free = np.flatnonzero(np.repeat(owner < 0, 3))
-    blocks = [sp.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))),
-                            (model.dofs, len(free)))]
+    blocks = [
+        sp.csr_matrix((np.ones(len(free)), (free, np.arange(len(free)))), (model.dofs, len(free)))
+    ]
     for i in rigid:
         nodes = np.flatnonzero(owner == i)
         motion = rigid_motion(model.nodes[nodes] - ties[i].position).reshape(-1, 6)
