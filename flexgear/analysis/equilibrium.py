@@ -58,7 +58,7 @@ class Equilibrium:
     closure: Array
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _solve_position(
     pairs, rows, theta, torque, wanted, rigid, flex, angle_rigid, angle_flex, work, out
 ):

@@ -316,7 +316,7 @@ def _remember(rows, n, n_pairs, x, state):
             state.touched[g, i, k % 8] = 1
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
 def advance(data, pairs, rows, state, torque, save_every, first_step, samples, scratch, ledger):
     """Take len(torque) steps with the drive torque of each new time; save every so many.
 
