@@ -40,7 +40,7 @@ _GUARD = 1.15  # reduced modes up to this times the limit start the reference
 
 @dataclass(frozen=True, eq=False)
 class FrequencyComparison:
-    """Supported frequencies up to a limit, Hz: reduced (k,), full (k,); the worst relative error."""
+    """Supported frequencies up to a limit, Hz: reduced, full (k,); the worst relative error."""
 
     reduced: NDArray[np.float64]
     full: NDArray[np.float64]

@@ -59,7 +59,7 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
 
 
 def pin_pressures(model: FeModel, pins: int, angles: NDArray[np.float64]) -> list[ProbeLoad]:
-    """Cosine pressure on pin seats, along x and y of the planet: on the whole seat and its halves."""
+    """Cosine pressure on pin seats, along x and y of the planet: whole seat and its halves."""
     loads = []
     for pin in range(pins):
         name = f"pin_{pin + 1}"

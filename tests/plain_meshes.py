@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-
 FROM_VTK = [6, 2, 5, 7, 1, 3, 4, 0]
 TO_VTK = [7, 4, 1, 5, 6, 2, 0, 3]
 
