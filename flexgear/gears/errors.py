@@ -45,15 +45,22 @@ def _pitch(rng: np.random.Generator, shape: tuple[int, ...], deviation: float) -
 
 
 def pair_errors(case: Case) -> dict[str, PairErrors]:
-    """Errors of all four gear-mesh kinds; the back flanks see pitch deviations with other sign."""
+    """Errors of all four gear-mesh kinds.
+
+    Every flank has its own pitch deviations. A planet tooth's flank that touches the ring when
+    the carrier drives touches the sun when it is driven, and the other way about.
+    """
     stage, e = case.stage, case.errors
     n = stage.planets
     rng = np.random.default_rng(e.seed)
+    ring = _pitch(rng, (2, stage.ring.teeth), e.ring_pitch)
+    sun = _pitch(rng, (2, stage.sun.teeth), e.sun_pitch)
+    planet = _pitch(rng, (2, n, stage.planet.teeth), e.planet_pitch)
     pitch = {
-        "ring": _pitch(rng, (stage.ring.teeth,), e.ring_pitch),
-        "sun": _pitch(rng, (stage.sun.teeth,), e.sun_pitch),
-        "planet_ring": _pitch(rng, (n, stage.planet.teeth), e.planet_pitch),
-        "planet_sun": _pitch(rng, (n, stage.planet.teeth), e.planet_pitch),
+        "ring": (ring[0], planet[0]),
+        "sun": (sun[0], planet[1]),
+        "ring_back": (ring[1], planet[1]),
+        "sun_back": (sun[1], planet[0]),
     }
     radial, tangential = np.zeros(n), np.zeros(n)
     radial[: len(e.pin_radial)] = e.pin_radial
@@ -65,12 +72,11 @@ def pair_errors(case: Case) -> dict[str, PairErrors]:
         amplitude = 0.5 * (getattr(e, f"{gear}_tooth") + e.planet_tooth)
         phase = getattr(e, f"{gear}_phase")
         nx, ny = path.normal_xy / np.sqrt(1 + path.slope**2)
-        sign = 1.0 if front else -1.0
         out[kind] = PairErrors(
             harmonic_amplitude=np.full(n, amplitude if front else 0.0),
             harmonic_phase=np.full(n, phase),
             offset=-(nx * radial + ny * tangential),
-            gear_tooth=sign * pitch[gear],
-            planet_tooth=sign * pitch[f"planet_{gear}"],
+            gear_tooth=pitch[kind][0],
+            planet_tooth=pitch[kind][1],
         )
     return out

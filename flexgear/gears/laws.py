@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_law
+from flexgear.gears.weber_banaschek import PairCompliance, stage_pair_compliance
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -28,10 +31,49 @@ def iso_peak(case: Case, gear: str) -> float:
     )
 
 
+def compliance(case: Case, geometry: StageGeometry, gear: str) -> PairCompliance:
+    """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load.
+
+    Line load w = F cosβ_b/(ε_α b): the rated gear-mesh force over the mean length of contact.
+    """
+    stage, material = case.stage, case.material
+    motion = stage_kinematics(case)
+    gear_mesh = geometry.ring_mesh if gear == "ring" else geometry.sun_mesh
+    force = motion.ring_mesh_force if gear == "ring" else motion.sun_mesh_force
+    length = gear_mesh.transverse_contact_ratio * stage.face_width
+    return stage_pair_compliance(
+        geometry,
+        gear,
+        module=stage.normal_module,
+        fillets=(stage.planet.root_fillet, getattr(stage, gear).root_fillet),
+        young=material.young_modulus,
+        poisson=material.poisson_ratio,
+        line_load=force * math.cos(geometry.base_helix_angle) / length,
+    )
+
+
 def pair_law(case: Case, geometry: StageGeometry, gear: str) -> Law:
-    """k'(ξ) of the gear mesh of the planet with "ring" or "sun", N/m²."""
-    options = case.gear_mesh
+    """k'(ξ) of the gear mesh of the planet with "ring" or "sun", N/m² along the 3D normal.
+
+    What the ring's FE mesh holds is not counted again. With the tie "flank" that is the ring's
+    tooth and its foundation: their Weber–Banaschek share is taken out of every law. With the tie
+    "root" it is the foundation (the rim below the tooth), which is taken out of the law
+    "weber-banaschek"; ISO's c' and tables stay as they are.
+    """
+    options, flank = case.gear_mesh, gear == "ring" and case.ring.tie == "flank"
+    if options.pair_stiffness == "weber-banaschek":
+        part = compliance(case, geometry, gear)
+        left = part.total
+        if gear == "ring":
+            left = left - part.gear.foundation - (part.gear.bending if flank else 0.0)
+        return table_law(part.xi, 1.0 / (left * math.cos(geometry.base_helix_angle) ** 2))
     if options.pair_stiffness == "table":
+        assert options.table is not None  # the model refuses a table law without tables
         table = getattr(options.table, gear)
-        return table_law(np.asarray(table.position), np.asarray(table.stiffness))
-    return parabola(iso_peak(case, gear), options.end_ratio)
+        law = table_law(np.asarray(table.position), np.asarray(table.stiffness))
+    else:
+        law = parabola(iso_peak(case, gear), options.end_ratio)
+    if not flank:
+        return law
+    part = compliance(case, geometry, gear)
+    return table_law(part.xi, law(part.xi) / (1.0 - part.gear_share))

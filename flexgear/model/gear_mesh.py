@@ -55,7 +55,7 @@ class GearMesh(Section):
     model: Literal["per_pair", "lumped"] = "per_pair"
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
-    end_ratio: float = Field(default=0.6, ge=0.05, le=1.0)
+    end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)
     table: GearMeshTables | None = None
     damping_ratio: float = Field(default=0.07, ge=0.0, le=1.0)
 

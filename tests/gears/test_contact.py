@@ -241,7 +241,7 @@ def test_five_times_seventy_two_degrees_assembles_and_eighty_teeth_do_not():
         "stage.planet.bore_diameter_mm": "0",
     }  # fmt: skip
     other = load_case("wind-5mw", bad)
-    with pytest.raises(InputError, match="do not assemble.*26.67.*planet_positions"):
+    with pytest.raises(InputError, match=r"do not assemble.*26.67.*planet_positions"):
         gear_mesh_paths(other)
     forced = load_case("wind-5mw", {**bad, "stage.allow_unassemblable": "true"})
     assert set(gear_mesh_paths(forced)) == {"ring", "sun", "ring_back", "sun_back"}

@@ -1,0 +1,169 @@
+"""Deflection of a tooth pair from the real tooth profiles, split by where it arises.
+
+For a line load w (N/m) at the flank, compliances per unit face width in m²/N, along the transverse
+line of action; u(x) is the lever from a section at x to the point x_P = r_b/cos α' where the load's
+line crosses the tooth's middle line (so bending holds the axial part of the load, too):
+
+    bending     cos²α' 12 (1-ν²)/E ∫ u²/(2y)³ dx
+    shear       cos²α' 1.2/G ∫ dx/(2y)
+    axial       sin²α' (1-ν²)/E ∫ dx/(2y)
+    foundation  cos²α' (1-ν²)/E [16.67/π (u_f/s_f)² + 2 (1-2ν)/(1-ν) u_f/s_f
+                                 + 4.82/π (1 + tan²α'/(2.4 (1+ν)))]
+    contact     2 (1-ν²)/(πE) [ln(4 h_1 h_2/a²) - ν/(1-ν)],  a² = 8 w ρ (1-ν²)/(πE)
+
+u_f, s_f: lever and thickness of the root section; h_1, h_2: from the contact along the load's line
+to the teeth's middle lines; ρ = ρ_1 ρ_2/(ρ_2 ± ρ_1) (- internal). The contact part is the secant
+at the line load given.
+Sources: Weber & Banaschek 1953 (Schriftenreihe Antriebstechnik 11); Cornell 1981, J. Mech. Des.
+103:447 for the foundation's coefficients in plane strain.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.geometry import MeshGeometry, StageGeometry
+from flexgear.gears.tooth_profile import ToothProfile, tooth_profile
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ToothCompliance:
+    """One tooth: (n,) arrays m²/N. bending holds bending, shear and axial shortening."""
+
+    bending: Array
+    foundation: Array
+
+
+@dataclass(frozen=True)
+class PairCompliance:
+    """A pair along its path: xi (n,) share of the path of contact; the rest m²/N (n,)."""
+
+    xi: Array
+    planet: ToothCompliance
+    gear: ToothCompliance
+    contact: Array
+
+    @property
+    def total(self) -> Array:
+        """Both teeth, both foundations and the contact, m²/N."""
+        teeth = self.planet.bending + self.gear.bending
+        return teeth + self.planet.foundation + self.gear.foundation + self.contact
+
+    @property
+    def gear_share(self) -> Array:
+        """Share of the gear's tooth and its foundation in the total."""
+        return (self.gear.bending + self.gear.foundation) / self.total
+
+
+def tooth_compliance(
+    profile: ToothProfile, radius: Array, young: float, poisson: float
+) -> ToothCompliance:
+    """Compliances of one tooth for loads at radii (n,) m on its flank."""
+    plane = (1 - poisson**2) / young
+    shear = 2 * (1 + poisson) / young
+    radius = np.asarray(radius, dtype=float)
+    inner, outer = sorted((profile.form_radius, profile.gear.tip_radius))
+    radius = np.clip(radius, inner, outer)
+    angle = profile.load_angle(radius)
+    x_load = radius * np.cos(profile.half_angle(radius))
+    x_cross = profile.gear.base_radius / np.cos(angle)
+    bending = np.empty_like(radius)
+    for n, (at, cross, a) in enumerate(zip(x_load, x_cross, angle, strict=True)):
+        x, y = _below(profile, float(at))
+        dx = np.abs(np.diff(x))
+        lever, half = x - cross, y
+        bend = _trapezoid(lever**2 / (2 * half) ** 3, dx)
+        inverse = _trapezoid(1 / (2 * half), dx)
+        bending[n] = math.cos(a) ** 2 * (12 * plane * bend + 1.2 * shear * inverse)
+        bending[n] += math.sin(a) ** 2 * plane * inverse
+    ratio = np.abs(profile.x[-1] - x_cross) / profile.root_thickness
+    foundation = (
+        np.cos(angle) ** 2
+        * plane
+        * (
+            16.67 / math.pi * ratio**2
+            + 2 * (1 - 2 * poisson) / (1 - poisson) * ratio
+            + 4.82 / math.pi * (1 + np.tan(angle) ** 2 / (2.4 * (1 + poisson)))
+        )
+    )
+    return ToothCompliance(bending, foundation)
+
+
+def pair_compliance(
+    planet: ToothProfile,
+    gear: ToothProfile,
+    gear_mesh: MeshGeometry,
+    center_distance: float,
+    *,
+    young: float,
+    poisson: float,
+    line_load: float,
+    points: int = 101,
+) -> PairCompliance:
+    """Compliance of planet and gear (ring or sun) along the path of contact; line_load N/m."""
+    xi = np.linspace(0.0, 1.0, points)
+    s = gear_mesh.s_lo + xi * (gear_mesh.s_hi - gear_mesh.s_lo)
+    reach = center_distance * math.sin(gear_mesh.working_angle)
+    rho_p = np.maximum(s, 1e-3 * gear_mesh.base_pitch)
+    rho_g = s + reach if gear.gear.internal else np.maximum(reach - s, 1e-3 * gear_mesh.base_pitch)
+    r_p = np.hypot(planet.gear.base_radius, rho_p)
+    r_g = np.hypot(gear.gear.base_radius, rho_g)
+    sign = -1.0 if gear.gear.internal else 1.0
+    rho = rho_p * rho_g / (rho_g + sign * rho_p)
+    plane = (1 - poisson**2) / young
+    half_width_2 = 8 * line_load * rho * plane / math.pi
+    depth = _depth(planet, r_p) * _depth(gear, r_g)
+    contact = 2 * plane / math.pi * (np.log(4 * depth / half_width_2) - poisson / (1 - poisson))
+    return PairCompliance(
+        xi,
+        tooth_compliance(planet, r_p, young, poisson),
+        tooth_compliance(gear, r_g, young, poisson),
+        contact,
+    )
+
+
+def stage_pair_compliance(
+    g: StageGeometry,
+    gear: str,
+    *,
+    module: float,
+    fillets: tuple[float, float],
+    young: float,
+    poisson: float,
+    line_load: float,
+) -> PairCompliance:
+    """Planet with "ring" or "sun"; fillets: root fillet coefficients of planet and gear."""
+    body = g.ring if gear == "ring" else g.sun
+    gear_mesh = g.ring_mesh if gear == "ring" else g.sun_mesh
+    return pair_compliance(
+        tooth_profile(g.planet, g.transverse_angle, fillets[0] * module),
+        tooth_profile(body, g.transverse_angle, fillets[1] * module),
+        gear_mesh,
+        g.center_distance,
+        young=young,
+        poisson=poisson,
+        line_load=line_load,
+    )
+
+
+def _below(profile: ToothProfile, at: float) -> tuple[Array, Array]:
+    """Profile from the load's section to the root section."""
+    order = 1.0 if profile.gear.internal else -1.0
+    keep = order * profile.x > order * at
+    y = float(np.interp(order * at, order * profile.x, profile.y))
+    return np.concatenate([[at], profile.x[keep]]), np.concatenate([[y], profile.y[keep]])
+
+
+def _trapezoid(values: Array, dx: Array) -> float:
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * dx))
+
+
+def _depth(profile: ToothProfile, radius: Array) -> Array:
+    """Distance from the contact along the load's line to the tooth's middle line, m."""
+    return radius * np.sin(profile.half_angle(radius)) / np.cos(profile.load_angle(radius))
