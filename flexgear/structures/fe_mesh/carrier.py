@@ -129,8 +129,10 @@ class CarrierMeshParameters:
 
     @property
     def seat_width(self) -> float:
-        """Axial length of the patches pin_i, m."""
-        return self.plate_gap if self.pin_seat_width is None else self.pin_seat_width
+        """Axial length of the patches pin_i, m; all the gap where next to nothing would be left."""
+        width = self.plate_gap if self.pin_seat_width is None else self.pin_seat_width
+        rest = (self.plate_gap - width) / 2.0
+        return self.plate_gap if 0.0 < rest < 0.05 * self.pin_diameter else width
 
     @property
     def web_arc_radius(self) -> float:

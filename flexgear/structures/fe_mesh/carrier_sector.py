@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import cos, pi, sin
+from math import ceil, cos, pi, sin, sqrt
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearError, InputError
 
 if TYPE_CHECKING:
     from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
@@ -20,6 +21,7 @@ Ints = NDArray[np.int64]
 
 SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle
+_SAMPLES = 33  # points on a curve for its distance to others
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
 
 
@@ -39,13 +41,15 @@ def half_sector(gmsh: ModuleType, p: CarrierMeshParameters) -> tuple[Array, Ints
         return next(entity for entity in made if entity[0] == 3)
 
     hub, seat_drive = p.hub_outer_diameter / 2.0, p.seat_drive_diameter / 2.0
+    if abs(hub - seat_drive) < 0.1 * (p.plate_thickness_drive + p.plate_thickness_far) / 2.0:
+        hub = seat_drive  # a small step would only make slivers
     z_seat, z_end = z_drive - p.seat_drive_width, z_drive - p.hub_length
     seat_far, z_seat_far = p.seat_far_diameter / 2.0, z_far + p.seat_far_width
     solids = [
         turned(
             [(bore, z_end), (hub, z_end), (hub, z_seat), (seat_drive, z_seat)]
             + [(seat_drive, z_drive), (plate, z_drive), (plate, -gap), (bore, -gap)]
-            if abs(hub - seat_drive) > 1e-9
+            if hub != seat_drive
             else [(bore, z_end), (hub, z_end), (hub, z_seat)]
             + [(hub, z_drive), (plate, z_drive), (plate, -gap), (bore, -gap)]
         ),
@@ -68,26 +72,80 @@ def half_sector(gmsh: ModuleType, p: CarrierMeshParameters) -> tuple[Array, Ints
     occ.fragment(solids[:1], solids[1:])
     occ.synchronize()
 
+    for refinement in (1.0, 1.6, 2.5):
+        _set_sizes(gmsh, p, refinement)
+        if _generate(gmsh):
+            return _tetrahedra(gmsh)
+        gmsh.model.mesh.clear()
+    raise InputError(
+        p.where,
+        "carrier",
+        "no sound FE mesh: some edges nearly touch",
+        "move hub, seat, bore and pin diameters apart by a few mm",
+    )
+
+
+def _generate(gmsh: ModuleType) -> bool:
+    """Mesh and improve; False where chords of neighbouring curves cross."""
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception:  # gmsh raises nothing more specific
+        return False
+    if list(gmsh.model.mesh.getElements(3)[0]) != [4] or _flattest(gmsh) < 1e-4:
+        return False  # and Netgen would crash on cells without volume
+    gmsh.model.mesh.optimize("Netgen")
+    gmsh.model.mesh.optimize("")
+    return _flattest(gmsh) > 1e-3
+
+
+def _flattest(gmsh: ModuleType) -> float:
+    """Smallest |det [e1 e2 e3]|/(|e1||e2||e3|) of all cells."""
+    points, cells = _tetrahedra(gmsh)
+    e = points[cells[:, 1:]] - points[cells[:, :1]]
+    return float((np.abs(np.linalg.det(e)) / np.linalg.norm(e, axis=2).prod(axis=1)).min())
+
+
+def _set_sizes(gmsh: ModuleType, p: CarrierMeshParameters, refinement: float) -> None:
+    """Number of straight sides of every curve; a chord keeps clear of the neighbouring curves."""
     thickness = (p.plate_thickness_drive + p.plate_thickness_far) / 2.0
-    size = SIZE[p.fidelity] * thickness
+    size = SIZE[p.fidelity] * thickness / refinement
     option = gmsh.option.setNumber
     option("Mesh.MeshSizeMax", size)
     option("Mesh.MeshSizeMin", size / 10.0)
+    option("Mesh.MeshSizeExtendFromBoundary", 1)
+    option("Mesh.Algorithm", 6)
+    option("Mesh.Algorithm3D", 1)
+    option("Mesh.Optimize", 1)
+    option("Mesh.OptimizeNetgen", 0)
+    samples, ends = {}, {}
     for _, curve in gmsh.model.getEntities(1):
-        length = occ.getMass(1, curve)
+        low, high = (float(u[0]) for u in gmsh.model.getParametrizationBounds(1, curve))
+        at = gmsh.model.getValue(1, curve, np.linspace(low, high, _SAMPLES))
+        samples[curve] = np.reshape(at, (-1, 3))
+        ends[curve] = {abs(tag) for _, tag in gmsh.model.getBoundary([(1, curve)])}
+    for curve, at in samples.items():
+        length = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
         sides = max(round(length / size), 1)
         if gmsh.model.getType(1, curve) == "Circle":
             low, high = gmsh.model.getParametrizationBounds(1, curve)
             turn = float(high[0] - low[0])
             radius = length / turn
             whole = _ROUND[p.fidelity] if radius > 0.4 * p.pin_diameter else _ROUND_BORE
-            sides = max(sides, round(whole * turn / (2.0 * pi)))
+            near = [
+                float(cKDTree(other).query(at)[0].min())
+                for tag, other in samples.items()
+                if tag != curve
+                and not ends[tag] & ends[curve]
+                and np.abs(other[:, 2] - at[0, 2]).max() < 1e-9
+            ]
+            # height of a chord over its arc, r (1 - cos(turn/2n)) ≈ r turn²/(8 n²) <= distance/3
+            clear = turn * sqrt(3.0 * radius / (8.0 * max(min(near, default=radius), 1e-4 * size)))
+            sides = max(sides, round(refinement * whole * turn / (2.0 * pi)), ceil(clear))
         gmsh.model.mesh.setTransfiniteCurve(curve, sides + 1)
-    option("Mesh.Algorithm", 6)
-    option("Mesh.Algorithm3D", 1)
-    option("Mesh.Optimize", 1)
-    option("Mesh.OptimizeNetgen", 1)
-    gmsh.model.mesh.generate(3)
+
+
+def _tetrahedra(gmsh: ModuleType) -> tuple[Array, Ints]:
+    """Vertices in use (n, 3) and right-handed cells (m, 4) of the gmsh model."""
     types, _, connectivity = gmsh.model.mesh.getElements(3)
     if list(types) != [4]:
         raise FlexgearError("carrier: gmsh gave other elements than tetrahedra")

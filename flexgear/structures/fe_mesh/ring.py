@@ -5,7 +5,7 @@ Frame: origin at the ring's centre and mid-face, z the axis of rotation; the mid
 
 Helix: a point (r, θ, z) of the section moves to θ + κ z f(r), κ = h tan β/r_ref, h = +1 for a
 right-hand ring. f = 1 from the tooth's tip to the root circle and falls as 1 - 3t² + 2t³ to 0 at
-the inside of the bolt circle, so that bolt axes and holes are straight.
+the inside of the bolts, so that bolt axes and holes are straight.
 
 Patches
   tooth_flank_NNN      involute flank on the -θ side: the one planets press when the carrier
@@ -138,10 +138,16 @@ class RingMeshParameters:
 
     @property
     def straight_radius(self) -> float:
-        """Radius beyond which the section is not twisted, m."""
+        """Radius beyond which the section is not twisted, m: inside the bolts.
+
+        Without holes the helix may reach between close bolts, for nothing of them is meshed.
+        """
         if self.bolts == 0:
             return self.outer_radius
-        return self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
+        inside = self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
+        if self.bolt_holes:
+            return inside
+        return max(inside, self.tooth.root_radius + 0.35 * self.rim_thickness)
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no ring can be made."""
@@ -170,7 +176,7 @@ class RingMeshParameters:
         if self.bolts:
             radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
             room = self.straight_radius - tooth.root_radius
-            if room < 0.1 * self.rim_thickness:
+            if room < 0.1 * self.rim_thickness or radius - hole < tooth.root_radius:
                 reject(
                     "ring.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
@@ -184,7 +190,7 @@ class RingMeshParameters:
                     "root and the bolts, whose axes are straight",
                     "raise it, or lower the face width or the helix angle",
                 )
-            if not radius + 1.2 * hole < self.outer_radius:
+            if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
                 reject(
                     "ring.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "

@@ -14,7 +14,7 @@ of quadrilaterals between the block's border and the hole's true circle (an O-gr
 from __future__ import annotations
 
 from itertools import pairwise
-from math import pi
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,9 +62,9 @@ def with_bolt_holes(
     grid = np.stack([node[:-1], node[1:], ahead[1:], ahead[:-1]], axis=2)  # (row, column, 4)
 
     width = 2.0 * pi / columns
-    across = max(round((high - low) / (width * bolt_circle_radius)), 2)
-    if across * width * bolt_circle_radius < 2.4 * hole_radius:
-        across += 1
+    column = width * bolt_circle_radius
+    # wide enough for a hole that is half a column off the block's middle
+    across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
     first = np.round((bolt_angles - angles[0]) / width - across / 2.0).astype(np.int64)
     spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
     if len(bolt_angles) > 1 and spacing.min() < across:

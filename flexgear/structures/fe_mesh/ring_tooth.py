@@ -19,7 +19,7 @@ Source: ISO 21771:2007; the fillet is elementary geometry.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, tan
+from math import cos, floor, hypot, pi, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,41 +119,47 @@ def ring_tooth(
         inv = tan(alpha) - alpha - (tan(alpha_t) - alpha_t)
         return alpha, s_t / (2.0 * r) + inv
 
-    def centre(radius: float) -> tuple[float, float]:
-        # +θ flank at (ρ, δ): radial and circumferential parts of its normal into the space.
-        # The involute leaves the radius by the angle α(ρ): tangent = cos α e_r + sin α e_θ.
+    def centre(radius: float, fillet: float) -> tuple[float, float]:
+        # The +θ flank leaves the radius by the angle α(ρ): tangent cos α e_r + sin α e_θ, and
+        # the normal into the space is -sin α e_r + cos α e_θ.
         alpha, delta = flank(radius)
-        radial = radius - rho * np.sin(alpha)
-        around = rho * np.cos(alpha)
+        radial = radius - fillet * np.sin(alpha)
+        around = fillet * np.cos(alpha)
         return (
             float(radial * np.cos(delta) - around * np.sin(delta)),
             float(radial * np.sin(delta) + around * np.cos(delta)),
         )
 
-    def miss(radius: float) -> float:
-        return hypot(*centre(radius)) - (r_f - rho)
+    def tangent(fillet: float) -> tuple[float, tuple[float, float], float] | None:
+        """Form radius, centre and end angle of a fillet of this radius, None if none fits."""
 
-    if miss(r_a) >= 0.0 or miss(r_f) <= 0.0:
+        def miss(radius: float) -> float:
+            return hypot(*centre(radius, fillet)) - (r_f - fillet)
+
+        if miss(r_a) >= 0.0 or miss(r_f) <= 0.0:
+            return None
+        form = float(brentq(miss, r_a, r_f, xtol=1e-15, rtol=1e-14))
+        at = centre(form, fillet)
+        end = float(np.arctan2(at[1], at[0]))
+        return (form, at, end) if end <= pi / teeth else None
+
+    if flank(r_a)[1] <= 0.0:
+        raise InputError(
+            where, "stage.ring.addendum", "the tooth is pointed before its tip circle", "lower it"
+        )
+    found = tangent(rho)
+    if found is None:
+        low, high = 0.0, root_fillet
+        for _ in range(30):
+            half = (low + high) / 2.0
+            low, high = (half, high) if tangent(half * m_n) else (low, half)
         raise InputError(
             where,
             "stage.ring.root_fillet",
-            f"a fillet of {rho * 1e3:.2f} mm does not fit between tip and root circle",
-            "lower root_fillet",
+            f"a fillet of {rho * 1e3:.2f} mm does not fit into the root of the tooth space",
+            f"at most {floor(low * 1000) / 1000:g}"
+            if low > 0.01
+            else "lower the dedendum: the tooth space ends before the root circle",
         )
-    form = float(brentq(miss, r_a, r_f, xtol=1e-15, rtol=1e-14))
-    c = centre(form)
-    end = float(np.arctan2(c[1], c[0]))
-    half_pitch = pi / teeth
-    if end > half_pitch or flank(r_a)[1] <= 0.0:
-        wide = flank(r_a)[1] > 0.0
-        raise InputError(
-            where,
-            "stage.ring.root_fillet" if wide else "stage.ring.addendum",
-            (
-                f"the two fillets of {rho * 1e3:.2f} mm overlap in the tooth space"
-                if wide
-                else "the tooth is pointed before its tip circle"
-            ),
-            "lower root_fillet or the dedendum" if wide else "lower the addendum",
-        )
+    form, c, end = found
     return RingTooth(teeth, r, r_b, r_a, r_f, s_t, alpha_t, form, rho, c, end)

@@ -189,6 +189,20 @@ def test_holes_mesh_to_hexahedra_for_any_numbers(teeth: int, bolts: int) -> None
     assert m.quality() > 0.25
 
 
+@pytest.mark.parametrize("first_angle", np.linspace(0.0, 2 * pi / 72, 7))
+def test_thick_holes_half_a_column_off_their_block_stay_inside(first_angle: float) -> None:
+    p = small_ring(
+        bolt_holes=True, bolt_diameter=0.02, first_bolt_angle=first_angle, fidelity="standard"
+    )
+    assert ring_fe_mesh(p).quality() > 0.25
+
+
+@pytest.mark.parametrize("rim_thickness", [0.15, 0.16, 0.3])
+def test_rim_can_vary_about_solid_bolts(rim_thickness: float) -> None:
+    p = replace(RingMeshParameters(fidelity="quick"), rim_thickness=rim_thickness)
+    assert ring_fe_mesh(p).quality() > 0.3
+
+
 def test_standard_ring_has_the_promised_size() -> None:
     m = ring_fe_mesh(RingMeshParameters())
     assert 100_000 < m.quadratic_dofs < 140_000
@@ -205,7 +219,8 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
     ("changes", "key"),
     [
         ({"teeth": 20}, "addendum"),
-        ({"root_fillet": 0.9}, "root_fillet"),
+        ({"root_fillet": 0.9}, "at most 0.4"),
+        ({"root_fillet": 0.4, "dedendum": 1.9}, "dedendum"),
         ({"root_fillet": 0.0}, "root_fillet"),
         ({"rim_thickness": 0.001}, "rim_thickness"),
         ({"bolt_circle_diameter": 0.3}, "bolts.circle_diameter"),
