@@ -60,7 +60,7 @@ def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
     """C3D8 or C3D4 elements in the set EALL; every patch as ``*SURFACE`` and as node set."""
     stream.write("*HEADING\nflexgear FE mesh, units m\n*NODE, NSET=NALL\n")
     for i, (x, y, z) in enumerate(fe_mesh.points.tolist(), 1):
-        stream.write(f"{i}, {x!r}, {y!r}, {z!r}\n")
+        stream.write(f"{i}, {_number(x)}, {_number(y)}, {_number(z)}\n")
     name = "C3D8" if fe_mesh.kind == "hex" else "C3D4"
     stream.write(f"*ELEMENT, TYPE={name}, ELSET=EALL\n")
     for i, row in enumerate((fe_mesh.vtk_cells + 1).tolist(), 1):
@@ -76,6 +76,12 @@ def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
         stream.write(f"*NSET, NSET=N_{patch}\n")
         for start in range(0, len(nodes), 8):
             stream.write(", ".join(map(str, nodes[start : start + 8])) + ",\n")
+
+
+def _number(x: float) -> str:
+    """All digits where they fit into the 20 characters that CalculiX reads, else 14 of them."""
+    text = repr(x)
+    return text if len(text) <= 20 else f"{x:.13e}"
 
 
 def read_inp(path: Path) -> InpDeck:

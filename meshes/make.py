@@ -1,0 +1,33 @@
+"""Makes the small FE meshes of this folder: python meshes/make.py"""
+
+from math import radians
+from pathlib import Path
+
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    RingMeshParameters,
+    carrier_fe_mesh,
+    ring_fe_mesh,
+    write_fe_mesh,
+)
+
+HERE = Path(__file__).parent
+
+RING_36 = RingMeshParameters(
+    teeth=36,
+    normal_module=0.01,
+    pressure_angle=radians(20.0),
+    helix_angle=radians(8.0),
+    face_width=0.1,
+    rim_thickness=0.06,
+    bolts=5,
+    bolt_circle_diameter=0.45,
+    bolt_diameter=0.012,
+    fits=((-0.05, -0.03), (0.03, 0.05)),
+    fidelity="quick",
+)
+CARRIER_5 = CarrierMeshParameters(fidelity="quick")
+
+if __name__ == "__main__":
+    write_fe_mesh(ring_fe_mesh(RING_36), HERE / "ring36_quick.vtu")
+    write_fe_mesh(carrier_fe_mesh(CARRIER_5), HERE / "carrier5_quick.vtu")
