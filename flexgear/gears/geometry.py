@@ -247,6 +247,8 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
     if len(angles) > 1:
         narrowest = min(min(gaps), math.pi)
         clearance = 2 * distance * math.sin(narrowest / 2) - 2 * planet.tip_radius
+    sun_mesh = _gear_mesh(stage, sun, planet, distance, at, where)
+    ring_mesh = _gear_mesh(stage, ring, planet, distance, at, where)
     if clearance < 0:
         raise InputError(
             where, "stage.planets",
@@ -257,8 +259,8 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
         sun=sun,
         planet=planet,
         ring=ring,
-        sun_mesh=_gear_mesh(stage, sun, planet, distance, at, where),
-        ring_mesh=_gear_mesh(stage, ring, planet, distance, at, where),
+        sun_mesh=sun_mesh,
+        ring_mesh=ring_mesh,
         center_distance=distance,
         transverse_angle=at,
         base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),

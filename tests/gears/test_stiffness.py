@@ -1,0 +1,155 @@
+"""Pair stiffness along path and face; laws against one another and against ISO 6336-1."""
+
+import math
+
+import numpy as np
+import pytest
+
+from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.laws import compliance, iso_peak, pair_law
+from flexgear.gears.report import check_case
+from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
+from flexgear.gears.tooth_profile import tooth_profile
+from flexgear.gears.weber_banaschek import tooth_compliance
+from flexgear.model.case import load_case
+
+
+def by_quadrature(law, s, s_lo, s_hi, t, half):
+    z = np.linspace(-half, half, 40001)
+    xi = (s + t * z - s_lo) / (s_hi - s_lo)
+    k = np.where((xi >= 0) & (xi <= 1), law(np.clip(xi, 0, 1)), 0.0)
+    total = np.trapezoid(k, z)
+    return total, (np.trapezoid(k * z, z) / total if total > 0 else 0.0)
+
+
+@pytest.mark.parametrize("slope", [0.1236, -0.1236, 0.4])
+def test_stiffness_and_centroid_are_the_integrals_along_the_contact_line(slope):
+    law, s_lo, s_hi, half = parabola(15e9, 0.6), 0.046, 0.1475, 0.215
+    s = np.linspace(s_lo - 0.027, s_hi + 0.027, 41)
+    k, zc = pair_stiffness(law, s, s_lo, s_hi, slope, half)
+    for n, x in enumerate(s):
+        total, centre = by_quadrature(law, x, s_lo, s_hi, slope, half)
+        assert k[n] == pytest.approx(total, abs=2e-4 * k.max())
+        if total > 0.01 * k.max():
+            assert zc[n] == pytest.approx(centre, abs=2e-3 * half)
+    assert np.all(np.abs(zc) <= half)
+
+
+def test_spur_is_the_limit_of_a_small_helix():
+    law, s = parabola(15e9, 0.6), np.linspace(0.0465, 0.147, 50)
+    spur, centre = pair_stiffness(law, s, 0.046, 0.1475, 0.0, 0.215)
+    nearly, off = pair_stiffness(law, s, 0.046, 0.1475, 1e-6, 0.215)
+    assert np.allclose(spur, nearly, rtol=1e-5)
+    assert np.all(centre == 0)
+    assert np.allclose(off, 0, atol=1e-3)
+    assert spur.max() == pytest.approx(15e9 * 0.43, rel=1e-3)
+
+
+def test_centroid_travels_along_the_whole_face():
+    path = gear_mesh_paths(load_case("wind-5mw"))["ring"]
+    z = path.zc_grid[path.k_grid > 1e-3 * path.k_grid.max()]
+    assert z.max() > 0.9 * path.half_face
+    assert z.min() < -0.9 * path.half_face
+    assert np.all(np.diff(z) < 1e-12)  # right hand: from the +z to the -z face as s rises
+
+
+def test_iso_single_stiffness_of_a_spur_pair_by_hand():
+    """q' = 0.04723 + 0.15551/30 + 0.25791/60, c' = 0.8/q' (x = 0, h_fP = 1.2, α = 20°)."""
+    q = 0.04723 + 0.15551 / 30 + 0.25791 / 60
+    value = iso_single_stiffness(
+        teeth=(30, 60), internal=False, shifts=(0, 0), dedendum=1.2,
+        pressure_angle=math.radians(20), helix_angle=0.0, young_modulus=206e9,
+    )  # fmt: skip
+    assert value == pytest.approx(0.8 / q * 1e9)
+    assert 13e9 < value < 15e9  # ISO: about 14 N/(mm µm)
+
+
+@pytest.mark.parametrize("gear", ["sun", "ring"])
+@pytest.mark.parametrize("helix", ["0", "7.5"])
+def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
+    """ISO's q' is a fit of Weber-Banaschek results; C_M = 0.8 and C_B taken out again."""
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": helix})
+    g = stage_geometry(case.stage)
+    split = compliance(case, g, gear)
+    peak = (1 / split.total).max() / math.cos(g.base_helix_angle) ** 2
+    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / 0.975, rel=0.12)
+    k = 1 / split.total
+    assert 0.3 < split.xi[k.argmax()] < 0.7
+    for end in (k[0], k[-1]):
+        assert 0.55 < end / k.max() < 0.8
+
+
+def test_compliances_grow_towards_the_tip():
+    case = load_case("wind-5mw")
+    g = stage_geometry(case.stage)
+    for name in ("sun", "planet", "ring"):
+        gear = getattr(g, name)
+        p = tooth_profile(gear, g.transverse_angle, 0.38 * 0.018)
+        radius = np.linspace(p.form_radius, gear.tip_radius, 20)
+        c = tooth_compliance(p, radius, 210e9, 0.3)
+        assert np.all(np.diff(c.bending) > 0)
+        assert c.bending[-1] > 10 * c.bending[0]
+        assert np.all(np.diff(p.x) * (1 if gear.internal else -1) > 0)
+
+
+def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
+    """Timoshenko beam under the same oblique load: u²-bending, shear and axial shortening."""
+    case = load_case("wind-5mw")
+    g = stage_geometry(case.stage)
+    p = tooth_profile(g.planet, g.transverse_angle, 0.38 * 0.018)
+    y = 0.015
+    flat = type(p)(p.gear, p.transverse_angle, p.x, np.full_like(p.y, y), p.form_radius)
+    r = np.array([g.planet.tip_radius])
+    a = float(p.load_angle(r)[0])
+    start, root = float((r * np.cos(p.half_angle(r)))[0]), p.x[-1]
+    cross = g.planet.base_radius / math.cos(a)
+    e, nu = 210e9, 0.3
+    plane, length = (1 - nu**2) / e, start - root
+    bend = ((cross - root) ** 3 - (cross - start) ** 3) / 3 * 12 * plane / (2 * y) ** 3
+    shear = 1.2 * 2 * (1 + nu) / e * length / (2 * y)
+    axial = math.sin(a) ** 2 * plane * length / (2 * y)
+    expected = math.cos(a) ** 2 * (bend + shear) + axial
+    assert tooth_compliance(flat, r, e, nu).bending[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
+    """1/k_flank = (1 - share)/k_root for ISO; nothing changes at the sun."""
+    root, flank = (load_case("wind-5mw", {"ring.tie": t}) for t in ("root", "flank"))
+    g = stage_geometry(root.stage)
+    xi = np.linspace(0, 1, 21)
+    share = np.interp(xi, *(lambda c: (c.xi, c.gear_share))(compliance(root, g, "ring")))
+    ratio = pair_law(root, g, "ring")(xi) / pair_law(flank, g, "ring")(xi)
+    assert np.allclose(ratio, 1 - share, rtol=2e-3)
+    assert 0.05 < share.min() < share.max() < 0.75
+    assert np.allclose(pair_law(root, g, "sun")(xi), pair_law(flank, g, "sun")(xi))
+    over = {"gear_mesh.pair_stiffness": "weber-banaschek"}
+    both = [load_case("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank")]
+    left = [1 / pair_law(c, g, "ring")(xi) for c in both]
+    split = compliance(root, g, "ring")
+    taken = np.interp(xi, split.xi, split.gear.bending) * math.cos(g.base_helix_angle) ** 2
+    assert np.allclose(left[0] - left[1], taken, rtol=5e-3)
+
+
+def test_table_law_reads_the_table():
+    assert table_law(np.array([0, 1.0]), np.array([1e10, 2e10]))(np.array(0.25)) == 1.25e10
+    points = "position = [0.0, 0.5, 1.0], stiffness_n_per_mm_um = [10, 15, 10]"
+    case = load_case(
+        "wind-5mw",
+        {
+            "gear_mesh.pair_stiffness": "table",
+            "gear_mesh.table": f"{{ring = {{{points}}}, sun = {{{points}}}}}",
+        },
+    )
+    law = pair_law(case, stage_geometry(case.stage), "sun")
+    assert law(np.array(0.5)) == pytest.approx(15e9)
+    assert gear_mesh_paths(case)["sun"].k_grid.max() < 15e9 * 0.43
+
+
+def test_check_rows_hold_the_key_figures():
+    rows = {(r.section, r.label): r for r in check_case(load_case("wind-5mw"))}
+    assert rows["assembly", "(z_sun + z_ring)/planets"].value == 24
+    assert rows["motion", "gear mesh frequency"].value == pytest.approx(17.4685)
+    assert rows["motion", "force of each ring gear mesh"].value == pytest.approx(788.28, rel=1e-4)
+    assert rows["planet–ring", "phases of the planets"].value.startswith("0.000, 0.400")
+    assert "3 pairs 89 %" in rows["planet–ring", "total contact ratio"].note
