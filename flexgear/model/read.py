@@ -57,13 +57,12 @@ def read_text(path: Path, what: str = "case file") -> str:
 
 
 def nearest(word: str, words: list[str]) -> str:
-    """ "did you mean x?", or the accepted words."""
+    """ "did you mean x?" and the accepted words where they are few."""
     close = get_close_matches(word, words, n=1, cutoff=0.6)
-    if close:
-        return f"did you mean {close[0]}?"
-    if len(words) <= 12:
-        return f"use one of {', '.join(words)}"
-    return f"use one of {', '.join(words[:12])} …"
+    some = ", ".join(words[:12]) + (" …" if len(words) > 12 else "")
+    if not close:
+        return f"use one of {some}"
+    return f"did you mean {close[0]}?" + (f" (one of {some})" if 1 < len(words) <= 6 else "")
 
 
 def match_key(section: type[Section], key: str, where: str, path: str) -> tuple[str, str]:

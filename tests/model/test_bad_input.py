@@ -1,0 +1,131 @@
+"""What a user can get wrong: one line that names file, key, fault and remedy."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flexgear.model.bundled import bundled_text
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError, InputError
+
+
+def refused(path, old, new, words):
+    text = bundled_text("wind-5mw")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        load_case(path)
+    line = str(caught.value)
+    assert line.startswith(f"{path}: ")
+    assert "\n" not in line
+    return line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("planets = 5", "planets 5", r"TOML.*line \d+"),
+        ("planets = 5", "planet = 5", r"TOML: Cannot overwrite a value .at line \d+"),
+        ("planets = 5", "planets = 5.5", "stage.planets: 5.5 is not a whole number"),
+        ("planets = 5", "planets = '5'", "stage.planets: '5' is not a whole number"),
+        ("planets = 5", "planets = true", "stage.planets: True is not a whole number"),
+        ("planets = 5", "", "stage.planets: is missing -- add planets"),
+        ("normal_module_mm = 18", "", "stage.normal_module_mm: is missing"),
+        ("normal_module_mm = 18", "normal_module_m = 18",
+         r"normal_module_m: 18 m is outside 0.0002 … 0.1 m.*normal_module_mm = 18\?"),
+        ("normal_module_mm = 18", "normal_module = 18", "has no unit .length. -- write normal_mod"),
+        ("normal_module_mm = 18", "normal_module_nm = 18", "_nm is not a unit of length"),
+        ("normal_module_mm = 18", "normal_modul_mm = 18", "did you mean normal_module_mm"),
+        ("normal_module_mm = 18", "normal_module_mm = '18'", "'18' is not a number"),
+        ("normal_module_mm = 18", "normal_module_mm = [18]", "is a list -- give one number"),
+        ("normal_module_mm = 18", "normal_module_mm = nan", "normal_module_mm"),
+        ("face_width_mm = 430", "face_width_mm = 430\nface_width_m = 0.43", "given twice"),
+        ("pressure_angle_deg = 20", "pressure_angle_rad = 20", r"pressure_angle_deg = 20\?"),
+        ("young_modulus_gpa = 210", "young_modulus_mpa = 210", r"young_modulus_gpa = 210\?"),
+        ("density_kg_per_m3 = 7850", "density_g_per_cm3 = 7850", "density_kg_per_m3 = 7850"),
+        ("[shaft.spline]", "[shaft.splin]", "shaft.splin: is not a known key.*spline"),
+        ("[inertia]", "[inertias]", "inertias: is not a known key.*inertia"),
+        ('tie = "root"', 'tie = "roots"', "ring.tie: 'roots' is unknown.*did you mean root"),
+        ('fidelity = "standard"', 'fidelity = "rough"', "solver.fidelity.*quick, standard, fine"),
+        ("flexible = true", "flexible = 1", "ring.flexible: 1 is not true or false"),
+        ("teeth = 93", "teeth = 30", "stage.ring.teeth.*cannot hold planets"),
+        ("z_mm = -185", "z_mm = -200", r"ring.fits\[0\].z_mm: the band.*leaves the face"),
+        ("z_mm = 185", "z_mm = 18500", r"ring.fits\[1\].z_mm"),
+        ("[[ring.fits]]", "[ring.fits]", "TOML"),
+        ("plate_gap_mm = 480", "plate_gap_mm = 400", "carrier.plate_gap_mm.*no room"),
+        ("torsion_nm_per_rad = 5e8", "", "shaft.spline.torsion_nm_per_rad.*no torque reaches"),
+        ('pair_stiffness = "iso6336"', 'pair_stiffness = "table"', "gear_mesh.table: is missing"),
+        ("inner_diameter_mm = 120", "inner_diameter_mm = 350",
+         r"shaft.sections\[0\].inner_diameter_mm: is not below"),
+        ('fe_mesh = "generate"              #', 'fe_mesh = "file" #', "fe_mesh_file: is missing"),
+        ("# planet_positions_deg = [0, 72, 144, 216, 288]", "planet_positions_deg = [0, 72]",
+         "2 angles for 5 planets"),
+        ("# [bearings.sun]", "[bearings.sum]", "bearings.sum.*sun"),
+        ('kind = "rigid"', 'kind = "lumped"', "housing.mass_kg.*lumped housing needs"),
+    ],
+)  # fmt: skip
+def test_one_clear_line(tmp_path, old, new, words):
+    refused(tmp_path / "my.toml", old, new, words)
+
+
+def test_missing_file_folder_binary_and_unknown_name(tmp_path):
+    for source, words in (
+        (tmp_path / "no.toml", "no such file"),
+        (tmp_path, "is a folder"),
+        ("wind-5m", "neither a file nor a bundled case.*wind-5mw"),
+    ):
+        with pytest.raises(InputError, match=words):
+            load_case(source)
+    binary = tmp_path / "b.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="UTF-8"):
+        load_case(binary)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("stage.normal_module_m", "18", r"--set: stage.normal_module_m: 18 m is outside"),
+        ("stage.modul_mm", "18", "is not a known key"),
+        ("stage", "3", "is not a section"),
+        ("stage.planets.x", "3", "has no keys below"),
+        ("shaft.sections.7.length_mm", "3", "sections has 2 elements"),
+        ("shaft.sections.0", "3", "ends in the number"),
+        ("", "3", "is not a known key"),
+        ("ring.bolts.number", "'a'", "'a' is not a whole number"),
+        ("bearings.planet.radial_n_per_m", "0", "the planet is not held"),
+    ],
+)
+def test_overrides_are_checked_like_the_file(key, value, words):
+    with pytest.raises(InputError, match=words):
+        load_case("wind-5mw", {key: value})
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    key=st.text(st.sampled_from("abegilnrst_.m0123"), max_size=25),
+    value=st.one_of(st.text(max_size=10), st.floats().map(str), st.just("[1, 2]")),
+)
+def test_any_override_is_taken_or_refused_in_one_line(key, value):
+    try:
+        load_case("wind-5mw", {key: value})
+    except FlexgearError as fault:
+        assert "\n" not in str(fault).replace(value, "")  # noqa: PT017
+
+
+KEYS = (
+    "stage.planets stage.face_width_mm ring.fits drive.torques_nm drive.kind ring.flexible "
+    "bearings.planet.full_si ring.fe_mesh_file errors.pin_radial_um housing.inertia_kg_m2 "
+    "gear_mesh.table shaft.sections stage.planet_positions_deg"
+).split()
+VALUES = ["1", "-1", "1e400", "nan", "true", "''", "'x'", "[]", "[1]", "[[1]]", "{}", "[{}]"]
+VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']"]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_wrong_kinds_of_values_give_no_traceback(key):
+    for value in VALUES:
+        try:
+            load_case("wind-5mw", {key: value})
+        except InputError as fault:
+            assert "\n" not in str(fault)  # noqa: PT017

@@ -1,0 +1,125 @@
+"""Reading, overriding, changing and hashing cases."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from flexgear.model.bundled import bundled_cases, bundled_text
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_case("wind-5mw")
+
+
+def test_bundled_case_is_that_of_the_paper(case):
+    assert "wind-5mw" in bundled_cases()
+    assert (case.stage.sun.teeth, case.stage.planet.teeth, case.stage.ring.teeth) == (27, 33, 93)
+    assert case.stage.face_width == 0.43
+    assert case.stage.normal_module == 0.018
+    assert case.stage.planet_angles == pytest.approx([2 * math.pi * i / 5 for i in range(5)])
+    assert case.drive.rated_speed == pytest.approx(11.27 * math.pi / 30)
+    assert case.ring.bolts.number == 25
+    assert len(case.ring.fits) == 2
+    assert case.ring.fits[0].band == pytest.approx((-0.215, -0.155))
+    assert case.drive.steps.torques == (2e6, 4e5, 2e5)
+    assert case.bearings.sun is None
+    assert case.name == case.source == "wind-5mw"
+
+
+def test_every_value_is_labelled():
+    text = bundled_text("wind-5mw")
+    assert text.count("paper") > 8
+    assert text.count("chosen") > 30
+    assert text.count("# calibrated") == 3
+
+
+def test_a_copied_file_is_the_same_case(case, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("# a comment of mine\n" + bundled_text("wind-5mw"), encoding="utf-8")
+    mine = load_case(path)
+    assert mine.name == "mine"
+    assert mine.content_hash() == case.content_hash()
+    assert mine.stage == case.stage
+
+
+def test_the_unit_of_a_key_does_not_matter(case):
+    over = {"stage.face_width_m": "0.43", "drive.torque_knm": "4000", "stage.helix_angle_rad":
+            str(math.radians(7.5))}  # fmt: skip
+    assert load_case("wind-5mw", over).content_hash() == case.content_hash()
+
+
+def test_hash_follows_the_content(case):
+    wider = case.with_(**{"stage.face_width": 0.44})
+    assert wider.content_hash() != case.content_hash()
+    assert wider.content_hash("ring", "material") == case.content_hash("ring", "material")
+    assert wider.content_hash("stage") != case.content_hash("stage")
+    renamed = case.with_(name="other", title="x")
+    assert renamed.content_hash() == case.content_hash()
+    assert len(case.content_hash()) == 64
+
+
+def test_hash_follows_what_is_in_a_named_file(case, tmp_path):
+    fe_mesh = tmp_path / "ring.inp"
+    fe_mesh.write_text("a")
+    one = case.with_(ring__fe_mesh="file", ring__fe_mesh_file=str(fe_mesh))
+    first = one.content_hash()
+    fe_mesh.write_text("b")
+    assert one.content_hash() != first
+
+
+def test_overrides_of_scalars_words_lists_and_elements():
+    over = {
+        "stage.planets": "3",
+        "ring.tie": "flank",
+        "shaft.sections.1.length_mm": "500",
+        "errors.pin_tangential_um": "[30, 0, 0]",
+        "ring.flexible": "false",
+        "bearings.sun.radial_n_per_m": "1e8",
+        "ring.fits": "[]",
+    }
+    case = load_case("wind-5mw", over)
+    assert case.stage.planets == 3
+    assert len(case.stage.planet_angles) == 3
+    assert case.ring.tie == "flank"
+    assert case.shaft.sections[1].length == 0.5
+    assert case.shaft.sections[1].outer_diameter == 0.32
+    assert case.errors.pin_tangential == (30e-6, 0.0, 0.0)
+    assert case.ring.flexible is False
+    assert case.bearings.sun is not None
+    assert case.bearings.sun.matrix[0, 0] == 1e8
+    assert case.ring.fits == ()
+
+
+def test_with_changes_a_copy_and_checks_it(case):
+    other = case.with_(stage__planets=4, gear_mesh__contact_law="linear")
+    assert (other.stage.planets, case.stage.planets) == (4, 5)
+    assert other.gear_mesh.contact_law == "linear"
+    with pytest.raises(InputError, match=r"with_: ring\.tie"):
+        case.with_(ring__tie="glue")
+    with pytest.raises(ValidationError):
+        case.stage.planets = 3
+
+
+def test_springs_by_direction_and_as_matrix(case):
+    k = case.bearings.planet.matrix
+    assert np.allclose(np.diag(k), [6e9, 6e9, 1e9, 1e8, 1e8, 0])
+    assert case.bearings.planet.stiffness[2] == 1e9
+    rows = np.diag([1e9, 2e9, 3e9, 1e6, 1e6, 0.0])
+    rows[0, 4] = rows[4, 0] = 1e7
+    text = "{full_si = " + str(rows.tolist()) + "}"
+    full = load_case("wind-5mw", {"bearings.output": text}).bearings.output
+    assert np.array_equal(full.matrix, rows)
+    assert full.stiffness[1] == 2e9
+    rows[0, 4] = 0
+    with pytest.raises(InputError, match=r"bearings.output.full_si: is not symmetric"):
+        load_case("wind-5mw", {"bearings.output.full_si": str(rows.tolist())})
+
+
+def test_case_round_trips_through_plain_data(case):
+    assert Case.model_validate_json(case.model_dump_json(), strict=False) == case
+    assert case.to_dict()["stage"]["face_width"] == 0.43
