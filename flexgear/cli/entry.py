@@ -48,6 +48,8 @@ def options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    with contextlib.suppress(ValueError):  # not in the main thread: leave signals alone
+        signal.signal(signal.SIGTERM, _interrupt)
     sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))
 
 
@@ -55,8 +57,6 @@ def run(arguments: list[str]) -> int:
     """Exit code of a command line; messages go to stderr."""
     debug = "--debug" in arguments
     arguments = [a for a in arguments if a != "--debug"]  # may stand anywhere
-    with contextlib.suppress(ValueError):  # not in the main thread: leave signals alone
-        signal.signal(signal.SIGTERM, _interrupt)
     try:
         code = typer.main.get_command(app).main(
             args=arguments, prog_name="flexgear", standalone_mode=False

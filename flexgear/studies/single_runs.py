@@ -12,26 +12,36 @@ from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.transient import Collector, Drive, FineWindow, collected, transient
+from flexgear.analysis.transient import (
+    Collector,
+    Drive,
+    FineWindow,
+    Transient,
+    collected,
+    transient,
+)
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.case import Case
 from flexgear.model.drive import Drive as DriveParameters
+from flexgear.model.errors import FlexgearError
 from flexgear.results.fields import field_dataset
 from flexgear.studies.stage_bodies import Progress, StageBodies, silent
 from flexgear.studies.stage_dataset import equilibrium_of, transient_of
 
 SETTLING = 0.2  # s after a torque step during which the fine time step is kept
 AFTER = 1.0  # s that a torque-drop run goes on after the torque is back
+RUNAWAY = 1e3  # times the rated speed: no train gets there, a diverging solution does
 STEP_INTERVAL = 5e-4  # s between samples of a torque-drop run, at most
 
 
 @dataclass(frozen=True)
 class TimedRun:
-    """A dataset and what it cost: simulated time and wall time, s."""
+    """A dataset and what it cost: simulated time, wall time, time of one core, s."""
 
     data: xr.Dataset
     simulated: float
     wall: float
+    core: float
 
 
 def equilibria(
@@ -80,7 +90,7 @@ def simulate(
     windows = [FineWindow(t, min(t + SETTLING, span), solver.step_time_step) for t in jumps]
     if drive.kind in ("ramp", "csv"):  # a given series may be steep anywhere
         windows = [FineWindow(0.0, span, solver.step_time_step)]
-    sink, start = Collector(), time.perf_counter()
+    sink, start, busy = Collector(), time.perf_counter(), time.thread_time()
     steps = transient(
         modal,
         Drive(drive.torque_at, jumps),
@@ -92,9 +102,22 @@ def simulate(
         track_energy=energy,
         progress=lambda share: progress(label, share),
     )
-    wall = time.perf_counter() - start
-    data = transient_of(case, collected(modal, sink.arrays(), steps))
-    return TimedRun(data, span, wall)
+    wall, core = time.perf_counter() - start, time.thread_time() - busy
+    found = collected(modal, sink.arrays(), steps)
+    refuse_divergence(case, found)
+    data = transient_of(case, found)
+    return TimedRun(data, span, wall, core)
+
+
+def refuse_divergence(case: Case, found: Transient) -> None:
+    """One clear line instead of a result in which the time stepping ran away."""
+    speed = np.abs(found.carrier_speed)
+    away = np.flatnonzero(~(speed <= RUNAWAY * case.drive.rated_speed))
+    if away.size:
+        raise FlexgearError(
+            f"the time stepping ran away at t = {found.time[away[0]]:.4f} s: lower "
+            "solver.time_step_s and solver.step_time_step_s, or raise the damping"
+        )
 
 
 def torque_step(
