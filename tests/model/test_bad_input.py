@@ -113,11 +113,23 @@ def test_any_override_is_taken_or_refused_in_one_line(key, value):
         assert "\n" not in str(fault).replace(value, "")  # noqa: PT017
 
 
-KEYS = (
-    "stage.planets stage.face_width_mm ring.fits drive.torques_nm drive.kind ring.flexible "
-    "bearings.planet.full_si ring.fe_mesh_file errors.pin_radial_um housing.inertia_kg_m2 "
-    "gear_mesh.table shaft.sections stage.planet_positions_deg"
-).split()
+KEYS = [
+    
+    "stage.planets",
+    "stage.face_width_mm",
+    "ring.fits",
+    "drive.torques_nm",
+    "drive.kind",
+    "ring.flexible",
+    "bearings.planet.full_si",
+    "ring.fe_mesh_file",
+    "errors.pin_radial_um",
+    "housing.inertia_kg_m2",
+    "gear_mesh.table",
+    "shaft.sections",
+    "stage.planet_positions_deg",
+,
+]
 VALUES = ["1", "-1", "1e400", "nan", "true", "''", "'x'", "[]", "[1]", "[[1]]", "{}", "[{}]"]
 VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']"]
 
