@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.structures import estimate, probe_loads
@@ -336,6 +336,7 @@ def _estimated(
     report = {
         **reduction.body.report,
         **options,
+        "static_end_share": probe_loads.END_SHARE,
         "static_error": static.error if static else None,
         "static_error_cases": static.of_largest if static else {},
         "static_error_each": static.of_each if static else {},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
 
 _MARGIN = 0.08  # of the flank's height kept between a load line and the flank's border
-_END = 0.1  # of the face width that carries a load concentrated at one end
+END_SHARE = 0.15  # of the face width that carries a load concentrated at one end
 _SLACK = 0.2  # flat triangles on a twisted flank leave the cells by this much at most
 
 
@@ -40,8 +40,8 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
     x, w = np.polynomial.legendre.leggauss(10)
     spans = {
         "": (-half, half),
-        " end -z": (-half, -half + _END * face_width),
-        " end +z": (half - _END * face_width, half),
+        " end -z": (-half, -half + END_SHARE * face_width),
+        " end +z": (half - END_SHARE * face_width, half),
     }
     for tooth in teeth:
         flank = _Flank(model, f"tooth_flank_{tooth + 1:03d}")

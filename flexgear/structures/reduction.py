@@ -212,7 +212,7 @@ def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> NDArra
         if distance.max() == 0.0:
             break
         chosen.append(int(small[np.argmax(distance)]))
-    span = np.ptp(interface.positions, axis=0).max()
+    span = np.ptp(interface.coordinates, axis=0).max()
     scale = float(np.median(stiffness.diagonal()))
     springs = np.zeros(interface.size)
     for node in chosen:

@@ -129,7 +129,8 @@ def _element_matrices(
     trace = mu * np.einsum("eabkk->eab", g)
     k[..., [0, 1, 2], [0, 1, 2]] += trace[..., None]
     value = np.stack(
-        [np.broadcast_to(basis.basis[i][0].value, basis.dx.shape)[chunk] for i in range(a)], axis=1
+        [np.broadcast_to(np.asarray(basis.basis[i][0]), basis.dx.shape)[chunk] for i in range(a)],
+        axis=1,
     )  # (e, a, q)
     m = np.matmul(value * dx[:, None], value.transpose(0, 2, 1))
     return k.reshape(count, a * a, 9), m.reshape(count, a * a, 1)

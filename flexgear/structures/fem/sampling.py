@@ -50,8 +50,10 @@ def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
     basis = FacetBasis(
         model.basis.mesh, model.basis.elem, facets=numbers, intorder=INTEGRATION_ORDER
     )
-    points = basis.global_coordinates().value  # (3, f, q)
-    shape = np.stack([np.broadcast_to(b[0].value, basis.dx.shape) for b in basis.basis], axis=-1)
+    points = np.asarray(basis.global_coordinates())  # (3, f, q)
+    shape = np.stack(
+        [np.broadcast_to(np.asarray(b[0]), basis.dx.shape) for b in basis.basis], axis=-1
+    )
     dofs = basis.element_dofs.T  # (f, a)
     count = basis.dx.size
     nodes = np.broadcast_to(dofs[:, None, :], shape.shape)

@@ -1,0 +1,274 @@
+"""Craig-Bampton reduction against the unreduced model with the same ties and supports."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as sla
+import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_meshes import annulus, box
+from scipy.sparse.linalg import eigsh, spsolve
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.estimate import compare_frequencies, compare_static
+from flexgear.structures.factorisation import factorise
+from flexgear.structures.fem import (
+    assemble,
+    averaging_tie,
+    disc_points,
+    facet_sample,
+    interface_of,
+    point_sample,
+    rigid_tie,
+)
+from flexgear.structures.probe_loads import ProbeLoad
+from flexgear.structures.reduction import reduce, reduce_body
+
+STEEL = (210e9, 0.3, 7850.0)
+TEETH = 8
+MODES = 24
+
+
+def ring_parts(kind="averaging"):
+    """A ring with eight patches inside, a fit outside and two bolts on one face."""
+    model = assemble(annulus((24, 2, 2), teeth=TEETH), *STEEL)
+    tie = rigid_tie if kind == "rigid" else averaging_tie
+    ties = []
+    for j in range(TEETH):
+        angle = 2 * np.pi * (j + 0.5) / TEETH
+        sample = facet_sample(model, model.fe_mesh.facets[f"patch_{j + 1:03d}"])
+        ties.append(
+            tie(f"tooth_{j + 1}", 0.7 * np.array([np.cos(angle), np.sin(angle), 0]), sample)
+        )
+    outer = facet_sample(model, model.fe_mesh.facets["outer"])
+    ties.append(averaging_tie("fit", np.zeros(3), outer))
+    for k, angle in enumerate((0.3, 2.5)):
+        centre = np.array([0.88 * np.cos(angle), 0.88 * np.sin(angle), 0.15])
+        disc = disc_points(centre, np.array([0, 0, 1.0]), 0.06)
+        ties.append(averaging_tie(f"bolt_{k + 1}", centre, point_sample(model, *disc)))
+    return model, interface_of(model, ties)
+
+
+@pytest.fixture(scope="module")
+def ring():
+    model, interface = ring_parts()
+    return model, interface, reduce(model, interface, MODES)
+
+
+@pytest.fixture(scope="module")
+def supports(ring):
+    _, interface, _ = ring
+    out = np.zeros((interface.size, interface.size))
+    for name, k in {"bolt_1": 1e9, "bolt_2": 5e8, "fit": 2e8}.items():
+        n = 6 * interface.names.index(name)
+        out[n : n + 6, n : n + 6] = np.diag([k, k, k, 1e-3 * k, 1e-3 * k, 1e-3 * k])
+    return out
+
+
+@pytest.fixture(scope="module")
+def supported(ring, supports):
+    """Full K + B^T S B and M."""
+    model, interface, _ = ring
+    b = interface.rows
+    return (model.stiffness + b.T @ sp.csr_matrix(supports) @ b).tocsc(), model.mass.tocsc()
+
+
+def test_identity_on_the_interface_and_orthonormal_fixed_modes(ring):
+    model, interface, made = ring
+    b, psi, phi = interface.rows, made.condensation.constraint_modes, made.fixed_modes
+    assert np.abs(b @ psi - np.eye(interface.size)).max() < 1e-10
+    assert np.abs(b @ phi).max() < 1e-10 * np.abs(phi).max()
+    assert np.abs(phi.T @ (model.mass @ phi) - np.eye(MODES)).max() < 1e-10
+
+
+def test_stiffness_is_the_schur_complement_of_the_ties(ring):
+    model, interface, made = ring
+    b = interface.rows.toarray()
+    bordered = np.block([[model.stiffness.toarray(), b.T], [b, np.zeros((len(b), len(b)))]])
+    right = np.vstack([np.zeros((model.dofs, len(b))), np.eye(len(b))])
+    solution = np.linalg.solve(bordered, right)
+    expected = -solution[model.dofs :]
+    scale = np.sqrt(np.diag(expected))
+    error = (made.condensation.stiffness - expected) / scale / scale[:, None]
+    assert np.abs(error).max() < 1e-7
+    assert np.abs(made.condensation.constraint_modes - solution[: model.dofs]).max() < 1e-7
+
+
+def test_fixed_modes_are_all_the_lowest_of_the_constrained_problem(ring):
+    model, interface, made = ring
+    free = sla.null_space(interface.rows.toarray())
+    values = sla.eigh(
+        free.T @ (model.stiffness @ free), free.T @ (model.mass @ free), eigvals_only=True
+    )
+    assert np.allclose(made.frequencies, np.sqrt(values[:MODES]) / 2 / np.pi, rtol=1e-8)
+
+
+def test_six_rigid_modes_and_the_mass_of_the_body_are_kept(ring):
+    model, _, made = ring
+    body = made.body
+    rigid = body.rigid_modes()
+    scale = np.sqrt(np.diag(body.stiffness))
+    force = (body.stiffness @ rigid) / scale[:, None]
+    assert np.abs(force).max() < 1e-9 * np.abs(scale).max()
+    values = sla.eigh(body.stiffness, body.mass, eigvals_only=True)
+    assert np.abs(values[:6]).max() < 1e-7 * values[6]
+    full = model.rigid_modes()
+    assert np.allclose(rigid.T @ body.mass @ rigid, full.T @ (model.mass @ full), atol=1e-6)
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["free", "supported"])
+def test_frequencies_never_below_the_full_ones_and_never_rising_with_modes(ring, supports, held):
+    model, interface, made = ring
+    k = model.stiffness.toarray()
+    if held:
+        k = k + interface.rows.T @ supports @ interface.rows
+    full = sla.eigh(k, model.mass.toarray(), eigvals_only=True)[6:30]
+    stiffness = made.body.stiffness.copy()
+    if held:
+        stiffness[: interface.size, : interface.size] += supports
+    before = np.full(24, np.inf)
+    for modes in range(0, MODES + 1, 6):
+        d = interface.size + modes
+        now = sla.eigh(stiffness[:d, :d], made.body.mass[:d, :d], eigvals_only=True)[6:30]
+        assert np.all(now >= full * (1 - 1e-8))
+        assert np.all(now <= before * (1 + 1e-10))
+        before = now
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_any_interface_load_moves_the_reduced_body_as_the_full_one(ring, supports, supported, seed):
+    model, interface, made = ring
+    load = np.random.default_rng(seed).standard_normal(interface.size)
+    u = spsolve(supported[0], interface.rows.T @ load)
+    stiffness = made.body.stiffness.copy()
+    stiffness[: interface.size, : interface.size] += supports
+    q = np.linalg.solve(stiffness, np.concatenate([load, np.zeros(MODES)]))
+    assert np.allclose(q[: interface.size], interface.rows @ u, rtol=1e-6, atol=1e-9 * abs(q).max())
+    field = made.body.recover(q)
+    assert np.abs(field - model.at_vertices(u)).max() < 1e-5 * np.abs(u).max()
+
+
+def test_recovery_of_a_large_rigid_rotation_is_exact(ring):
+    model, _, made = ring
+    turn = made.body.rigid_modes() @ np.array([0.1, 0, 0, 0, 0, 1e3])
+    field = made.body.recover(turn)
+    points = model.fe_mesh.points
+    expected = np.column_stack([0.1 - 1e3 * points[:, 1], 1e3 * points[:, 0], 0 * points[:, 2]])
+    assert np.abs(field - expected).max() < 1e-9
+    assert made.body.recover(np.column_stack([turn, turn])).shape == (len(points), 3, 2)
+
+
+def test_supported_solve_of_the_estimates_equals_a_direct_one(ring, supports, supported):
+    model, _, made = ring
+    f = np.random.default_rng(1).standard_normal((model.dofs, 3))
+    exact = spsolve(supported[0], f)
+    assert np.allclose(
+        made.condensation.supported_solve(f, supports), exact, atol=1e-8 * np.abs(exact).max()
+    )
+
+
+def test_static_comparison_equals_the_unreduced_solution(ring, supports, supported):
+    model, interface, made = ring
+    patch = facet_sample(model, model.fe_mesh.facets["patch_003"])
+    near_end = patch.points[:, 2] > 0.05
+    forces = np.zeros((len(patch.points), 3))
+    forces[near_end] = [1.0, 2.0, 0.5]
+    load = ProbeLoad("tooth_3", "end", patch, forces)
+    node = interface.names.index("tooth_3")
+    u = spsolve(supported[0], patch.load(forces))
+    full = (interface.rows @ u)[6 * node : 6 * node + 3]
+    wrench = np.zeros(interface.size)
+    wrench[6 * node : 6 * node + 6] = load.wrench(interface.positions[node])
+    q = np.linalg.solve(made.condensation.stiffness + supports, wrench)
+    expected = np.linalg.norm(full - q[6 * node : 6 * node + 3]) / np.linalg.norm(full)
+    found = compare_static(made, supports, [load])
+    assert found.error == pytest.approx(expected, rel=1e-6)
+    assert found.of_each["end"] == found.of_largest["end"]
+    assert expected > 1e-4
+
+
+def test_frequency_comparison_knows_the_full_frequencies(ring, supports, supported):
+    _, _, made = ring
+    found = compare_frequencies(made, supports, 1500.0)
+    values = eigsh(supported[0], 40, supported[1], sigma=0, return_eigenvectors=False)
+    exact = np.sort(np.sqrt(values)) / 2 / np.pi
+    exact = exact[exact < 1500.0]
+    assert len(found.full) == len(exact) > 8
+    assert np.allclose(found.full, exact, rtol=1e-4)
+    assert found.error == pytest.approx(np.max(found.reduced / exact - 1), abs=1e-4)
+
+
+def test_rigid_ties_keep_rigid_motion_and_stiffen_the_body(ring):
+    _, _, averaged = ring
+    model, interface = ring_parts("rigid")
+    made = reduce(model, interface, 6)
+    assert (
+        np.abs(interface.rows @ made.condensation.constraint_modes - np.eye(interface.size)).max()
+        < 1e-9
+    )
+    values = sla.eigh(made.body.stiffness, made.body.mass, eigvals_only=True)
+    soft = sla.eigh(averaged.body.stiffness, averaged.body.mass, eigvals_only=True)
+    assert np.abs(values[:6]).max() < 1e-7 * values[6]
+    assert np.all(values[6:12] > soft[6:12])
+
+
+def test_the_same_input_gives_the_same_numbers(ring):
+    model, interface, made = ring
+    again = reduce_body(model, interface, MODES)
+    assert np.array_equal(again.mass, made.body.mass)
+    assert np.array_equal(again.stiffness, made.body.stiffness)
+
+
+def test_progress_names_stages_and_ends_at_one():
+    model = assemble(box((4, 2, 2)), *STEEL)
+    ties = [
+        averaging_tie(p, model.fe_mesh.points[f].mean((0, 1)), facet_sample(model, f))
+        for p, f in model.fe_mesh.facets.items()
+        if p in ("x0", "x1")
+    ]
+    heard = []
+    body = reduce_body(model, interface_of(model, ties), 5, lambda s, f: heard.append((s, f)))
+    assert {s for s, _ in heard} >= {"factorisation", "constraint modes", "fixed-interface modes"}
+    assert all(0 <= f <= 1 for _, f in heard)
+    assert body.node_slice("x1") == slice(6, 12)
+    assert body.with_(name="other").name == "other"
+    with pytest.raises(KeyError, match="x7"):
+        body.node_slice("x7")
+
+
+def test_two_nodes_on_one_patch_are_refused():
+    model = assemble(box((4, 2, 2)), *STEEL)
+    sample = facet_sample(model, model.fe_mesh.facets["x0"])
+    ties = [averaging_tie(n, np.zeros(3), sample) for n in ("a", "b")]
+    with pytest.raises(FlexgearError, match="same points"):
+        reduce_body(model, interface_of(model, ties), 2)
+
+
+def test_a_mesh_in_two_pieces_is_refused():
+    one = box((3, 1, 1))
+    two = replace(
+        one,
+        points=np.concatenate([one.points, one.points + [5.0, 0, 0]]),
+        cells=np.concatenate([one.cells, one.cells + len(one.points)]),
+    )
+    model = assemble(two, *STEEL)
+    ties = [
+        averaging_tie(p, model.fe_mesh.points[f].mean((0, 1)), facet_sample(model, f))
+        for p, f in one.facets.items()
+        if p in ("x0", "x1")
+    ]
+    with pytest.raises(FlexgearError, match="piece"):
+        reduce_body(model, interface_of(model, ties), 2)
+
+
+@pytest.mark.parametrize("solver", ["scipy", "superlu"])
+def test_factors_solve(ring, supported, solver):
+    model, _, _ = ring
+    right = np.random.default_rng(3).standard_normal((model.dofs, 70))
+    matrix = supported[0].tocsr()
+    x = factorise(matrix, model.nodes, solver).solve(right)
+    scale = np.abs(matrix).max() * np.abs(x).max()
+    assert np.abs(matrix @ x - right).max() < 1e-13 * scale
