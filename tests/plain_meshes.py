@@ -25,14 +25,24 @@ def box(n=(4, 2, 2), size=(1.0, 0.2, 0.3), warp=None) -> PlainFeMesh:
     axes = [np.linspace(0, s, k + 1) for s, k in zip(size, n, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     number = np.arange(len(points)).reshape([k + 1 for k in n])
-    corner = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
-              (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    corner = [
+        (0, 0, 0),
+        (1, 0, 0),
+        (1, 1, 0),
+        (0, 1, 0),
+        (0, 0, 1),
+        (1, 0, 1),
+        (1, 1, 1),
+        (0, 1, 1),
+    ]
     cells = np.stack(
         [number[i : i + n[0], j : j + n[1], k : k + n[2]].ravel() for i, j, k in corner], -1
     )
     facets = {
-        "x0": _quads(number[0]), "x1": _quads(number[-1]),
-        "z0": _quads(number[:, :, 0]), "z1": _quads(number[:, :, -1]),
+        "x0": _quads(number[0]),
+        "x1": _quads(number[-1]),
+        "z0": _quads(number[:, :, 0]),
+        "z1": _quads(number[:, :, -1]),
     }
     return PlainFeMesh(points if warp is None else warp(points), cells[:, FROM_VTK], "hex", facets)
 
@@ -51,14 +61,24 @@ def annulus(n=(24, 2, 2), inner=0.75, outer=1.0, width=0.3, teeth=0) -> PlainFeM
     points = np.stack([r3 * np.cos(a), r3 * np.sin(a), z3], -1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(around, radial + 1, axial + 1)
     number = np.concatenate([number, number[:1]])
-    corner = [(0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0),
-              (0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 0, 1)]
+    corner = [
+        (0, 0, 0),
+        (0, 1, 0),
+        (1, 1, 0),
+        (1, 0, 0),
+        (0, 0, 1),
+        (0, 1, 1),
+        (1, 1, 1),
+        (1, 0, 1),
+    ]
     cells = np.stack(
         [number[i : i + around, j : j + radial, k : k + axial].ravel() for i, j, k in corner], -1
     )
     facets = {
-        "inner": _quads(number[:, 0]), "outer": _quads(number[:, -1]),
-        "end_minus": _quads(number[:, :, 0]), "end_plus": _quads(number[:, :, -1]),
+        "inner": _quads(number[:, 0]),
+        "outer": _quads(number[:, -1]),
+        "end_minus": _quads(number[:, :, 0]),
+        "end_plus": _quads(number[:, :, -1]),
     }
     if teeth:
         strip = around // teeth
