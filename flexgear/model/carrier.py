@@ -41,7 +41,7 @@ class Carrier(Section):
     hub_length: Length = Field(ge=1e-3, le=5.0)
     seat_drive: Seat
     seat_far: Seat
-    fixed_interface_modes: int = Field(default=60, ge=0, le=2000)
+    fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
 
     @model_validator(mode="after")
     def _consistent(self) -> Carrier:
