@@ -114,7 +114,6 @@ def test_any_override_is_taken_or_refused_in_one_line(key, value):
 
 
 KEYS = [
-    
     "stage.planets",
     "stage.face_width_mm",
     "ring.fits",
@@ -128,7 +127,6 @@ KEYS = [
     "gear_mesh.table",
     "shaft.sections",
     "stage.planet_positions_deg",
-,
 ]
 VALUES = ["1", "-1", "1e400", "nan", "true", "''", "'x'", "[]", "[1]", "[[1]]", "{}", "[{}]"]
 VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']"]
