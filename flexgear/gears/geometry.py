@@ -241,7 +241,7 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
     distance = _center_distance(
         stage, at, sun.base_radius, planet.base_radius, ring.base_radius, where
     )
-    angles = sorted(stage.planet_angles)
+    angles = sorted(angle % (2 * math.pi) for angle in stage.planet_angles)
     gaps = [(b - a) for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
     clearance = math.inf
     if len(angles) > 1:

@@ -28,7 +28,12 @@ class Gear(Section):
 
 
 class Stage(Section):
-    """A simple planetary stage: sun, equally or freely spaced planets, ring."""
+    """A simple planetary stage: sun, equally or freely spaced planets, ring.
+
+    planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: take
+    tooth numbers that do not assemble (for papers that print such); every planet then sees a sun
+    whose teeth fit it. backlash_ring, backlash_sun: normal backlash of each gear mesh.
+    """
 
     planets: int = Field(ge=1, le=20)
     normal_module: Length = Field(ge=2e-4, le=0.1)

@@ -143,3 +143,13 @@ def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
         stage_geometry(load_case("wind-5mw", over).stage, "my.toml")
     assert str(caught.value).startswith("my.toml: stage")
     assert "\n" not in str(caught.value)
+
+
+def test_positions_may_be_given_in_any_order_and_turn():
+    places = "[360, 648, 216, -216, 72]"
+    case = load_case("wind-5mw", {"stage.planet_positions_deg": places})
+    plain = stage_geometry(load_case("wind-5mw").stage)
+    assert stage_geometry(case.stage).planet_clearance == pytest.approx(plain.planet_clearance)
+    twice = load_case("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"})
+    with pytest.raises(InputError, match="collide"):
+        stage_geometry(twice.stage)
