@@ -40,7 +40,11 @@ def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) ->
 
 def derived(case: Case) -> dict[str, dict[str, Any]]:
     """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
-    geometry, motion, stage = stage_geometry(case.stage), stage_kinematics(case), case.stage
+    geometry, motion, stage = (
+        stage_geometry(case.stage, case.source),
+        stage_kinematics(case),
+        case.stage,
+    )
     paths = gear_mesh_paths(case)
     angles = np.asarray(stage.planet_angles, dtype=float)
     mismatch = float(np.abs(assembly_mismatch(geometry, angles)).max())

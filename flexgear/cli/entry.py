@@ -6,12 +6,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
-import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
 
 import typer
 
@@ -19,6 +16,7 @@ from flexgear.cli import analysis_commands, body_commands, case_commands, run_co
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.version import version
 
+INTERRUPTED = 130
 app = typer.Typer(
     name="flexgear",
     help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
@@ -48,8 +46,6 @@ def options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    with contextlib.suppress(ValueError):  # not in the main thread: leave signals alone
-        signal.signal(signal.SIGTERM, _interrupt)
     sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))
 
 
@@ -66,14 +62,10 @@ def run(arguments: list[str]) -> int:
             raise
         return _report(error)
     except KeyboardInterrupt:
-        if debug:
-            raise
+        code = INTERRUPTED
+    if code == INTERRUPTED:  # typer turns Ctrl-C into this code
         return _say("stopped; nothing half-written was left", 1)
     return code if isinstance(code, int) else 0
-
-
-def _interrupt(signum: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 def _report(error: Exception) -> int:
@@ -82,8 +74,8 @@ def _report(error: Exception) -> int:
         return _say(str(error), 2)
     if isinstance(error, FlexgearError):
         return _say(str(error), 1)
-    if isinstance(error, typer.Abort):
-        return _say("stopped", 1)
+    if isinstance(error, typer.Abort):  # Ctrl-C where click is older
+        return _say("stopped; nothing half-written was left", 1)
     if hasattr(error, "format_message"):  # a wrong command line
         return _say(f"{error.format_message().rstrip('.')}; see flexgear --help", 2)
     if isinstance(error, BrokenPipeError):

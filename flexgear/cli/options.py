@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
 
@@ -28,14 +30,18 @@ PARTS = ("ring", "carrier", "shaft")
 
 
 def read_case(name: str, settings: list[str] | None) -> Case:
-    """The case with ``--set`` carried out."""
+    """The case with ``--set`` carried out; its gears assemble."""
     overrides = {}
     for setting in settings or []:
         key, sign, value = setting.partition("=")
         if not sign or not key.strip():
             raise InputError("--set", setting, "is not KEY=VALUE", "e.g. --set stage.planets=4")
         overrides[key.strip()] = value.strip()
-    return load_case(name, overrides)
+    case = load_case(name, overrides)
+    # what cannot work is said now, with the name of the file, not after minutes of meshing
+    stage_geometry(case.stage, case.source)
+    gear_mesh_paths(case)
+    return case
 
 
 def rigid_parts(names: list[str] | None) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -106,7 +106,7 @@ def read_folder(folder: Path) -> Folder:
             raise FlexgearError(f"{folder} holds no finished run: {needed.name} is missing")
     try:
         figures = json.loads(summary.read_text(encoding="utf-8"))
-        parameters = Case.model_validate(json.loads(case.read_text(encoding="utf-8")))
+        parameters = Case.model_validate(_tuples(json.loads(case.read_text(encoding="utf-8"))))
     except ValueError as error:
         raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
     data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
@@ -116,3 +116,10 @@ def read_folder(folder: Path) -> Folder:
         {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
         figures,
     )
+
+
+def _tuples(value: Any) -> Any:
+    """Lists of JSON as the tuples that frozen parameters hold."""
+    if isinstance(value, dict):
+        return {k: _tuples(v) for k, v in value.items()}
+    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value

@@ -1,0 +1,69 @@
+"""Single analyses through the command line, on cheap bodies."""
+
+import json
+
+import numpy as np
+import pytest
+
+from flexgear.results.dataset import load
+
+
+def test_static_closes_and_balances(flexgear, tmp_path):
+    out = tmp_path / "still.nc"
+    code, text, err = flexgear(
+        "static", "wind-5mw", "--angle-deg", 0, "--angle-deg", 72, "--json", "--quiet", "--out", out
+    )
+    assert (code, err) == (0, "")
+    found = json.loads(text)
+    assert list(found) == ["0 deg", "72 deg"]
+    for position in found.values():
+        assert position["closure"] < 1e-8
+        assert position["output_torque_nm"] == pytest.approx(4e6 * 27 / 120, rel=1e-6)
+        assert np.mean(position["ring_mesh_force_n"]) == pytest.approx(788280, rel=1e-3)
+    assert load(out).sizes["position"] == 2
+
+
+def test_rigid_ring_does_not_bend(flexgear):
+    code, text, _ = flexgear("static", "wind-5mw", "--rigid", "ring", "--json", "-q")
+    assert code == 0
+    # a rigid ring may shift and turn on its bolts, but takes no five-pointed shape
+    assert json.loads(text)["0 deg"]["radial_harmonic_5_um"] < 1e-6
+
+
+def test_too_little_torque_is_a_failure_in_one_line(flexgear):
+    code, _, err = flexgear("static", "wind-5mw", "--torque-nm", 0, "-q")
+    assert code == 1
+    assert err.startswith("flexgear: no equilibrium")
+
+
+def test_modes_start_with_the_rigid_rotation(flexgear):
+    code, text, _ = flexgear("modes", "wind-5mw", "--limit-hz", 200, "--json", "-q")
+    modes = json.loads(text)["modes"]
+    assert code == 0
+    assert modes[0]["frequency_hz"] < 1e-3 < modes[1]["frequency_hz"]
+    for mode in modes:
+        assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0, abs=1e-6)
+        assert mode["frequency_hz"] <= 200
+
+
+def test_simulate_writes_its_dataset_and_tells_progress(flexgear, tmp_path):
+    out = tmp_path / "run.nc"
+    code, text, err = flexgear("simulate", "wind-5mw", "--duration-s", 0.05, "--out", out)
+    assert code == 0
+    assert "transient: done in" in err
+    assert f"wrote {out}" in text
+    assert float(load(out)["time"][-1]) == pytest.approx(0.05, rel=1e-6)
+
+
+def test_compare_has_eight_variants(flexgear):
+    code, text, _ = flexgear("compare", "wind-5mw", "--positions", 3, "--json", "-q")
+    found = json.loads(text)
+    assert code == 0
+    assert len(found) == 8
+    assert {"flexible", "rigid", "ring+carrier", "shaft"} <= set(found)
+    for row in found.values():
+        assert 1.0 <= row["load_sharing"]["mean"] < 1.2
+    # without any flexible ring the tooth nodes move less
+    assert (
+        found["rigid"]["tooth_displacement_um_max"] < found["flexible"]["tooth_displacement_um_max"]
+    )

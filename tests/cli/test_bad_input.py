@@ -1,0 +1,165 @@
+"""Whatever a user gets wrong ends in one line that names it, and in exit code 2 (failures: 1)."""
+
+import errno
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from flexgear.cli import case_commands
+from flexgear.model.bundled import bundled_text
+
+TEXT = bundled_text("wind-5mw")
+FLEXGEAR = [sys.executable, "-c", "from flexgear.cli import main; main()"]
+
+
+def one_line(err: str) -> str:
+    assert err.count("\n") == 1, err
+    assert err.startswith("flexgear: ")
+    assert "Traceback" not in err
+    return err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "wind-5mW"], ["wind-5mw"]),
+        (["check", "nowhere.toml"], ["nowhere.toml", "no such file"]),
+        (["check"], ["CASE"]),
+        (["chekc", "wind-5mw"], ["chekc"]),
+        (["check", "wind-5mw", "--sett", "a=1"], ["--sett"]),
+        (["check", "wind-5mw", "--set", "planets"], ["--set", "KEY=VALUE"]),
+        (["check", "wind-5mw", "--set", "stage.plantes=4"], ["stage.plantes", "planets"]),
+        (["check", "wind-5mw", "--set", "stage.normal_module_mm=18000"], ["normal_module_mm"]),
+        (["check", "wind-5mw", "--set", "stage.planets=7"], ["wind-5mw", "planets"]),
+        (["check", "wind-5mw", "--set", "stage.sun.teeth=28"], ["stage"]),
+        (["static", "wind-5mw", "--rigid", "sun"], ["--rigid", "sun", "carrier"]),
+        (["static", "wind-5mw", "--angle-deg", "x"], ["--angle-deg"]),
+        (["modes", "wind-5mw", "--limit-hz", "0"], ["--limit-hz", "positive"]),
+        (["simulate", "wind-5mw", "--duration-s", "-1"], ["--duration-s"]),
+        (["mesh", "wind-5mw", "--component", "sun"], ["--component", "sun"]),
+        (["mesh", "wind-5mw", "--export", "a.vtu"], ["--export", "--component ring"]),
+        (["cases", "wind-6mw"], ["wind-6mw", "wind-5mw"]),
+    ],
+)
+def test_wrong_words(flexgear, arguments, words):
+    code, out, err = flexgear(*arguments)
+    assert code == 2
+    assert out == ""
+    for word in words:
+        assert word in one_line(err)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("face_width_mm = 430", "face_width = 430"), ["face_width", "unit", "face_width_mm"]),
+        (("teeth = 93 ", "teeth = 92 "), ["stage"]),
+        (("young_modulus_gpa = 210", "young_modulus_gpa = 210000"), ["young_modulus_gpa"]),
+        (("rated_torque_nm = 4e6", ""), ["rated_torque", "missing"]),
+        (("[material]", "[material"), ["TOML"]),
+        (('kind = "constant"', 'kind = "csv"\nfile = "wind.csv"'), ["wind.csv"]),
+    ],
+)
+def test_wrong_files_are_named_with_the_key(flexgear, tmp_path, change, words):
+    assert change[0] in TEXT
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT.replace(*change, 1))
+    code, _, err = flexgear("check", path)
+    assert code == 2
+    assert "mine.toml" in one_line(err) or "wind.csv" in err
+    for word in words:
+        assert word in err
+
+
+def test_mesh_file_without_named_groups(flexgear, tmp_path):
+    import numpy as np
+
+    from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    # one brick of the ring's outer size, right-handed in scikit-fem's order
+    brick = FeMesh((corners - 0.5) * 2.13, np.array([[0, 4, 2, 1, 6, 5, 3, 7]]), "hex", {})
+    write_fe_mesh(brick, tmp_path / "bare.vtu")
+    code, _, err = flexgear(
+        "mesh", "wind-5mw", "-c", "ring", "--quiet",
+        "--set", "ring.fe_mesh=file", "--set", f"ring.fe_mesh_file={tmp_path / 'bare.vtu'}",
+        "--set", "ring.fe_mesh_unit=m",
+    )  # fmt: skip
+    assert code == 2
+    assert "bare.vtu" in one_line(err)
+    assert "tooth_root_001" in err
+
+
+def test_unfinished_folder_is_a_failure(flexgear, tmp_path):
+    code, _, err = flexgear("render", tmp_path)
+    assert code == 1
+    assert "summary.json is missing" in one_line(err)
+
+
+def test_run_into_a_file_is_refused_before_any_work(flexgear, tmp_path):
+    (tmp_path / "taken").write_text("")
+    code, _, err = flexgear("run", "wind-5mw", "--out", tmp_path / "taken")
+    assert code == 1
+    assert "name a folder" in one_line(err)
+
+
+def test_full_disk(flexgear, monkeypatch, tmp_path):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    code, _, err = flexgear("cases", "wind-5mw", "--copy", tmp_path / "mine.toml")
+    assert code == 1
+    assert "No space left" in one_line(err)
+    assert "free some space" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bug_is_one_line_too_unless_debugging(flexgear, monkeypatch):
+    def bug(*_):
+        raise ZeroDivisionError("of mine")
+
+    monkeypatch.setattr(case_commands, "derived", bug)
+    code, _, err = flexgear("check", "wind-5mw")
+    assert code == 1
+    assert "please report it (ZeroDivisionError: of mine)" in one_line(err)
+    with pytest.raises(ZeroDivisionError):
+        flexgear("check", "wind-5mw", "--debug")
+
+
+def test_write_cut_short_by_the_system(tmp_path):
+    def small_files_only():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    done = subprocess.run(
+        [*FLEXGEAR, "cases", "wind-5mw", "--copy", str(tmp_path / "mine.toml")],
+        capture_output=True,
+        text=True,
+        preexec_fn=small_files_only,
+    )
+    assert done.returncode == 1
+    assert "cannot write" in one_line(done.stderr)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupted_run_leaves_nothing(tmp_path):
+    env = {**os.environ, "FLEXGEAR_CACHE": str(tmp_path / "cache"), "OMP_NUM_THREADS": "1"}
+    command = [*FLEXGEAR, "run", "wind-5mw", "--out", str(tmp_path / "out"), "--set"]
+    started = subprocess.Popen(
+        [*command, "solver.fidelity=quick"], stderr=subprocess.PIPE, text=True, env=env
+    )
+    assert started.stderr.readline()  # the first stage has begun
+    time.sleep(0.5)
+    started.send_signal(signal.SIGINT)
+    err = started.communicate(timeout=60)[1]
+    assert started.returncode == 1
+    assert err.splitlines()[-1] == "flexgear: stopped; nothing half-written was left"
+    assert "Traceback" not in err
+    left = [p for p in tmp_path.rglob("*") if p.is_file()]
+    assert left == []
+    assert not list(tmp_path.glob(".*"))

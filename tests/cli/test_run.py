@@ -1,0 +1,82 @@
+"""run and render on cheap bodies: every file, the summary's keys, pictures again."""
+
+import json
+
+import pytest
+from stage_samples import cheap_stage
+
+from flexgear.cli import run_commands
+from flexgear.cli.entry import run
+from flexgear.model.errors import FlexgearError
+from flexgear.results.dataset import load
+from flexgear.results.summary import REQUIRED, missing
+
+FAST = [
+    "--set", "solver.time_step_s=2e-4",
+    "--set", "solver.step_time_step_s=5e-5",
+    "--set", "drive.steps.torques_nm=[4e5]",
+    "--set", "drive.steps.start_s=0.1",
+    "--set", "drive.steps.duration_s=0.05",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Folder and exit code of one run without pictures, shared by the tests."""
+    out = tmp_path_factory.mktemp("results") / "mine"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_commands, "stage_bodies", lambda case, progress: cheap_stage(case))
+        code = run(["run", "wind-5mw", "--no-pictures", "--out", str(out), *FAST])
+    return out, code
+
+
+def test_run_writes_results_and_summary(finished):
+    out, code = finished
+    assert code == 0
+    summary = json.loads((out / "summary.json").read_text())
+    assert list(missing(summary, REQUIRED)) == []
+    assert summary["case"] == "wind-5mw"
+    assert summary["timing_s"]["bodies"] >= 0
+    data = load(out / "torque_step_0.4e6_flexible.nc")
+    assert data.attrs["content_hash"] == summary["content_hash"]
+    assert data["ring_gear_mesh_force"].attrs["units"] == "N"
+    assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
+
+
+def test_a_finished_folder_is_read_again(finished):
+    content = run_commands.read_folder(finished[0])
+    assert content.case.content_hash() == content.summary["content_hash"]
+    assert list(content.runs("steady")) == ["flexible", "rigid"]
+    assert set(content.fields) == {"ring", "carrier"}
+
+
+def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
+    (tmp_path / "summary.json").write_text("older")
+
+    def broken(content, folder, report):
+        (folder / "half.png").write_text("half a picture")
+        raise FlexgearError("cannot draw")
+
+    monkeypatch.setattr(run_commands, "draw", broken)
+    code, _, err = flexgear("render", finished[0], "--quiet", "--out", tmp_path)
+    assert code == 1
+    assert err == "flexgear: cannot draw\n"
+    assert [p.name for p in tmp_path.rglob("*")] == ["summary.json"]
+    assert not list(tmp_path.parent.glob(".*.partial"))
+
+
+def test_pictures_and_report(flexgear, finished, tmp_path):
+    out = tmp_path / "drawn"
+    code, text, _ = flexgear("render", finished[0], "--quiet", "--out", out)
+    assert code == 0
+    assert "drew wind-5mw" in text
+    drawn = {p.name for p in (out / "pictures").iterdir()}
+    assert drawn >= {
+        "ring_star.png",
+        "ring_tooth_loads.png",
+        "tooth_node_1.png",
+        "load_sharing.png",
+        "torque_step_0.4e6.png",
+        "ring_star_turning.gif",
+    }
+    assert (out / "report.html").stat().st_size > 1e5
