@@ -1,0 +1,229 @@
+"""Statements about speed and load sharing: Figures 10, 19, 25."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.modal import ModalSystem
+from flexgear.gears.kinematics import stage_kinematics
+from flexgear.model.case import Case
+from flexgear.results.load_sharing import LEAST_SHARE, load_sharing, planet_force_spread
+from tan2023 import measures
+from tan2023.measures import RPM
+from tan2023.runs import DROPS, EIGHT, Runs, Variant, side_by_side
+from tan2023.statements import Finding, reference, statement
+
+Array = NDArray[np.float64]
+
+
+def inertias(runs: Runs) -> str:
+    """The inertias that decide how the speed moves."""
+    i = runs.case.inertia
+    return (
+        f"drive {i.drive:.3g} kg m², output {i.output:.3g} kg m² at the sun's shaft, "
+        f"brake torque ~ speed^{runs.case.brake.exponent:g} (all chosen)"
+    )
+
+
+@statement(10, published="speed settles at 11.27 r/min", tolerance="mean of a revolution, 0.1 %")
+def speed_is_rated(runs: Runs) -> Finding:
+    wanted = reference()["carrier_speed"]
+    mean = float(runs.steady["flexible"]["carrier_speed"].mean()) * RPM
+    assert wanted.tolerance is not None
+    return Finding(
+        f"{mean:.4f} r/min; {inertias(runs)}",
+        bool(abs(mean / wanted.value - 1) <= wanted.tolerance),
+    )
+
+
+@statement(
+    10,
+    published="from the start the speed rises to the rated one and stays",
+    tolerance="settling time within 2 % of J/c",
+)
+def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
+    up = runs.start_up
+    tau = up.inertia / up.damping
+    time = up.data["time"].to_numpy()
+    late = time > 0.25 * tau
+    found = measures.decay_time(
+        time[late], up.train_speed[late], runs.case.drive.rated_speed
+    )
+    return Finding(
+        f"{found:.4f} s against J/c = {up.inertia:.4g}/{up.damping:.4g} = {tau:.4f} s",
+        bool(abs(found / tau - 1) < 0.02),
+    )
+
+
+@statement(
+    10,
+    published="(not in the paper) speed at half torque",
+    tolerance="brake law within 0.1 %",
+)
+def half_torque_follows_the_brake(runs: Runs) -> Finding:
+    n = runs.case.brake.exponent
+    wanted = 0.5 ** (1 / n) * runs.case.drive.rated_speed * RPM
+    speed = runs.half_torque["carrier_speed"].to_numpy()[-1000:]
+    weight = np.hanning(len(speed))  # torsional vibration dies slowly and has no mean
+    found = float(weight @ speed / weight.sum()) * RPM
+    return Finding(
+        f"{found:.4f} r/min against {wanted:.4f}, mean of the last second",
+        bool(abs(found / wanted - 1) < 1e-3),
+    )
+
+
+@statement(
+    10,
+    published="the deeper the torque drop, the larger the fluctuation of speed",
+    tolerance="lowest speeds in order 2e6, 4e5, 2e5 N m",
+)
+def dips_grow_with_the_drop(runs: Runs) -> Finding:
+    low = [float(runs.drops[t]["carrier_speed"].min()) * RPM for t in DROPS]
+    text = ", ".join(f"{t:.1g} N m: {v:.2f}" for t, v in zip(DROPS, low, strict=True))
+    return Finding(f"lowest speed in r/min, {text}", bool(low[0] > low[1] > low[2]))
+
+
+def _steady_forces(runs: Runs, case: Case, modal: ModalSystem) -> Array:
+    """Ring gear-mesh forces (t, N) over a fifth of a revolution, started at equilibrium."""
+    torque, sink = case.drive.rated_torque, Collector()
+    steps = transient(
+        modal,
+        Drive(lambda t: np.full_like(t, torque)),
+        duration=2 * np.pi / 5 / case.drive.rated_speed,
+        time_step=1e-4,
+        output_interval=1e-3,
+        sink=sink,
+    )
+    return np.asarray(collected(modal, sink.arrays(), steps).pair_load[:, 0].sum(axis=-1))
+
+
+def error_sets(runs: Runs) -> dict[str, Case]:
+    """Cases that differ in manufacturing errors only."""
+    return {
+        "no errors": runs.perfect_case,
+        "tooth errors of the case": runs.case,
+        "and pin 1 off by 30 µm": runs.case.with_(
+            **{"errors.pin_tangential": (30e-6, 0.0, 0.0, 0.0, 0.0)}
+        ),
+    }
+
+
+def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
+    """Mean and largest K by error set and variant."""
+
+    def compute() -> dict[str, dict[str, tuple[float, float]]]:
+        mean_force = stage_kinematics(runs.case).ring_mesh_force
+        sets = error_sets(runs)
+        jobs: dict[str, Callable[[], Array]] = {}
+        for name, case in sets.items():
+            for v in EIGHT:
+                modal = runs.erroneous(case, v)
+                jobs[f"{name}|{v.label}"] = lambda c=case, m=modal: _steady_forces(runs, c, m)  # type: ignore[misc]
+        found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
+        for key, force in side_by_side(jobs).items():
+            name, label = key.split("|")
+            k = load_sharing(force, mean_force)
+            found[name][label] = (float(np.nanmean(k)), float(np.nanmax(k)))
+        return found
+
+    return runs.once("steady_sharing", compute)
+
+
+@statement(
+    19,
+    published="steady load sharing is worse (K larger) when bodies bend",
+    tolerance="reported without a demanded sign: eight variants, with and without errors",
+)
+def steady_sharing_by_variant(runs: Runs) -> Finding:
+    study = steady_sharing(runs)
+    text = "; ".join(
+        f"{name}: flexible {v['flexible'][0]:.4f}, rigid {v['rigid'][0]:.4f}"
+        for name, v in study.items()
+    )
+    worse = [n for n, v in study.items() if v["flexible"][0] > v["rigid"][0]]
+    return Finding(
+        f"mean K, {text}; flexible above rigid in {len(worse)} of {len(study)} sets of errors",
+        None,
+        "bending bodies even out what errors and gear-mesh phases put unevenly; the sign depends "
+        "on which bodies are rigid, on errors and damping",
+    )
+
+
+@statement(
+    25,
+    published="the torque step raises K markedly",
+    tolerance="largest K in the drop above the largest steady one",
+)
+def sharing_worsens_in_the_drop(runs: Runs) -> Finding:
+    steady = float(np.nanmax(runs.steady["flexible"]["load_sharing"]))
+    drop = float(np.nanmax(runs.main_drop["flexible"]["load_sharing"]))
+    return Finding(f"largest K {steady:.3f} steady, {drop:.3f} in the drop", bool(drop > steady))
+
+
+@statement(
+    25,
+    published="in the drop load sharing is better when bodies bend than when they are rigid",
+    tolerance="largest spread (max − min)/rated mean, flexible below all-rigid",
+)
+def spread_is_smaller_when_flexible(runs: Runs) -> Finding:
+    spread = {n: float(d["planet_force_spread"].max()) for n, d in runs.main_drop.items()}
+    k = {n: float(np.nanmax(d["load_sharing"])) for n, d in runs.main_drop.items()}
+    return Finding(
+        f"spread {spread['flexible']:.4f} flexible, {spread['rigid']:.4f} rigid; "
+        f"largest K {k['flexible']:.3f} and {k['rigid']:.3f}",
+        bool(spread["flexible"] < spread["rigid"]),
+    )
+
+
+@statement(
+    25,
+    published="(not in the paper) K has no meaning where the gear-mesh force passes zero",
+    tolerance="never evaluated below 3 % of rated ΣF",
+)
+def sharing_is_not_evaluated_without_load(runs: Runs) -> Finding:
+    rated = stage_kinematics(runs.case).ring_mesh_force * runs.case.stage.planets
+    left_out, good = 0, True
+    for data in (*runs.main_drop.values(), *runs.drops.values()):
+        total = np.abs(data["ring_gear_mesh_force"].sum("planet").to_numpy())
+        low = total < LEAST_SHARE * rated
+        k = data["load_sharing"].to_numpy()
+        good &= bool(np.all(np.isnan(k[low])) and np.all(np.isfinite(k[~low])))
+        left_out += int(low.sum())
+    return Finding(f"{left_out} samples left out of all drops", good and left_out > 0)
+
+
+def drop_spread(runs: Runs) -> dict[str, float]:
+    """Largest force spread over a drop to 4e5 N m by variant, errors of the case."""
+
+    def compute() -> dict[str, float]:
+        mean_force = stage_kinematics(runs.case).ring_mesh_force
+
+        def one(v: Variant) -> float:
+            data = runs.short_drop(runs.case, runs.modal(v), 4e5)
+            force = data["ring_gear_mesh_force"].to_numpy()
+            return float(planet_force_spread(force, mean_force).max())
+
+        for v in EIGHT:
+            runs.modal(v)
+        return side_by_side({v.label: lambda v=v: one(v) for v in EIGHT})  # type: ignore[misc]
+
+    return runs.once("drop_spread", compute)
+
+
+@statement(
+    25,
+    published="the ring's flexibility is what absorbs the shock",
+    tolerance="reported: spread by variant",
+)
+def spread_by_variant(runs: Runs) -> Finding:
+    found = drop_spread(runs)
+    return Finding(
+        "largest spread in a drop at 0.05 s: "
+        + ", ".join(f"{n} {v:.4f}" for n, v in found.items()),
+        None,
+        "which body absorbs the shock is seen by comparing the variants with one body rigid",
+    )

@@ -1,0 +1,265 @@
+"""The runs that figures and statements share, each made once and only when it is asked for."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.system import System, Variant
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.model.case import Case, load_case
+from flexgear.model.gear_errors import GearErrors
+from flexgear.structures.build import ring_body
+from flexgear.structures.reduced import ReducedBody
+from flexgear.studies.single_runs import constant_drive, equilibria, simulate, torque_step
+from flexgear.studies.stage_bodies import StageBodies, stage_bodies, without_errors
+from flexgear.studies.stage_dataset import transient_of
+from flexgear.views.star import StageOutline
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+FLEXIBLE, RIGID = Variant(True, True, True), Variant(False, False, False)
+EIGHT = tuple(
+    Variant(r, c, s) for r in (True, False) for c in (True, False) for s in (True, False)
+)
+DROPS = (2e6, 4e5, 2e5)  # N m, the paper's
+MAIN_DROP = 4e5  # N m, Figures 20-25
+PER_PITCH = 60  # equilibria over a ring tooth pitch
+MODES_TO = 3000.0  # Hz
+
+
+def validation_case(fidelity: str, **changes: str) -> Case:
+    """The bundled case with the overrides of case.toml, the fidelity and further overrides."""
+    chosen = tomllib.loads((Path(__file__).parent / "case.toml").read_text("utf-8"))
+    overrides = {**chosen["overrides"], "solver.fidelity": fidelity, **changes}
+    return load_case(chosen["bundled"], overrides=overrides)
+
+
+def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
+    """Results of independent runs, two at a time (the compiled step frees the interpreter)."""
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        waiting = {name: pool.submit(job) for name, job in jobs.items()}
+        return {name: future.result() for name, future in waiting.items()}
+
+
+@dataclass(frozen=True)
+class Decay:
+    """Start-up from rest: dataset, speed of the whole train (rad/s), J and c of the train."""
+
+    data: xr.Dataset
+    train_speed: Array
+    inertia: float
+    damping: float
+
+
+class Runs:
+    """All runs at one fidelity; properties compute on first use and keep what they found."""
+
+    def __init__(self, fidelity: str) -> None:
+        self.fidelity = fidelity
+        self.case = validation_case(fidelity)
+        self.perfect_case = self.case.with_(errors=GearErrors())
+        self._modal: dict[Variant, ModalSystem] = {}
+        self._kept: dict[str, Any] = {}
+
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        """What ``make`` returns, computed at the first call with this name."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        found: T = self._kept[name]
+        return found
+
+    @cached_property
+    def geometry(self) -> StageGeometry:
+        return stage_geometry(self.case.stage)
+
+    @cached_property
+    def outline(self) -> StageOutline:
+        g = self.geometry
+        return StageOutline(
+            ring_radius=g.ring.reference_radius,
+            sun_radius=g.sun.reference_radius,
+            planet_radius=g.planet.reference_radius,
+            center_distance=g.center_distance,
+            planet_angles=tuple(self.case.stage.planet_angles),
+            pin_radius=0.5 * self.case.carrier.pin_diameter,
+        )
+
+    @cached_property
+    def bodies(self) -> StageBodies:
+        return stage_bodies(self.case)
+
+    @property
+    def carrier(self) -> ReducedBody:
+        return self.bodies.carrier
+
+    def modal(self, variant: Variant) -> ModalSystem:
+        """Modal system of a variant, errors of the case."""
+        if variant not in self._modal:
+            system = build_system(self.case, self.bodies.ring, self.bodies.carrier, variant)
+            self._modal[variant] = modal_system(system, MODES_TO)
+        return self._modal[variant]
+
+    def perfect(self, variant: Variant) -> ModalSystem:
+        """The same without manufacturing errors."""
+        return without_errors(self.case, self.bodies, self.modal(variant))
+
+    def erroneous(self, case: Case, variant: Variant) -> ModalSystem:
+        """The same with the manufacturing errors of another case."""
+        system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
+        return replace(self.modal(variant), system=system)
+
+    # ------------------------------------------------------------------ equilibria, no errors
+
+    @property
+    def pitch(self) -> float:
+        """Carrier angle of one ring tooth, rad."""
+        return 2 * math.pi / self.case.stage.ring.teeth
+
+    @cached_property
+    def star(self) -> xr.Dataset:
+        """Equilibria at rated torque at 0, 2π/10 and 2π/5 (Figure 8)."""
+        angles = np.array([0.0, 2 * math.pi / 10, 2 * math.pi / 5])
+        return equilibria(self.perfect_case, self.perfect(FLEXIBLE), angles)[1]
+
+    @cached_property
+    def star_turn(self) -> xr.Dataset:
+        """Equilibria at whole ring teeth, so that all are at the same phase of the gear meshes."""
+        angles = self.pitch * np.arange(0, 93, 6)
+        return equilibria(self.perfect_case, self.perfect(FLEXIBLE), angles)[1]
+
+    def passage(
+        self,
+        variant: Variant,
+        change: Callable[[System], System] | None = None,
+        case: Case | None = None,
+    ) -> xr.Dataset:
+        """Equilibria without errors while several ring teeth pass, finely sampled."""
+        angles = np.linspace(0, 5 * self.pitch, 5 * PER_PITCH + 1)
+        case = case or self.perfect_case
+        if change is None and case is self.perfect_case:
+            return equilibria(case, self.perfect(variant), angles)[1]
+        system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
+        modal = modal_system(change(system) if change else system, MODES_TO)
+        return equilibria(case, modal, angles)[1]
+
+    @cached_property
+    def passages(self) -> dict[str, xr.Dataset]:
+        """Tooth passages of the flexible and the rigid variant."""
+        return {v.label: self.passage(v) for v in (FLEXIBLE, RIGID)}
+
+    # ------------------------------------------------------------------------------ transients
+
+    @cached_property
+    def steady(self) -> dict[str, xr.Dataset]:
+        """One revolution at rated torque, flexible and rigid."""
+        for variant in (FLEXIBLE, RIGID):  # compile before the runs go side by side
+            simulate(self.case, self.modal(variant), duration=5e-3)
+        return side_by_side(
+            {
+                v.label: lambda m=self.modal(v): simulate(  # type: ignore[misc]
+                    self.case, m, drive=constant_drive(self.case)
+                ).data
+                for v in (FLEXIBLE, RIGID)
+            }
+        )
+
+    @cached_property
+    def main_drop(self) -> dict[str, xr.Dataset]:
+        """Torque drop 4e6 -> 4e5 -> 4e6 N m, flexible and rigid (Figures 20-25)."""
+        return side_by_side(
+            {
+                v.label: lambda m=self.modal(v): torque_step(self.case, m, MAIN_DROP).data  # type: ignore[misc]
+                for v in (FLEXIBLE, RIGID)
+            }
+        )
+
+    @cached_property
+    def drops(self) -> dict[float, xr.Dataset]:
+        """The three torque drops of the flexible stage (Figure 10)."""
+        modal = self.modal(FLEXIBLE)
+        others = side_by_side(
+            {
+                str(t): lambda t=t: torque_step(self.case, modal, t).data  # type: ignore[misc]
+                for t in DROPS
+                if t != MAIN_DROP
+            }
+        )
+        found = {float(t): data for t, data in others.items()}
+        return {**found, MAIN_DROP: self.main_drop["flexible"]}
+
+    def short_drop(self, case: Case, modal: ModalSystem, torque: float) -> xr.Dataset:
+        """A torque drop for 0.2 s soon after the start, 20 µs steps."""
+        start = 0.05
+        sink = Collector()
+        drive = Drive(
+            lambda t: np.where((t > start) & (t <= start + 0.2), torque, 4e6),
+            (start, start + 0.2),
+        )
+        steps = transient(
+            modal, drive, duration=0.35, time_step=2e-5, output_interval=2e-4, sink=sink
+        )
+        return transient_of(case, collected(modal, sink.arrays(), steps))
+
+    @cached_property
+    def start_up(self) -> Decay:
+        """Rated torque on the loaded stage at rest (Figure 10)."""
+        modal = self.modal(FLEXIBLE)
+        system, torque = modal.system, self.case.drive.rated_torque
+        inertia = float(system.rolling @ system.mass @ system.rolling)
+        ratio = float(system.output @ system.rolling)
+        damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
+        sink = Collector()
+        steps = transient(
+            modal,
+            Drive(lambda t: np.full_like(t, torque)),
+            duration=2.2,
+            time_step=1e-4,
+            output_interval=1e-3,
+            start=start_state(modal, torque, carrier_speed=0.0),
+            sink=sink,
+        )
+        run = collected(modal, sink.arrays(), steps)
+        speed = np.gradient(run.eta @ modal.rolling / inertia, run.time)
+        return Decay(transient_of(self.case, run), speed, inertia, damping)
+
+    @cached_property
+    def half_torque(self) -> xr.Dataset:
+        """Rated torque halved at the start, until the speed has settled and a second more."""
+        rated = self.case.drive.rated_torque
+        modal = self.modal(FLEXIBLE)
+        sink = Collector()
+        drive = Drive(lambda t: np.where(t > 0.0, 0.5 * rated, rated), (0.0,))
+        tau = self.start_up.inertia / self.start_up.damping
+        steps = transient(
+            modal, drive, duration=9 * tau + 1.0, time_step=1e-4, output_interval=1e-3, sink=sink,
+            start=start_state(modal, rated),
+        )  # fmt: skip
+        return transient_of(self.case, collected(modal, sink.arrays(), steps))
+
+    # ------------------------------------------------------------------------------ sensitivity
+
+    def other_ring(self, **changes: str) -> xr.Dataset:
+        """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
+        case = validation_case("quick", **changes).with_(errors=GearErrors())
+        carrier = self.quick_carrier
+        system = build_system(case, ring_body(case), carrier, FLEXIBLE)
+        angles = np.linspace(0, 2 * math.pi / 5, 241)
+        return equilibria(case, modal_system(system, MODES_TO), angles)[1]
+
+    @cached_property
+    def quick_carrier(self) -> ReducedBody:
+        return stage_bodies(validation_case("quick")).carrier

@@ -1,0 +1,26 @@
+"""Every demanded statement is a test; one that is known not to hold is a strict xfail."""
+
+from __future__ import annotations
+
+import pytest
+from tan2023 import drive_statements, load_statements, motion_statements, ring_statements
+from tan2023.statements import STATEMENTS, Findings, Statement
+
+TOPICS = (ring_statements, load_statements, motion_statements, drive_statements)
+
+
+def _case(one: Statement) -> object:
+    marks = [pytest.mark.xfail(strict=True, reason=one.fails)] if one.fails else []
+    return pytest.param(one, id=one.name, marks=marks)
+
+
+@pytest.mark.parametrize("one", [_case(s) for s in STATEMENTS])
+def test_statement(one: Statement, findings: Findings) -> None:
+    found = findings.of(one)
+    print(found.computed)
+    assert found.holds is not False, f"{one.published}: {found.computed} ({one.tolerance})"
+
+
+def test_every_figure_has_a_statement() -> None:
+    assert {f for s in STATEMENTS for f in s.figures} == set(range(7, 26))
+    assert len({s.name for s in STATEMENTS}) == len(STATEMENTS)
