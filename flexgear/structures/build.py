@@ -1,9 +1,4 @@
-"""Ring and carrier of a case as reduced bodies: FE mesh, matrices, ties, reduction, errors, cache.
-
-Interface nodes, in order. Ring: tooth_001.. at the reference circle and mid-face, fit_1.. on the
-axis, bolt_01.. on the bolt circle in the bolted face. Carrier: drive, bearing_drive, bearing_far
-on the axis at the middle of their patches, pin_1.. on the pins' axes at mid-face.
-"""
+"""Ring and carrier of a case as reduced bodies: FE mesh, matrices, reduction, errors, cache."""
 
 from __future__ import annotations
 
@@ -28,18 +23,13 @@ from flexgear.structures.fe_mesh import (
     read_fe_mesh,
     ring_fe_mesh,
 )
-from flexgear.structures.fem import (
-    FeModel,
-    Interface,
-    assemble,
-    averaging_tie,
-    disc_points,
-    facet_sample,
-    interface_of,
-    point_sample,
-    rigid_tie,
+from flexgear.structures.fem import FeModel, assemble
+from flexgear.structures.interfaces import (
+    carrier_interface,
+    carrier_supports,
+    ring_interface,
+    ring_supports,
 )
-from flexgear.structures.fem.ties import Tie
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import Progress, Reduction, reduce, silent
 from flexgear.structures.store import cached, content_key
@@ -68,7 +58,8 @@ def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
         teeth=[case.stage.ring.teeth, stage_geometry(case.stage).ring.reference_radius],
         modes=ring.fixed_interface_modes,
     )
-    return cached(key, lambda: _reduce_ring(case, report))
+    body = cached(key, lambda: _reduce_ring(case, report))
+    return _judged(body, ring_supports(case, body))
 
 
 def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
@@ -84,7 +75,9 @@ def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
         pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
         modes=carrier.fixed_interface_modes,
     )
-    return cached(key, lambda: _reduce_carrier(case, report))
+    body = cached(key, lambda: _reduce_carrier(case, report))
+    at = slice(0, body.interface_dofs)
+    return _judged(body, carrier_supports(case, body, body.stiffness[at, at]))
 
 
 def ring_mesh_parameters(case: Case) -> RingMeshParameters:
@@ -177,88 +170,6 @@ def carrier_mesh(case: Case) -> FeMesh:
     )
 
 
-def ring_interface(case: Case, model: FeModel) -> Interface:
-    """Ties of teeth, housing fits and bolts, in this order."""
-    ring, patches = case.ring, model.fe_mesh.facets
-    tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
-    radius = stage_geometry(case.stage).ring.reference_radius
-    ties: list[Tie] = []
-    for j in range(case.stage.ring.teeth):
-        angle = 2 * np.pi * j / case.stage.ring.teeth
-        sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
-        position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
-        ties.append(tie(f"tooth_{j + 1:03d}", position, sample))
-    lows = sorted(fit.band for fit in ring.fits)
-    for k, fit in enumerate(ring.fits):
-        # the generator numbers its bands by rising z; a user's groups follow the case
-        patch = lows.index(fit.band) if ring.fe_mesh == "generate" else k
-        sample = facet_sample(model, patches[f"fit_{patch + 1}"])
-        ties.append(averaging_tie(f"fit_{k + 1}", np.array([0.0, 0.0, fit.z]), sample))
-    bolts = ring.bolts
-    z = np.asarray(model.fe_mesh.points)[:, 2]
-    face = z.max() if ring.end == "+z" else z.min()
-    for k in range(bolts.number):
-        angle = bolts.first_angle + 2 * np.pi * k / bolts.number
-        arm = 0.5 * bolts.circle_diameter
-        position = np.array([arm * np.cos(angle), arm * np.sin(angle), face])
-        name = f"bolt_{k + 1:02d}"
-        if bolts.holes:
-            ties.append(tie(name, position, facet_sample(model, patches[name])))
-        else:
-            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), bolts.diameter)
-            ties.append(averaging_tie(name, position, point_sample(model, *disc)))
-    return interface_of(model, ties)
-
-
-def carrier_interface(case: Case, model: FeModel) -> Interface:
-    """Ties of drive flange, bearing seats and pins."""
-    patches = model.fe_mesh.facets
-    ties = []
-    for name in ("drive", "bearing_drive", "bearing_far"):
-        sample = facet_sample(model, patches[name])
-        z = float(sample.weights @ sample.points[:, 2] / sample.weights.sum())
-        ties.append(averaging_tie(name, np.array([0.0, 0.0, z]), sample))
-    radius = stage_geometry(case.stage).center_distance
-    for i, angle in enumerate(case.stage.planet_angles):
-        position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
-        name = f"pin_{i + 1}"
-        ties.append(averaging_tie(name, position, facet_sample(model, patches[name])))
-    return interface_of(model, ties)
-
-
-def ring_supports(case: Case, interface: Interface) -> NDArray[np.float64]:
-    """Stiffness (b, b) of bolts and housing fits at the ring's interface nodes to ground."""
-    supports, b = np.zeros((interface.size, interface.size)), case.ring.bolts
-    for n, name in enumerate(interface.names):
-        at = slice(6 * n, 6 * n + 6)
-        x, y = interface.positions[n, :2]
-        if name.startswith("bolt_"):
-            axes = _turned(np.arctan2(y, x))
-            diagonal = [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
-            diagonal += [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
-            supports[at, at] = axes @ np.diag(diagonal) @ axes.T
-        elif name.startswith("fit_"):
-            fit = case.ring.fits[int(name[4:]) - 1]
-            diagonal = 2 * [fit.stiffness_radial] + [fit.stiffness_axial]
-            supports[at, at] = np.diag(diagonal + 2 * [fit.stiffness_tilt] + [0.0])
-    return supports
-
-
-def carrier_supports(
-    case: Case, interface: Interface, stiffness: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Bearings of the case, and the drive node held against rotation about the axis."""
-    supports = np.zeros((interface.size, interface.size))
-    for side in ("drive", "far"):
-        n = interface.names.index(f"bearing_{side}")
-        supports[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] = getattr(
-            case.bearings, f"carrier_{side}"
-        ).matrix
-    held = 6 * interface.names.index("drive") + 5
-    supports[held, held] = 1e3 * stiffness[held, held]
-    return supports
-
-
 def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
@@ -336,6 +247,7 @@ def _estimated(
     report = {
         **reduction.body.report,
         **options,
+        "supports_key": content_key(supports=supports),
         "static_end_share": probe_loads.END_SHARE,
         "static_error": static.error if static else None,
         "static_error_cases": static.of_largest if static else {},
@@ -347,6 +259,15 @@ def _estimated(
         "seconds": clock.laps,
     }
     return reduction.body.with_(report=report)
+
+
+def _judged(body: ReducedBody, supports: NDArray[np.float64]) -> ReducedBody:
+    """The body, its report saying whether the error estimates stood on these very supports.
+
+    Supports are not part of the cache's key: other bolts or bearings need no new reduction.
+    """
+    same = body.report["supports_key"] == content_key(supports=supports)
+    return body.with_(report={**body.report, "estimated_on_these_supports": same})
 
 
 class _Clock:
@@ -371,11 +292,3 @@ def _mesh_content(file: str | None, unit: str, parameters: object, kind: str) ->
         raise InputError(
             "case", "fe_mesh_file", f"{file}: {error.strerror}", "check the path"
         ) from None
-
-
-def _turned(angle: float) -> NDArray[np.float64]:
-    """Axes (6, 6) of a node turned about z: columns radial, tangential, axial, twice."""
-    c, s = np.cos(angle), np.sin(angle)
-    q = np.zeros((6, 6))
-    q[:3, :3] = q[3:, 3:] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
-    return q

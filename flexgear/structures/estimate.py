@@ -68,7 +68,7 @@ def compare_static(
     interface, psi = condensation.interface, condensation.constraint_modes
     exact = np.empty((interface.size, len(loads)))
     equivalent = np.zeros_like(exact)
-    nodes = [interface.names.index(load.node) for load in loads]
+    nodes = [interface.node_names.index(load.node) for load in loads]
     for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
         f = load.sample.load(load.forces)
         if interface.expansion is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
 
 _MARGIN = 0.08  # of the flank's height kept between a load line and the flank's border
-END_SHARE = 0.15  # of the face width that carries a load concentrated at one end
+END_SHARE = 0.2  # of the face width under a load at one end; a shorter contact line carries little
 _SLACK = 0.2  # flat triangles on a twisted flank leave the cells by this much at most
 
 

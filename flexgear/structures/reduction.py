@@ -235,7 +235,7 @@ def _free(
 ) -> tuple[NDArray[np.float64], float]:
     """K_bb with rounding at rigid motions projected away, and how large that rounding was."""
     length = np.linalg.norm(interface.positions, axis=1).max()
-    scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.names))
+    scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
     scaled = scale[:, None] * stiffness * scale
     rigid = np.linalg.qr(interface.rigid_modes() / scale[:, None])[0]
     force = scaled @ rigid
@@ -284,7 +284,7 @@ def _project(
         recovery[:, b:] = expansion @ modes
     return ReducedBody(
         name=name,
-        node_names=interface.names,
+        node_names=interface.node_names,
         positions=interface.positions,
         mass=reduced_mass,
         stiffness=reduced_stiffness,

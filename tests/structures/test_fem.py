@@ -15,8 +15,18 @@ from skfem.models.poisson import mass
 
 from flexgear.structures.fem import assemble, point_sample
 from flexgear.structures.fem.forms import plain_matrices
+from flexgear.structures.tall import single_threaded_blas
 
 STEEL = (210e9, 0.3, 7850.0)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def one_thread():
+    """Dense reference solutions on a busy machine: threads of BLAS would wait for each other."""
+    with single_threaded_blas():
+        yield
+
+
 MESHES = {
     "hex": annulus((12, 2, 2)),
     "tet": tetrahedra(annulus((10, 1, 1))),

@@ -45,11 +45,11 @@ class Tie:
 class Interface:
     """All interface nodes of a body: B u = q on the dofs left after rigid ties.
 
-    names (n,), positions (n, 3) m; rows (6n, d) CSR, six rows a node in node order;
+    node_names (n,), positions (n, 3) m; rows (6n, d) CSR, six rows a node in node order;
     expansion (3n_fe, d) CSR with u = expansion u_d, or None where no tie is rigid.
     """
 
-    names: tuple[str, ...]
+    node_names: tuple[str, ...]
     positions: NDArray[np.float64]
     rows: sp.csr_matrix = field(repr=False)
     coordinates: NDArray[np.float64] = field(repr=False)
@@ -58,11 +58,11 @@ class Interface:
     @property
     def size(self) -> int:
         """Number of interface dofs."""
-        return 6 * len(self.names)
+        return 6 * len(self.node_names)
 
     def rigid_modes(self) -> NDArray[np.float64]:
         """Rigid motion (6n, 6) of the interface nodes about the origin, rotations included."""
-        modes = np.zeros((len(self.names), 6, 6))
+        modes = np.zeros((len(self.node_names), 6, 6))
         modes[:, :3] = rigid_motion(self.positions)
         modes[:, 3:, 3:] = np.eye(3)
         return modes.reshape(-1, 6)

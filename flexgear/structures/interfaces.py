@@ -1,0 +1,131 @@
+"""Where ring and carrier are tied, and what holds them there: interface nodes and supports.
+
+Nodes, in order. Ring: tooth_001.. at the reference circle and mid-face, fit_1.. on the axis,
+bolt_01.. on the bolt circle in the bolted face. Carrier: drive, bearing_drive, bearing_far on the
+axis at the middle of their patches, pin_1.. on the pins' axes at mid-face.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.case import Case
+from flexgear.structures.fem import (
+    FeModel,
+    Interface,
+    averaging_tie,
+    disc_points,
+    facet_sample,
+    interface_of,
+    point_sample,
+    rigid_tie,
+)
+from flexgear.structures.fem.ties import Tie
+
+
+class Nodes(Protocol):
+    """Named nodes: an interface or a reduced body."""
+
+    @property
+    def node_names(self) -> tuple[str, ...]:
+        """(n,) names."""
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) m."""
+
+
+def ring_interface(case: Case, model: FeModel) -> Interface:
+    """Ties of teeth, housing fits and bolts, in this order."""
+    ring, patches = case.ring, model.fe_mesh.facets
+    tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
+    radius = stage_geometry(case.stage).ring.reference_radius
+    ties: list[Tie] = []
+    for j in range(case.stage.ring.teeth):
+        angle = 2 * np.pi * j / case.stage.ring.teeth
+        sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
+        position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        ties.append(tie(f"tooth_{j + 1:03d}", position, sample))
+    lows = sorted(fit.band for fit in ring.fits)
+    for k, fit in enumerate(ring.fits):
+        # the generator numbers its bands by rising z; a user's groups follow the case
+        patch = lows.index(fit.band) if ring.fe_mesh == "generate" else k
+        sample = facet_sample(model, patches[f"fit_{patch + 1}"])
+        ties.append(averaging_tie(f"fit_{k + 1}", np.array([0.0, 0.0, fit.z]), sample))
+    bolts = ring.bolts
+    z = np.asarray(model.fe_mesh.points)[:, 2]
+    face = z.max() if ring.end == "+z" else z.min()
+    for k in range(bolts.number):
+        angle = bolts.first_angle + 2 * np.pi * k / bolts.number
+        arm = 0.5 * bolts.circle_diameter
+        position = np.array([arm * np.cos(angle), arm * np.sin(angle), face])
+        name = f"bolt_{k + 1:02d}"
+        if bolts.holes:
+            ties.append(tie(name, position, facet_sample(model, patches[name])))
+        else:
+            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), bolts.diameter)
+            ties.append(averaging_tie(name, position, point_sample(model, *disc)))
+    return interface_of(model, ties)
+
+
+def carrier_interface(case: Case, model: FeModel) -> Interface:
+    """Ties of drive flange, bearing seats and pins."""
+    patches = model.fe_mesh.facets
+    ties = []
+    for name in ("drive", "bearing_drive", "bearing_far"):
+        sample = facet_sample(model, patches[name])
+        z = float(sample.weights @ sample.points[:, 2] / sample.weights.sum())
+        ties.append(averaging_tie(name, np.array([0.0, 0.0, z]), sample))
+    radius = stage_geometry(case.stage).center_distance
+    for i, angle in enumerate(case.stage.planet_angles):
+        position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        name = f"pin_{i + 1}"
+        ties.append(averaging_tie(name, position, facet_sample(model, patches[name])))
+    return interface_of(model, ties)
+
+
+def ring_supports(case: Case, body: Nodes) -> NDArray[np.float64]:
+    """Stiffness (b, b) of bolts and housing fits at the ring's interface nodes to ground."""
+    size, b = 6 * len(body.node_names), case.ring.bolts
+    supports = np.zeros((size, size))
+    for n, name in enumerate(body.node_names):
+        at = slice(6 * n, 6 * n + 6)
+        x, y = body.positions[n, :2]
+        if name.startswith("bolt_"):
+            axes = _turned(np.arctan2(y, x))
+            diagonal = [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
+            diagonal += [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
+            supports[at, at] = axes @ np.diag(diagonal) @ axes.T
+        elif name.startswith("fit_"):
+            fit = case.ring.fits[int(name[4:]) - 1]
+            diagonal = 2 * [fit.stiffness_radial] + [fit.stiffness_axial]
+            supports[at, at] = np.diag(diagonal + 2 * [fit.stiffness_tilt] + [0.0])
+    return supports
+
+
+def carrier_supports(
+    case: Case, body: Nodes, stiffness: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Bearings of the case, and the drive node held against rotation about the axis."""
+    size = 6 * len(body.node_names)
+    supports = np.zeros((size, size))
+    for side in ("drive", "far"):
+        n = body.node_names.index(f"bearing_{side}")
+        supports[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] = getattr(
+            case.bearings, f"carrier_{side}"
+        ).matrix
+    held = 6 * body.node_names.index("drive") + 5
+    supports[held, held] = 1e3 * stiffness[held, held]
+    return supports
+
+
+def _turned(angle: float) -> NDArray[np.float64]:
+    """Axes (6, 6) of a node turned about z: columns radial, tangential, axial, twice."""
+    c, s = np.cos(angle), np.sin(angle)
+    q = np.zeros((6, 6))
+    q[:3, :3] = q[3:, 3:] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+    return q
