@@ -106,16 +106,19 @@ def solve_active(matrix, right, rows, n, extra, one_sided, active, work, x):
 def local_blocks(rows, n, place, blocks):
     """List the blocks that rows touch: blocks (m,), place[block] = position or −1. Returns m.
 
+    Rows are walked from the last to the first and ``rows.reach[j]`` notes how many blocks rows
+    j … n − 1 touch, so that products of row j with later rows need only that many blocks.
     ``place`` must be −1 everywhere on entry; ``release`` puts it back.
     """
     m = 0
-    for i in range(n):
+    for i in range(n - 1, -1, -1):
         for a in range(rows.count[i]):
             b = rows.blocks[i, a]
             if place[b] < 0:
                 place[b] = m
                 blocks[m] = b
                 m += 1
+        rows.reach[i] = m
     return m
 
 
@@ -127,33 +130,30 @@ def release(place, blocks, m):
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})
-def row_products(rows, n, matrix, place, blocks, m, work, out):
+def row_products(rows, n, matrix, place, blocks, y, out):
     """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
 
-    work (≥ 6 m + 1, ≥ 6 m): the local part of G is gathered there, so that the products run over
-    adjacent memory.
+    y (≥ 6 m): G V_j on the blocks of rows j and later only; the rest follows by symmetry.
     """
-    size = 6 * m
-    for c in range(m):
-        for p in range(6):
-            source = matrix[6 * blocks[c] + p]
-            target = work[6 * c + p]
-            for d in range(m):
-                at = 6 * blocks[d]
-                for q in range(6):
-                    target[6 * d + q] = source[at + q]
-    y = work[size]
     for j in range(n):
-        for c in range(size):
+        reach = rows.reach[j]
+        for c in range(6 * reach):
             y[c] = 0.0
         for a in range(rows.count[j]):
-            base = 6 * place[rows.blocks[j, a]]
+            base = 6 * rows.blocks[j, a]
             for p in range(6):
                 v = rows.coef[j, a, p]
-                line = work[base + p]
-                for c in range(size):
-                    y[c] += v * line[c]
-        for i in range(j + 1):
+                line = matrix[base + p]
+                for c in range(reach):
+                    at = 6 * blocks[c]
+                    to = 6 * c
+                    y[to] += v * line[at]
+                    y[to + 1] += v * line[at + 1]
+                    y[to + 2] += v * line[at + 2]
+                    y[to + 3] += v * line[at + 3]
+                    y[to + 4] += v * line[at + 4]
+                    y[to + 5] += v * line[at + 5]
+        for i in range(j, n):
             total = 0.0
             for a in range(rows.count[i]):
                 at = 6 * place[rows.blocks[i, a]]

@@ -44,6 +44,9 @@ class Ledger(NamedTuple):
     damping_load: Array  # (R,) F − k⟨δ⟩ of the last step
     eta: Array  # (n,)
     velocity: Array  # (n,)
+    old_forces: Array  # (n_c,)
+    place: NDArray[np.int64]  # (n_blocks,) work space of the joint list of blocks
+    blocks: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -106,12 +109,60 @@ def _copy_rows(source, n, target):
                 target.coef[i, a, p] = source.coef[i, a, p]
 
 
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _motion(data, blocks, m, eta, forces, loaded, n_loaded, out):
+    """Φ η + R f at blocks (m,) and both torque channels; f lives on ``loaded`` and the torques."""
+    nc, n = data.channel_modes.shape
+    for c in range(m + 1):
+        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        for p in range(count):
+            row, line = data.channel_modes[first + p], data.residual[first + p]
+            total = line[nc - 2] * forces[nc - 2] + line[nc - 1] * forces[nc - 1]
+            for j in range(n):
+                total += row[j] * eta[j]
+            for b in range(n_loaded):
+                at = 6 * loaded[b]
+                for q in range(6):
+                    total += line[at + q] * forces[at + q]
+            out[first + p] = total
+
+
+@njit(cache=True)
+def _joint_blocks(rows, n, old, n_old, place, blocks):
+    """Blocks touched by either set of rows; the old set's come first. Returns (old, all)."""
+    m = 0
+    first = 0
+    for part in range(2):
+        source = old if part == 0 else rows
+        for i in range(n_old if part == 0 else n):
+            for a in range(source.count[i]):
+                b = source.blocks[i, a]
+                if place[b] < 0:
+                    place[b] = m
+                    blocks[m] = b
+                    m += 1
+        if part == 0:
+            first = m
+    for j in range(m):
+        place[blocks[j]] = -1
+    return first, m
+
+
 @njit(cache=True)
 def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
     """Book one step; ``state`` holds the new time, ``state.torques`` still the old one."""
     nc = ledger.now.shape[0]
     one_sided = pairs.one_sided
-    ledger.forces[:] = 0.0
+    before = ledger.count[0]
+    n_old, m = _joint_blocks(rows, n, ledger.rows, max(before, 0), ledger.place, ledger.blocks)
+    blocks = ledger.blocks
+    # forces of both times on the joint blocks; all else is zero and stays unread
+    ledger.old_forces[nc - 2 :] = ledger.forces[nc - 2 :]
+    for c in range(m):
+        for p in range(6):
+            at = 6 * blocks[c] + p
+            ledger.old_forces[at] = ledger.forces[at] if c < n_old else 0.0
+            ledger.forces[at] = 0.0
     for i in range(n):
         for a in range(rows.count[i]):
             base = 6 * rows.blocks[i, a]
@@ -119,13 +170,20 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
                 ledger.forces[base + p] -= x[i] * rows.coef[i, a, p]
     ledger.forces[nc - 2] = drive
     ledger.forces[nc - 1] = -brake
-    ledger.old[:] = ledger.now
-    bent = data.residual @ ledger.forces
-    ledger.now[:] = data.channel_modes @ state.eta + bent
+    _motion(data, blocks, m, state.eta, ledger.forces, blocks, m, ledger.now)
+    if before >= 0:
+        _motion(data, blocks, m, ledger.eta, ledger.old_forces, blocks, n_old, ledger.old)
     e = state.energy
     kinetic = 0.0
-    elastic = 0.5 * np.dot(ledger.forces, bent)
+    elastic = 0.0
     dissipated = 0.0
+    for c in range(m + 1):  # ½ fᵀ R f = ½ fᵀ (u − Φ η)
+        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        for p in range(count):
+            f = ledger.forces[first + p]
+            if f != 0.0:
+                bent = ledger.now[first + p] - np.dot(data.channel_modes[first + p], state.eta)
+                elastic += 0.5 * f * bent
     for j in range(state.eta.shape[0]):
         v = state.velocity[j]
         kinetic += 0.5 * v * v
@@ -135,7 +193,6 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
     fresh = np.empty(n)
     _damping_loads(rows, n, x, ledger.now, one_sided, fresh)
     energy_now = row_energy(rows, n, ledger.now, one_sided)
-    before = ledger.count[0]
     if before >= 0:
         moved = ledger.now[nc - 2] - ledger.old[nc - 2]
         turned = ledger.now[nc - 1] - ledger.old[nc - 1]

@@ -69,7 +69,7 @@ def _solve_position(
     drive, brake = nc - 2, nc - 1
     n, n_pairs = build_rows(pairs, rows, theta, wanted)
     m = local_blocks(rows, n, place, blocks)
-    row_products(rows, n, flex, place, blocks, m, wide, matrix)
+    row_products(rows, n, flex, place, blocks, wide, matrix)
     extra = r + 1
     for i in range(n):
         k = rows.stiffness[i]
@@ -141,11 +141,10 @@ def _work(modal: ModalSystem) -> tuple[object, tuple[Array, ...]]:
     size = len(rows.kind) + modal.rigid_count + 2
     nb = len(modal.system.blocks) // 6
     nc = len(modal.channels)
-    local = 6 * min(nb, size * (SLOTS + 1))
     work = (
         np.zeros((size, size)),
         np.zeros((size, size)),
-        np.zeros((local + 1, local)),
+        np.zeros(6 * nb),
         np.zeros(size),
         np.zeros(size),
         np.zeros(nc),

@@ -262,7 +262,7 @@ def forces_at_state(data, pairs, rows, state, theta, drive, brake, scratch, x):
     row_values(rows, n, motion, delta)
     _channels(data, blocks, m, state.velocity, motion)
     row_values(rows, n, motion, rate)
-    row_products(rows, n, data.residual, place, blocks, m, wide, matrix)
+    row_products(rows, n, data.residual, place, blocks, wide, matrix)
     _damping_of_rows(pairs, rows, n, n_pairs, state, c)
     for i in range(n):
         k = rows.stiffness[i]
@@ -363,8 +363,8 @@ def advance(data, pairs, rows, state, torque, save_every, first_step, samples, s
         _channels(data, blocks, m, free_v, motion)
         free_speed = motion[out_row]
         row_values(rows, n, motion, rate)
-        row_products(rows, n, data.g_displacement, place, blocks, m, wide, matrix)
-        row_products(rows, n, data.g_velocity, place, blocks, m, wide, matrix_v)
+        row_products(rows, n, data.g_displacement, place, blocks, wide, matrix)
+        row_products(rows, n, data.g_velocity, place, blocks, wide, matrix_v)
         _damping_of_rows(pairs, rows, n, n_pairs, state, c)
         torque0, slope = brake_line(data, speed_guess)
         for i in range(n):

@@ -181,11 +181,10 @@ def start_state(
 def _scratch(modal: ModalSystem) -> tuple[Array, ...]:
     size = len(pair_rows(modal.system.pairs).kind) + 2
     nb, nc = len(modal.system.blocks) // 6, len(modal.channels)
-    local = 6 * min(nb, size * (SLOTS + 1))
     square = [np.zeros((size, size)) for _ in range(3)]
     return (
         *square,
-        np.zeros((local + 1, local)),
+        np.zeros(6 * nb),
         *[np.zeros(size) for _ in range(4)],
         np.zeros(nc),
         np.full(nb, -1, dtype=np.int64),
@@ -207,6 +206,9 @@ def _ledger(modal: ModalSystem, track: bool) -> Ledger:
         damping_load=np.zeros(size),
         eta=np.zeros(n),
         velocity=np.zeros(n),
+        old_forces=np.zeros(nc),
+        place=np.full(len(modal.system.blocks) // 6, -1, dtype=np.int64),
+        blocks=np.zeros(len(modal.system.blocks) // 6, dtype=np.int64),
     )
 
 

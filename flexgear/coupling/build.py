@@ -282,7 +282,9 @@ def build_system(
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
-        brake=Brake(motion.output_torque, motion.sun_speed, case.brake.exponent),
+        brake=Brake(
+            case.brake.rated_torque or motion.output_torque, motion.sun_speed, case.brake.exponent
+        ),
         rated_torque=case.drive.rated_torque,
         rated_speed=case.drive.rated_speed,
         planets=n,

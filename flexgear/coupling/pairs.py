@@ -86,6 +86,7 @@ class PairRows(NamedTuple):
     offset: Array  # e − gap, m
     blocks: IntArray  # (R, B)
     count: IntArray  # blocks of a row
+    reach: IntArray  # local blocks of this row and later ones
     coef: Array  # (R, B, 6)
     pair_row: IntArray  # (P,)
     pair_kind: IntArray
@@ -121,6 +122,7 @@ def pair_rows(data: PairData) -> PairRows:
         offset=reals(rows),
         blocks=ints(rows, width),
         count=ints(rows),
+        reach=ints(rows),
         coef=reals(rows, width, 6),
         pair_row=ints(pairs),
         pair_kind=ints(pairs),
