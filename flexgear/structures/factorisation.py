@@ -12,6 +12,8 @@ from scipy.sparse.linalg import splu
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.multifrontal import Multifrontal
 
+_LARGE = 250_000  # dofs
+
 Solver = Literal["auto", "scipy", "superlu", "mumps"]
 
 
@@ -30,9 +32,11 @@ def factorise(
     """Factor of a symmetric positive definite matrix (3n, 3n) with nodes at coordinates (n, 3).
 
     "scipy": multifrontal on SciPy's BLAS (`multifrontal.py`); "superlu": SciPy's own sparse LU;
-    "mumps": the optional extra; "auto": MUMPS where it is installed, else "scipy".
+    "mumps": the optional extra; "auto": MUMPS for large matrices where it is installed (for
+    smaller ones it is no faster), else "scipy".
     """
-    if solver in ("auto", "mumps") and mumps_available():
+    large = matrix.shape[0] > _LARGE
+    if (solver == "mumps" or (solver == "auto" and large)) and mumps_available():
         return _Mumps(matrix)
     if solver == "mumps":
         raise FlexgearError("solver 'mumps' wants python-mumps: pip install 'flexgear[mumps]'")

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.tall import dot, times
 
-_CHECK = 3  # steps between looks at convergence
+_CHECK = 2  # steps between looks at convergence
 
 Operator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
@@ -40,7 +40,7 @@ def largest_eigenpairs(
     mass: Operator,
     start: NDArray[np.float64],
     count: int,
-    tolerance: float = 1e-9,
+    tolerance: float = 1e-7,
     most: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Eigenpairs:

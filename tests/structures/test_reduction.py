@@ -43,7 +43,7 @@ MODES = 24
 
 def ring_parts(kind="averaging"):
     """A ring with eight patches inside, a fit outside and two bolts on one face."""
-    model = assemble(annulus((24, 2, 2), teeth=TEETH), *STEEL)
+    model = assemble(annulus((16, 1, 2), teeth=TEETH), *STEEL)
     tie = rigid_tie if kind == "rigid" else averaging_tie
     ties = []
     for j in range(TEETH):

@@ -1,0 +1,93 @@
+"""Ring and carrier on quick, standard and fine meshes: error estimate of the standard ones."""
+
+import csv
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.optimize import brentq
+
+from flexgear.model.case import load_case
+from flexgear.structures import build
+from flexgear.structures.factorisation import factorise
+from flexgear.structures.fem import assemble
+from flexgear.structures.interfaces import (
+    carrier_interface,
+    carrier_supports,
+    ring_interface,
+    ring_supports,
+)
+from flexgear.structures.lanczos import largest_eigenpairs
+from flexgear.structures.tall import single_threaded_blas
+
+HERE = Path(__file__).parent
+FIDELITIES = ("quick", "standard", "fine")
+
+
+def quantities(name, fidelity):
+    """dofs, compliance m/N of the loaded node in its direction, six frequencies Hz."""
+    case = load_case("wind-5mw", {"solver.fidelity": fidelity})
+    fe_mesh = {"ring": build.ring_mesh, "carrier": build.carrier_mesh}[name](case)
+    m = case.material
+    model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    if name == "ring":
+        interface = ring_interface(case, model)
+        supports = ring_supports(case, interface)
+    else:
+        interface = carrier_interface(case, model)
+        supports = carrier_supports(case, interface, 1e9 * np.eye(interface.size))
+    rows = interface.rows
+    matrix = (model.stiffness + rows.T @ sp.csr_matrix(supports) @ rows).tocsr()
+    factor = factorise(matrix, model.nodes)
+    loaded = rows[[6 * interface.node_names.index({"ring": "tooth_001"}.get(name, "pin_1")) + 1]]
+    compliance = float((loaded @ factor.solve(loaded.T.toarray()))[0, 0])
+    start = np.random.default_rng(0).standard_normal((model.dofs, 8))
+    pairs = largest_eigenpairs(
+        lambda v: factor.solve(model.mass @ v), lambda v: model.mass @ v, start, 6
+    )
+    return model.dofs, compliance, 1 / np.sqrt(pairs.values) / 2 / np.pi
+
+
+def richardson(sizes, values):
+    """Extrapolated value and observed order (nan: the change to the finest mesh counts)."""
+    h1, h2, h3 = np.array(sizes, dtype=float) ** (-1 / 3)
+    a, b, c = values
+    if (b - a) * (c - b) > 0:
+
+        def mismatch(p):
+            return (b - a) / (c - b) - (h1**p - h2**p) / (h2**p - h3**p)
+
+        if mismatch(1.0) * mismatch(6.0) < 0:
+            p = brentq(mismatch, 1.0, 6.0)
+            return c + (c - b) * h3**p / (h2**p - h3**p), p
+    return c, np.nan
+
+
+@pytest.mark.parametrize("name", ["ring", "carrier"])
+def test_standard_mesh_is_fine_enough(name):
+    with (HERE / "reference.csv").open() as stream:
+        accepted = {
+            row["quantity"]: float(row["accepted_error_of_standard"])
+            for row in csv.DictReader(stream)
+            if row["body"] == name
+        }
+    with single_threaded_blas():
+        found = [quantities(name, fidelity) for fidelity in FIDELITIES]
+    sizes = [f[0] for f in found]
+    table = np.array([[f[1], *f[2]] for f in found])  # (mesh, quantity)
+    limits = np.array([richardson(sizes, column)[0] for column in table.T])
+    orders = [richardson(sizes, column)[1] for column in table.T]
+    errors = np.abs(table / limits - 1)
+    print(f"\n{name}: dofs {sizes}, orders {np.round(orders, 1)}\n{np.round(100 * errors, 3)} %")
+    figure, axes = plt.subplots(figsize=(6, 4))
+    labels = ["compliance", *(f"frequency {k}" for k in range(1, 7))]
+    for column, label in zip(errors.T, labels, strict=True):
+        axes.loglog(sizes, np.maximum(column, 1e-6), "o-", label=label)
+    axes.set(xlabel="dofs", ylabel="relative error (Richardson)", title=name)
+    axes.legend(fontsize=7)
+    figure.savefig(HERE / f"{name}.png", dpi=120)
+    plt.close(figure)
+    assert errors[1, 0] < accepted["compliance"]
+    assert errors[1, 1:].max() < accepted["frequency"]
