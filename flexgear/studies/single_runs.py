@@ -96,7 +96,7 @@ def simulate(
         Drive(drive.torque_at, jumps),
         duration=span,
         time_step=solver.time_step,
-        output_interval=output_interval or solver.output_interval,
+        output_interval=min(output_interval or solver.output_interval, span),
         windows=windows,
         sink=sink,
         track_energy=energy,

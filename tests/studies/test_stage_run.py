@@ -145,3 +145,9 @@ def test_a_solution_that_runs_away_is_refused(case):
 @pytest.mark.parametrize(("torque", "name"), [(2e6, "2e6"), (4e5, "0.4e6"), (1200.0, "1200")])
 def test_depth_names(torque, name):
     assert depth_name(torque) == name
+
+
+def test_a_run_shorter_than_the_output_interval_has_its_end(case):
+    modal = stage_modal(case, cheap_stage(case), variant_of(case))
+    data = simulate(case, modal, duration=6e-4, output_interval=1.0).data
+    np.testing.assert_allclose(data["time"], [6e-4])
