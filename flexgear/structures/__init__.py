@@ -1,0 +1,1 @@
+"""Bodies: FE meshes, matrices, reductions, and the lumped and beam bodies beside them."""
