@@ -4,7 +4,7 @@ CASE ?= wind-5mw
 OUT ?= results/$(CASE)
 WORKERS ?= 2
 
-.PHONY: run test check lint validate install install-dev clean
+.PHONY: run test check lint format-check rules types layers validate install install-dev clean
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
@@ -15,10 +15,18 @@ test: install-dev
 # What CI runs: format, lint, types, import layers, tests.
 check: lint test
 
-lint: install-dev
-	$(PY) -m ruff format --check .
+lint: format-check rules types layers
+
+format-check: install-dev
+	$(PY) -m ruff format --check --quiet .
+
+rules: install-dev
 	$(PY) -m ruff check .
+
+types: install-dev
 	$(PY) -m mypy
+
+layers: install-dev
 	.venv/bin/lint-imports
 
 validate: install-dev
