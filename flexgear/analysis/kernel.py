@@ -57,7 +57,7 @@ class State(NamedTuple):
     acceleration: Array  # (n,)
     touched: NDArray[np.uint8]  # (G, N, 8) pair was loaded at the last step, by index mod 8
     wanted: NDArray[np.int64]  # (G, N) gear meshes to look at
-    forces: Array  # (n_c,) channel forces of the last step
+    forces: Array  # (n_c,) channel forces of the last step, valid on the blocks then in contact
     motion: Array  # (n_c,) channel displacements of the last step
     torques: Array  # (2,) drive and brake of the last step
     energy: Array  # (8,) in the order of ENERGIES
@@ -182,7 +182,7 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
     """Watch the back flanks of a gear mesh whose gap at the pitch point has nearly closed.
 
     Mirroring the normal in the planet's radial axis keeps its radial part and turns the rest:
-    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point.
+    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin holds the largest errors of the back flank.
     """
     if pairs.s0.shape[0] < 4:
         return
@@ -213,7 +213,8 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
             gear = 6 * rows.blocks[r, 1]
             radial += nx * (ca * motion[gear] + sa * motion[gear + 1])
             margin = 0.3 * pairs.gap[b] + 2e-5
-            wanted[b, i] = 1 if 2 * radial - delta > pairs.gap[b] - margin else 0
+            near = 2 * radial - delta > pairs.gap[b] - margin - pairs.largest_error[b, i]
+            wanted[b, i] = 1 if near else 0
 
 
 @njit(cache=True)

@@ -45,8 +45,8 @@ def reference_transient(
 ) -> ReferenceRun:  # fmt: skip
     """Run ``steps`` steps from physical motion and velocity (d,); front flanks only.
 
-    The state is that of a fast run (``start``) mapped to physical coordinates. Brake law as in
-    the fast step, solved to convergence.
+    The state is that of a fast run (``start``) mapped to physical coordinates. The brake law is
+    linearised at the extrapolated speed, as in the fast step.
     """
     h, pairs, rows = time_step, system.pairs, pair_rows(system.pairs)
     wanted = np.zeros(pairs.s0.shape, dtype=np.int64)

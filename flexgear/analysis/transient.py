@@ -32,6 +32,7 @@ from flexgear.model.errors import FlexgearError
 Array = NDArray[np.float64]
 Torque = Callable[[Array], Array]
 CHUNK = 500
+BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
 
 
 @dataclass(frozen=True)
@@ -291,8 +292,8 @@ def transient(
         times = segment.start + h * np.arange(segment.steps + 1)
         # the torque just after a jump, and just before the next one
         inside = times.copy()
-        inside[0] += 1e-9 * h
-        inside[-1] -= 1e-9 * h
+        inside[0] += BESIDE * h
+        inside[-1] -= BESIDE * h
         torque = np.asarray(drive.torque(inside), dtype=float)
         if consistent_acceleration(
             data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger

@@ -92,8 +92,8 @@ class Stiffening:
 class _Assembly:
     """Collects bodies, springs and rotating supports; makes the matrices at the end."""
 
-    def __init__(self, bodies: list[Body]) -> None:
-        self.bodies = bodies
+    def __init__(self, bodies: list[Body], source: str) -> None:
+        self.bodies, self.source = bodies, source
         self.starts = dict(
             zip([b.name for b in bodies], np.cumsum([0, *[b.size for b in bodies]]), strict=False)
         )
@@ -140,7 +140,7 @@ class _Assembly:
         matrix = np.asarray(matrix, dtype=float)
         if np.abs(matrix[5]).max() > 0 or np.abs(matrix[:, 5]).max() > 0:
             raise InputError(
-                "case",
+                self.source,
                 f"bearings.{name}",
                 "holds the rotation about the axis, so the train could not turn",
                 "set the stiffness about z to zero",
@@ -227,7 +227,7 @@ def build_system(
     geometry = stage_geometry(case.stage)
     motion = stage_kinematics(case)
     bodies = _components(case, geometry, ring, carrier, variant, stiffening or Stiffening())
-    a = _Assembly(bodies)
+    a = _Assembly(bodies, case.source)
     _tie_ring(a, case)
     _tie_carrier(a, case)
     _tie_shaft(a, case)
@@ -317,6 +317,13 @@ def _tie_ring(a: _Assembly, case: Case) -> None:
 
 
 def _tie_carrier(a: _Assembly, case: Case) -> None:
+    if np.any(case.bearings.planet.matrix[5] != 0):
+        raise InputError(
+            case.source,
+            "bearings.planet",
+            "holds the planet's rotation about its axis, so the gears could not roll",
+            "set the stiffness about z (torsion, row 6) to zero",
+        )
     for side in ("drive", "far"):
         bearing = getattr(case.bearings, f"carrier_{side}")
         a.turning_support(f"carrier_{side}", "carrier", f"bearing_{side}", bearing.matrix)

@@ -154,6 +154,10 @@ def pair_data(
         error_offset=offset,
         error_gear=gear,
         error_planet=planet,
+        largest_error=offset
+        + np.abs(amplitude)
+        + np.abs(gear).max(axis=1)[:, None]
+        + np.abs(planet).max(axis=2),
         damping=2 * options.damping_ratio * np.sqrt(np.array(mass)),
         support_block=block,
         support_vector=vector,

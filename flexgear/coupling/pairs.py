@@ -69,6 +69,7 @@ class PairData(NamedTuple):
     error_offset: Array  # (G, N) m
     error_gear: Array  # (G, z_max) m
     error_planet: Array  # (G, N, z_p) m
+    largest_error: Array  # (G, N) m, largest sum of errors of a pair
     damping: Array  # (G,) 2 ζ √m_eq, so that c = damping √k
     support_block: IntArray  # (n_s, 2) blocks of a rotating support row, −1 none
     support_vector: Array  # (n_s, 2, 6) fixed-frame vectors

@@ -159,8 +159,16 @@ def orthonormal_rigid(mass: Array, motions: Array) -> Array:
 def without_rigid_forces(stiffness: Array, mass: Array, rigid: Array) -> Array:
     """Pᵀ K P with P = I − Φ_r Φ_rᵀ M: rigid motion of any size makes no force at all.
 
-    Round-off of a reduction would otherwise turn a large rotation into spurious torque.
+    Round-off of a reduction would otherwise turn a large rotation into spurious torque. Only
+    round-off is taken off: FlexgearError where a spring really resists a rigid motion.
     """
+    resisted = np.abs(stiffness @ rigid).max(axis=0)
+    allowed = 1e-6 * np.abs(stiffness).max() * np.abs(rigid).max(axis=0)
+    if np.any(resisted > allowed):
+        raise FlexgearError(
+            "a spring resists the free rolling of the train (stiffness about the axis of rotation "
+            "in a bearing or coupling); set it to zero"
+        )
     left = mass @ rigid
     k = stiffness - left @ (rigid.T @ stiffness)
     k = k - (k @ rigid) @ left.T

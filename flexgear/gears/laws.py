@@ -20,11 +20,15 @@ def iso_peak(case: Case, gear: str) -> float:
     """ISO 6336-1 peak of the planet against "ring" or "sun", N/m² along the 3D normal."""
     stage = case.stage
     other = getattr(stage, gear)
+    # index 1 of ISO is the pinion, the smaller of two external gears
+    first, second = stage.planet, other
+    if gear != "ring" and other.teeth < stage.planet.teeth:
+        first, second = other, stage.planet
     return iso_single_stiffness(
-        teeth=(stage.planet.teeth, other.teeth),
+        teeth=(first.teeth, second.teeth),
         internal=gear == "ring",
-        shifts=(stage.planet.profile_shift, 0.0 if gear == "ring" else other.profile_shift),
-        dedendum=stage.planet.dedendum,
+        shifts=(first.profile_shift, 0.0 if gear == "ring" else second.profile_shift),
+        dedendum=0.5 * (first.dedendum + second.dedendum),
         pressure_angle=stage.pressure_angle,
         helix_angle=stage.helix_angle,
         young_modulus=case.material.young_modulus,

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Speed, Time, Torque
 
-_SAME_TIME = 1e-9  # s; a step at 1 s counts from the first instant after 1 s
+_SAME_TIME = 1e-12  # s; a step at 1 s counts from the first instant after 1 s
 
 
 class TorqueDrops(Section):

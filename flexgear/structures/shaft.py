@@ -1,8 +1,9 @@
 """Sun shaft of Timoshenko beam elements along z.
 
 Element stiffness: Euler–Bernoulli beam with shear parameter Φ = 12 E I / (κ G A l²)
-(Przemieniecki 1968, eqs. 5.116); the consistent mass integrates ρA NᵀN + ρI BᵀB with the static
-Timoshenko shape functions of the same Φ, so that rotary inertia and shear are both there.
+(Przemieniecki 1968, eqs. 5.116); the consistent mass integrates ρA N_wᵀN_w + ρI N_θᵀN_θ with the
+static Timoshenko shape functions of the same Φ (Friedman, Kosmatka 1993, Comput. Struct. 47:473),
+so that rotary inertia and shear are both there.
 Shear coefficient κ of a hollow circle after Cowper (1966).
 """
 

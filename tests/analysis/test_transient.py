@@ -178,3 +178,16 @@ def test_windows_and_jumps_cut_the_run_into_whole_steps():
     ends = [s.start + s.steps * s.time_step for s in segments]
     assert ends == pytest.approx([0.3, 0.333, 0.5, 1.0])
     assert all(s.time_step <= 1e-3 + 1e-15 for s in segments[1:3])
+
+
+def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():
+    from coupled import make_case
+
+    from flexgear.analysis.transient import BESIDE
+
+    drop = make_case().drive.drop(4e5)
+    for h in (1e-4, 1e-8):
+        start, stop = drop.change_times()
+        beside = np.array([start - BESIDE * h, start + BESIDE * h, stop - BESIDE * h])
+        assert drop.torque_at(beside) == pytest.approx([TORQUE, 4e5, 4e5])
+        assert drop.torque_at(np.array([stop + BESIDE * h])) == pytest.approx([TORQUE])
