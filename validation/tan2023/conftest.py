@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from tan2023.runs import Runs
 from tan2023.statements import Findings
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,9 +51,7 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
     tau = up.inertia / up.damping
     time = up.data["time"].to_numpy()
     late = time > 0.25 * tau
-    found = measures.decay_time(
-        time[late], up.train_speed[late], runs.case.drive.rated_speed
-    )
+    found = measures.decay_time(time[late], up.train_speed[late], runs.case.drive.rated_speed)
     return Finding(
         f"{found:.4f} s against J/c = {up.inertia:.4g}/{up.damping:.4g} = {tau:.4f} s",
         bool(abs(found / tau - 1) < 0.02),
@@ -122,7 +121,7 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
         for name, case in sets.items():
             for v in EIGHT:
                 modal = runs.erroneous(case, v)
-                jobs[f"{name}|{v.label}"] = lambda c=case, m=modal: _steady_forces(runs, c, m)  # type: ignore[misc]
+                jobs[f"{name}|{v.label}"] = partial(_steady_forces, runs, case, modal)
         found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
         for key, force in side_by_side(jobs).items():
             name, label = key.split("|")
@@ -209,7 +208,7 @@ def drop_spread(runs: Runs) -> dict[str, float]:
 
         for v in EIGHT:
             runs.modal(v)
-        return side_by_side({v.label: lambda v=v: one(v) for v in EIGHT})  # type: ignore[misc]
+        return side_by_side({v.label: partial(one, v) for v in EIGHT})
 
     return runs.once("drop_spread", compute)
 

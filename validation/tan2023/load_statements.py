@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 
@@ -33,7 +35,7 @@ def ring_teeth_engage_in_order(runs: Runs) -> Finding:
     newest, good = [], True
     for i in range(planets):
         engaged = [set(row[row > 0].tolist()) for row in tooth[:, i].astype(int)]
-        fresh = [t for a, b in zip(engaged[:-1], engaged[1:], strict=True) for t in b - a]
+        fresh = [t for a, b in pairwise(engaged) for t in b - a]
         good &= bool(np.all(np.mod(np.diff(fresh), teeth) == 1))
         newest.append(len(fresh))
     start = np.sort([np.median(row[row > 0]) for row in tooth[0].astype(int)])
@@ -88,7 +90,7 @@ def tooth_load_rises_and_falls(runs: Runs) -> Finding:
         ends.append(max(f[0], f[-1]) / f.max())
     return Finding(
         f"largest at {np.mean(places):.0%} of the contact, ends at {max(ends):.0%} of it",
-        bool(0.15 < min(places) and max(places) < 0.85 and max(ends) < 0.5),
+        bool(min(places) > 0.15 and max(places) < 0.85 and max(ends) < 0.5),
     )
 
 
@@ -96,7 +98,7 @@ def _above_and_before(runs: Runs, gear_mesh: str, variant: str) -> Finding:
     p = measures.mean_passage(runs.passages[variant], gear_mesh)
     return Finding(
         f"{variant}: peak {p.peak / 1e3:.0f} kN against {p.split / 1e3:.0f} kN, "
-        f"{100 * (p.ratio - 1):+.1f} %, {100 * p.lead:.1f} % of the contact "
+        f"{100 * (p.ratio - 1):+.1f} %, {100 * abs(p.lead):.1f} % of the contact "
         f"{'before' if p.lead > 0 else 'after'} the split's",
         bool(p.ratio > 1 and p.lead > 0),
     )
@@ -114,7 +116,7 @@ def ring_load_peaks_above_and_before_flexible(runs: Runs) -> Finding:
 
 @statement(
     18,
-    published="ring, rigid bodies: the same, smaller",
+    published="(demanded beyond the paper) the same with rigid bodies, ring",
     tolerance="peak above and before the split's",
 )
 def ring_load_peaks_above_and_before_rigid(runs: Runs) -> Finding:
@@ -133,7 +135,7 @@ def sun_load_peaks_above_and_before_flexible(runs: Runs) -> Finding:
 
 @statement(
     17,
-    published="sun, rigid bodies: the same",
+    published="(demanded beyond the paper) the same with rigid bodies, sun",
     tolerance="peak above and before the split's",
     fails=LATE,
 )
@@ -168,6 +170,7 @@ def compliance_study(runs: Runs) -> dict[str, dict[str, Passage]]:
             name: {g: measures.mean_passage(data, g) for g in ("ring", "sun")}
             for name, data in cases.items()
         }
+
     return runs.once("compliance", compute)
 
 
@@ -179,9 +182,7 @@ def compliance_study(runs: Runs) -> dict[str, dict[str, Passage]]:
 )
 def cause_of_the_shift(runs: Runs) -> Finding:
     study = compliance_study(runs)
-    text = "; ".join(
-        f"{name} {100 * (p['ring'].ratio - 1):+.1f} %" for name, p in study.items()
-    )
+    text = "; ".join(f"{name} {100 * (p['ring'].ratio - 1):+.1f} %" for name, p in study.items())
     ring = study["ring only"]["ring"].ratio - study["rigid"]["ring"].ratio
     carrier = study["carrier only"]["ring"].ratio - study["rigid"]["ring"].ratio
     return Finding(
@@ -203,9 +204,7 @@ def _main_lows(runs: Runs, gear_mesh: str) -> list[float]:
 
 
 def _negative_loads(runs: Runs, gear_mesh: str) -> Finding:
-    printed = [
-        reference()[f"{gear_mesh}_planet_1_lowest_{k}"].value for k in ("a", "b")
-    ]
+    printed = [reference()[f"{gear_mesh}_planet_1_lowest_{k}"].value for k in ("a", "b")]
     lows = _main_lows(runs, gear_mesh)
     rigid = runs.main_drop["rigid"][f"{gear_mesh}_pair_load"].to_numpy()[:, 0].min() / 1e3
     return Finding(
@@ -264,7 +263,8 @@ def drive_inertia_drops(runs: Runs) -> dict[str, xr.Dataset]:
     23, 24,
     published="loads split by stiffness stay above zero throughout the drop, unlike the loads "
     "computed pair by pair",
-    tolerance="lowest load by split above the lowest load by pair",
+    tolerance="lowest load by split above zero; reported",
+    demanded=False,
 )  # fmt: skip
 def split_hides_negative_loads(runs: Runs) -> Finding:
     data = runs.main_drop["flexible"]
@@ -272,7 +272,7 @@ def split_hides_negative_loads(runs: Runs) -> Finding:
     for g in ("ring", "sun"):
         load = data[f"{g}_pair_load"].to_numpy()[:, 0]
         split = stiffness_split(load, data[f"{g}_pair_stiffness"].to_numpy()[:, 0])
-        good &= bool(split.min() > load.min())
+        good &= bool(split.min() >= 0)
         parts.append(f"{g}: split {split.min() / 1e3:.0f} kN, pairs {load.min() / 1e3:.0f} kN")
     return Finding(
         "; ".join(parts),

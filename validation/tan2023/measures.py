@@ -38,8 +38,7 @@ class Passage:
 def passages(data: xr.Dataset, gear_mesh: str) -> list[Passage]:
     """Every tooth pair of planet 1 whose whole contact is in the data."""
     load, stiffness, tooth = (
-        data[f"{gear_mesh}_pair_{name}"].to_numpy()[:, 0]
-        for name in ("load", "stiffness", "tooth")
+        data[f"{gear_mesh}_pair_{name}"].to_numpy()[:, 0] for name in ("load", "stiffness", "tooth")
     )
     split, angle = stiffness_split(load, stiffness), data["carrier_angle"].to_numpy()
     found = []

@@ -30,9 +30,7 @@ def _larger_when_flexible(runs: Runs, body: str) -> Finding:
     both = {n: motions(runs, d)[body] for n, d in runs.steady.items()}
     largest = {n: np.abs(u).max(axis=0) for n, u in both.items()}
     size = {n: float(np.linalg.norm(u, axis=1).max()) for n, u in both.items()}
-    text = "; ".join(
-        f"{n} x {v[0]:.1f}, y {v[1]:.1f}, z {v[2]:.1f}" for n, v in largest.items()
-    )
+    text = "; ".join(f"{n} x {v[0]:.1f}, y {v[1]:.1f}, z {v[2]:.1f}" for n, v in largest.items())
     return Finding(f"largest in µm: {text}", bool(size["flexible"] > size["rigid"]))
 
 

@@ -103,9 +103,9 @@ def planets_shift_against_the_rotation(runs: Runs) -> Finding:
 )
 def sun_hardly_moves_radially(runs: Runs) -> Finding:
     sun = np.hypot(*runs.star["sun_displacement"].to_numpy()[:, :2].T).max() * MICRO
-    planets = np.abs(
-        measures.tangential_shift(runs.star, runs.geometry.center_distance)
-    ).max() * MICRO
+    planets = (
+        np.abs(measures.tangential_shift(runs.star, runs.geometry.center_distance)).max() * MICRO
+    )
     return Finding(
         f"{sun:.1f} µm, {sun / planets:.1%} of the planets' {planets:.0f} µm",
         bool(sun < 0.05 * planets),
@@ -162,8 +162,8 @@ def carrier_under_pin_forces(runs: Runs) -> tuple[Array, Array]:
 
 @statement(
     9,
-    published="with the carrier held at its drive end, pins under clockwise forces shift clockwise, "
-    "the sense in which planets shift in Figure 8",
+    published="with the carrier held at its drive end, pins under clockwise forces shift "
+    "clockwise, the sense in which planets shift in Figure 8",
     tolerance="sign, all pins",
 )
 def carrier_pins_follow_their_load(runs: Runs) -> Finding:
@@ -187,9 +187,7 @@ def ring_x_is_odd_across_the_axis(runs: Runs) -> Finding:
     x = runs.steady["flexible"]["tooth_displacement"].isel(axis=0).to_numpy()[::25]
     teeth = x.shape[1]
     phi = 2 * np.pi * np.arange(teeth) / teeth
-    across = np.stack(
-        [np.interp(phi + np.pi, phi, row, period=2 * np.pi) for row in x]
-    )
+    across = np.stack([np.interp(phi + np.pi, phi, row, period=2 * np.pi) for row in x])
     value = float(-np.sum(x * across) / np.sqrt(np.sum(x**2) * np.sum(across**2)))
     return Finding(
         f"correlation {value:.3f}",
@@ -208,9 +206,9 @@ def every_tooth_sees_five_humps(runs: Runs) -> Finding:
     data = runs.steady["flexible"]
     angle, x = data["carrier_angle"].to_numpy(), data["tooth_displacement"].isel(axis=0).to_numpy()
     grid = angle[0] + 2 * np.pi * np.arange(4096) / 4096
-    spectrum = np.abs(
-        np.fft.rfft(np.stack([np.interp(grid, angle, u) for u in x.T]), axis=-1)
-    )[:, 1:41]
+    spectrum = np.abs(np.fft.rfft(np.stack([np.interp(grid, angle, u) for u in x.T]), axis=-1))[
+        :, 1:41
+    ]
     dominant = np.argmax(spectrum, axis=-1) + 1
     share = np.mean(dominant == 5)
     return Finding(f"order 5 leads at {share:.0%} of the teeth", bool(share == 1.0))

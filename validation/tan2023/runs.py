@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,9 +32,7 @@ from flexgear.views.star import StageOutline
 Array = NDArray[np.float64]
 T = TypeVar("T")
 FLEXIBLE, RIGID = Variant(True, True, True), Variant(False, False, False)
-EIGHT = tuple(
-    Variant(r, c, s) for r in (True, False) for c in (True, False) for s in (True, False)
-)
+EIGHT = tuple(Variant(r, c, s) for r in (True, False) for c in (True, False) for s in (True, False))
 DROPS = (2e6, 4e5, 2e5)  # N m, the paper's
 MAIN_DROP = 4e5  # N m, Figures 20-25
 PER_PITCH = 60  # equilibria over a ring tooth pitch
@@ -168,36 +166,33 @@ class Runs:
         """One revolution at rated torque, flexible and rigid."""
         for variant in (FLEXIBLE, RIGID):  # compile before the runs go side by side
             simulate(self.case, self.modal(variant), duration=5e-3)
-        return side_by_side(
-            {
-                v.label: lambda m=self.modal(v): simulate(  # type: ignore[misc]
-                    self.case, m, drive=constant_drive(self.case)
-                ).data
-                for v in (FLEXIBLE, RIGID)
-            }
-        )
+
+        def one(variant: Variant) -> xr.Dataset:
+            rated = constant_drive(self.case)
+            return simulate(self.case, self.modal(variant), drive=rated).data
+
+        return side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
 
     @cached_property
     def main_drop(self) -> dict[str, xr.Dataset]:
         """Torque drop 4e6 -> 4e5 -> 4e6 N m, flexible and rigid (Figures 20-25)."""
-        return side_by_side(
-            {
-                v.label: lambda m=self.modal(v): torque_step(self.case, m, MAIN_DROP).data  # type: ignore[misc]
-                for v in (FLEXIBLE, RIGID)
-            }
-        )
+
+        def one(variant: Variant) -> xr.Dataset:
+            return torque_step(self.case, self.modal(variant), MAIN_DROP).data
+
+        for v in (FLEXIBLE, RIGID):
+            self.modal(v)
+        return side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
 
     @cached_property
     def drops(self) -> dict[float, xr.Dataset]:
         """The three torque drops of the flexible stage (Figure 10)."""
         modal = self.modal(FLEXIBLE)
-        others = side_by_side(
-            {
-                str(t): lambda t=t: torque_step(self.case, modal, t).data  # type: ignore[misc]
-                for t in DROPS
-                if t != MAIN_DROP
-            }
-        )
+
+        def one(torque: float) -> xr.Dataset:
+            return torque_step(self.case, modal, torque).data
+
+        others = side_by_side({str(t): partial(one, t) for t in DROPS if t != MAIN_DROP})
         found = {float(t): data for t, data in others.items()}
         return {**found, MAIN_DROP: self.main_drop["flexible"]}
 

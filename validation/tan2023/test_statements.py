@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from tan2023 import drive_statements, load_statements, motion_statements, ring_statements
 from tan2023.statements import STATEMENTS, Findings, Statement
 
@@ -18,7 +19,8 @@ def _case(one: Statement) -> object:
 def test_statement(one: Statement, findings: Findings) -> None:
     found = findings.of(one)
     print(found.computed)
-    assert found.holds is not False, f"{one.published}: {found.computed} ({one.tolerance})"
+    if one.demanded:
+        assert found.holds is not False, f"{found.computed} ({one.tolerance})"
 
 
 def test_every_figure_has_a_statement() -> None:

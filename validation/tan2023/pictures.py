@@ -1,0 +1,203 @@
+"""The paper's Figures 7-25, redrawn from the shared runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views import displacements, histories, loads
+from flexgear.views.positions import equilibrium_positions
+from flexgear.views.probe import require_rendering
+from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
+from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
+from tan2023.runs import MAIN_DROP, Runs
+
+DROP = (0.9, 1.8)  # s, what Figures 20-25 show
+CLOSE = (0.98, 1.28)  # s, tooth loads in the drop
+NEAR = (pi / 5, pi / 5 + 0.45)  # rad, tooth loads and gear-mesh ripple in steady running
+CUT = "A cut of the revolution, wide enough for six gear-mesh periods; the rest repeats it."
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One of the paper's figures: number, title, how to draw it, a footnote about the drawing."""
+
+    number: int
+    title: str
+    draw: Callable[[Runs], Figure]
+    note: str = ""
+
+    @property
+    def file(self) -> str:
+        return f"figure_{self.number:02d}.png"
+
+
+PICTURES: list[Picture] = []
+
+
+def picture(
+    number: int, title: str, note: str = ""
+) -> Callable[[Callable[[Runs], Figure]], Callable[[Runs], Figure]]:
+    """Enter the decorated function into the list."""
+
+    def enter(draw: Callable[[Runs], Figure]) -> Callable[[Runs], Figure]:
+        PICTURES.append(Picture(number, title, draw, note))
+        return draw
+
+    return enter
+
+
+@picture(7, "Pair stiffness and gear-mesh error", "Stiffness along the 3D line of action over the "
+         "position of the contact line at mid-face.")  # fmt: skip
+def figure_7(runs: Runs) -> Figure:
+    return loads.pair_stiffness_and_error(pair_curves(runs))
+
+
+@picture(
+    8,
+    "Equilibrium positions at rated torque",
+    "Magnifications are the paper's; equilibria without errors. Tilt is left out: 50 000 times, "
+    "a planet's would leave the picture.",
+)
+def figure_8(runs: Runs) -> Figure:
+    data = runs.star.isel(position=[1, 2]).copy(deep=True)
+    for body in ("sun", "planet", "pin"):
+        data[f"{body}_displacement"][{"dof": [3, 4]}] = 0.0
+    return equilibrium_positions(data, runs.outline)
+
+
+@picture(9, "Carrier held at the drive flange under clockwise pin forces")
+def figure_9(runs: Runs) -> Figure:
+    body = runs.carrier
+    q, _ = carrier_under_pin_forces(runs)
+    motion = body.recover(q)
+    try:
+        require_rendering()
+    except FlexgearError:
+        return pins_only(runs, q)
+    from flexgear.views.render import render_deformed
+
+    return render_deformed(
+        body.points, body.cells, motion, title="Carrier, drive flange (below) held", view="iso",
+        exaggeration=300.0,
+    )  # fmt: skip
+
+
+@styled
+def pins_only(runs: Runs, q: np.ndarray) -> Figure:
+    """Pins as circles where nothing can be rendered in 3D."""
+    body, factor = runs.carrier, 300.0
+    figure, axes = panels(1, 1, height_mm=120, width_mm=120)
+    turn = np.linspace(0, 2 * pi, 73)
+    for i in range(runs.case.stage.planets):
+        node = list(body.node_names).index(f"pin_{i + 1}")
+        centre, u = body.positions[node, :2], q[6 * node : 6 * node + 2]
+        circle = runs.outline.pin_circle * np.column_stack([np.cos(turn), np.sin(turn)])
+        axes[0, 0].plot(*(centre + circle).T, color=ORIGINAL_COLOUR, lw=0.9)
+        axes[0, 0].plot(*(centre + circle + factor * u).T, color=DEFORMED_COLOUR, lw=1.2)
+    axes[0, 0].set_aspect("equal")
+    axes[0, 0].set(xlabel="X (m)", ylabel="Y (m)", title=f"pins, displacement × {factor:.0f}")
+    return figure
+
+
+@picture(10, "Speed from rest, and in torque drops", "Drops begin at 1 s from steady running and "
+         "last 0.2 s; the start-up begins at rest under rated torque.")  # fmt: skip
+def figure_10(runs: Runs) -> Figure:
+    named = {f"to {t / 1e6:g} MN·m": runs.drops[t] for t in (2e6, MAIN_DROP, 2e5)}
+    return histories.carrier_speed(
+        {"from rest": runs.start_up.data, **named},
+        rated_rpm=11.27,
+        window=(0.0, 2.2),
+    )
+
+
+@picture(11, "Ring teeth in contact and their pair stiffness, five planets")
+def figure_11(runs: Runs) -> Figure:
+    return loads.engagement_map(runs.steady["flexible"])
+
+
+@picture(12, "Tooth loads of ring and planet 1")
+def figure_12(runs: Runs) -> Figure:
+    return loads.numbered_pair_loads(runs.steady["flexible"], "ring", 1, window=NEAR)
+
+
+@picture(13, "X displacement of all ring tooth nodes")
+def figure_13(runs: Runs) -> Figure:
+    return displacements.tooth_displacement_map(runs.steady["flexible"], "x")
+
+
+@picture(14, "Sun displacement, steady", CUT)
+def figure_14(runs: Runs) -> Figure:
+    return displacements.sun_displacement(runs.steady, window=NEAR)
+
+
+@picture(
+    15,
+    "Planet 1 displacement, steady",
+    "Against the carrier's drive flange, whose rotation is taken out; x radial, y tangential "
+    f"(positive with the rotation), z axial. {CUT}",
+)
+def figure_15(runs: Runs) -> Figure:
+    return displacements.planet_displacement(
+        runs.steady, 1, window=NEAR, center_distance=runs.geometry.center_distance
+    )
+
+
+@picture(16, "Ring tooth node 1, steady")
+def figure_16(runs: Runs) -> Figure:
+    return displacements.tooth_node_displacement(runs.steady, 1)
+
+
+@picture(17, "Tooth loads of sun and planet 1, steady")
+def figure_17(runs: Runs) -> Figure:
+    return loads.pair_loads(runs.steady, "sun", 1, window=(NEAR[0], NEAR[0] + 0.3))
+
+
+@picture(18, "Tooth loads of ring and planet 1, steady")
+def figure_18(runs: Runs) -> Figure:
+    return loads.pair_loads(runs.steady, "ring", 1, window=(NEAR[0], NEAR[0] + 0.3))
+
+
+@picture(19, "Load sharing, steady", CUT)
+def figure_19(runs: Runs) -> Figure:
+    return histories.load_sharing(runs.steady, window=NEAR)
+
+
+@picture(20, "Sun displacement in a torque drop to 4e5 N·m")
+def figure_20(runs: Runs) -> Figure:
+    return displacements.sun_displacement(runs.main_drop, x="time", window=DROP)
+
+
+@picture(21, "Planet 1 displacement in a torque drop to 4e5 N·m", "Against the carrier's drive "
+         "flange, as in Figure 15.")  # fmt: skip
+def figure_21(runs: Runs) -> Figure:
+    return displacements.planet_displacement(
+        runs.main_drop, 1, x="time", window=DROP, center_distance=runs.geometry.center_distance
+    )
+
+
+@picture(22, "Ring tooth node 1 in a torque drop to 4e5 N·m")
+def figure_22(runs: Runs) -> Figure:
+    return displacements.tooth_node_displacement(runs.main_drop, 1, x="time", window=DROP)
+
+
+@picture(23, "Tooth loads of sun and planet 1 in the torque drop", "Linear contact, as in the "
+         "paper: pairs on the path of contact may pull.")  # fmt: skip
+def figure_23(runs: Runs) -> Figure:
+    return loads.pair_loads(runs.main_drop, "sun", 1, x="time", window=CLOSE)
+
+
+@picture(24, "Tooth loads of ring and planet 1 in the torque drop", "Linear contact, as in the "
+         "paper: pairs on the path of contact may pull.")  # fmt: skip
+def figure_24(runs: Runs) -> Figure:
+    return loads.pair_loads(runs.main_drop, "ring", 1, x="time", window=CLOSE)
+
+
+@picture(25, "Load sharing in the torque drop")
+def figure_25(runs: Runs) -> Figure:
+    return histories.load_sharing(runs.main_drop, x="time", window=DROP, spread=True)
