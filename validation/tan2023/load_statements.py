@@ -42,7 +42,7 @@ def ring_teeth_engage_in_order(runs: Runs) -> Finding:
     steps = np.diff(np.append(start, start[0] + teeth))
     good &= bool(np.all(np.abs(steps - teeth / planets) <= 1.0))
     return Finding(
-        f"{min(newest)} to {max(newest)} new teeth for each planet over the revolution, each the "
+        f"{min(newest)} new teeth or more for each planet over the revolution, each the "
         f"neighbour of the one before; starts {steps.min():.1f} to {steps.max():.1f} teeth apart",
         good,
     )

@@ -62,7 +62,8 @@ def figure_7(runs: Runs) -> Figure:
     8,
     "Equilibrium positions at rated torque",
     "Magnifications are the paper's; equilibria without errors. Tilt is left out: 50 000 times, "
-    "a planet's would leave the picture.",
+    "a planet's would leave the picture. In Y–Z the wavy line is the ring, the line above is the "
+    "sun, the others are planets with their pins.",
 )
 def figure_8(runs: Runs) -> Figure:
     data = runs.star.isel(position=[1, 2]).copy(deep=True)

@@ -132,8 +132,7 @@ def axial_shifts_are_small(runs: Runs) -> Finding:
     return Finding(
         f"largest |z| in µm: {text}; planets' tangential shift {planets * MICRO:.0f}",
         bool(max(float(v) for v in shifts.values()) < 0.25 * planets),
-        "the sun's value is the thrust of its helix over the axial stiffness behind it, chosen "
-        "in case.toml; the bundled case is softer there",
+        "the sun's value is the thrust of its helix over the axial stiffness chosen behind it",
     )
 
 
