@@ -31,6 +31,7 @@ from flexgear.coupling.pairs import build_rows
 
 Array = NDArray[np.float64]
 BETA, GAMMA = 0.25, 0.5
+STICK = 1e-3  # share of rated speed below which a constant brake torque fades
 
 class StepData(NamedTuple):
     """Constant arrays of a step size h; n modes, n_c channels (6 a block, drive, output)."""
@@ -82,12 +83,19 @@ class Samples(NamedTuple):
 
 @njit(cache=True)
 def brake_line(data, speed):
-    """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ."""
+    """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
+
+    A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
+    never drives a train at rest.
+    """
     ratio = abs(speed) / data.brake_speed
     sign = 1.0 if speed >= 0.0 else -1.0
     n = data.brake_exponent
     if n == 1.0:
         slope = data.brake_torque / data.brake_speed
+        return slope * speed, slope
+    if n == 0.0 and ratio < STICK:
+        slope = data.brake_torque / (STICK * data.brake_speed)
         return slope * speed, slope
     torque = sign * data.brake_torque * ratio**n
     slope = 0.0 if ratio == 0.0 else n * data.brake_torque / data.brake_speed * ratio ** (n - 1.0)

@@ -191,3 +191,11 @@ def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():
         beside = np.array([start - BESIDE * h, start + BESIDE * h, stop - BESIDE * h])
         assert drop.torque_at(beside) == pytest.approx([TORQUE, 4e5, 4e5])
         assert drop.torque_at(np.array([stop + BESIDE * h])) == pytest.approx([TORQUE])
+
+
+@pytest.mark.parametrize("exponent", [0, 2])
+def test_brake_laws_hold_the_rated_speed_at_rated_torque(exponent):
+    modal = modal_system(make_system(**{"brake.exponent": str(exponent)}), 1000.0)
+    r = run(modal, STEADY, 0.2, 1e-4)
+    assert r.carrier_speed.mean() == pytest.approx(modal.system.rated_speed, rel=1e-3)
+    assert r.output_torque.mean() == pytest.approx(TORQUE * 27 / 120, rel=2e-3)
