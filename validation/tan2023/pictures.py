@@ -13,7 +13,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.views import displacements, histories, loads
 from flexgear.views.positions import equilibrium_positions
 from flexgear.views.probe import require_rendering
-from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
+from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, RPM, panels, styled
 from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
 from tan2023.runs import MAIN_DROP, Runs
 
@@ -112,7 +112,7 @@ def figure_10(runs: Runs) -> Figure:
     named = {f"to {t / 1e6:g} MN·m": runs.drops[t] for t in (2e6, MAIN_DROP, 2e5)}
     return histories.carrier_speed(
         {"from rest": runs.start_up.data, **named},
-        rated_rpm=11.27,
+        rated_rpm=runs.case.drive.rated_speed * RPM,
         window=(0.0, 2.2),
     )
 

@@ -35,6 +35,7 @@ FLEXIBLE, RIGID = Variant(True, True, True), Variant(False, False, False)
 EIGHT = tuple(Variant(r, c, s) for r in (True, False) for c in (True, False) for s in (True, False))
 DROPS = (2e6, 4e5, 2e5)  # N m, the paper's
 MAIN_DROP = 4e5  # N m, Figures 20-25
+SHORT_START = 0.05  # s, when the torque drops in short runs
 PER_PITCH = 60  # equilibria over a ring tooth pitch
 MODES_TO = 3000.0  # Hz
 
@@ -198,10 +199,10 @@ class Runs:
 
     def short_drop(self, case: Case, modal: ModalSystem, torque: float) -> xr.Dataset:
         """A torque drop for 0.2 s soon after the start, 20 µs steps."""
-        start = 0.05
+        start = SHORT_START
         sink = Collector()
         drive = Drive(
-            lambda t: np.where((t > start) & (t <= start + 0.2), torque, 4e6),
+            lambda t: np.where((t > start) & (t <= start + 0.2), torque, case.drive.rated_torque),
             (start, start + 0.2),
         )
         steps = transient(
