@@ -62,7 +62,6 @@ def solve_active(matrix, right, rows, n, extra, one_sided, active, work, x):
             if active[i] == 1:
                 index[m] = i
                 m += 1
-        loaded = m
         for e in range(extra):
             index[m] = n + e
             m += 1
@@ -112,7 +111,7 @@ def local_blocks(rows, n, place, blocks):
     """
     m = 0
     for i in range(n - 1, -1, -1):
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             b = rows.blocks[i, a]
             if place[b] < 0:
                 place[b] = m
@@ -139,7 +138,7 @@ def row_products(rows, n, matrix, place, blocks, y, out):
         reach = rows.reach[j]
         for c in range(6 * reach):
             y[c] = 0.0
-        for a in range(rows.count[j]):
+        for a in range(rows.width[j]):
             base = 6 * rows.blocks[j, a]
             for p in range(6):
                 v = rows.coef[j, a, p]
@@ -155,7 +154,7 @@ def row_products(rows, n, matrix, place, blocks, y, out):
                     y[to + 5] += v * line[at + 5]
         for i in range(j, n):
             total = 0.0
-            for a in range(rows.count[i]):
+            for a in range(rows.width[i]):
                 at = 6 * place[rows.blocks[i, a]]
                 for p in range(6):
                     total += rows.coef[i, a, p] * y[at + p]
@@ -168,7 +167,7 @@ def row_values(rows, n, vector, out):
     """out[i] = V_iᵀ u for a channel vector u."""
     for i in range(n):
         total = 0.0
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 total += rows.coef[i, a, p] * vector[base + p]

@@ -37,7 +37,7 @@ class Ledger(NamedTuple):
     """Last step's rows, motion, damping forces and modal velocity; empty arrays: no account."""
 
     rows: PairRows
-    count: NDArray[np.int64]  # (1,) rows of the last step, −1 before the first
+    booked: NDArray[np.int64]  # (1,) rows of the last step, −1 before the first
     now: Array  # (n_c,) motion
     old: Array  # (n_c,)
     forces: Array  # (n_c,)
@@ -55,7 +55,7 @@ def row_energy(rows, n, motion, one_sided):
     total = 0.0
     for i in range(n):
         delta = rows.offset[i]
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 delta += rows.coef[i, a, p] * motion[base + p]
@@ -70,7 +70,7 @@ def _damping_loads(rows, n, x, motion, one_sided, out):
     """F − k⟨δ⟩ of every row."""
     for i in range(n):
         delta = rows.offset[i]
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 delta += rows.coef[i, a, p] * motion[base + p]
@@ -87,7 +87,7 @@ def _damping_work(rows, n, load, now, old):
         if load[i] == 0.0:
             continue
         change = 0.0
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 change += rows.coef[i, a, p] * (now[base + p] - old[base + p])
@@ -102,8 +102,8 @@ def _copy_rows(source, n, target):
         target.planet[i] = source.planet[i]
         target.stiffness[i] = source.stiffness[i]
         target.offset[i] = source.offset[i]
-        target.count[i] = source.count[i]
-        for a in range(source.count[i]):
+        target.width[i] = source.width[i]
+        for a in range(source.width[i]):
             target.blocks[i, a] = source.blocks[i, a]
             for p in range(6):
                 target.coef[i, a, p] = source.coef[i, a, p]
@@ -135,7 +135,7 @@ def _joint_blocks(rows, n, old, n_old, place, blocks):
     for part in range(2):
         source = old if part == 0 else rows
         for i in range(n_old if part == 0 else n):
-            for a in range(source.count[i]):
+            for a in range(source.width[i]):
                 b = source.blocks[i, a]
                 if place[b] < 0:
                     place[b] = m
@@ -153,7 +153,7 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
     """Book one step; ``state`` holds the new time, ``state.torques`` still the old one."""
     nc = ledger.now.shape[0]
     one_sided = pairs.one_sided
-    before = ledger.count[0]
+    before = ledger.booked[0]
     n_old, m = _joint_blocks(rows, n, ledger.rows, max(before, 0), ledger.place, ledger.blocks)
     blocks = ledger.blocks
     # forces of both times on the joint blocks; all else is zero and stays unread
@@ -164,7 +164,7 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
             ledger.old_forces[at] = ledger.forces[at] if c < n_old else 0.0
             ledger.forces[at] = 0.0
     for i in range(n):
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 ledger.forces[base + p] -= x[i] * rows.coef[i, a, p]
@@ -215,6 +215,6 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
     for i in range(n):
         ledger.damping_load[i] = fresh[i]
     _copy_rows(rows, n, ledger.rows)
-    ledger.count[0] = n
+    ledger.booked[0] = n
     ledger.eta[:] = state.eta
     ledger.velocity[:] = state.velocity

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -27,7 +28,7 @@ from flexgear.analysis.contact import (
 )
 from flexgear.analysis.kernel import look_at_backs
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pairs import SLOTS, build_rows, pair_rows
+from flexgear.coupling.pairs import SLOTS, PairRows, build_rows, pair_rows
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -78,14 +79,14 @@ def _solve_position(
         matrix[i, i] += 1.0
         for e in range(r):
             total = 0.0
-            for a in range(rows.count[i]):
+            for a in range(rows.width[i]):
                 base = 6 * rows.blocks[i, a]
                 for p in range(6):
                     total += rows.coef[i, a, p] * rigid[base + p, e]
             matrix[i, n + e] = -k * total
             matrix[n + e, i] = total
         d, o, g = 0.0, 0.0, 0.0
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 c = rows.coef[i, a, p]
@@ -114,7 +115,7 @@ def _solve_position(
     # check by substitution: channel forces, motion, pair law and balance
     forces = np.zeros(nc)
     for i in range(n):
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 forces[base + p] -= out[i] * rows.coef[i, a, p]
@@ -136,7 +137,7 @@ def _solve_position(
     return status, n, n_pairs, closure
 
 
-def _work(modal: ModalSystem) -> tuple[object, tuple[Array, ...]]:
+def _work(modal: ModalSystem) -> tuple[PairRows, tuple[NDArray[Any], ...]]:
     rows = pair_rows(modal.system.pairs)
     size = len(rows.kind) + modal.rigid_count + 2
     nb = len(modal.system.blocks) // 6
@@ -178,7 +179,7 @@ def revolution(
     rows, work = _work(modal)
     count, kinds, planets = len(angles), pairs.s0.shape[0], pairs.planets
     shape = (count, kinds, planets, SLOTS)
-    out = np.zeros(len(rows.kind) + r + 2)  # type: ignore[attr-defined]
+    out = np.zeros(len(rows.kind) + r + 2)
     load, stiffness, position = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     tooth = np.full(shape, -1, dtype=np.int16)
     supports = np.zeros((count, len(pairs.support_stiffness)))
@@ -200,7 +201,7 @@ def revolution(
                 raise FlexgearError(
                     f"no equilibrium at carrier angle {angles[p]:.5f} rad under "
                     f"{torques[p]:.6g} N·m: with one-sided contact every planet needs a loaded "
-                    "tooth pair; use a larger torque or contact_law = \"linear\""
+                    'tooth pair; use a larger torque or contact_law = "linear"'
                 )
             seen = wanted.copy()
             if pairs.one_sided:
@@ -216,9 +217,9 @@ def revolution(
         watched[p], closure[p], output[p] = wanted, error, out[n + r]
         forces = np.zeros(len(modal.channels))
         for i in range(n):
-            for a in range(rows.count[i]):  # type: ignore[attr-defined]
-                base = 6 * rows.blocks[i, a]  # type: ignore[attr-defined]
-                forces[base : base + 6] -= out[i] * rows.coef[i, a]  # type: ignore[attr-defined]
+            for a in range(rows.width[i]):
+                base = 6 * rows.blocks[i, a]
+                forces[base : base + 6] -= out[i] * rows.coef[i, a]
         forces[-2], forces[-1] = torques[p], -out[n + r]
         eta[p, :r] = out[n : n + r]
         eta[p, r:] = (forces @ modal.channel_modes[:, e]) / omega2

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 BETA, GAMMA = 0.25, 0.5
 STICK = 1e-3  # share of rated speed below which a constant brake torque fades
 
+
 class StepData(NamedTuple):
     """Constant arrays of a step size h; n modes, n_c channels (6 a block, drive, output)."""
 
@@ -147,7 +148,7 @@ def _spread(rows, n, x, blocks, m, drive, brake, forces):
     for i in range(n):
         if x[i] == 0.0:
             continue
-        for a in range(rows.count[i]):
+        for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 forces[base + p] -= x[i] * rows.coef[i, a, p]
@@ -189,8 +190,9 @@ def local_motion(data, blocks, m, eta, forces, out):
 def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
     """Watch the back flanks of a gear mesh whose gap at the pitch point has nearly closed.
 
-    Mirroring the normal in the planet's radial axis keeps its radial part and turns the rest:
-    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin holds the largest errors of the back flank.
+    Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest:
+    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin
+    holds the largest errors of the back flank.
     """
     if pairs.s0.shape[0] < 4:
         return
@@ -214,7 +216,7 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
             nx = pairs.cos_b[g] * pairs.normal[g, 0]
             delta = 0.0
             radial = -nx * motion[6 * rows.blocks[r, 0]]
-            for a in range(rows.count[r]):
+            for a in range(rows.width[r]):
                 base = 6 * rows.blocks[r, a]
                 for p in range(6):
                     delta += rows.coef[r, a, p] * motion[base + p]
@@ -259,7 +261,7 @@ def forces_at_state(data, pairs, rows, state, theta, drive, brake, scratch, x):
 
     Returns (rows, pairs, local blocks, status). Used for consistent accelerations.
     """
-    (matrix, matrix_v, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
+    (matrix, _, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
     n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
     m = local_blocks(rows, n, place, blocks)
     nc = data.channel_modes.shape[0]
@@ -349,8 +351,10 @@ def advance(data, pairs, rows, state, torque, save_every, first_step, samples, s
         speed_guess = 0.0
         for j in range(nm):
             a, v, q = state.acceleration[j], state.velocity[j], state.eta[j]
-            theta += data.angle[j] * (q + h * v + 0.5 * h * h * a)
-            speed_guess += data.channel_modes[out_row, j] * (v + h * a)
+            # elastic accelerations would carry the rule's own oscillation into the geometry
+            rigid = h * a if data.omega2[j] == 0.0 else 0.0
+            theta += data.angle[j] * (q + h * v + 0.5 * h * rigid)
+            speed_guess += data.channel_modes[out_row, j] * (v + rigid)
             star = q + h * v + (0.5 - BETA) * h * h * a
             star_v = v + (1.0 - GAMMA) * h * a
             a0 = data.inverse[j] * (
@@ -385,7 +389,7 @@ def advance(data, pairs, rows, state, torque, save_every, first_step, samples, s
             # pair forces and brake torque act through −V F and −T
             gd = 0.0
             gv = 0.0
-            for a in range(rows.count[i]):
+            for a in range(rows.width[i]):
                 base = 6 * rows.blocks[i, a]
                 for p in range(6):
                     gd += rows.coef[i, a, p] * data.g_displacement[out_row, base + p]
@@ -423,8 +427,6 @@ def advance(data, pairs, rows, state, torque, save_every, first_step, samples, s
         _remember(rows, n, n_pairs, x, state)
         release(place, blocks, m)
         if (first_step + step + 1) % save_every == 0:
-            _save(
-                samples, saved, data, pairs, rows, n, n_pairs, x, state, theta, drive, brake
-            )
+            _save(samples, saved, data, pairs, rows, n, n_pairs, x, state, theta, drive, brake)
             saved += 1
     return 0, saved

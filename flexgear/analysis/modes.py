@@ -44,7 +44,7 @@ def row_vectors(system: System, rows: object, n: int) -> Array:
     """Rows V in physical coordinates, (n, d)."""
     out = np.zeros((n, system.size))
     for i in range(n):
-        for a in range(rows.count[i]):  # type: ignore[attr-defined]
+        for a in range(rows.width[i]):  # type: ignore[attr-defined]
             base = 6 * rows.blocks[i, a]  # type: ignore[attr-defined]
             out[i] += rows.coef[i, a] @ system.blocks[base : base + 6]  # type: ignore[attr-defined]
     return out

@@ -92,8 +92,9 @@ def reference_transient(
     base = mass + GAMMA * h * damping + BETA * h * h * stiffness
     for step in range(steps):
         time = (step + 1) * h
-        theta = float(system.carrier_angle @ (q + h * v + 0.5 * h * h * a))
-        guess = float(system.output @ (v + h * a))
+        rigid = system.rigid @ (system.rigid.T @ (mass @ a))  # as the fast step extrapolates
+        theta = float(system.carrier_angle @ (q + h * v + 0.5 * h * h * rigid))
+        guess = float(system.output @ (v + h * rigid))
         vectors, k, c, offset = rows_at(theta)
         star = q + h * v + (0.5 - BETA) * h * h * a
         star_v = v + (1 - GAMMA) * h * a

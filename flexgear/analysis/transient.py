@@ -1,4 +1,4 @@
-"""Transient under a drive torque: plans steps, runs the compiled kernel in chunks, hands samples on.
+"""Transient under a drive torque: plans steps, runs the kernel in chunks, hands samples on.
 
 The run starts from static equilibrium at the starting torque plus rigid rolling. At every jump of
 the torque the step sequence restarts with a consistent acceleration, so that the average-
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -200,7 +201,7 @@ def _ledger(modal: ModalSystem, track: bool) -> Ledger:
     size = len(rows.kind)
     return Ledger(
         rows=rows,
-        count=np.array([-1], dtype=np.int64),
+        booked=np.array([-1], dtype=np.int64),
         now=np.zeros(nc),
         old=np.zeros(nc),
         forces=np.zeros(nc),
@@ -250,7 +251,7 @@ def plan_segments(
         cuts.update((w.start, w.stop))
     edges = sorted(c for c in cuts if 0.0 <= c <= duration)
     segments = []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         if b - a < 1e-12:
             continue
         middle = 0.5 * (a + b)
@@ -289,12 +290,12 @@ def transient(
     for segment in segments:
         h = segment.time_step
         data = known.setdefault(h, step_data(modal, h))
-        times = segment.start + h * np.arange(segment.steps + 1)
+        times: Array = segment.start + h * np.arange(segment.steps + 1, dtype=np.float64)
         # the torque just after a jump, and just before the next one
         inside = times.copy()
         inside[0] += BESIDE * h
         inside[-1] -= BESIDE * h
-        torque = np.asarray(drive.torque(inside), dtype=float)
+        torque = np.asarray(drive.torque(inside), dtype=np.float64)
         if consistent_acceleration(
             data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger
         ):

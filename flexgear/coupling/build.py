@@ -200,14 +200,15 @@ def _components(
             made[name] = rigid_variant(made[name])
     mass, inertia = gear_inertia(case, "planet", geometry)
     planets = [
-        lumped_body(f"planet_{i + 1}", mass, tuple(inertia)) for i in range(case.stage.planets)
+        lumped_body(f"planet_{i + 1}", mass, (inertia[0], inertia[1], inertia[2]))
+        for i in range(case.stage.planets)
     ]
     out = case.inertia
     output = lumped_body("output", out.output_mass, (out.output_tilt, out.output_tilt, out.output))
     output = replace(output, positions=made["shaft"].positions[-1:].copy())
     bodies = [made["ring"], made["carrier"], *planets, made["shaft"], output]
     if case.housing.kind == "lumped":
-        bodies.append(lumped_body("housing", case.housing.mass, tuple(case.housing.inertia)))
+        bodies.append(lumped_body("housing", case.housing.mass, case.housing.inertia))
     return bodies
 
 

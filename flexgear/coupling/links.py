@@ -26,7 +26,8 @@ def turn(angle: float) -> Array:
 def invariant_part(matrix: Array) -> Array:
     """Mean of R(θ)ᵀ K R(θ) over a turn; harmonics up to 2θ, so eight angles are exact."""
     angles = np.arange(8) * np.pi / 4
-    return sum(turn(a).T @ matrix @ turn(a) for a in angles) / len(angles)
+    turned = np.array([turn(a).T @ matrix @ turn(a) for a in angles])
+    return np.asarray(turned.mean(axis=0))
 
 
 def rotating_rows(matrix: Array) -> tuple[Array, Array]:

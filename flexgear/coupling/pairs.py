@@ -86,7 +86,7 @@ class PairRows(NamedTuple):
     damping: Array
     offset: Array  # e − gap, m
     blocks: IntArray  # (R, B)
-    count: IntArray  # blocks of a row
+    width: IntArray  # blocks of a row
     reach: IntArray  # local blocks of this row and later ones
     coef: Array  # (R, B, 6)
     pair_row: IntArray  # (P,)
@@ -122,7 +122,7 @@ def pair_rows(data: PairData) -> PairRows:
         damping=reals(rows),
         offset=reals(rows),
         blocks=ints(rows, width),
-        count=ints(rows),
+        width=ints(rows),
         reach=ints(rows),
         coef=reals(rows, width, 6),
         pair_row=ints(pairs),
@@ -219,7 +219,7 @@ def _support_rows(d, rows, theta, n):
                 for o in range(6):
                     rows.coef[n, m, o] = w[o]
             m += 1
-        rows.count[n] = m
+        rows.width[n] = m
         n += 1
     return n
 
@@ -240,8 +240,8 @@ def build_rows(d, rows, theta, wanted):
             if wanted[g, i] == 0:
                 continue
             base = d.s0[g, i] + d.rate[g] * theta
-            k_lo = int(math.ceil((d.s_lo[g] - reach - base) / d.pitch[g]))
-            k_hi = int(math.floor((d.s_hi[g] + reach - base) / d.pitch[g]))
+            k_lo = math.ceil((d.s_lo[g] - reach - base) / d.pitch[g])
+            k_hi = math.floor((d.s_hi[g] + reach - base) / d.pitch[g])
             first = p
             total = 0.0
             for k in range(k_lo, k_hi + 1):
@@ -298,7 +298,7 @@ def build_rows(d, rows, theta, wanted):
                     rows.blocks[n, m] = sun_block
                     _gear_row(rows.coef[n, m], d, g, i, theta, cx, cy, z, 0, 1.0)
                     m += 1
-                rows.count[n] = m
+                rows.width[n] = m
                 rows.offset[n] = error - d.gap[g]
                 n += 1
                 continue
@@ -313,7 +313,7 @@ def build_rows(d, rows, theta, wanted):
                 rows.stiffness[n] = rows.pair_stiffness[q]
                 rows.damping[n] = d.damping[g] * math.sqrt(rows.pair_stiffness[q])
                 rows.offset[n] = rows.pair_error[q] - d.gap[g]
-                rows.count[n] = 2
+                rows.width[n] = 2
                 rows.blocks[n, 0] = planet_block + i
                 _planet_row(rows.coef[n, 0], d, g, cx, cy, z)
                 rows.blocks[n, 1] = tooth if d.is_ring[g] == 1 else sun_block
@@ -338,7 +338,7 @@ def contact_forces(d, rows, theta, wanted, pair_load, support_load, out):
         load = pair_load[rows.pair_kind[q], rows.pair_planet[q], rows.pair_slot[q]]
         if load == 0.0:
             continue
-        for m in range(rows.count[r]):  # loads of pairs that share a row add up to its force
+        for m in range(rows.width[r]):  # loads of pairs that share a row add up to its force
             b = rows.blocks[r, m]
             for o in range(6):
                 out[6 * b + o] -= load * rows.coef[r, m, o]
@@ -346,7 +346,7 @@ def contact_forces(d, rows, theta, wanted, pair_load, support_load, out):
         if rows.kind[r] >= 0:
             continue
         load = support_load[rows.planet[r]]
-        for m in range(rows.count[r]):
+        for m in range(rows.width[r]):
             b = rows.blocks[r, m]
             for o in range(6):
                 out[6 * b + o] -= load * rows.coef[r, m, o]

@@ -31,7 +31,7 @@ class Variant:
 
     @property
     def label(self) -> str:
-        """"flexible", "rigid", or the flexible components joined by +."""
+        """ "flexible", "rigid", or the flexible components joined by +."""
         parts = [n for n in ("ring", "carrier", "shaft") if getattr(self, n)]
         return {0: "rigid", 3: "flexible"}.get(len(parts), "+".join(parts))
 

@@ -140,7 +140,9 @@ def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping()
 
 
 def test_dips_grow_with_the_drop(one_sided_modal):
-    dips = [run(one_sided_modal, drop(low), 0.3, 1e-4).carrier_speed.min() for low in (2e6, 4e5, 2e5)]
+    dips = [
+        run(one_sided_modal, drop(low), 0.3, 1e-4).carrier_speed.min() for low in (2e6, 4e5, 2e5)
+    ]
     assert dips[0] > dips[1] > dips[2]
 
 
@@ -148,9 +150,7 @@ def test_linear_contact_pulls_only_where_the_drive_is_light():
     """Negative tooth loads need a light drive; under one-sided contact there are none."""
     lows = {}
     for law, inertia in (("linear", 2e4), ("linear", 3.8e7), ("one-sided", 2e4)):
-        system = make_system(
-            **{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)}
-        )
+        system = make_system(**{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)})
         r = run(modal_system(system, 3000.0), drop(2e5, 0.01, 0.11), 0.12, 2e-5, interval=1e-4)
         front = r.pair_load[:, :2]
         lows[law, inertia] = front.min() / front[0].max()

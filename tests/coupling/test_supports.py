@@ -102,9 +102,7 @@ def test_bearing_that_holds_the_rotation_is_refused():
 
 def test_single_point_gear_mesh_shares_load_by_stiffness():
     theta = np.linspace(0, 0.06, 5)
-    lumped = revolution(
-        modal_system(make_system(**{"gear_mesh.model": '"lumped"'})), theta, TORQUE
-    )
+    lumped = revolution(modal_system(make_system(**{"gear_mesh.model": '"lumped"'})), theta, TORQUE)
     pairs = revolution(modal_system(make_system()), theta, TORQUE)
     total, k = lumped.pair_load.sum(-1, keepdims=True), lumped.pair_stiffness
     share = k / np.maximum(k.sum(-1, keepdims=True), 1.0)

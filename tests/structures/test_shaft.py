@@ -48,9 +48,7 @@ def test_rigid_motion_is_free_and_carries_the_whole_mass():
 
 def test_slender_cantilever_frequency_converges_at_fourth_order():
     section = BeamSection(6.0, 0.1)
-    exact = 1.875104069**2 * np.sqrt(
-        210e9 * section.second_moment / (7850 * section.area * 6.0**4)
-    )
+    exact = 1.875104069**2 * np.sqrt(210e9 * section.second_moment / (7850 * section.area * 6.0**4))
     errors = []
     for elements in (1, 2, 4):
         body = shaft(elements=elements, section=section)
