@@ -274,7 +274,8 @@ def transient(
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s.
+    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s, and at
+    least once between two jumps or window edges.
 
     Returns the number of steps taken. Raises FlexgearError where a step has no solution.
     """
@@ -300,7 +301,7 @@ def transient(
             data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger
         ):
             raise FlexgearError(f"no consistent contact state at t = {segment.start:.6f} s")
-        every = max(1, round(output_interval / h))
+        every = min(max(1, round(output_interval / h)), segment.steps)
         for first in range(0, segment.steps, CHUNK):
             last = min(first + CHUNK, segment.steps)
             saves = last // every - first // every
