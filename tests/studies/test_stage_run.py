@@ -120,6 +120,7 @@ def test_ramp_ends_where_the_brake_law_says(case):
         {
             **FAST,
             "solver.step_time_step_s": "2e-4",
+            "inertia.drive_kg_m2": "2e5",  # settles twelve times over before the last half second
             "drive.kind": "ramp",
             "drive.times_s": "[0.1, 0.5]",
             "drive.torques_nm": "[4e6, 2e6]",

@@ -73,7 +73,7 @@ class CarrierMeshParameters:
     web_width: float = 0.3
     web_inner_radius: float | None = None
     web_clearance: float = 0.01
-    pin_diameter: float = 0.22
+    pin_diameter: float = 0.26
     pin_bore: float = 0.0
     pin_seat_width: float | None = None
     hub_outer_diameter: float = 0.9
