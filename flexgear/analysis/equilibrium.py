@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from flexgear.analysis.backs import look_at_backs
 from flexgear.analysis.contact import (
     local_blocks,
     release,
@@ -26,7 +27,6 @@ from flexgear.analysis.contact import (
     row_values,
     solve_active,
 )
-from flexgear.analysis.kernel import look_at_backs
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import SLOTS, PairRows, build_rows, pair_rows
 from flexgear.model.errors import FlexgearError

@@ -12,13 +12,13 @@ carrier angle of the new time, solves one small contact problem and projects the
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from flexgear.analysis.backs import look_at_backs
 from flexgear.analysis.contact import (
     local_blocks,
     release,
@@ -184,47 +184,6 @@ def local_motion(data, blocks, m, eta, forces, out):
                 for q in range(6):
                     total += line[at + q] * forces[at + q]
             out[first + p] += total
-
-
-@njit(cache=True)
-def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
-    """Watch the back flanks of a gear mesh whose gap at the pitch point has nearly closed.
-
-    Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest:
-    δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin
-    holds the largest errors of the back flank.
-    """
-    if pairs.s0.shape[0] < 4:
-        return
-    for g in range(2):
-        b = g + 2
-        for i in range(pairs.planets):
-            best = -1
-            distance = 1e30
-            for q in range(n_pairs):
-                if rows.pair_kind[q] == g and rows.pair_planet[q] == i:
-                    off = abs(rows.pair_s[q] - pairs.s_pitch[g])
-                    if off < distance:
-                        distance = off
-                        best = q
-            if best < 0:
-                wanted[b, i] = 1
-                continue
-            r = rows.pair_row[best]
-            angle = pairs.phi[i] + (theta if pairs.is_ring[g] == 1 else 0.0)
-            ca, sa = math.cos(angle), math.sin(angle)
-            nx = pairs.cos_b[g] * pairs.normal[g, 0]
-            delta = 0.0
-            radial = -nx * motion[6 * rows.blocks[r, 0]]
-            for a in range(rows.width[r]):
-                base = 6 * rows.blocks[r, a]
-                for p in range(6):
-                    delta += rows.coef[r, a, p] * motion[base + p]
-            gear = 6 * rows.blocks[r, 1]
-            radial += nx * (ca * motion[gear] + sa * motion[gear + 1])
-            margin = 0.3 * pairs.gap[b] + 2e-5
-            near = 2 * radial - delta > pairs.gap[b] - margin - pairs.largest_error[b, i]
-            wanted[b, i] = 1 if near else 0
 
 
 @njit(cache=True)

@@ -274,8 +274,9 @@ def transient(
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s, and at
-    least once between two jumps or window edges.
+    """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s.
+
+    There is a sample at least once between two jumps or window edges.
 
     Returns the number of steps taken. Raises FlexgearError where a step has no solution.
     """

@@ -10,12 +10,12 @@ import typer
 from flexgear.cli.display import present, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.model.errors import InputError
-from flexgear.structures.build import carrier_body, carrier_mesh, ring_body, ring_mesh
-from flexgear.structures.fe_mesh import FeMesh, write_fe_mesh
+from flexgear.structures.build import carrier_body, ring_body
+from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
 from flexgear.structures.store import cache_directory
 from flexgear.studies.stage_bodies import named
 
-MESHES = {"ring": ring_mesh, "carrier": carrier_mesh}
+MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
 BODIES = {"ring": ring_body, "carrier": carrier_body}
 Component = Annotated[
     str, typer.Option("--component", "-c", metavar="ring|carrier|both", help="Which component.")

@@ -18,7 +18,7 @@ from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
 from flexgear.results.files import write_bytes
-from flexgear.structures.build import carrier_mesh_parameters, ring_mesh_parameters
+from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
 
 RPM = 60 / (2 * math.pi)
 
@@ -33,8 +33,10 @@ def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) ->
     """Validate a case and print its derived geometry."""
     found = read_case(case, settings)
     sections = derived(found)
-    ring_mesh_parameters(found).check()
-    carrier_mesh_parameters(found).check()
+    if found.ring.fe_mesh == "generate":
+        RingMeshParameters.from_case(found).check()
+    if found.carrier.fe_mesh == "generate":
+        CarrierMeshParameters.from_case(found).check()
     present(f"{found.name}: {found.title or 'valid'}", sections, as_json)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.ring import Ring
 from flexgear.structures import estimate, probe_loads
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
     RingMeshParameters,
-    carrier_fe_mesh,
-    read_fe_mesh,
-    ring_fe_mesh,
+    carrier_of_case,
+    ring_of_case,
 )
 from flexgear.structures.fem import FeModel, assemble
 from flexgear.structures.interfaces import (
@@ -42,10 +44,10 @@ _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     """The case's ring gear, reduced; from the cache if it was reduced before."""
     report = progress or silent
-    parameters, ring = ring_mesh_parameters(case), case.ring
+    ring = case.ring
     key = content_key(
         body="ring",
-        fe_mesh=_mesh_content(ring.fe_mesh_file, ring.fe_mesh_unit, parameters, ring.fe_mesh),
+        fe_mesh=_mesh_content(case, ring, RingMeshParameters),
         material=case.material.model_dump(),
         ties=[ring.tie, ring.tie_kind, ring.end, [f.z for f in ring.fits]],
         bolts=[
@@ -65,12 +67,10 @@ def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
 def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
     report = progress or silent
-    parameters, carrier = carrier_mesh_parameters(case), case.carrier
+    carrier = case.carrier
     key = content_key(
         body="carrier",
-        fe_mesh=_mesh_content(
-            carrier.fe_mesh_file, carrier.fe_mesh_unit, parameters, carrier.fe_mesh
-        ),
+        fe_mesh=_mesh_content(case, carrier, CarrierMeshParameters),
         material=case.material.model_dump(),
         pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
         modes=carrier.fixed_interface_modes,
@@ -80,100 +80,10 @@ def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     return _judged(body, carrier_supports(case, body, body.stiffness[at, at]))
 
 
-def ring_mesh_parameters(case: Case) -> RingMeshParameters:
-    """What the ring's FE mesh takes from the case."""
-    stage, ring = case.stage, case.ring
-    return RingMeshParameters(
-        teeth=stage.ring.teeth,
-        normal_module=stage.normal_module,
-        pressure_angle=stage.pressure_angle,
-        helix_angle=abs(stage.helix_angle),
-        hand="right" if stage.signed_helix_angle >= 0 else "left",
-        profile_shift=stage.ring.profile_shift,
-        addendum=stage.ring.addendum,
-        dedendum=stage.ring.dedendum,
-        root_fillet=stage.ring.root_fillet,
-        face_width=stage.face_width,
-        rim_thickness=ring.rim_thickness,
-        bolts=ring.bolts.number,
-        bolt_circle_diameter=ring.bolts.circle_diameter,
-        bolt_diameter=ring.bolts.diameter,
-        bolt_holes=ring.bolts.holes,
-        first_bolt_angle=ring.bolts.first_angle,
-        fits=tuple(fit.band for fit in ring.fits),
-        fidelity=case.solver.fidelity,
-    )
-
-
-def carrier_mesh_parameters(case: Case) -> CarrierMeshParameters:
-    """What the carrier's FE mesh takes from the case."""
-    stage, carrier = case.stage, case.carrier
-    geometry = stage_geometry(stage)
-    return CarrierMeshParameters(
-        planets=stage.planets,
-        center_distance=geometry.center_distance,
-        planet_tip_radius=geometry.planet.tip_radius,
-        gear_face_width=stage.face_width,
-        plate_diameter=carrier.plate_diameter,
-        plate_thickness_drive=carrier.plate_thickness_drive,
-        plate_thickness_far=carrier.plate_thickness_far,
-        plate_gap=carrier.plate_gap,
-        web_width=carrier.web_width,
-        web_inner_radius=carrier.web_inner_radius,
-        web_clearance=carrier.web_clearance,
-        pin_diameter=carrier.pin_diameter,
-        pin_bore=carrier.pin_bore,
-        pin_seat_width=carrier.pin_seat_width,
-        hub_outer_diameter=carrier.hub_outer_diameter,
-        hub_bore=carrier.hub_bore,
-        hub_length=carrier.hub_length,
-        seat_drive_diameter=carrier.seat_drive.diameter,
-        seat_drive_width=carrier.seat_drive.width,
-        seat_far_diameter=carrier.seat_far.diameter,
-        seat_far_width=carrier.seat_far.width,
-        drive_side=carrier.drive_side,
-        fidelity=case.solver.fidelity,
-    )
-
-
-def ring_mesh(case: Case) -> FeMesh:
-    """The ring's FE mesh, generated or the user's own with its named groups checked."""
-    ring = case.ring
-    if ring.fe_mesh == "generate" or ring.fe_mesh_file is None:
-        return ring_fe_mesh(ring_mesh_parameters(case))
-    patches = [f"tooth_{ring.tie}_{j + 1:03d}" for j in range(case.stage.ring.teeth)]
-    patches += [f"fit_{k + 1}" for k in range(len(ring.fits))]
-    if ring.bolts.holes:
-        patches += [f"bolt_{k + 1:02d}" for k in range(ring.bolts.number)]
-    geometry = stage_geometry(case.stage)
-    size = 2 * (geometry.ring.root_radius + ring.rim_thickness)
-    return read_fe_mesh(ring.fe_mesh_file, ring.fe_mesh_unit, patches, size, "ring")
-
-
-def carrier_mesh(case: Case) -> FeMesh:
-    """The carrier's FE mesh, generated or the user's own with its named groups checked."""
-    carrier, stage = case.carrier, case.stage
-    if carrier.fe_mesh == "generate" or carrier.fe_mesh_file is None:
-        equal = 2 * np.pi * np.arange(stage.planets) / stage.planets
-        if not np.allclose(stage.planet_angles, equal, atol=1e-9):
-            raise InputError(
-                "carrier",
-                "fe_mesh",
-                "is generated for equally spaced planets only",
-                "give a carrier mesh file with pins at the case's planet positions",
-            )
-        return carrier_fe_mesh(carrier_mesh_parameters(case))
-    patches = ["drive", "bearing_drive", "bearing_far"]
-    patches += [f"pin_{i + 1}" for i in range(stage.planets)]
-    return read_fe_mesh(
-        carrier.fe_mesh_file, carrier.fe_mesh_unit, patches, carrier.plate_diameter, "carrier"
-    )
-
-
 def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
-    fe_mesh = ring_mesh(case)
+    fe_mesh = ring_of_case(case)
     clock.lap("fe_mesh")
     model = _assembled(case, fe_mesh, progress)
     interface = ring_interface(case, model)
@@ -200,7 +110,7 @@ def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
 def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("carrier: FE mesh", 0.0)
-    fe_mesh = carrier_mesh(case)
+    fe_mesh = carrier_of_case(case)
     clock.lap("fe_mesh")
     model = _assembled(case, fe_mesh, progress)
     interface = carrier_interface(case, model)
@@ -282,10 +192,15 @@ class _Clock:
         self.laps[name], self._last = now - self._last, now
 
 
-def _mesh_content(file: str | None, unit: str, parameters: object, kind: str) -> object:
+def _mesh_content(
+    case: Case,
+    part: Ring | Carrier,
+    generator: type[RingMeshParameters] | type[CarrierMeshParameters],
+) -> object:
     """What a mesh depends on: the generator's parameters, or the bytes of the user's file."""
-    if kind == "generate" or file is None:
-        return parameters
+    if part.fe_mesh == "generate" or part.fe_mesh_file is None:
+        return replace(generator.from_case(case), where="")  # the case's path changes nothing
+    file, unit = part.fe_mesh_file, part.fe_mesh_unit
     try:
         return ["file", unit, hashlib.sha256(Path(file).read_bytes()).hexdigest()]
     except OSError as error:

@@ -8,6 +8,7 @@ from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
 from flexgear.structures import build
 from flexgear.structures.estimate import compare_static
+from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import ring_interface, ring_supports
 from flexgear.structures.probe_loads import tooth_lines
@@ -66,7 +67,7 @@ def test_carrier_nodes_stand_where_the_conventions_say(case, carrier):
 @pytest.mark.parametrize("name", ["ring", "carrier"])
 def test_rigid_motion_carries_the_mass_and_no_force(request, case, name):
     body = request.getfixturevalue(name)
-    fe_mesh = {"ring": build.ring_mesh, "carrier": build.carrier_mesh}[name](case)
+    fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
     rigid = body.rigid_modes()
     inertia = rigid.T @ body.mass @ rigid
     assert inertia[0, 0] == pytest.approx(7850 * fe_mesh.volume(), rel=1e-6)
@@ -86,7 +87,7 @@ def test_errors_are_estimated_and_small(ring, carrier):
 def test_flank_tie_meets_its_bound(case):
     flank = case.with_(**{"ring.tie": "flank"})
     m = flank.material
-    model = assemble(build.ring_mesh(flank), m.young_modulus, m.poisson_ratio, m.density)
+    model = assemble(ring_of_case(flank), m.young_modulus, m.poisson_ratio, m.density)
     interface = ring_interface(flank, model)
     made = Reduction(None, condense(model, interface), None, None)
     loads = tooth_lines(model, [0, 31, 62], flank.stage.face_width)
@@ -98,7 +99,7 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
     def refuse(*_args, **_kwargs):
         raise AssertionError("meshed again")
 
-    monkeypatch.setattr(build, "ring_fe_mesh", refuse)
+    monkeypatch.setattr(build, "ring_of_case", refuse)
     again = build.ring_body(case.with_(**{"bearings.planet.radial": 1e9}))
     assert np.array_equal(again.stiffness, ring.stiffness)
     assert again.report["estimated_on_these_supports"]
@@ -111,4 +112,4 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
 def test_unequal_pins_want_a_mesh_of_their_own(case):
     angles = (0.0, 1.2, 2.5, 3.8, 5.0)
     with pytest.raises(InputError, match="equally spaced"):
-        build.carrier_mesh(case.with_(**{"stage.planet_positions": angles}))
+        carrier_of_case(case.with_(**{"stage.planet_positions": angles}))

@@ -3,15 +3,15 @@
 import csv
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from flexgear.model.case import load_case
-from flexgear.structures import build
 from flexgear.structures.factorisation import factorise
+from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import (
     carrier_interface,
@@ -21,6 +21,7 @@ from flexgear.structures.interfaces import (
 )
 from flexgear.structures.lanczos import largest_eigenpairs
 from flexgear.structures.tall import single_threaded_blas
+from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent
 FIDELITIES = ("quick", "standard", "fine")
@@ -29,7 +30,7 @@ FIDELITIES = ("quick", "standard", "fine")
 def quantities(name, fidelity):
     """dofs, compliance m/N of the loaded node in its direction, six frequencies Hz."""
     case = load_case("wind-5mw", {"solver.fidelity": fidelity})
-    fe_mesh = {"ring": build.ring_mesh, "carrier": build.carrier_mesh}[name](case)
+    fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     if name == "ring":
@@ -66,7 +67,7 @@ def richardson(sizes, values):
 
 
 @pytest.mark.parametrize("name", ["ring", "carrier"])
-def test_standard_mesh_is_fine_enough(name):
+def test_standard_mesh_is_fine_enough(name, results):
     with (HERE / "reference.csv").open() as stream:
         accepted = {
             row["quantity"]: float(row["accepted_error_of_standard"])
@@ -81,13 +82,13 @@ def test_standard_mesh_is_fine_enough(name):
     orders = [richardson(sizes, column)[1] for column in table.T]
     errors = np.abs(table / limits - 1)
     print(f"\n{name}: dofs {sizes}, orders {np.round(orders, 1)}\n{np.round(100 * errors, 3)} %")
-    figure, axes = plt.subplots(figsize=(6, 4))
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    axes = figure.subplots()
     labels = ["compliance", *(f"frequency {k}" for k in range(1, 7))]
     for column, label in zip(errors.T, labels, strict=True):
         axes.loglog(sizes, np.maximum(column, 1e-6), "o-", label=label)
     axes.set(xlabel="dofs", ylabel="relative error (Richardson)", title=name)
     axes.legend(fontsize=7)
-    figure.savefig(HERE / f"{name}.png", dpi=120)
-    plt.close(figure)
+    save_figure(figure, results / "fe_convergence" / f"{name}.png", dpi=120)
     assert errors[1, 0] < accepted["compliance"]
     assert errors[1, 1:].max() < accepted["frequency"]
