@@ -4,7 +4,7 @@ CASE ?= wind-5mw
 OUT ?= results/$(CASE)
 WORKERS ?= 2
 
-.PHONY: run test check lint format-check rules types layers validate install install-dev clean
+.PHONY: run test check lint format-check rules types layers validate validate-quick install install-dev clean
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
@@ -31,6 +31,10 @@ layers: install-dev
 
 validate: install-dev
 	$(PY) -m pytest validation
+
+# The same statements about Tan et al. 2023 on coarse FE meshes: what CI has time for.
+validate-quick: install-dev
+	$(PY) -m pytest validation/tan2023 --fidelity quick
 
 install:
 	@bash .ci/setup
