@@ -60,7 +60,6 @@ class State(NamedTuple):
     touched: NDArray[np.uint8]  # (G, N, 8) pair was loaded at the last step, by index mod 8
     wanted: NDArray[np.int64]  # (G, N) gear meshes to look at
     forces: Array  # (n_c,) channel forces of the last step, valid on the blocks then in contact
-    motion: Array  # (n_c,) channel displacements of the last step
     torques: Array  # (2,) drive and brake of the last step
     energy: Array  # (8,) in the order of ENERGIES
 

@@ -174,7 +174,6 @@ def start_state(
         touched=touched,
         wanted=at_rest.wanted[0].copy(),
         forces=np.zeros(nc),
-        motion=np.zeros(nc),
         torques=np.zeros(2),
         energy=np.zeros(len(ENERGIES)),
     )

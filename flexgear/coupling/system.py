@@ -7,7 +7,6 @@ bearings, bolts, spline. Gear meshes and supports that are not invariant to rota
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -173,6 +172,3 @@ def without_rigid_forces(stiffness: Array, mass: Array, rigid: Array) -> Array:
     k = stiffness - left @ (rigid.T @ stiffness)
     k = k - (k @ rigid) @ left.T
     return 0.5 * (k + k.T)
-
-
-Recover = Callable[[Array], Array]

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from flexgear.model.case import load_case
+from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.factorisation import factorise
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
@@ -92,3 +93,18 @@ def test_standard_mesh_is_fine_enough(name, results):
     save_figure(figure, results / "fe_convergence" / f"{name}.png", dpi=120)
     assert errors[1, 0] < accepted["compliance"]
     assert errors[1, 1:].max() < accepted["frequency"]
+
+
+@pytest.mark.parametrize(
+    ("body", "tie", "accepted"),
+    [("ring", "root", 0.02), ("ring", "flank", 0.03), ("carrier", "root", 0.02)],
+)
+def test_reduction_at_standard_stays_within_its_accepted_errors(body, tie, accepted):
+    """Against the unreduced model: static by the node's largest motion, frequencies to 2 kHz."""
+    case = load_case("wind-5mw", {"ring.tie": tie, "solver.fidelity": "standard"})
+    report = {"ring": ring_body, "carrier": carrier_body}[body](case).report
+    each = report["static_error_each"]
+    print(f"\n{body}, {tie}: static {report['static_error']:.4f}, each load case by itself {each}")
+    assert report["static_error"] < accepted
+    assert report["frequency_error"] < 0.01
+    assert report["frequency_limit_hz"] == 2000.0
