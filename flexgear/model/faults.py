@@ -91,7 +91,7 @@ def _spelled(root: type[Section], loc: list[Any]) -> str:
 def _refused(
     root: type[Section], loc: list[Any], cause: Refusal, where: str, written: Written
 ) -> InputError:
-    parts = [*loc, *cause.key.split(".")]
+    parts = [*loc, *(int(p) if p.isdigit() else p for p in cause.key.split("."))]
     path = ".".join(str(p) for p in parts)
     where, key, _, _ = written.fields.get(path, (where, _spelled(root, parts), "", None))
     return InputError(where, key, cause.problem, cause.remedy)

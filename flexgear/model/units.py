@@ -21,6 +21,9 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
     "rate": {"per_s": (1, 1)},
     "speed": {"rpm": (math.pi, 30), "rad_per_s": (1, 1)},
     "torque": {"nm": (1, 1), "knm": (1e3, 1)},
+    "force": {"n": (1, 1), "kn": (1e3, 1)},
+    "power": {"kw": (1e3, 1), "w": (1, 1), "mw": (1e6, 1)},
+    "acceleration": {"m_per_s2": (1, 1)},
     "stiffness": {
         "n_per_m": (1, 1),
         "n_per_mm": (1e3, 1),
@@ -73,6 +76,12 @@ _PRINTED = {
     "pa": "Pa",
     "nm": "N m",
     "knm": "kN m",
+    "n": "N",
+    "kn": "kN",
+    "w": "W",
+    "kw": "kW",
+    "mw": "MW",
+    "m_per_s2": "m/s²",
     "per_s": "1/s",
     "rad_per_s": "rad/s",
     "si": "",
@@ -106,6 +115,9 @@ Frequency = Annotated[float, Quantity("frequency")]
 Rate = Annotated[float, Quantity("rate")]
 Speed = Annotated[float, Quantity("speed")]
 Torque = Annotated[float, Quantity("torque")]
+Force = Annotated[float, Quantity("force")]
+Power = Annotated[float, Quantity("power")]
+Acceleration = Annotated[float, Quantity("acceleration")]
 Stiffness = Annotated[float, Quantity("stiffness")]
 RotationalStiffness = Annotated[float, Quantity("rotational stiffness")]
 StiffnessPerWidth = Annotated[float, Quantity("stiffness per face width")]

@@ -1,0 +1,75 @@
+"""Where power enters and leaves a train, and loads on its members."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Refusal, Section
+from flexgear.model.units import Force, Inertia, Power, Speed, Torque
+
+
+class Input(Section):
+    """A driven member. speed and torque (that of the drive on the member) are positive about +z.
+
+    power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
+    and torques over inputs and output exactly as many are given as the train leaves free.
+    inertia: of what hangs on the member.
+    """
+
+    member: str
+    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    power: Power | None = Field(default=None, ge=-1e9, le=1e9)
+    inertia: Inertia = Field(default=0.0, ge=0.0, le=1e12)
+
+    @property
+    def given_torque(self) -> float | None:
+        """Torque on the member, N m, from torque or power; None if neither is given."""
+        if self.power is not None and self.speed is not None:
+            return self.power / self.speed
+        return self.torque
+
+    @model_validator(mode="after")
+    def _power_has_a_speed(self) -> Input:
+        if self.power is None:
+            return self
+        if self.torque is not None:
+            raise Refusal("power", "is given beside torque", "keep one of them")
+        if not self.speed:
+            problem = "has no speed to go with it" if self.speed is None else "has speed zero"
+            raise Refusal("power", problem, "give speed, or torque in place of power")
+        return self
+
+
+class Output(Section):
+    """The loaded member: torque of the load on the member, positive about +z.
+
+    brake_exponent: T ~ |ω|^exponent in transients. inertia: of what hangs on the member.
+    """
+
+    member: str
+    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    inertia: Inertia = Field(default=0.0, ge=0.0, le=1e12)
+    brake_exponent: float = Field(default=1.0, ge=0.0, le=5.0)
+
+    @model_validator(mode="after")
+    def _finite_slope(self) -> Output:
+        if 0.0 < self.brake_exponent < 1.0:
+            raise Refusal(
+                "brake_exponent",
+                "between 0 and 1 the torque rises infinitely fast at rest",
+                "0 or ≥ 1",
+            )
+        return self
+
+
+class MemberLoad(Section):
+    """A constant force (3,) and moment (3,) on a member, in fixed axes or the carrier's."""
+
+    member: str
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    moment: tuple[Torque, Torque, Torque] = (0.0, 0.0, 0.0)
+    frame: Literal["fixed", "carrier"] = "fixed"

@@ -1,0 +1,135 @@
+"""A flexible stage: all a user states about one planetary stage, validated, frozen, in SI."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError, model_validator
+
+from flexgear.model.brake import Brake
+from flexgear.model.carrier import Carrier
+from flexgear.model.content import content_hash, file_digest
+from flexgear.model.drive import Drive
+from flexgear.model.faults import input_error
+from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import Damping, GearMesh
+from flexgear.model.housing import Housing
+from flexgear.model.inertia import Inertias
+from flexgear.model.material import Material
+from flexgear.model.read import Written, put
+from flexgear.model.ring import Ring
+from flexgear.model.section import Refusal, Section
+from flexgear.model.shaft import Shaft
+from flexgear.model.solver import Solver
+from flexgear.model.springs import Bearings
+from flexgear.model.stage import Stage
+from flexgear.model.tolerance import StageTolerance
+from flexgear.model.torque_series import read_torque_series
+
+_NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
+_FILE_KEYS = (("ring", "fe_mesh_file"), ("carrier", "fe_mesh_file"), ("drive", "file"))
+
+
+class Case(Section):
+    """One planetary stage. source: file or bundled name it came from."""
+
+    name: str = "case"
+    title: str = ""
+    source: str = "case"
+    material: Material
+    stage: Stage
+    ring: Ring
+    carrier: Carrier
+    shaft: Shaft
+    bearings: Bearings
+    housing: Housing = Housing()
+    inertia: Inertias
+    drive: Drive
+    brake: Brake = Brake()
+    gear_mesh: GearMesh = GearMesh()
+    damping: Damping = Damping()
+    errors: GearErrors = GearErrors()
+    tolerance: StageTolerance = StageTolerance()
+    solver: Solver = Field(default_factory=Solver)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Case:
+        _check_across(self)
+        return self
+
+    def content_hash(self, *sections: str) -> str:
+        """SHA-256 of what the case says physically (or of the named sections), 64 hex digits.
+
+        Name, title and spelling do not count; files that are named count by what is in them.
+        """
+        data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
+        for section, key in _FILE_KEYS:
+            data[section][key] = file_digest(data[section][key])
+        if sections:
+            data = {name: data[name] for name in sections}
+        return content_hash(data)
+
+    def with_(self, **changes: Any) -> Case:
+        """A copy with SI values changed, validated again: with_(**{"stage.planets": 4}).
+
+        Keys are field paths without units, joined by "." or "__"; lists by number.
+        """
+        data = self.model_dump(mode="python")
+        for key, value in changes.items():
+            path: list[str | int] = [
+                int(p) if p.isdigit() else p for p in key.replace("__", ".").split(".")
+            ]
+            if isinstance(value, Section):
+                value = value.model_dump(mode="python")
+            put(data, path, value, "with_", key)
+        return validated_case(data, "with_", Written())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI, as it is written beside results."""
+        return self.model_dump(mode="json")
+
+
+def resolve_files(data: dict[str, Any], folder: Path) -> None:
+    """Paths are relative to the case file; the torque series is read."""
+    for section, key in _FILE_KEYS:
+        inside = data.get(section)
+        if isinstance(inside, dict) and isinstance(inside.get(key), str):
+            inside[key] = str((folder / Path(inside[key]).expanduser()).resolve())
+    drive = data.get("drive")
+    if isinstance(drive, dict) and drive.get("kind") == "csv" and drive.get("file"):
+        drive["times"], drive["torques"] = read_torque_series(Path(drive["file"]))
+
+
+def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:
+    """The case of plain SI data; InputError names each key as it was written."""
+    try:
+        return Case.model_validate(data)
+    except ValidationError as fault:
+        raise input_error(Case, fault, where, written) from None
+
+
+def _check_across(case: Case) -> None:
+    """Checks between sections."""
+    n = case.stage.planets
+    for key in ("pin_tangential", "pin_radial"):
+        count = len(getattr(case.errors, key))
+        if count not in (0, n):
+            raise Refusal(
+                f"errors.{key}", f"{count} values for {n} planets", "give one for each planet"
+            )
+    half = case.stage.face_width / 2 * (1 + 1e-9)
+    for k, fit in enumerate(case.ring.fits):
+        if fit.band[0] < -half or fit.band[1] > half:
+            raise Refusal(
+                f"ring.fits.{k}.z",
+                f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of ±{half * 1e3:.1f} mm",
+                "move it or make it narrower",
+            )
+    if case.carrier.plate_gap <= case.stage.face_width:
+        raise Refusal(
+            "carrier.plate_gap",
+            f"{case.carrier.plate_gap * 1e3:g} mm leaves no room for planets of "
+            f"{case.stage.face_width * 1e3:g} mm face width",
+            "make it wider than the face width",
+        )

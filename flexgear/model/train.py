@@ -1,0 +1,164 @@
+"""A train: stages of lumped or flexible bodies in series, joints, ports and loads, in SI."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from flexgear.model.content import content_hash
+from flexgear.model.faults import input_error
+from flexgear.model.flexible_stage import refuse_taken
+from flexgear.model.gear_mesh import Damping
+from flexgear.model.joint import Joint
+from flexgear.model.material import Material
+from flexgear.model.ports import Input, MemberLoad, Output
+from flexgear.model.read import Written, put
+from flexgear.model.section import Section
+from flexgear.model.stage_view import StageView
+from flexgear.model.tolerance import TrainTolerance, check_tolerance
+from flexgear.model.train_checks import check_train
+from flexgear.model.train_keys import numbered
+from flexgear.model.train_member import Kinematics, TrainCarrier, TrainGear
+from flexgear.model.train_solver import TrainSolver
+from flexgear.model.train_stage import TrainStage
+from flexgear.model.units import Acceleration
+
+_NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
+
+
+class Train(Section):
+    """A whole train. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
+    "<stage>.pinion", ".gear" in a parallel one.
+
+    kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
+    of the carriers' frames at rated speed. gravity: fixed axes. held: members that do not turn; a
+    planetary stage without a held member holds its ring unless that is a port or in a joint.
+    """
+
+    name: str = "train"
+    title: str = ""
+    source: str = "train"
+    kind: Literal["train"] = "train"
+    kinematics: Literal["planar", "axial", "spatial"] = "planar"
+    gyroscopic: bool = False
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    material: Material
+    stages: tuple[TrainStage, ...] = Field(min_length=1)
+    joints: tuple[Joint, ...] = ()
+    held: tuple[str, ...] = ()
+    inputs: tuple[Input, ...] = Field(min_length=1)
+    output: Output
+    loads: tuple[MemberLoad, ...] = ()
+    damping: Damping = Damping()
+    tolerance: TrainTolerance = TrainTolerance()
+    solver: TrainSolver = TrainSolver()
+
+    def stage(self, name: str) -> TrainStage:
+        """The stage of that name."""
+        return self.stages[self.stage_index(name)]
+
+    def stage_index(self, name: str) -> int:
+        """Place of the stage of that name, or of a member's stage, in the train."""
+        wanted = name.split(".")[0]
+        return next(k for k, stage in enumerate(self.stages) if stage.name == wanted)
+
+    def member_names(self) -> tuple[str, ...]:
+        """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""
+        return tuple(f"{s.name}.{member}" for s in self.stages for member in s.members)
+
+    def member(self, name: str) -> TrainGear | TrainCarrier:
+        """The member of that name; "<stage>.planet" is taken, too."""
+        stage, _, part = name.partition(".")
+        return self.stage(stage).member(part)
+
+    def kinematics_of(self, name: str) -> Kinematics:
+        """Coordinates of a member or of "<stage>.planet"; "spatial" in a flexible stage."""
+        if self.stage(name.split(".")[0]).flexible is not None:
+            return "spatial"
+        return self.member(name).kinematics or self.kinematics
+
+    def held_members(self) -> tuple[str, ...]:
+        """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""
+        held = {*self.held}
+        for name in self.member_names():
+            if self.kinematics_of(name) == "fixed":
+                held.add(name)
+        used = {p.member for p in self.inputs} | {self.output.member}
+        used |= {name for joint in self.joints for name in (joint.first, joint.second)}
+        for stage in self.stages:
+            names = {f"{stage.name}.{member}" for member in stage.members}
+            ring = f"{stage.name}.ring"
+            if stage.kind == "planetary" and not names & held and ring not in used:
+                held.add(ring)
+        return tuple(name for name in self.member_names() if name in held)
+
+    def view(self, name: str) -> StageView:
+        """A planetary stage with what gear functions read of a case."""
+        stage = self.stage(name)
+        alone = len(self.stages) == 1
+        return StageView(
+            source=self.source if alone else f"{self.source}: {name}",
+            material=self.material if stage.flexible is None else stage.flexible.material,
+            stage=stage.stage,
+            gear_mesh=stage.gear_mesh,
+            errors=stage.errors,
+        )
+
+    def content_hash(self, *sections: str) -> str:
+        """SHA-256 of what the train says physically (or of the named sections), 64 hex digits."""
+        data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
+        for stage, dumped in zip(self.stages, data["stages"], strict=True):
+            dumped.pop("case")
+            if stage.flexible is not None:
+                dumped["flexible"] = stage.flexible.content_hash()
+        if sections:
+            data = {name: data[name] for name in sections}
+        return content_hash(data)
+
+    def with_(self, **changes: Any) -> Train:
+        """A copy with SI values changed, validated again.
+
+        Keys are field paths without units, joined by "." or "__"; stages by number or name, or
+        "stage" if there is one: with_(**{"stage.planets": 4, "stages.stage_2.face_width": 0.1}).
+        """
+        data = self.model_dump(mode="python")
+        for key, value in changes.items():
+            parts = numbered(key.replace("__", "."), data, "with_")
+            path: list[str | int] = [int(p) if p.isdigit() else p for p in parts]
+            if isinstance(value, Section):
+                value = value.model_dump(mode="python")
+            refuse_taken(data, path, "with_", key)
+            put(data, path, value, "with_", key)
+        return validated_train(data, "with_", Written())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI, as it is written beside results."""
+        return self.model_dump(mode="json")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_stages(cls, data: Any) -> Any:
+        """Stages without a name are stage_1, stage_2, …"""
+        if not isinstance(data, dict) or not isinstance(data.get("stages"), (tuple, list)):
+            return data
+        stages = [
+            {**stage, "name": stage.get("name") or f"stage_{k}"} if isinstance(stage, dict)
+            else stage
+            for k, stage in enumerate(data["stages"], 1)
+        ]  # fmt: skip
+        return {**data, "stages": type(data["stages"])(stages)}
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Train:
+        check_train(self)
+        check_tolerance(self)
+        return self
+
+
+def validated_train(data: dict[str, Any], where: str, written: Written) -> Train:
+    """The train of plain SI data; InputError names each key as it was written."""
+    try:
+        return Train.model_validate(data)
+    except ValidationError as fault:
+        raise input_error(Train, fault, where, written) from None

@@ -1,0 +1,98 @@
+"""Checks between the sections of a train."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flexgear.model.read import nearest
+from flexgear.model.section import Refusal
+
+if TYPE_CHECKING:
+    from flexgear.model.train import Train
+
+
+def check_train(train: Train) -> None:
+    """Names, ports and supports fit one another; Refusal otherwise."""
+    _check_stage_names(train)
+    _check_members(train)
+    _check_ports(train)
+    _check_held(train)
+
+
+def _check_stage_names(train: Train) -> None:
+    seen: dict[str, int] = {}
+    for k, stage in enumerate(train.stages):
+        if stage.name in seen:
+            raise Refusal(
+                f"stages.{k}.name",
+                f"{stage.name!r} is also the name of stage {seen[stage.name] + 1}",
+                "give each stage its own name",
+            )
+        seen[stage.name] = k
+
+
+def _check_members(train: Train) -> None:
+    """Every member that is named exists."""
+    named = [(f"held.{k}", name) for k, name in enumerate(train.held)]
+    named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
+    named += [("output.member", train.output.member)]
+    named += [(f"loads.{k}.member", load.member) for k, load in enumerate(train.loads)]
+    for k, joint in enumerate(train.joints):
+        named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
+    known = list(train.member_names())
+    for key, name in named:
+        if name not in known:
+            raise Refusal(key, f"{name!r} is not a member", nearest(name, known))
+
+
+def _check_ports(train: Train) -> None:
+    """A member has one role."""
+    ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
+    ports.append(("output.member", train.output.member))
+    seen: dict[str, str] = {}
+    for key, name in ports:
+        if name in seen:
+            raise Refusal(key, f"{name} is a port already ({seen[name]})", "name another member")
+        seen[name] = key
+    for k, name in enumerate(train.held):
+        if name in seen:
+            raise Refusal(
+                f"held.{k}", f"{name} is also {seen[name]}", "a held member is no port; drop one"
+            )
+    for name, key in seen.items():
+        if train.kinematics_of(name) == "fixed":
+            raise Refusal(key, f"{name} is fixed", 'choose another kinematics than "fixed"')
+    for k, joint in enumerate(train.joints):
+        for end in ("first", "second"):
+            name = getattr(joint, end)
+            if train.kinematics_of(name) == "fixed":
+                raise Refusal(
+                    f"joints.{k}.{end}",
+                    f"{name} is fixed",
+                    'choose another kinematics than "fixed"',
+                )
+
+
+def _check_held(train: Train) -> None:
+    """What is held has a support against turning, and nothing else has."""
+    held = train.held_members()
+    for name in train.member_names():
+        k = train.stage_index(name)
+        if train.stages[k].flexible is not None:
+            continue
+        part = name.partition(".")[2]
+        support = train.member(name).support
+        turns = train.kinematics_of(name) != "fixed"
+        if name in held and turns and not support.holds_rotation:
+            raise Refusal(
+                f"stages.{k}.{part}.support.tangential",
+                f"is zero, so nothing takes the torque of the held {name}",
+                f'give it (or torsion), or {part}.kinematics = "fixed"',
+            )
+        if name not in held and support.holds_rotation:
+            key = "tangential" if support.tangential > 0 else "torsion"
+            raise Refusal(
+                f"stages.{k}.{part}.support.{key}",
+                f"holds the rotation of {name}, which turns",
+                f'set it to zero, or name "{name}" in held',
+            )

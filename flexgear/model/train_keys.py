@@ -1,0 +1,39 @@
+"""How keys name the stages of a train: by number, by name, or ``stage`` where there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from flexgear.model.errors import InputError
+from flexgear.model.read import nearest
+
+
+def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
+    """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets.
+
+    data: that of the train, with ``stages``. where: named in an InputError.
+    """
+    parts = key.split(".")
+    stages = data.get("stages", ())
+    if parts[0] == "stage":
+        if len(stages) != 1:
+            raise InputError(
+                where, key, f"there are {len(stages)} stages", "write stages.NAME. or stages.0."
+            )
+        if len(parts) == 1:
+            raise InputError(where, key, "is not a key", "name a key of it: stage.planets")
+        return ["stages", "0", *parts[1:]]
+    if parts[0] == "stages" and len(parts) > 1 and not parts[1].isdigit():
+        names = [s.get("name") or f"stage_{k}" for k, s in enumerate(stages, 1)]
+        if parts[1] not in names:
+            raise InputError(
+                where, key, f"no stage is named {parts[1]!r}", nearest(parts[1], names)
+            )
+        return ["stages", str(names.index(parts[1])), *parts[2:]]
+    return parts
+
+
+def aliased(text: str) -> str:
+    """The only stage of a train as [stage] names it."""
+    return text.replace("stages[0]", "stage").replace("stages.0", "stage")
