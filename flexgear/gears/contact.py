@@ -13,24 +13,35 @@ s = r_b,p (π + α_w + s_p/2r_p + inv α_t − γ), rising. Back flanks follow b
 Backlash is imposed by thinning the teeth of ring and sun on their back flanks, so that loaded
 flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
+
+Stages of trains use the same paths (``train_paths``): halves of double-helical gears have a side
+and a mid-plane, and stiffness may be a wave over the base pitch in place of single pairs.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import StageGeometry, involute, stage_geometry
+from flexgear.gears.geometry import (
+    GearGeometry,
+    MeshGeometry,
+    StageGeometry,
+    involute,
+    stage_geometry,
+)
 from flexgear.gears.laws import pair_law
-from flexgear.gears.stiffness import pair_stiffness
+from flexgear.gears.stiffness import Law, pair_stiffness
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
+    from flexgear.model.stage import Stage
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -45,6 +56,9 @@ class GearMeshPath:
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
     s_grid, k_grid, zc_grid: pair stiffness (N/m, along the 3D normal) and centroid (m).
+    side: "left" or "right" half of a double-helical stage, whose mid-plane z_offset is where
+    z = 0 is meant above. wave: (T,) N/m, stiffness of the whole gear mesh at the shares j/T of a
+    base pitch from s = s_lo on, periodic; None where pairs are looked at one by one.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -73,6 +87,27 @@ class GearMeshPath:
     k_grid: Array
     zc_grid: Array
     backlash: float
+    side: str = ""
+    z_offset: float = 0.0
+    wave: Array | None = None
+
+    @property
+    def cos_base_helix(self) -> float:
+        """cos β_b: share of the normal N in the plane of rotation."""
+        return 1.0 / math.hypot(1.0, self.slope)
+
+    @property
+    def planet_arm(self) -> float:
+        """Moment of N about the planet's axis, m, with its sign."""
+        (x, y), (nx, ny) = self.tangent_point, self.normal_xy
+        return math.copysign(self.base_radius_planet, x * ny - y * nx) * self.cos_base_helix
+
+    @property
+    def gear_arm(self) -> float:
+        """Moment of N about the gear's axis, m: of the planet's sign at the ring only."""
+        inward = 1.0 if self.kind.startswith("ring") else -1.0
+        sign = inward * math.copysign(1.0, self.planet_arm)
+        return sign * self.base_radius_gear * self.cos_base_helix
 
     def position(self, planet: int, index: int, carrier_angle: float) -> float:
         """Path coordinate of pair ``index`` of planet ``planet`` (0-based) at z = 0, m."""
@@ -110,7 +145,7 @@ def sun_tooth_angle(g: StageGeometry, s: Array) -> Array:
     return a + half + involute(g.transverse_angle) - rho / sun.base_radius
 
 
-def _tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[IntArray, Array]:
+def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[IntArray, Array]:
     """Nearest tooth numbers of angles and how far off they are, in pitches."""
     place = (angles - reference) * teeth / (2 * math.pi)
     number = np.rint(place)
@@ -121,7 +156,7 @@ def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
     """How far each planet's sun tooth is from where planet 1 puts it, in sun pitches, (N,)."""
     gamma = planet_tooth_angle(g, ring_start(g, planet_angles))
     sigma = sun_tooth_angle(g, sun_side(g, gamma)) + planet_angles
-    return _tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
+    return tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
 
 
 def _back_planet_tooth(g: StageGeometry, gamma: Array, s_back: Array) -> Array:
@@ -147,8 +182,15 @@ def _require_assembly(case: Case, g: StageGeometry, phi: Array) -> None:
 def gear_mesh_paths(case: Case) -> dict[str, GearMeshPath]:
     """Paths of all four kinds. Raises InputError where the planets don't assemble."""
     g = stage_geometry(case.stage, case.source)
-    phi = np.asarray(case.stage.planet_angles, dtype=float)
-    _require_assembly(case, g, phi)
+    _require_assembly(case, g, np.asarray(case.stage.planet_angles, dtype=float))
+    return planetary_paths(g, case.stage, lambda gear: pair_law(case, g, gear))
+
+
+def planetary_paths(
+    g: StageGeometry, stage: Stage, law: Callable[[str], Law]
+) -> dict[str, GearMeshPath]:
+    """Paths of all four kinds of a planetary stage; law: pair stiffness of "ring" and "sun"."""
+    phi = np.asarray(stage.planet_angles, dtype=float)
     cos_bb = math.cos(g.base_helix_angle)
     zero = np.zeros(len(phi), np.int64)
     # front: planets touch ring teeth, the sun touches planets
@@ -157,63 +199,86 @@ def gear_mesh_paths(case: Case) -> dict[str, GearMeshPath]:
     sun = sun_side(g, gamma)
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
     # back flanks are front flanks of the stage mirrored in y = 0; ring and sun are thinned there
-    ring_back = ring_start(g, -phi) + case.stage.backlash_ring / cos_bb
+    ring_back = ring_start(g, -phi) + stage.backlash_ring / cos_bb
     gamma_back = _back_planet_tooth(g, gamma, ring_back)
     sun_back = sun_side(g, -gamma_back)
 
     def sun_teeth(s: Array, m: int) -> IntArray:
-        return _tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
+        return tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
 
-    behind = _tooth_numbers(-planet_tooth_angle(g, ring_back) - gamma, 0.0, g.planet.teeth)[0]
-    return {
-        "ring": _path(case, g, "ring", ring, zero, zero),
-        "sun": _path(case, g, "sun", sun, sun_teeth(sun, 1), zero),
-        "ring_back": _path(case, g, "ring_back", ring_back, zero, behind),
-        "sun_back": _path(case, g, "sun_back", sun_back, sun_teeth(sun_back, -1), zero),
+    behind = tooth_numbers(-planet_tooth_angle(g, ring_back) - gamma, 0.0, g.planet.teeth)[0]
+    starts = {
+        "ring": (ring, zero, zero),
+        "sun": (sun, sun_teeth(sun, 1), zero),
+        "ring_back": (ring_back, zero, behind),
+        "sun_back": (sun_back, sun_teeth(sun_back, -1), zero),
     }
+    hand = 1.0 if stage.planet_hand == "right" else -1.0
+    paths = {}
+    for kind, start in starts.items():
+        at_ring = kind.startswith("ring")
+        paths[kind] = gear_mesh_path(
+            kind,
+            start,
+            gear=g.ring if at_ring else g.sun,
+            planet=g.planet,
+            gear_mesh=g.ring_mesh if at_ring else g.sun_mesh,
+            center_distance=g.center_distance,
+            rolling_radius=g.ring.base_radius,
+            tan_base_helix=hand * math.tan(g.base_helix_angle),
+            half_face=stage.face_width / 2,
+            mirrored=kind.endswith("back"),
+            law=law("ring" if at_ring else "sun"),
+        )
+    return paths
 
 
-def _path(
-    case: Case,
-    g: StageGeometry,
+def gear_mesh_path(
     kind: str,
-    s0: Array,
-    gear_tooth0: IntArray,
-    planet_tooth0: IntArray,
+    start: tuple[Array, IntArray, IntArray],
+    *,
+    gear: GearGeometry,
+    planet: GearGeometry,
+    gear_mesh: MeshGeometry,
+    center_distance: float,
+    rolling_radius: float,
+    tan_base_helix: float,
+    half_face: float,
+    mirrored: bool,
+    law: Law,
 ) -> GearMeshPath:
-    ring, m = kind.startswith("ring"), -1 if kind.endswith("back") else 1
-    gear_mesh = g.ring_mesh if ring else g.sun_mesh
-    gear, side = (g.ring, 1) if ring else (g.sun, -1)
-    a, p = gear_mesh.working_angle, g.planet
-    hand = 1.0 if case.stage.planet_hand == "right" else -1.0
-    t = side * m * hand * math.tan(g.base_helix_angle)
-    half = case.stage.face_width / 2
-    reach = abs(t) * half
+    """One path. start: s0 and tooth numbers of gear and planet, (N,) each.
+
+    rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
+    θ, m; tan_base_helix: + for a right-handed planet; mirrored: N has a part in +y of the planet.
+    """
+    side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
+    a, t = gear_mesh.working_angle, side * m * tan_base_helix
+    reach = abs(t) * half_face
     grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE)
-    law = pair_law(case, g, "ring" if ring else "sun")
-    k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half)
+    k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half_face)
     return GearMeshPath(
         kind=kind,
-        s0=s0,
-        rate=-side * m * g.ring.base_radius,
+        s0=start[0],
+        rate=-side * m * rolling_radius,
         base_pitch=gear_mesh.base_pitch,
         s_lo=gear_mesh.s_lo,
         s_hi=gear_mesh.s_hi,
         slope=t,
-        half_face=half,
+        half_face=half_face,
         alpha=a,
         beta_b=math.atan(t),
-        base_radius_planet=p.base_radius,
+        base_radius_planet=planet.base_radius,
         base_radius_gear=gear.base_radius,
-        center_distance=g.center_distance,
+        center_distance=center_distance,
         normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
-        tangent_point=p.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),
-        gear_tooth0=gear_tooth0,
+        tangent_point=planet.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),
+        gear_tooth0=start[1],
         gear_step=m,
         gear_teeth=gear.teeth,
-        planet_tooth0=planet_tooth0,
+        planet_tooth0=start[2],
         planet_step=side * m,
-        planet_teeth=p.teeth,
+        planet_teeth=planet.teeth,
         s_grid=grid,
         k_grid=k,
         zc_grid=zc,

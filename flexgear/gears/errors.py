@@ -8,13 +8,14 @@ A pin displaced by (r, t) in planet axes moves the planet along, δ = −N·(r, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -27,7 +28,9 @@ class PairErrors:
     """Errors of one gear mesh kind.
 
     harmonic_amplitude m, harmonic_phase rad, offset m: (N,); gear_tooth (z,) and planet_tooth
-    (N, z_p): pitch deviations by tooth number, m.
+    (N, z_p): pitch deviations by tooth number, m. Runout, Σ_h A sin(rate · angle + phase):
+    runout_amplitude m and runout_phase rad (N, H), runout_rate (H,) per rad, runout_angle (H,) 0
+    for the stage's θ, 1 for the carrier's absolute angle.
     """
 
     harmonic_amplitude: Array
@@ -35,17 +38,23 @@ class PairErrors:
     offset: Array
     gear_tooth: Array
     planet_tooth: Array
+    runout_amplitude: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    runout_rate: Array = field(default_factory=lambda: np.zeros(0))
+    runout_phase: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    runout_angle: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
-def _pitch(rng: np.random.Generator, shape: tuple[int, ...], deviation: float) -> Array:
+def pitch_deviations(rng: np.random.Generator, shape: tuple[int, ...], deviation: float) -> Array:
     """Random single-tooth deviations of given standard deviation, mean zero on every gear."""
     values = rng.normal(0.0, 1.0, shape)  # drawn even for 0, so that one gear's draw is its own
     values -= values.mean(axis=-1, keepdims=True)
     return deviation * values
 
 
-def pair_errors(case: Case) -> dict[str, PairErrors]:
-    """Errors of all four gear-mesh kinds.
+def pair_errors(
+    case: Case, paths: Mapping[str, GearMeshPath] | None = None
+) -> dict[str, PairErrors]:
+    """Errors of all four gear-mesh kinds; paths: those of the case, if they are known.
 
     Every flank has its own pitch deviations. A planet tooth's flank that touches the ring when
     the carrier drives touches the sun when it is driven, and the other way about.
@@ -53,9 +62,9 @@ def pair_errors(case: Case) -> dict[str, PairErrors]:
     stage, e = case.stage, case.errors
     n = stage.planets
     rng = np.random.default_rng(e.seed)
-    ring = _pitch(rng, (2, stage.ring.teeth), e.ring_pitch)
-    sun = _pitch(rng, (2, stage.sun.teeth), e.sun_pitch)
-    planet = _pitch(rng, (2, n, stage.planet.teeth), e.planet_pitch)
+    ring = pitch_deviations(rng, (2, stage.ring.teeth), e.ring_pitch)
+    sun = pitch_deviations(rng, (2, stage.sun.teeth), e.sun_pitch)
+    planet = pitch_deviations(rng, (2, n, stage.planet.teeth), e.planet_pitch)
     pitch = {
         "ring": (ring[0], planet[0]),
         "sun": (sun[0], planet[1]),
@@ -66,7 +75,7 @@ def pair_errors(case: Case) -> dict[str, PairErrors]:
     radial[: len(e.pin_radial)] = e.pin_radial
     tangential[: len(e.pin_tangential)] = e.pin_tangential
     out = {}
-    for kind, path in gear_mesh_paths(case).items():
+    for kind, path in (paths or gear_mesh_paths(case)).items():
         gear = "ring" if kind.startswith("ring") else "sun"
         front = not kind.endswith("back")
         amplitude = 0.5 * (getattr(e, f"{gear}_tooth") + e.planet_tooth)
@@ -78,5 +87,7 @@ def pair_errors(case: Case) -> dict[str, PairErrors]:
             offset=-(nx * radial + ny * tangential),
             gear_tooth=pitch[kind][0],
             planet_tooth=pitch[kind][1],
+            runout_amplitude=np.zeros((n, 0)),
+            runout_phase=np.zeros((n, 0)),
         )
     return out

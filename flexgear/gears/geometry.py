@@ -13,13 +13,28 @@ cos α_w follows from it and the thicknesses leave the backlash that they leave.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.stage import Stage
+    from flexgear.model.stage import Gear, Stage
+
+
+@dataclass(frozen=True)
+class ExternalPair:
+    """Two external gears in the places of sun and planet; SI, fields as in ``Stage``."""
+
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float
+    face_width: float
+    backlash_sun: float
+    sun: Gear
+    planet: Gear
+    backlash_ring: float = 0.0  # there is no ring
 
 
 def involute(angle: float) -> float:
@@ -103,7 +118,8 @@ class StageGeometry:
     assembly: float
 
 
-def _gear(stage: Stage, name: str, transverse_angle: float) -> GearGeometry:
+def gear_geometry(stage: Stage | ExternalPair, name: str, transverse_angle: float) -> GearGeometry:
+    """Radii and thickness of "sun", "planet" or "ring"."""
     gear = getattr(stage, name)
     cos_b = math.cos(stage.helix_angle)
     module, x = stage.normal_module, gear.profile_shift
@@ -153,7 +169,12 @@ def _center_distance(
 
 
 def _gear_mesh(
-    stage: Stage, gear: GearGeometry, planet: GearGeometry, distance: float, at: float, where: str
+    stage: Stage | ExternalPair,
+    gear: GearGeometry,
+    planet: GearGeometry,
+    distance: float,
+    at: float,
+    where: str,
 ) -> MeshGeometry:
     internal = gear.internal
     name = "ring" if internal else "sun"
@@ -231,22 +252,38 @@ def _bottom_clearance(
     )
 
 
+def planet_clearance(positions: Sequence[float], distance: float, tip_radius: float) -> float:
+    """Gap between tips of neighbouring planets at angles ``positions``, m; ∞ for one planet."""
+    angles = sorted(angle % (2 * math.pi) for angle in positions)
+    if len(angles) < 2:
+        return math.inf
+    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
+    return 2 * distance * math.sin(min(*gaps, math.pi) / 2) - 2 * tip_radius
+
+
+def external_pair_geometry(
+    pair: ExternalPair, distance: float, where: str = "case"
+) -> tuple[GearGeometry, GearGeometry, MeshGeometry]:
+    """Sun, planet and their gear mesh at a centre distance (m), without a ring.
+
+    Raises InputError for gears that cannot mesh.
+    """
+    at = math.atan(math.tan(pair.pressure_angle) / math.cos(pair.helix_angle))
+    sun, planet = (gear_geometry(pair, name, at) for name in ("sun", "planet"))
+    return sun, planet, _gear_mesh(pair, sun, planet, distance, at, where)
+
+
 def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
     """Geometry of a stage; ``where`` is named in errors.
 
     Raises InputError for gears that cannot mesh and for planets that collide.
     """
     at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
-    sun, planet, ring = (_gear(stage, name, at) for name in ("sun", "planet", "ring"))
+    sun, planet, ring = (gear_geometry(stage, name, at) for name in ("sun", "planet", "ring"))
     distance = _center_distance(
         stage, at, sun.base_radius, planet.base_radius, ring.base_radius, where
     )
-    angles = sorted(angle % (2 * math.pi) for angle in stage.planet_angles)
-    gaps = [(b - a) for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
-    clearance = math.inf
-    if len(angles) > 1:
-        narrowest = min(min(gaps), math.pi)
-        clearance = 2 * distance * math.sin(narrowest / 2) - 2 * planet.tip_radius
+    clearance = planet_clearance(stage.planet_angles, distance, planet.tip_radius)
     sun_mesh = _gear_mesh(stage, sun, planet, distance, at, where)
     ring_mesh = _gear_mesh(stage, ring, planet, distance, at, where)
     if clearance < 0:
@@ -265,5 +302,5 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
         transverse_angle=at,
         base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),
         planet_clearance=clearance,
-        assembly=(sun.teeth + ring.teeth) / len(angles),
+        assembly=(sun.teeth + ring.teeth) / stage.planets,
     )

@@ -7,18 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.geometry import ExternalPair, StageGeometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_law
 from flexgear.gears.weber_banaschek import PairCompliance, stage_pair_compliance
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
+    from flexgear.model.stage import Stage
 
 
 def iso_peak(case: Case, gear: str) -> float:
     """ISO 6336-1 peak of the planet against "ring" or "sun", N/m² along the 3D normal."""
-    stage = case.stage
+    return iso_pair_peak(case.stage, gear, case.material.young_modulus)
+
+
+def iso_pair_peak(stage: Stage | ExternalPair, gear: str, young_modulus: float) -> float:
+    """The same of a stage, or of a pair of external gears ("sun"); young_modulus Pa."""
     other = getattr(stage, gear)
     # index 1 of ISO is the pinion, the smaller of two external gears
     first, second = stage.planet, other
@@ -31,7 +36,7 @@ def iso_peak(case: Case, gear: str) -> float:
         dedendum=0.5 * (first.dedendum + second.dedendum),
         pressure_angle=stage.pressure_angle,
         helix_angle=stage.helix_angle,
-        young_modulus=case.material.young_modulus,
+        young_modulus=young_modulus,
     )
 
 

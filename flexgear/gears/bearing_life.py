@@ -1,0 +1,98 @@
+"""Basic rating life of rolling bearings (ISO 281) and its ratio between trains.
+
+    L₁₀ = (C/P)^p million revolutions,  L₁₀ₕ = L₁₀ · 2π/|ω| / 3600,
+
+C the basic dynamic load rating, P the equivalent load (here the radial force), p = 3 for ball and
+10/3 for roller bearings, ω the speed of the inner against the outer ring. A planet's bearing turns
+with the planet's speed relative to the carrier and carries both of its gear meshes: 2 F_t where
+the tangential forces of ring and sun mesh are equal. Between trains with the same bearing C drops
+out: L/L' = (ω'/ω) (P'/P)^p.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from flexgear.gears.power_flow import PowerFlow
+    from flexgear.model.train import Train
+
+BALL = 3.0
+ROLLER = 10.0 / 3.0
+
+
+def rating_life(dynamic_rating: float, load: float, exponent: float = ROLLER) -> float:
+    """L₁₀ in revolutions; inf without load. dynamic_rating, load N."""
+    _require_exponent(exponent)
+    if dynamic_rating <= 0:
+        raise ValueError("the dynamic load rating must be positive")
+    return math.inf if load == 0 else 1e6 * (dynamic_rating / abs(load)) ** exponent
+
+
+def rating_life_hours(
+    dynamic_rating: float, load: float, speed: float, exponent: float = ROLLER
+) -> float:
+    """L₁₀ₕ in hours at a speed in rad/s; inf at rest."""
+    life = rating_life(dynamic_rating, load, exponent)
+    return math.inf if speed == 0 else life * 2 * math.pi / abs(speed) / 3600
+
+
+def life_ratio(
+    load: float,
+    speed: float,
+    reference_load: float,
+    reference_speed: float,
+    exponent: float = ROLLER,
+) -> float:
+    """Life in time over that of the same bearing under the reference load (N) and speed (rad/s)."""
+    _require_exponent(exponent)
+    if 0 in (load, speed, reference_load, reference_speed):
+        raise ValueError("a bearing without load or at rest has no life to compare")
+    return abs(reference_speed / speed) * abs(reference_load / load) ** exponent
+
+
+def planet_bearing_life_ratios(
+    flow: PowerFlow, reference: PowerFlow, exponent: float = ROLLER
+) -> dict[str, float]:
+    """Life of each stage's planet bearings over that in ``reference``, for stages of one name.
+
+    Parallel stages have no planet bearing.
+    """
+    known = {s.name: s for s in reference.stages}
+    return {
+        s.name: life_ratio(
+            s.planet_bearing_force,
+            s.planet_relative_speed,
+            known[s.name].planet_bearing_force,
+            known[s.name].planet_relative_speed,
+            exponent,
+        )
+        for s in flow.stages
+        if s.kind == "planetary" and s.name in known
+    }
+
+
+def planet_bearing_life_hours(train: Train, flow: PowerFlow) -> dict[str, float]:
+    """L₁₀ₕ of one planet bearing by stage, in hours at the flow's speeds and loads.
+
+    Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic
+    rating, and parallel ones, are left out.
+    """
+    exponents = {"ball": BALL, "roller": ROLLER}
+    out = {}
+    for stage in train.stages:
+        bearing, known = stage.planet_bearing, flow.stage(stage.name)
+        if stage.kind == "planetary" and bearing.dynamic_rating is not None:
+            out[stage.name] = rating_life_hours(
+                bearing.dynamic_rating,
+                known.planet_bearing_force / bearing.count,
+                known.planet_relative_speed,
+                exponents[bearing.rolling],
+            )
+    return out
+
+
+def _require_exponent(exponent: float) -> None:
+    if not (math.isclose(exponent, BALL) or math.isclose(exponent, ROLLER)):
+        raise ValueError("the life exponent is 3 (ball) or 10/3 (roller)")

@@ -1,0 +1,195 @@
+"""How long the errors of a stage take to come back, and where to sample them.
+
+The unit is the gear-mesh cycle: the carrier turning by one ring tooth, relative to the ring; sun,
+planets and ring then all turn relative to the carrier by one tooth of their own. So an error of
+the sun is back after z_s cycles, one of a planet after z_p, one of the ring after z_r, one that
+stands in space (ring offset, gravity, a support of unequal stiffness) after |z_r / ν|, ν being the
+absolute turns of the carrier in one turn relative to the ring (1 while the ring is held). A given
+tooth of the sun meets a given tooth of a planet, and that a given tooth of the ring, again after
+
+    C = lcm(z_s, z_p, z_r) gear-mesh cycles = C / z_r turns of the carrier.
+
+Of a parallel stage the cycle is the gear turning by one tooth, C = lcm(z_pinion, z_gear). The error
+cycle of a train is the least common multiple over its stages, which soon is millions of turns; it
+is then sampled by whole gear-mesh cycles w_i = i g mod C with g prime to C and near C / 1.618…, so
+that any z consecutive i meet each of the z phases of an error exactly once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+
+if TYPE_CHECKING:
+    from flexgear.model.stage import Stage
+    from flexgear.model.train_errors import TrainErrors
+    from flexgear.model.train_stage import TrainStage
+
+Array = NDArray[np.float64]
+
+SOURCES = ("sun", "planet", "ring", "housing")  # pinion and gear count as sun and planet
+HORIZON = 10**8  # gear-mesh cycles; beyond, angles in double precision lose the phase
+
+
+@dataclass(frozen=True)
+class ErrorCycle:
+    """gear_meshes: gear-mesh cycles until errors come back; per_turn: gear-mesh cycles in one turn
+    of the stage angle θ (carrier relative to ring; wheel of a parallel stage)."""
+
+    gear_meshes: int
+    per_turn: int
+
+    @property
+    def turns(self) -> Fraction:
+        """Turns of θ until errors come back."""
+        return Fraction(self.gear_meshes, self.per_turn)
+
+
+@dataclass(frozen=True)
+class TrainTurn:
+    """A stage in a train: its error cycle and its turns of θ per turn of the train's master."""
+
+    cycle: ErrorCycle
+    rate: Fraction
+
+
+@dataclass(frozen=True)
+class AngleSamples:
+    """angles: (w · per_gear_mesh,) rad, rising, of θ or of the train's master; whole gear-mesh
+    cycles one after the other, so that load sharing by cycle works on them. gear_mesh: (w,) number
+    of each cycle; complete: whether they are the whole error cycle."""
+
+    angles: Array
+    gear_mesh: NDArray[np.int64]
+    per_gear_mesh: int
+    complete: bool
+
+
+def error_cycle(
+    stage: Stage | TrainStage,
+    sources: Iterable[str] = SOURCES,
+    carrier_turns: Fraction = Fraction(1),
+) -> ErrorCycle:
+    """Error cycle of a stage under errors of the given sources.
+
+    carrier_turns: absolute turns of the carrier per turn of θ (1: ring held, 0: carrier held,
+    which leaves what stands in space constant). FlexgearError for an unknown source.
+    """
+    sources = tuple(sources)
+    unknown = [s for s in sources if s not in SOURCES]
+    if unknown:
+        raise FlexgearError(f"{unknown[0]!r} is no source of errors; take {', '.join(SOURCES)}")
+    teeth = _teeth(stage)
+    per_turn = teeth.get("ring", teeth["planet"])
+    periods = [Fraction(teeth[s]) for s in sources if s in teeth]
+    # gears of a parallel stage stand in the housing: nothing turns against it but they themselves
+    if "housing" in sources and "ring" in teeth and carrier_turns != 0:
+        periods.append(Fraction(per_turn) / abs(carrier_turns))
+    return ErrorCycle(int(_common([Fraction(1), *periods])), per_turn)
+
+
+def error_sources(errors: TrainErrors, *, housing: bool = False) -> tuple[str, ...]:
+    """Sources that these errors have; housing: whether anything else stands in space."""
+    found = {
+        "sun": errors.sun_eccentricity or errors.sun_pitch,
+        "planet": any(errors.planet_eccentricity) or errors.planet_pitch,
+        "ring": errors.ring_eccentricity or errors.ring_pitch,
+        "housing": housing or errors.ring_offset,
+    }
+    return tuple(s for s in SOURCES if found[s])
+
+
+def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
+    """Turns of the master until the errors of all stages come back together."""
+    moving = [t for t in turns if t.rate != 0]
+    if not moving:
+        raise FlexgearError("no stage of the train turns: there is no error cycle")
+    return _common([t.cycle.turns / abs(t.rate) for t in moving])
+
+
+def exact_rate(speed: float, master: float, limit: int = 10**6) -> Fraction:
+    """speed / master as the fraction of tooth numbers that it is, denominators up to ``limit``.
+
+    Speeds that are given freely (two inputs) have no common period; theirs is then rounded to
+    the nearest such fraction, which only matters beyond a million turns.
+    """
+    return Fraction(speed / master).limit_denominator(limit)
+
+
+def sample_angles(
+    stage: Stage | TrainStage,
+    per_gear_mesh: int,
+    *,
+    most: int | None = None,
+    sources: Iterable[str] = SOURCES,
+    carrier_turns: Fraction = Fraction(1),
+) -> AngleSamples:
+    """Stage angles θ over the error cycle, ``per_gear_mesh`` positions a gear-mesh cycle.
+
+    most: gear-mesh cycles at most; a longer error cycle is sampled by that many of them (None:
+    the whole, however long).
+    """
+    cycle = error_cycle(stage, sources, carrier_turns)
+    return _sampled(cycle.gear_meshes, Fraction(1, cycle.per_turn), per_gear_mesh, most)
+
+
+def sample_train_angles(
+    turns: Sequence[TrainTurn], window: int, per_gear_mesh: int, most: int
+) -> AngleSamples:
+    """Master angles that sample the error cycle of a train.
+
+    window: the stage whose gear-mesh cycles are sampled whole, ``per_gear_mesh`` positions each,
+    ``most`` of them at most, spread over the error cycle of all stages.
+    """
+    own = turns[window]
+    if own.rate == 0:
+        raise FlexgearError("the stage whose gear-mesh cycles are to be sampled does not turn")
+    step = 1 / (abs(own.rate) * own.cycle.per_turn)
+    count = int(train_cycle(turns) / step)
+    if count > HORIZON:
+        count = max(HORIZON // own.cycle.gear_meshes, 1) * own.cycle.gear_meshes
+    return _sampled(count, step, per_gear_mesh, most)
+
+
+def _sampled(count: int, step: Fraction, per: int, most: int | None) -> AngleSamples:
+    """Gear-mesh cycles out of ``count``, each ``step`` turns long."""
+    if per < 1 or (most is not None and most < 1):
+        raise FlexgearError("sampling needs at least one position and one gear-mesh cycle")
+    complete = most is None or count <= most
+    chosen = np.arange(count) if complete else spread(count, most or 1)
+    within = np.arange(per) / per
+    angles = 2 * math.pi * float(step) * (chosen[:, None] + within).ravel()
+    return AngleSamples(angles, chosen.astype(np.int64), per, complete)
+
+
+def spread(count: int, most: int) -> NDArray[np.int64]:
+    """``most`` different numbers below ``count``, rising: i g mod count, g prime to count."""
+    golden = round(count * (math.sqrt(5) - 1) / 2)
+    g = next(
+        x for d in range(count) for x in (golden + d, golden - d)
+        if x > 0 and math.gcd(x, count) == 1
+    )  # fmt: skip
+    return np.sort(np.array([i * g % count for i in range(most)], dtype=np.int64))
+
+
+def _teeth(stage: Stage | TrainStage) -> dict[str, int]:
+    if getattr(stage, "kind", "planetary") == "parallel":
+        parts = {"sun": "pinion", "planet": "gear"}
+    else:
+        parts = {"sun": "sun", "planet": "planet", "ring": "ring"}
+    return {slot: getattr(stage, part).teeth for slot, part in parts.items()}
+
+
+def _common(periods: Sequence[Fraction]) -> Fraction:
+    """Least common multiple: lcm of numerators over gcd of denominators, in lowest terms."""
+    return Fraction(
+        math.lcm(*(p.numerator for p in periods)), math.gcd(*(p.denominator for p in periods))
+    )

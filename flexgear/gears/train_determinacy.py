@@ -1,0 +1,175 @@
+"""Whether a train has one answer: its mobility, and which speeds or torques are missing or extra.
+
+A train of n members with c independent ties (train_members) has mobility M = n − c. It needs M
+speeds; of its p ports p − M need a torque, for the torque system is the transpose of the speeds'.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.train_members import Port, Tie, TrainMembers
+from flexgear.model.errors import InputError
+
+Array = NDArray[np.float64]
+RANK = 1e-9
+RPM = 30.0 / math.pi
+
+
+def tie_matrix(members: TrainMembers, ties: tuple[Tie, ...]) -> Array:
+    """Rows of ties over the members, (ties, members)."""
+    rows = np.zeros((len(ties), len(members.names)))
+    for row, tie in zip(rows, ties, strict=True):
+        for member, coefficient in tie.coefficients.items():
+            row[members.names.index(member)] += coefficient
+    return rows
+
+
+def port_matrix(members: TrainMembers, ports: list[Port]) -> Array:
+    """Rows that pick the members of ports, (ports, members)."""
+    rows = np.zeros((len(ports), len(members.names)))
+    for row, port in zip(rows, ports, strict=True):
+        row[members.names.index(port.member)] = 1.0
+    return rows
+
+
+def rank(matrix: Array) -> int:
+    """Number of independent rows."""
+    if 0 in matrix.shape:
+        return 0
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int((values > RANK * values[0]).sum())
+
+
+def null_space(matrix: Array) -> Array:
+    """Orthonormal basis of x with matrix x = 0, (columns, dimension)."""
+    return np.linalg.svd(matrix)[2][rank(matrix) :].T
+
+
+def require_free_ties(members: TrainMembers) -> int:
+    """The mobility. InputError where ties repeat each other or nothing can turn."""
+    rows = tie_matrix(members, members.ties)
+    if rank(rows) < len(rows):
+        involved = [members.ties[k] for k in _first_loop(rows)]
+        kinds = " or ".join(sorted({t.kind for t in involved} - {"stage"}, reverse=True))
+        raise InputError(
+            members.source,
+            "joints" if any(t.kind == "joint" for t in involved) else "held",
+            f"{', '.join(t.label for t in involved)} say the same thing twice, so torques between "
+            "them have no single value",
+            f"remove one {kinds}",
+        )
+    mobility = len(members.names) - len(rows)
+    if mobility == 0:
+        held = ", ".join(t.name for t in members.ties if t.kind == "held") or "nothing"
+        raise InputError(
+            members.source, "held", f"mobility 0: nothing can turn (held: {held})",
+            "release a member or a joint",
+        )  # fmt: skip
+    return mobility
+
+
+def _first_loop(rows: Array) -> list[int]:
+    """Rows of which the last follows from the others; the shortest such beginning."""
+    for end in range(1, len(rows) + 1):
+        repeated = null_space(rows[:end].T)
+        if repeated.shape[1]:
+            return [k for k, c in enumerate(repeated[:, 0]) if abs(c) > 1e-6]
+    return []
+
+
+def require_speeds(members: TrainMembers, mobility: int) -> None:
+    """InputError unless exactly ``mobility`` independent speeds are given."""
+    given = [p for p in members.ports if p.speed is not None]
+    ties = tie_matrix(members, members.ties)
+    said = _listed(given, "speed")
+    head = f"mobility {mobility}, and {said}"
+    known = np.vstack([ties, port_matrix(members, given)])
+    found = rank(known)
+    if len(given) > mobility:
+        raise InputError(
+            members.source, given[-1].key,
+            f"overdetermined: {head}{_clash(members, ties, given)}",
+            f"remove {_count(len(given) - mobility, 'speed')} (give power or torque instead)",
+        )  # fmt: skip
+    if found == len(members.names):
+        return
+    free = null_space(known)
+    spread = np.linalg.norm(free, axis=1)
+    open_members = [m for m, s in zip(members.names, spread, strict=True) if s > 1e-6]
+    ports = [p.member for p in members.ports if p.speed is None and p.member in open_members]
+    missing = len(members.names) - found
+    if len(given) == mobility:
+        problem = f"{head}, but they depend on each other"
+    else:
+        problem = f"underdetermined: {head}"
+    give = f"give {_count(missing, 'speed')} at {' or '.join(ports)}, or " if ports else ""
+    instead = "give them at other members, or " if len(given) == mobility and not ports else ""
+    raise InputError(
+        members.source, "inputs", problem,
+        f"{give}{instead}hold, join or drive {' or '.join(open_members)}",
+    )  # fmt: skip
+
+
+def require_torques(members: TrainMembers, mobility: int) -> None:
+    """InputError unless exactly (ports − mobility) independent torques or powers are given."""
+    given = [p for p in members.ports if p.torque is not None]
+    rest = [p for p in members.ports if p.torque is None]
+    needed = len(members.ports) - mobility
+    said = _listed(given, "torque")
+    head = (
+        f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
+        f"and {said}"
+    )
+    if len(given) > needed:
+        raise InputError(
+            members.source, given[-1].key, f"overdetermined: {head}",
+            f"remove {_count(len(given) - needed, 'torque or power value')}",
+        )  # fmt: skip
+    if len(given) < needed:
+        raise InputError(
+            members.source, "inputs", f"underdetermined: {head}",
+            f"give {_count(needed - len(given), 'torque or power value')} at "
+            f"{' or '.join(p.member for p in rest)}",
+        )  # fmt: skip
+    ties = tie_matrix(members, members.ties)
+    if rank(np.vstack([ties, port_matrix(members, rest)])) < len(members.names):
+        raise InputError(
+            members.source, "inputs",
+            f"{head}, but they act on the same part of the train and leave "
+            f"{' and '.join(p.member for p in rest)} open",
+            "give the torque of one of these instead",
+        )  # fmt: skip
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number or 'no'} {noun}" + ("s" if number != 1 else "")
+
+
+def _listed(ports: list[Port], noun: str) -> str:
+    """ "1 speed is given (a)"."""
+    verb = "is" if len(ports) == 1 else "are"
+    names = f" ({', '.join(p.member for p in ports)})" if ports else ""
+    return f"{_count(len(ports), noun)} {verb} given{names}"
+
+
+def _clash(members: TrainMembers, ties: Array, given: list[Port]) -> str:
+    """What the speeds given first make of the first one that is too many."""
+    rows = ties
+    for k, port in enumerate(given):
+        row = port_matrix(members, [port])
+        if rank(np.vstack([rows, row])) > rank(rows):
+            rows = np.vstack([rows, row])
+            continue
+        values = [p.speed or 0.0 for p in given[:k]]
+        known = np.vstack([ties, port_matrix(members, given[:k])])
+        speeds = np.linalg.lstsq(known, np.array([0.0] * len(ties) + values), rcond=None)[0]
+        implied = speeds[members.names.index(port.member)]
+        return (
+            f"; the others make {port.member} turn at {implied * RPM:.6g} r/min, "
+            f"given are {(port.speed or 0.0) * RPM:.6g}"
+        )
+    return ""

@@ -1,0 +1,89 @@
+"""Members of a train and what ties their speeds: stages, joints, held members; and its ports.
+
+Every tie is one row Σ c_m ω_m = 0 over member speeds:
+
+    planetary   r_s ω_s + r_r ω_r − (r_s + r_r) ω_c = 0   (Willis, base radii), divided by r_s
+    parallel    r_p ω_p + r_g ω_g = 0, divided by r_p
+    joint       ω_first − ω_second = 0
+    held        ω = 0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexgear.gears.train_radii import stage_radii
+
+if TYPE_CHECKING:
+    from flexgear.model.train import Train
+    from flexgear.model.train_stage import TrainStage
+
+
+@dataclass(frozen=True)
+class Tie:
+    """One row Σ c_m ω_m = 0. kind: "stage", "joint" or "held"; name: as the user wrote it."""
+
+    kind: str
+    name: str
+    coefficients: dict[str, float]
+
+    @property
+    def label(self) -> str:
+        """How messages call it: "joint a – b", "held a", "stage s"."""
+        return f"{self.kind} {self.name}"
+
+
+@dataclass(frozen=True)
+class Port:
+    """A member that outside drives or loads: rad/s and N m (on the member); None if not given.
+
+    key: "inputs[0]" … or "output".
+    """
+
+    member: str
+    key: str
+    speed: float | None
+    torque: float | None
+
+
+@dataclass(frozen=True)
+class TrainMembers:
+    """Names of all members in the order of the stages, ties of their speeds, ports.
+
+    loads: moments about z that are given on top (N m) by member.
+    """
+
+    source: str
+    names: tuple[str, ...]
+    ties: tuple[Tie, ...]
+    ports: tuple[Port, ...]
+    loads: dict[str, float]
+
+
+def train_members(train: Train) -> TrainMembers:
+    """Members, ties and ports of a train. Raises InputError for gears that cannot mesh."""
+    ties = [_stage_tie(stage, train.source) for stage in train.stages]
+    for joint in train.joints:
+        name = f"{joint.first} – {joint.second}"
+        ties.append(Tie("joint", name, {joint.first: 1.0, joint.second: -1.0}))
+    ties += [Tie("held", member, {member: 1.0}) for member in train.held_members()]
+    ports = [
+        Port(given.member, f"inputs[{k}]", given.speed, given.given_torque)
+        for k, given in enumerate(train.inputs)
+    ]
+    ports.append(Port(train.output.member, "output", train.output.speed, train.output.torque))
+    loads = dict.fromkeys((load.member for load in train.loads), 0.0)
+    for load in train.loads:
+        loads[load.member] += load.moment[2]
+    return TrainMembers(train.source, train.member_names(), tuple(ties), tuple(ports), loads)
+
+
+def _stage_tie(stage: TrainStage, where: str) -> Tie:
+    radii = stage_radii(stage, where)
+    if stage.kind == "planetary":
+        ratio = radii.ring / radii.sun
+        row = {"sun": 1.0, "ring": ratio, "carrier": -1.0 - ratio}
+    else:
+        row = {"pinion": 1.0, "gear": radii.planet / radii.sun}
+    return Tie("stage", stage.name, {f"{stage.name}.{part}": c for part, c in row.items()})
