@@ -71,15 +71,35 @@ def rigid_rows(positions: Array, centre: Array | None = None) -> Array:
     return rows
 
 
-def lumped_body(name: str, mass: float, inertia: tuple[float, float, float]) -> Body:
-    """A rigid body of one node at its centre of mass, M = diag(m, m, m, Jx, Jy, Jz)."""
+KINEMATICS: dict[str, tuple[int, ...]] = {  # which of the six node dofs a lumped body has
+    "fixed": (),
+    "torsional": (5,),
+    "planar": (0, 1, 5),
+    "axial": (0, 1, 2, 5),
+    "spatial": (0, 1, 2, 3, 4, 5),
+}
+
+
+def lumped_body(
+    name: str,
+    mass: float,
+    inertia: tuple[float, float, float],
+    kinematics: str = "spatial",
+    *,
+    held: bool = False,
+) -> Body:
+    """A rigid body of one node at its centre of mass, M = diag(m, m, m, Jx, Jy, Jz).
+
+    kinematics: a key of ``KINEMATICS``, the dofs it has; held: without rotation about its axis.
+    """
+    dofs = [i for i in KINEMATICS[kinematics] if not (held and i == 5)]
     return Body(
         name=name,
         node_names=(name,),
         positions=np.zeros((1, 3)),
-        mass=np.diag([mass, mass, mass, *inertia]),
-        stiffness=np.zeros((6, 6)),
-        node_map=np.eye(6),
+        mass=np.diag(np.array([mass, mass, mass, *inertia])[dofs]),
+        stiffness=np.zeros((len(dofs), len(dofs))),
+        node_map=np.eye(6)[:, dofs],
         rigid=True,
     )
 

@@ -18,6 +18,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.structures import estimate, probe_loads
+from flexgear.structures.cyclic_path import sector_counts
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
@@ -25,7 +26,8 @@ from flexgear.structures.fe_mesh import (
     carrier_of_case,
     ring_of_case,
 )
-from flexgear.structures.fem import FeModel, assemble
+from flexgear.structures.fem import FeModel
+from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.interfaces import (
     carrier_interface,
     carrier_supports,
@@ -59,6 +61,7 @@ def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
         ],
         teeth=[case.stage.ring.teeth, stage_geometry(case.stage).ring.reference_radius],
         modes=ring.fixed_interface_modes,
+        cyclic=case.solver.cyclic,
     )
     body = cached(key, lambda: _reduce_ring(case, report))
     return _judged(body, ring_supports(case, body))
@@ -74,6 +77,7 @@ def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
         material=case.material.model_dump(),
         pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
         modes=carrier.fixed_interface_modes,
+        cyclic=case.solver.cyclic,
     )
     body = cached(key, lambda: _reduce_carrier(case, report))
     at = slice(0, body.interface_dofs)
@@ -85,10 +89,11 @@ def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
     progress("ring: FE mesh", 0.0)
     fe_mesh = ring_of_case(case)
     clock.lap("fe_mesh")
-    model = _assembled(case, fe_mesh, progress)
+    model = _model(case, fe_mesh)
     interface = ring_interface(case, model)
-    clock.lap("assembly")
-    reduction = reduce(model, interface, case.ring.fixed_interface_modes, progress, "ring")
+    clock.lap("ties")
+    modes, repeats = case.ring.fixed_interface_modes, case.stage.ring.teeth
+    reduction = reduce(model, interface, modes, progress, "ring", sectors=_sectors(case, repeats))
     clock.lap("reduction")
     supports = ring_supports(case, interface)
     flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(case.stage.ring.teeth))
@@ -112,10 +117,13 @@ def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
     progress("carrier: FE mesh", 0.0)
     fe_mesh = carrier_of_case(case)
     clock.lap("fe_mesh")
-    model = _assembled(case, fe_mesh, progress)
+    model = _model(case, fe_mesh)
     interface = carrier_interface(case, model)
-    clock.lap("assembly")
-    reduction = reduce(model, interface, case.carrier.fixed_interface_modes, progress, "carrier")
+    clock.lap("ties")
+    modes, repeats = case.carrier.fixed_interface_modes, case.stage.planets
+    reduction = reduce(
+        model, interface, modes, progress, "carrier", sectors=_sectors(case, repeats)
+    )
     clock.lap("reduction")
     supports = carrier_supports(case, interface, reduction.condensation.stiffness)
     angles = np.asarray(case.stage.planet_angles)
@@ -132,10 +140,15 @@ def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
     )
 
 
-def _assembled(case: Case, fe_mesh: FeMesh, progress: Progress) -> FeModel:
-    progress("stiffness and mass", 0.0)
+def _model(case: Case, fe_mesh: FeMesh) -> FeModel:
+    """The body; what its matrices are wanted for decides how much of them is assembled."""
     m = case.material
-    return assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+
+
+def _sectors(case: Case, repeats: int) -> tuple[int, ...]:
+    """Numbers of sectors to try for a body with so many teeth or pins."""
+    return sector_counts(repeats) if case.solver.cyclic == "auto" else ()
 
 
 def _estimated(

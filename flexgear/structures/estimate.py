@@ -27,14 +27,14 @@ from numpy.typing import NDArray
 
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduction import (
-    SOLVE_BLOCK,
-    Condensation,
+    AnyCondensation,
     Progress,
     Reduction,
     silent,
 )
 from flexgear.structures.tall import dot, times
 
+_BLOCK = 32  # vectors taken together
 _GUARD = 1.15  # reduced modes up to this times the limit start the reference
 
 
@@ -65,16 +65,14 @@ def compare_static(
 ) -> StaticComparison:
     """Translations of loaded nodes, full against reduced; supports (b, b) N/m."""
     condensation = reduction.condensation
-    interface, psi = condensation.interface, condensation.constraint_modes
+    interface = condensation.interface
     exact = np.empty((interface.size, len(loads)))
     equivalent = np.zeros_like(exact)
     nodes = [interface.node_names.index(load.node) for load in loads]
+    for start in range(0, len(loads), _BLOCK):
+        forces = [load.sample.load(load.forces) for load in loads[start : start + _BLOCK]]
+        exact[:, start : start + _BLOCK] = condensation.constraint_load(np.stack(forces, axis=1))
     for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
-        f = load.sample.load(load.forces)
-        if interface.expansion is not None:
-            f = interface.expansion.T @ f
-        at = np.flatnonzero(f)
-        exact[:, column] = psi[at].T @ f[at]
         equivalent[6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
     q = np.linalg.solve(condensation.stiffness + supports, np.hstack([exact, equivalent]))
     full, reduced = q[:, : len(loads)], q[:, len(loads) :]
@@ -109,18 +107,18 @@ def compare_frequencies(
     if not len(values):
         return FrequencyComparison(np.zeros(0), np.zeros(0), 0.0)
     count = len(values)
-    field = np.empty((condensation.rows.shape[1], 2 * count))
-    field[:, :count] = times(condensation.constraint_modes, vectors[:b])
+    field = np.empty((condensation.dofs, 2 * count))
+    field[:, :count] = condensation.constraint_motion(vectors[:b])
     field[:, :count] += times(reduction.fixed_modes, vectors[b:])
-    for start in range(0, count, SOLVE_BLOCK):
-        block = slice(start, min(start + SOLVE_BLOCK, count))
+    for start in range(0, count, _BLOCK):
+        block = slice(start, min(start + _BLOCK, count))
         image = condensation.supported_solve(condensation.mass_product(field[:, block]), supports)
         field[:, count + start : count + block.stop] = image * values[block]
         progress("frequency check", 0.8 * block.stop / count)
     # U and A U nearly agree: take their difference, scaled, as the second half
-    change = field[:, count:] - field[:, :count]
-    change /= np.maximum(np.linalg.norm(change, axis=0), 1e-300)
-    field[:, count:] = change
+    change = field[:, count:]
+    change -= field[:, :count]
+    change /= np.maximum(np.sqrt(np.einsum("ij,ij->j", change, change)), 1e-300)
     full = _ritz_values(condensation, supports, field)
     reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
     full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
@@ -131,17 +129,17 @@ def compare_frequencies(
 
 
 def _ritz_values(
-    condensation: Condensation, supports: NDArray[np.float64], field: NDArray[np.float64]
+    condensation: AnyCondensation, supports: NDArray[np.float64], field: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Rising Ritz values of (K + B^T S B, M) on the columns of field (d, k); 1/s2."""
     count = field.shape[1]
-    at_nodes = condensation.rows @ field
+    at_nodes = condensation.interface_motion(field)
     k = at_nodes.T @ supports @ at_nodes
     m = np.empty((count, count))
-    for start in range(0, count, SOLVE_BLOCK):
-        block = slice(start, min(start + SOLVE_BLOCK, count))
+    for start in range(0, count, _BLOCK):
+        block = slice(start, min(start + _BLOCK, count))
         part = np.ascontiguousarray(field[:, block])
-        k[:, block] += dot(field, condensation.fe_stiffness @ part)
+        k[:, block] += dot(field, condensation.stiffness_product(part))
         m[:, block] = dot(field, condensation.mass_product(part))
     scale = 1 / np.sqrt(np.diag(m))
     m = scale[:, None] * 0.5 * (m + m.T) * scale

@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from skfem import CellBasis
 
 from flexgear.structures.fem.elements import FeMeshLike, scalar_basis
@@ -56,6 +57,16 @@ class FeModel:
         keys = facet_key(known, len(self.nodes))
         order = np.argsort(keys)
         return keys[order], order, known
+
+    @cached_property
+    def cell_corners(self) -> NDArray[np.float64]:
+        """Vertices of every cell (e, v, 3), m."""
+        return self.basis.mesh.p.T[self.basis.mesh.t.T]
+
+    @cached_property
+    def cell_tree(self) -> cKDTree:
+        """The cells' middles, to find cells near a point."""
+        return cKDTree(self.cell_corners.mean(axis=1))
 
     @property
     def vertex_dofs(self) -> int:

@@ -40,13 +40,13 @@ class FeMeshLike(Protocol):
         """Patch name -> vertex numbers (k, 4) or (k, 3)."""
 
 
-def scalar_basis(fe_mesh: FeMeshLike) -> CellBasis:
+def scalar_basis(fe_mesh: FeMeshLike, order: int = INTEGRATION_ORDER) -> CellBasis:
     """Scalar quadratic basis on the cells; node n of it carries dofs 3n, 3n+1, 3n+2 (x, y, z).
 
-    Vertices come first and keep their numbers, edge midpoints follow.
+    Vertices come first and keep their numbers, edge midpoints follow. order: of the integration.
     """
     kind = fe_mesh.kind
     cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
     points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
     geometry = _MESHES[kind](points, cells)
-    return CellBasis(geometry, _ELEMENTS[kind](), intorder=INTEGRATION_ORDER)
+    return CellBasis(geometry, _ELEMENTS[kind](), intorder=order)

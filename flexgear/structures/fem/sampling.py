@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from skfem import FacetBasis
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefQuad, RefTri
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem.assembly import FeModel, facet_key
 from flexgear.structures.fem.elements import INTEGRATION_ORDER
 
 _INSIDE = 1e-6
+_FACETS = {3: RefTri, 4: RefQuad}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,23 +46,41 @@ class Sample:
 
 
 def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
-    """Quadrature points of facets given by their vertices (k, 4) or (k, 3)."""
-    numbers = facet_numbers(model, facets)
-    basis = FacetBasis(
-        model.basis.mesh, model.basis.elem, facets=numbers, intorder=INTEGRATION_ORDER
-    )
-    points = np.asarray(basis.global_coordinates())  # (3, f, q)
-    shape = np.stack(
-        [np.broadcast_to(np.asarray(b[0]), basis.dx.shape) for b in basis.basis], axis=-1
-    )
-    dofs = basis.element_dofs.T  # (f, a)
-    count = basis.dx.size
-    nodes = np.broadcast_to(dofs[:, None, :], shape.shape)
+    """Quadrature points of facets given by their vertices (k, 4) or (k, 3), in cyclic order.
+
+    Geometry is (bi)linear on a facet: x = sum_i N_i x_i, dA = |dx/da x dx/db| da db.
+    """
+    facets, mesh, elem = np.asarray(facets), model.basis.mesh, model.basis.elem
+    cells = mesh.f2t[0, facet_numbers(model, facets)]
+    flat, weights = get_quadrature(_FACETS[facets.shape[1]], INTEGRATION_ORDER)
+    value, slope = _facet_shape(flat, facets.shape[1])  # (q, c), (2, q, c)
+    corners = mesh.p.T[facets]
+    points = value @ corners  # (f, q, 3)
+    normal = np.cross(slope[0] @ corners, slope[1] @ corners)
+    place = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
+    local = value @ elem.refdom.p.T[place]  # (f, q, 3) reference coordinates in the cells
+    nodes = model.basis.element_dofs[:, cells].T  # (f, a)
+    shape = _shape(model, local.reshape(-1, 3))
     return Sample(
-        np.ascontiguousarray(points.reshape(3, -1).T),
-        basis.dx.ravel(),
-        _interpolation(nodes.reshape(count, -1), shape.reshape(count, -1), model.basis.N),
+        points.reshape(-1, 3),
+        (np.linalg.norm(normal, axis=2) * weights).ravel(),
+        _interpolation(np.repeat(nodes, len(weights), axis=0), shape, model.basis.N),
     )
+
+
+def _facet_shape(
+    at: NDArray[np.float64], corners: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Functions (q, c) of a facet's corners in cyclic order and slopes (2, q, c) at (2, q)."""
+    a, b = at
+    one = np.ones_like(a)
+    if corners == 3:
+        value = [1 - a - b, a, b]
+        slope = [[-one, one, 0 * one], [-one, 0 * one, one]]
+    else:
+        value = [(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b]
+        slope = [[b - 1, 1 - b, b, -b], [a - 1, -a, a, 1 - a]]
+    return np.stack(value, axis=-1), np.stack([np.stack(s, axis=-1) for s in slope])
 
 
 def point_sample(
@@ -75,10 +94,8 @@ def point_sample(
     slack: how far outside its element a point may lie, in reference coordinates.
     """
     cells, local = locate(model, points, slack)
-    basis = model.basis
-    shape = np.stack([basis.elem.lbasis(local.T, i)[0] for i in range(len(basis.basis))], axis=-1)
-    nodes = basis.element_dofs.T[cells]
-    return Sample(points, weights, _interpolation(nodes, shape, basis.N))
+    nodes = model.basis.element_dofs.T[cells]
+    return Sample(points, weights, _interpolation(nodes, _shape(model, local), model.basis.N))
 
 
 def disc_points(
@@ -123,9 +140,7 @@ def locate(
     model: FeModel, points: NDArray[np.float64], slack: float = _INSIDE
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Element (m,) and reference coordinates (m, 3) of each point; Newton on the element map."""
-    mesh = model.basis.mesh
-    corners = mesh.p.T[mesh.t.T]  # (e, v, 3)
-    tree = cKDTree(corners.mean(axis=1))
+    corners, tree = model.cell_corners, model.cell_tree
     cells = np.zeros(len(points), dtype=np.int64)
     local = np.zeros((len(points), 3))
     excess = np.full(len(points), np.inf)
@@ -150,6 +165,14 @@ def locate(
             "the finite-element mesh: compare bolt circle and bolt face with the mesh"
         )
     return cells, local
+
+
+def _shape(model: FeModel, local: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Shape functions (m, a) at reference coordinates (m, 3)."""
+    elem, count = model.basis.elem, len(model.basis.element_dofs)
+    return np.stack(
+        [np.broadcast_to(elem.lbasis(local.T, i)[0], len(local)) for i in range(count)], axis=-1
+    )
 
 
 def _inverse_map(

@@ -87,11 +87,22 @@ def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> T
     # from the centroid to the node: t(x0) = t(c) + theta x (x0 - c)
     shift = np.eye(6)
     shift[:3] = rigid_motion((position - centre)[None])[0]
-    columns = [sp.csr_matrix(sample.interpolation.T @ (weight[c] @ shift.T)).T for c in range(3)]
-    stacked = sp.hstack(columns).tocsc()
-    n = sample.interpolation.shape[1]
-    order = (np.arange(3 * n) % 3) * n + np.arange(3 * n) // 3
-    return Tie(name, position, rows=stacked[:, order].tocsr())
+    nodes, local = np.unique(sample.interpolation.indices, return_inverse=True)
+    compact = sp.csr_matrix(
+        (sample.interpolation.data, local, sample.interpolation.indptr),
+        (len(sample.points), len(nodes)),
+    )
+    rows = np.stack([compact.T @ (weight[c] @ shift.T) for c in range(3)])  # (3, nodes, 6)
+    dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+    matrix = sp.csr_matrix(
+        (
+            rows.transpose(2, 1, 0).ravel(),
+            np.tile(dofs, 6),
+            len(dofs) * np.arange(7),
+        ),
+        (6, 3 * sample.interpolation.shape[1]),
+    )
+    return Tie(name, position, rows=matrix)
 
 
 def rigid_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:

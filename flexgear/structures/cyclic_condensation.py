@@ -1,0 +1,182 @@
+r"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
+
+Constraint modes are never held. With Psi_t the motion of the body under its periodic ties, the
+others free, Y = the solution under C^T and H, G as in `cyclic_solver.py`,
+
+    Psi = Psi_t [I 0] + Y N,   N = G^{-1} [-H I],
+    K_bb = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I],
+
+where columns of Psi_t for one sector give all others by rotation. Fields are in sector form,
+(3n z, k), dofs of one local node after another, see `cyclic_matrices.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexgear.structures.cyclic_interior import LEAF, Interior
+from flexgear.structures.cyclic_matrices import (
+    Circulant,
+    from_sectors,
+    sector_matrices,
+    to_sectors,
+)
+from flexgear.structures.cyclic_projection import condensed_stiffness, project_constraint_modes
+from flexgear.structures.cyclic_sectors import Sectors
+from flexgear.structures.cyclic_solver import CyclicSolver
+from flexgear.structures.cyclic_ties import SectorTies, sector_ties
+from flexgear.structures.dissection import dissect
+from flexgear.structures.fem import FeModel, Interface
+
+Array = NDArray[np.float64]
+
+_BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
+
+
+@dataclass(frozen=True, eq=False)
+class CyclicCondensation:
+    """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices."""
+
+    interface: Interface
+    ties: SectorTies = field(repr=False)
+    fe_stiffness: Circulant = field(repr=False)
+    fe_mass: Circulant = field(repr=False)
+    solver: CyclicSolver = field(repr=False)
+    stiffness: Array = field(repr=False)
+    path: str
+    rigid_residual: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Of the solver."""
+        return "cyclic"
+
+    @property
+    def sectors(self) -> Sectors:
+        """Which nodes are images of one another."""
+        return self.ties.sectors
+
+    @property
+    def dofs(self) -> int:
+        """Length of a field."""
+        return 3 * self.sectors.nodes.size
+
+    def mass_product(self, x: Array) -> Array:
+        """M x (d, k)."""
+        return self._each(x, self.fe_mass.product)
+
+    def stiffness_product(self, x: Array) -> Array:
+        """K x (d, k)."""
+        return self._each(x, self.fe_stiffness.product)
+
+    def interface_motion(self, x: Array) -> Array:
+        """B x (b, k)."""
+        return self.ties.motion(self._form(x))
+
+    def fixed_solve(self, right: Array) -> Array:
+        """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        return self._each(right, lambda g: self.solver.solve(g)[0])
+
+    def supported_solve(self, right: Array, supports: Array) -> Array:
+        """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
+        held = np.linalg.inv(self.stiffness + supports)
+
+        return self._each(right, lambda g: self.solver.answered(g, lambda rho: -held @ rho))
+
+    def constraint_motion(self, q: Array) -> Array:
+        """Psi q (d, k)."""
+        out = np.empty((self.dofs, q.shape[1]))
+        for block in self.blocks(q.shape[1]):
+            out[:, block] = self.solver.motion(q[:, block]).reshape(self.dofs, -1)
+        return out
+
+    def constraint_load(self, forces: Array) -> Array:
+        """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
+        out = np.empty((self.interface.size, forces.shape[1]))
+        for block in self.blocks(forces.shape[1]):
+            load = to_sectors(np.ascontiguousarray(forces[:, block]), self.sectors)
+            out[:, block] = -self.solver.reactions(load)
+        return out
+
+    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        coupling = np.empty((modes.shape[1], self.interface.size))
+        for block in self.blocks(len(coupling)):
+            load = self.fe_mass.product(self._form(modes[:, block]))
+            coupling[block] = -self.solver.reactions(load).T
+        own = project_constraint_modes(self.solver, self.ties, self.fe_mass, self._block, recovery)
+        return own, coupling
+
+    def field_of(self, dofs: Array) -> Array:
+        """A field (d, k) from dof vectors (3N, k)."""
+        return to_sectors(dofs, self.sectors).reshape(self.dofs, -1)
+
+    def dofs_of(self, x: Array, count: int) -> Array:
+        """The mesh's first dofs (count, k) of a field."""
+        out = np.empty((count, x.shape[1]))
+        for block in self.blocks(x.shape[1]):
+            out[:, block] = from_sectors(self._form(x[:, block]), self.sectors, count // 3)
+        return out
+
+    def _form(self, x: Array) -> Array:
+        return np.ascontiguousarray(x).reshape(-1, self.sectors.count, x.shape[1])
+
+    @property
+    def _block(self) -> int:
+        """Vectors that are worked on at once."""
+        return max(4, int(_BLOCK_BYTES / (8 * self.dofs)))
+
+    def blocks(self, columns: int) -> Iterator[slice]:
+        """Slices of vectors that are worked on at once."""
+        for start in range(0, columns, self._block):
+            yield slice(start, min(start + self._block, columns))
+
+    def _each(self, x: Array, way: object) -> Array:
+        """way(x) block by block."""
+        out = np.empty_like(x)
+        for block in self.blocks(x.shape[1]):
+            out[:, block] = way(self._form(x[:, block])).reshape(self.dofs, -1)  # type: ignore[operator]
+        return out
+
+
+def cyclic_parts(
+    model: FeModel, interface: Interface, sectors: Sectors
+) -> CyclicCondensation | None:
+    """Factors of a periodic body; None where its ties do not allow it."""
+    graph, coordinates = _graph(model, sectors)
+    tree = dissect(graph, coordinates, LEAF)
+    sectors = sectors.reordered(tree.order)
+    ties = sector_ties(interface, sectors)
+    if ties is None:
+        return None
+    stiffness, mass = sector_matrices(model, sectors)
+    solver = CyclicSolver(Interior(_bordered(stiffness, ties), tree), ties)
+    path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
+    return CyclicCondensation(
+        interface, ties, stiffness, mass, solver, condensed_stiffness(solver, ties), path
+    )
+
+
+def _bordered(stiffness: Circulant, ties: SectorTies) -> sp.csr_matrix:
+    """[K B^T C^T; B 0 0; C 0 0] of one sector, C the share in even others."""
+    beyond = ties.rows.shape[1] - ties.even.shape[1]
+    even = sp.hstack([ties.even, sp.csr_matrix((ties.even.shape[0], beyond))])
+    rows = sp.vstack([ties.rows, even])
+    return sp.bmat([[stiffness.extended(), rows.T], [rows, None]], format="csr")
+
+
+def _graph(model: FeModel, sectors: Sectors) -> tuple[sp.csr_matrix, Array]:
+    """Which of a sector's interior nodes meet in a cell, and their coordinates (n, 3)."""
+    local = np.full(len(model.nodes), -1)
+    local[sectors.nodes[:, 0]] = np.arange(len(sectors.nodes))
+    cells = local[model.basis.element_dofs[:, sectors.cells].T]
+    cell, at = np.nonzero((cells >= 0) & (cells < sectors.interior))
+    member = sp.csr_matrix(
+        (np.ones(len(cell)), (cell, cells[cell, at])), (len(cells), sectors.interior)
+    )
+    return (member.T @ member).tocsr(), model.nodes[sectors.nodes[: sectors.interior, 0]]

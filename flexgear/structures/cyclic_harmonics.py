@@ -1,0 +1,69 @@
+r"""The borders of all sectors together, by a discrete Fourier transform over the sectors.
+
+One sector's condensed matrix on [its border, the next border] is [S_00 S_01; S_10 S_11]. With
+x(s) = 1/z sum_h X_h e^{i h s 2 pi/z} the borders separate by harmonics,
+
+    S_h = S_00 + S_11 + S_01 e^{i h 2 pi/z} + S_10 e^{-i h 2 pi/z},   S_h X_h = R_h,
+
+Hermitian and definite where the sectors are held; harmonics h and z - h are conjugates, so
+h = 0 ... z // 2 suffice. Source: Thomas 1979, Int. J. Numer. Methods Eng. 14:81.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+from scipy.linalg.lapack import zpotrf, zpotri
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.cyclic_threads import shared
+from flexgear.structures.tall import THREADS
+
+Array = NDArray[np.float64]
+
+
+class Harmonics:
+    """Inverse of every S_h (b, b)."""
+
+    def __init__(self, condensed: Array, count: int) -> None:
+        """condensed: (2b, 2b) of one sector; count: z."""
+        b = len(condensed) // 2
+        self.count = count
+        self._inverse = np.empty((count // 2 + 1, b, b), dtype=complex)
+        diagonal = condensed[:b, :b] + condensed[b:, b:]
+        diagonal = 0.5 * (diagonal + diagonal.T)
+        across = condensed[:b, b:]
+
+        def part(harmonics: slice) -> None:
+            for h in range(harmonics.start, harmonics.stop):
+                phase = np.exp(2j * np.pi * h / count)
+                self._inverse[h] = _inverse(diagonal + phase * across + np.conj(phase) * across.T)
+
+        shared(len(self._inverse), part, chunk=1)
+
+    def __len__(self) -> int:
+        return len(self._inverse)
+
+    def solve(self, right: Array) -> Array:
+        """Borders x (b, z, k) under loads (b, z, k)."""
+        if not right.shape[2]:
+            return right
+        r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
+        x = np.empty_like(r)
+
+        def part(harmonics: slice) -> None:
+            for h in range(harmonics.start, harmonics.stop):
+                x[h] = self._inverse[h] @ np.ascontiguousarray(r[h])
+
+        shared(len(self._inverse), part, chunk=1)
+        return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
+
+
+def _inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Inverse of a Hermitian positive definite matrix."""
+    factor, info = zpotrf(matrix, lower=1, clean=1)
+    if info:
+        raise FlexgearError("a sector is not held by the ties of its teeth")
+    inverse, _ = zpotri(factor, lower=1)
+    return np.tril(inverse) + np.tril(inverse, -1).conj().T

@@ -1,0 +1,118 @@
+r"""Elimination of a sector's interior, the same for all sectors.
+
+With the interior i and what is beyond it, b: the borders at both ends of a sector and multipliers
+of its ties, whose rows and columns stand in the matrix like stiffness,
+
+    [K_ii K_ib; K_bi K_bb] = [L 0; V^T I] [I 0; 0 S] [L^T V; 0 I],
+    K_ii = L L^T,  V = L^{-1} K_ib,  S = K_bb - V^T V.
+
+It is the multifrontal factorisation of `multifrontal.py` stopped before the border. One small
+factor, which stays in the processor's cache, serves columns of all sectors and vectors together.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg.blas import dsyrk, dtrsm
+from scipy.linalg.lapack import dpotrf, dtrtri
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.dissection import Elimination
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEAF = 32  # nodes of three dofs in a front that is not cut further
+_NODE = 3
+
+
+class Interior:
+    """Factor of K_ii with the rows of the border.
+
+    rest: S (b, b), symmetric.
+    """
+
+    def __init__(self, matrix: sp.csr_matrix, tree: Elimination) -> None:
+        """matrix: (i + b, i + b), its interior already in the tree's order of nodes."""
+        self._starts = _NODE * tree.starts
+        self._parents = tree.parents
+        self.size = int(self._starts[-1])
+        self._borders = self._with_reach(matrix, tree)
+        self._factors, self.rest = self._factorise(matrix)
+
+    @property
+    def entries(self) -> int:
+        """Numbers stored in the factor."""
+        return sum(a.size + b.size for a, b in self._factors)
+
+    def forward(self, x: Array) -> None:
+        """x = [g_i; g_b] (i + b, k) becomes [L^{-1} g_i; g_b - V^T L^{-1} g_i]."""
+        starts, borders = self._starts, self._borders
+        for k, (inverse, below) in enumerate(self._factors):
+            own = x[starts[k] : starts[k + 1]]
+            own[:] = inverse @ own
+            if len(borders[k]):
+                x[borders[k]] -= below @ own
+
+    def backward(self, x: Array) -> None:
+        """x = [f; x_b] (i + b, k) becomes [L^{-T} (f - V x_b); x_b]."""
+        starts, borders = self._starts, self._borders
+        for k in range(len(self._factors) - 1, -1, -1):
+            inverse, below = self._factors[k]
+            own = x[starts[k] : starts[k + 1]]
+            if len(borders[k]):
+                own -= below.T @ x[borders[k]]
+            own[:] = inverse.T @ own
+
+    def _with_reach(self, matrix: sp.csr_matrix, tree: Elimination) -> list[Ints]:
+        """Later dofs that each front's elimination couples, those beyond the interior included."""
+        beyond = matrix[: self.size, self.size :].tocsr()
+        reach: list[Ints] = [np.zeros(0, dtype=np.int64)] * len(tree.parents)
+        for k, parent in enumerate(tree.parents):
+            begin, end = beyond.indptr[self._starts[k : k + 2]]
+            reach[k] = np.union1d(reach[k], beyond.indices[begin:end])
+            if parent >= 0:
+                reach[parent] = np.union1d(reach[parent], reach[k])
+        inside = ((_NODE * b[:, None] + np.arange(_NODE)).ravel() for b in tree.borders)
+        return [
+            np.concatenate([near, self.size + far]) for near, far in zip(inside, reach, strict=True)
+        ]
+
+    def _factorise(self, matrix: sp.csr_matrix) -> tuple[list[tuple[Array, Array]], Array]:
+        """Inverse of L11 and L21 of every front, and what is left for the border."""
+        size = self.size
+        lower = sp.tril(matrix).tocsc()
+        rest = lower[size:, size:].toarray()
+        local = np.zeros(matrix.shape[0], dtype=np.int64)
+        waiting: dict[int, list[tuple[Ints, Array]]] = {}
+        factors = []
+        for k, parent in enumerate(self._parents):
+            begin, end = self._starts[k], self._starts[k + 1]
+            own, border = end - begin, self._borders[k]
+            local[begin:end] = np.arange(own)
+            local[border] = own + np.arange(len(border))
+            front = np.zeros((own + len(border), own + len(border)), order="F")
+            columns = lower[:, begin:end]
+            front[local[columns.indices], np.repeat(np.arange(own), np.diff(columns.indptr))] = (
+                columns.data
+            )
+            for index, update in waiting.pop(k, ()):
+                at = local[index]
+                front[np.ix_(at, at)] += update
+            diagonal, info = dpotrf(front[:own, :own], lower=1, clean=1)
+            if info:
+                raise FlexgearError(
+                    "the stiffness matrix of a sector is singular: its mesh falls into pieces or "
+                    "has cells that hang on an edge"
+                )
+            below = dtrsm(1.0, diagonal, front[own:, :own], side=1, lower=1, trans_a=1)
+            factors.append((dtrtri(diagonal, lower=1)[0], below))
+            update = np.tril(dsyrk(-1.0, below, beta=1.0, c=front[own:, own:], lower=1))
+            if parent >= 0:
+                waiting.setdefault(int(parent), []).append((border, update))
+            elif len(border):
+                at = border - size
+                rest[np.ix_(at, at)] += update
+        return factors, np.tril(rest) + np.tril(rest, -1).T

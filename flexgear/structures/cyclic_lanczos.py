@@ -1,0 +1,224 @@
+r"""Lowest modes by block Lanczos with few passes over a long basis.
+
+    T M v = nu v,   nu = 1/omega^2,   V^T M V = I,
+
+T a solution operator (symmetric), M the mass. P = M Q is carried along, so that a step costs one T
+and one M,
+
+    W = T P_j - Q_j A_j - Q_{j-1} B_j^T,   A_j = P_j^T T P_j,   W = Q_{j+1} B_{j+1},
+
+and older vectors, which rounding lets in again little by little, are taken off two steps running
+every few steps: as often as what is found there asks for. When the basis is full it is cut to the
+best Ritz vectors. Vectors are rows of the basis, so that only what is filled takes memory.
+Source: Grimes, Lewis, Simon 1994, SIAM J. Matrix Anal. Appl. 15:228; partial
+reorthogonalisation: Simon 1984, Math. Comput. 42:115; thick restart: Wu, Simon 2000, SIAM J.
+Matrix Anal. Appl. 22:602.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.cyclic_threads import shared
+from flexgear.structures.lanczos import Eigenpairs, Operator
+from flexgear.structures.tall import dot, times_in_place
+
+Array = NDArray[np.float64]
+
+_CHECKED = 24  # new vectors between looks at convergence
+_LEVEL = 1e-10  # share of older vectors in a new one that calls for passes more often
+_SELDOM = 8  # steps between passes at most
+_DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
+_CHUNK = 16384  # entries of a vector a thread takes at a time
+_STEPS = 5000
+
+
+def lowest_modes(
+    solve: Operator,
+    mass: Operator,
+    start: Array,
+    count: int,
+    most: int,
+    tolerance: float = 1e-7,
+    progress: Callable[[float], None] | None = None,
+) -> Eigenpairs:
+    """The `count` largest nu; start (n, p) gives block size and seed, most: rows of the basis.
+
+    tolerance: residual over nu; the error of nu is of the order of its square.
+    """
+    n, block = start.shape
+    if not count + 3 * block <= most <= n - block:
+        raise FlexgearError("the eigenvalue iteration wants a larger basis: ask for fewer modes")
+    basis = _Basis(most + block, n, mass)
+    q, p, _ = basis.normalised(solve(mass(start)))
+    square = np.zeros((most + block, most + block))
+    before: tuple[Array, Array] | None = None  # Q_{j-1}, B_j
+    passes = _Passes(3)
+    unchecked = applied = 0
+    while applied < _STEPS:
+        at = slice(basis.filled, basis.filled + block)
+        basis.append(q)
+        w = solve(p)
+        applied += block
+        own = dot(p, w)
+        _less(w, q, own)
+        if before is not None:
+            _less(w, before[0], before[1].T)
+            square[at.start - block : at.start, at] = before[1].T
+        square[at, at] = own
+        if before is None and at.start:  # just cut: all Ritz vectors that were kept are neighbours
+            kept, p = basis.freed(w)
+            square[: at.start, at] = kept[: at.start]
+            _, p = basis.freed(w)
+        elif passes.due():
+            found, p = basis.freed(w)
+            passes.found(found, w, p)
+        else:
+            p = mass(w)
+        q_next, p, coupling = basis.normalised(w, p)
+        square[at, : at.start] = square[: at.start, at].T
+        before = (q, coupling)
+        q = q_next
+        unchecked += block
+        full = basis.filled + block > most
+        if not full and (basis.filled < count + block or unchecked < _CHECKED):
+            continue
+        unchecked = 0
+        values, vectors = np.linalg.eigh(square[: at.stop, : at.stop])
+        values, vectors = values[::-1], vectors[:, ::-1]
+        residuals = np.linalg.norm(coupling @ vectors[at], axis=0)
+        good = residuals[:count] <= tolerance * np.abs(values[:count])
+        if progress is not None:
+            progress(float(good.sum()) / count)
+        if good.all():
+            basis.recombine(vectors[:, :count])
+            return Eigenpairs(values[:count], basis.taken().T, residuals[:count], applied)
+        if full:
+            keep = (count + most) // 2
+            basis.recombine(vectors[:, :keep])
+            square[:] = 0.0
+            square[range(keep), range(keep)] = values[:keep]
+            before = None
+            passes = _Passes(0)  # converged vectors come back faster
+    raise FlexgearError("the eigenvalue iteration did not converge: ask for fewer modes")
+
+
+def _less(w: Array, q: Array, c: Array) -> None:
+    """w <- w - Q C."""
+
+    def part(at: slice) -> None:
+        w[at] -= q[at] @ c
+
+    shared(len(w), part, _CHUNK)
+
+
+class _Passes:
+    """When to take older vectors off: two steps running, then none for a few."""
+
+    def __init__(self, free: int) -> None:
+        """free: steps without at first."""
+        self._free = free
+        self._left = free + 1
+
+    def due(self) -> bool:
+        """Whether this step takes a pass."""
+        self._left -= 1
+        return self._left <= 0
+
+    def found(self, share: Array, w: Array, p: Array) -> None:
+        """What the pass took off w; p = M w now."""
+        if self._left < 0:  # the second of two
+            self._left = self._free + 1
+            return
+        length = np.sqrt(max(float(np.einsum("ij,ij->j", w, p).min()), 1e-300))
+        level = float(np.abs(share).max()) / length
+        if level > _LEVEL:
+            self._free = self._free // 2
+        elif level < 1e-2 * _LEVEL:
+            self._free = min(_SELDOM, self._free + 1)
+
+
+class _Basis:
+    """Vectors (filled, n) with V M V^T = I."""
+
+    def __init__(self, rows: int, n: int, mass: Operator) -> None:
+        self._vectors = np.empty((rows, n))
+        self._mass = mass
+        self.filled = 0
+
+    def append(self, q: Array) -> None:
+        """Columns of q (n, p) as the next vectors."""
+        end = self.filled + q.shape[1]
+        self._vectors[self.filled : end] = q.T
+        self.filled = end
+
+    def freed(self, w: Array) -> tuple[Array, Array]:
+        """C (filled, p) and M w of w <- w - V^T C with V M w = 0."""
+        column = self._dot(self._mass(w))
+        self._take(w, column)
+        return column, self._mass(w)
+
+    def normalised(self, w: Array, p: Array | None = None) -> tuple[Array, Array, Array]:
+        """Q, P = M Q, R with w = Q R, Q^T M Q = I, orthogonal to the basis as w is.
+
+        w and p are overwritten. Directions of rounding size become arbitrary ones, freed of the
+        basis again.
+        """
+        p = self._mass(w) if p is None else p
+        r = np.eye(w.shape[1])
+        for _ in range(4):
+            gram = dot(w, p)
+            values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+            root = np.sqrt(np.maximum(values, 1e-14 * values[-1]))
+            times_in_place(w, vectors / root)
+            times_in_place(p, vectors / root)
+            r = (vectors * root).T @ r
+            if values[0] > _DEPENDENT * values[-1]:
+                break
+            p = self.freed(w)[1] if self.filled else self._mass(w)
+        return w, p, r
+
+    def recombine(self, vectors: Array) -> None:
+        """Keep only the combinations (filled, k) of the vectors."""
+        count = vectors.shape[1]
+        transposed = np.ascontiguousarray(vectors.T)
+
+        def part(at: slice) -> None:
+            self._vectors[:count, at] = transposed @ self._vectors[: self.filled, at]
+
+        shared(self._vectors.shape[1], part, _CHUNK)
+        self.filled = count
+
+    def taken(self) -> Array:
+        """The vectors (filled, n); the rest of the memory is given back."""
+        vectors = self._vectors
+        del self._vectors
+        vectors.resize((self.filled, vectors.shape[1]), refcheck=False)
+        return vectors
+
+    def _dot(self, p: Array) -> Array:
+        """V p (filled, k), summed in a fixed order."""
+        parts: dict[int, Array] = {}
+
+        def part(at: slice) -> None:
+            parts[at.start] = self._vectors[: self.filled, at] @ p[at]
+
+        shared(len(p), part, _CHUNK)
+        total = np.zeros((self.filled, p.shape[1]))
+        for start in sorted(parts):
+            total += parts[start]
+        return total
+
+    def _take(self, w: Array, column: Array) -> None:
+        """w <- w - V^T C."""
+
+        rows = np.ascontiguousarray(column.T)
+
+        def part(at: slice) -> None:
+            w[at] -= (rows @ self._vectors[: self.filled, at]).T
+
+        shared(len(w), part, _CHUNK)

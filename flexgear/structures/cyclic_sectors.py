@@ -1,0 +1,173 @@
+r"""A body as z equal sectors: which nodes and cells of its mesh are images of one another.
+
+Sector s is sector 0 turned by s 2 pi / z about the z-axis. Its cells touch own nodes and the nodes
+where sector s + 1 begins; these count as the border of s + 1:
+
+    own nodes of s = [interior, border],   nodes of its cells = own nodes and the border of s + 1.
+
+Whether a mesh is periodic is found from coordinates and cells alone, so a generated and a user's
+mesh are judged alike. Material is one and isotropic, so then K and M are block-circulant in axes
+that turn with the sectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from flexgear.structures.fem import FeModel
+
+Ints = NDArray[np.int64]
+
+LEAST = 3  # with two sectors the one before is also the one after
+_TOLERANCE = 1e-9  # of the radius: how far an image may lie from its node
+_PROBED = 64  # nodes tried first
+_WINDOWS = 8  # angles at which a sector of unknown make may begin
+
+
+@dataclass(frozen=True, eq=False)
+class Sectors:
+    """Nodes and cells of a periodic mesh, sector by sector.
+
+    nodes: (n, z) node of the mesh that is local node a of sector s; the last `border` of the n
+    local nodes are where the sector before ends; cells: (c,) those of sector 0.
+    """
+
+    count: int
+    nodes: Ints = field(repr=False)
+    border: int
+    cells: Ints = field(repr=False)
+
+    @property
+    def interior(self) -> int:
+        """Local nodes that belong to cells of this sector alone."""
+        return len(self.nodes) - self.border
+
+    @property
+    def pitch(self) -> float:
+        """Angle between sectors, rad."""
+        return 2 * np.pi / self.count
+
+    def turns(self) -> NDArray[np.float64]:
+        """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
+        return turn(self.pitch * np.arange(self.count, dtype=float))
+
+    def reordered(self, interior: Ints) -> Sectors:
+        """The same sectors with interior nodes in another order (n - border,)."""
+        order = np.concatenate([interior, np.arange(self.interior, len(self.nodes))])
+        return Sectors(self.count, self.nodes[order], self.border, self.cells)
+
+
+def turn(angle: NDArray[np.floating] | float) -> NDArray[np.float64]:
+    """Rotation (..., 3, 3) about z by an angle, rad."""
+    angle = np.asarray(angle, dtype=float)
+    out = np.zeros((*angle.shape, 3, 3))
+    out[..., 0, 0] = out[..., 1, 1] = np.cos(angle)
+    out[..., 1, 0] = np.sin(angle)
+    out[..., 0, 1] = -out[..., 1, 0]
+    out[..., 2, 2] = 1.0
+    return out
+
+
+def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
+    """Sectors of a body for the first of some numbers that fits its mesh; None where none does."""
+    for count in counts:
+        if count < LEAST:
+            continue
+        image = _image(model.nodes, 2 * np.pi / count)
+        if image is None:
+            continue
+        cells = _cell_image(model.basis.element_dofs.T.astype(np.int64), image)
+        found = None if cells is None else _smallest(model, count, image, cells)
+        if found is not None:
+            return found
+    return None
+
+
+def _image(nodes: NDArray[np.float64], angle: float) -> Ints | None:
+    """Where each node goes under a turn (n,); None unless every one meets another."""
+    turned = nodes @ turn(angle).T
+    tolerance = _TOLERANCE * float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
+    tree = cKDTree(nodes)
+    probes = turned[:: max(1, len(nodes) // _PROBED)]
+    if tree.query(probes)[0].max() > tolerance:
+        return None
+    distance, image = tree.query(turned)
+    if distance.max() > tolerance or len(np.unique(image)) != len(image):
+        return None
+    return image.astype(np.int64)
+
+
+def _cell_image(cells: Ints, image: Ints) -> Ints | None:
+    """Where each cell (m, a) goes (m,); None unless every one meets another with the same nodes."""
+    number = np.random.default_rng(0).integers(1 << 62, size=len(image))
+    with np.errstate(over="ignore"):
+        key = number[cells].sum(axis=1)
+        turned = number[image[cells]].sum(axis=1)
+    order = np.argsort(key)
+    place = np.minimum(np.searchsorted(key[order], turned), len(order) - 1)
+    target = order[place]
+    same = np.sort(image[cells], axis=1) == np.sort(cells[target], axis=1)
+    return target if same.all() else None
+
+
+def _smallest(model: FeModel, count: int, image: Ints, cell_image: Ints) -> Sectors | None:
+    """Of several choices of the first sector's cells, the one with the smallest border."""
+    nodes = _orbits(np.arange(len(image)), image, count)
+    best = None
+    for cells in _choices(model, count, cell_image):
+        sectors = _sectors(model.basis.element_dofs[:, cells], count, image, nodes, cells)
+        if sectors is not None and (best is None or sectors.border < best.border):
+            best = sectors
+    return best
+
+
+def _orbits(start: Ints, image: Ints, count: int) -> Ints:
+    """(k, z): start, its image, its image's image ..."""
+    out = np.empty((len(start), count), dtype=np.int64)
+    out[:, 0] = start
+    for s in range(1, count):
+        out[:, s] = image[out[:, s - 1]]
+    return out
+
+
+def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
+    """Cells of a first sector: lowest numbers (as generators count), then windows of angle."""
+    orbits = _orbits(np.arange(len(cell_image)), cell_image, count)
+    lowest = np.flatnonzero(orbits.min(axis=1) == np.arange(len(orbits)))
+    if len(lowest) * count != len(orbits):  # some cell turns into itself before a full turn
+        return
+    yield lowest
+    centre = model.nodes[model.basis.element_dofs].mean(axis=0)
+    angle = np.arctan2(centre[:, 1], centre[:, 0])[orbits[lowest]]
+    pitch = 2 * np.pi / count
+    for window in range(_WINDOWS):
+        # an odd share keeps borders away from the symmetry lines where centres lie
+        begin = (window + 0.4567) * pitch / _WINDOWS
+        yield orbits[lowest, np.argmin((angle - begin) % (2 * np.pi), axis=1)]
+
+
+def _sectors(
+    element_dofs: Ints, count: int, image: Ints, orbits: Ints, cells: Ints
+) -> Sectors | None:
+    """Sectors from the nodes of the first one's cells; None where more than neighbours meet."""
+    touched = np.zeros(len(image), dtype=bool)
+    touched[element_dofs] = True
+    ahead = np.zeros_like(touched)
+    ahead[image[touched]] = True
+    own = touched & ~ahead
+    back = np.empty_like(image)
+    back[image] = np.arange(len(image))
+    border = np.zeros_like(touched)
+    border[back[touched & ahead]] = True
+    if own.sum() * count != len(image) or (border & ~own).any():
+        return None
+    local = np.concatenate([np.flatnonzero(own & ~border), np.flatnonzero(border)])
+    nodes = orbits[local]
+    if len(np.unique(nodes)) != len(image) or border.sum() in (0, own.sum()):
+        return None
+    return Sectors(count, nodes, int(border.sum()), cells)

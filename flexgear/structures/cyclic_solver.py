@@ -1,0 +1,311 @@
+r"""Solutions of a body of equal sectors with the motion of its interface given.
+
+    K x = g + B^T rho,   B x = q,
+
+with ties that every sector has (B_t, motion q_t, reactions lambda) and others that see all sectors
+together (C, q_o, reactions -mu). A sector's interior i is eliminated with the rows of its borders
+b, of its own ties and of its share in even others v,
+
+    f = L^{-1} g_i,   V = L^{-1} K_ib,   Z_t = L^{-1} B_ti^T,   Z_v = L^{-1} C_i^T.
+
+With D = Z_t^T Z_t and B^ = B_tb - Z_t^T V its own ties follow,
+
+    lambda = d - D^{-1} B^ x_b,   d = D^{-1} (q_t - Z_t^T f),
+
+and borders meet in (S + B^^T D^{-1} B^) x_b = g_b - V^T f + B^^T d, summed over sectors and solved
+by harmonics; it is definite, for the ties of every sector hold the body. The others, while free,
+move by q0, and with Y = solution under C^T, G = C Y they take mu = G^{-1} (q0 - q_o),
+
+    x_b <- x_b - Y_b mu,   lambda <- lambda + E^T mu + D^{-1} B^ Y_b mu,   E = Z_o^T Z_t D^{-1},
+    x_i = L^{-T} (f - V x_b + Z_t lambda - Z_o mu).
+
+No matrix of the size of the body times the interface is ever held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.structures.cyclic_harmonics import Harmonics
+from flexgear.structures.cyclic_interior import Interior
+from flexgear.structures.cyclic_threads import CHUNK, shared
+from flexgear.structures.cyclic_ties import SectorTies
+from flexgear.structures.spd import scaled_inverse
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(eq=False)
+class _Pass:
+    """On the way through a solution of k vectors.
+
+    work: (i + 2b + t + v, z, k) f and the borders', ties' and even others' rows; d: (t, z, k);
+    border: x_b (b, z, k); q0, mu: (m, k).
+    """
+
+    work: Array
+    d: Array
+    border: Array
+    q0: Array
+    mu: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Uneven:
+    """Other ties with rows of their own on a sector: which of the m, Z (i, r), E^T (t, r)."""
+
+    at: Ints
+    z: Array
+    e: Array
+
+
+class CyclicSolver:
+    """Factors of a body of equal sectors and its ties.
+
+    stiffness: (t, t, z) reactions of periodic ties under unit motion of sector 0's, others free;
+    coupling: H (m, t, z) motion of the others then; flexibility: G (m, m), inverse: G^{-1}.
+    """
+
+    def __init__(self, interior: Interior, ties: SectorTies) -> None:
+        """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others."""
+        self._interior, self._ties = interior, ties
+        self.count = ties.sectors.count
+        self._n = 3 * len(ties.sectors.nodes)
+        i, b = interior.size, 3 * ties.sectors.border
+        t, v = ties.rows.shape[0], ties.even.shape[0]
+        self._b, self._t, self._v = b, t, v
+        ends = np.cumsum([0, i, 2 * b, t, v])
+        self._rows = [slice(a, e) for a, e in pairwise(ends)]
+        rest = interior.rest
+        border, tie = slice(0, 2 * b), slice(2 * b, 2 * b + t)
+        self._hat = rest[tie, border]  # B^
+        self._d_inverse = scaled_inverse(-rest[tie, tie])
+        self._gain = self._d_inverse @ self._hat
+        self._harmonics = Harmonics(rest[border, border] + self._hat.T @ self._gain, self.count)
+        self._tie_others()
+        self.stiffness = self._periodic_stiffness()
+
+    @property
+    def harmonics(self) -> int:
+        """Number of sector problems."""
+        return len(self._harmonics)
+
+    def solve(self, load: Array, q: Array | None = None) -> tuple[Array, Array]:
+        """Fields x (3n, z, k) under loads g, and rho (6 nodes, k); q (6 nodes, k) or zero."""
+        run = self._held(self._begin(load, q), q)
+        reactions = self._reactions(run)
+        return self._field(run), reactions
+
+    def reactions(self, load: Array) -> Array:
+        """rho (6 nodes, k) of K x = g + B^T rho, B x = 0."""
+        return self._reactions(self._held(self._begin(load, None), None))
+
+    def motion(self, q: Array) -> Array:
+        """Fields (3n, z, k) under interface motion alone."""
+        return self._field(self._held(self._begin(None, q), q))
+
+    def answered(self, load: Array, answer: Callable[[Array], Array]) -> Array:
+        """Fields (3n, z, k) under loads, q = answer(rho) where rho holds the interface at rest."""
+        run = self._held(self._begin(load, None), None)
+        q = answer(self._reactions(run))
+        moved = self._held(self._begin(None, q), q)
+        run.border += moved.border
+        run.d += moved.d
+        run.mu += moved.mu
+        return self._field(run)
+
+    def other_share(self) -> Array:
+        """N (m, t z + m) of Psi = Psi_t [I 0] + Y N, on [periodic in sector axes, others]."""
+        return self.inverse @ self.other_motions()
+
+    def other_motions(self) -> Array:
+        """[-H I] (m, t z + m)."""
+        m, t, z = self.coupling.shape
+        return np.hstack([-self.coupling.reshape(m, t * z), np.eye(m)])
+
+    def tied(self, load: Array) -> tuple[Array, Array]:
+        """lambda (t, z, k) and q0 (m, k) with periodic ties held and the others free."""
+        run = self._begin(load, None)
+        return self._multipliers(run), run.q0
+
+    def periodic_motion(self) -> Array:
+        """Fields (3n, z, t) under unit motion of sector 0's ties, those of others at rest."""
+        return self._field(self._begin_local(None, self._unit_motion(), self._t))
+
+    def other_motion(self, columns: slice) -> Array:
+        """Y (3n, z, k): fields under unit loads on other ties, periodic ones held."""
+        k = columns.stop - columns.start
+        run = self._begin_local(None, np.zeros((self._t, self.count, k)), k)
+        run.mu[range(columns.start, columns.stop), range(k)] = -1.0
+        self._release(run)
+        return self._field(run)
+
+    # -- building
+
+    def _unit_motion(self) -> Array:
+        q = np.zeros((self._t, self.count, self._t))
+        q[:, 0] = np.eye(self._t)
+        return q
+
+    def _tie_others(self) -> None:
+        """Z, E, C^ and Y_b, G of the ties that do not share the period."""
+        ties, b, z = self._ties, self._b, self.count
+        m, v = ties.other_size, self._v
+        inside, _, tie, _ = self._rows
+        even, own = self._pulled(ties.even.T.toarray()), self._pulled(ties.rows.T.toarray())
+        turns = np.kron(np.eye(v // 3), np.ones((3, 3))) * np.tile(
+            ties.sectors.turns(), (1, v // 3, v // 3)
+        )  # (z, v, v), R_s of every even tie
+        hat = np.zeros((b, z, m))
+        along = np.zeros((z, m, self._t))  # F = Z_o^T Z_t of every sector
+        flexibility = np.zeros((m, m))
+        self._uneven: dict[int, _Uneven] = {}
+        for s, (at, rows) in enumerate(ties.uneven):
+            local = self._pulled(rows.T.toarray())
+            # an even tie's share in the body's axes is C^T R_s^T
+            both = np.hstack([even @ turns[s].T, local])
+            every = np.concatenate([np.arange(v), at])
+            f = -both[tie].T
+            e = f @ self._d_inverse
+            free = both[inside] - own[inside] @ e.T
+            flexibility[np.ix_(every, every)] += free.T @ free
+            ends = both[self._rows[1]] - self._hat.T @ e.T
+            hat[:, s, every] += ends[:b]
+            hat[:, (s + 1) % z, every] += ends[b:]
+            along[s, every] = f
+            if len(at):
+                self._uneven[s] = _Uneven(at, np.ascontiguousarray(local[inside]), e[v:].T)
+        self._even_e = (-even[tie].T @ self._d_inverse).T  # E^T (t, v) in sector axes
+        self._other_hat = hat.reshape(b * z, m)
+        self._other_border = self._harmonics.solve(hat).reshape(b * z, m)  # Y_b
+        flexibility += self._other_hat.T @ self._other_border
+        self.flexibility = 0.5 * (flexibility + flexibility.T)
+        self.inverse = scaled_inverse(self.flexibility)
+        ahead = self._ahead(self._other_border.reshape(b, z, m))
+        self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
+
+    def _pulled(self, columns: Array) -> Array:
+        """[Z; rows] (i + 2b + t + v, k) after elimination of loads on own dofs and next border."""
+        x = np.zeros((self._rows[-1].stop, columns.shape[1]))
+        x[: len(columns)] = columns
+        if columns.shape[1]:
+            self._interior.forward(x)
+        return x
+
+    def _periodic_stiffness(self) -> Array:
+        run = self._begin_local(None, self._unit_motion(), self._t)
+        return self._multipliers(run).transpose(0, 2, 1)
+
+    # -- one solution
+
+    def _begin(self, load: Array | None, q: Array | None) -> _Pass:
+        """Periodic ties at their motion, the others free."""
+        local = None if q is None else self._ties.split(q)[0]
+        columns = load.shape[2] if load is not None else q.shape[1]  # type: ignore[union-attr]
+        return self._begin_local(load, local, columns)
+
+    def _begin_local(self, load: Array | None, q: Array | None, k: int) -> _Pass:
+        work, pulled = self._eliminate(load, k)
+        _, ends, tie, even = self._rows
+        b, z, t = self._b, self.count, self._t
+        drive = work[tie] if q is None else work[tie] + q  # D d
+        d = (self._d_inverse @ drive.reshape(t, z * k)).reshape(t, z, k)
+        pull = work[ends] + (self._hat.T @ d.reshape(t, z * k)).reshape(2 * b, z, k)
+        border = self._harmonics.solve(pull[:b] + np.roll(pull[b:], 1, axis=1))
+        q0 = self._other_hat.T @ border.reshape(b * z, k)
+        share = np.tensordot(self._even_e, drive, axes=(0, 0)) - work[even]
+        q0[: self._v] += self._ties.turned(share, back=False).sum(axis=1)
+        for s, tied in self._uneven.items():
+            q0[tied.at] += tied.e.T @ drive[:, s]
+            if s in pulled:
+                q0[tied.at] += pulled[s]
+        return _Pass(work, d, border, q0, np.zeros_like(q0))
+
+    def _held(self, run: _Pass, q: Array | None) -> _Pass:
+        """The others at their motion too."""
+        wanted = 0.0 if q is None else q[self._ties.other_dofs]
+        run.mu = self.inverse @ (run.q0 - wanted)
+        self._release(run)
+        return run
+
+    def _release(self, run: _Pass) -> None:
+        """Forces -mu of the other ties upon x_b and d."""
+        run.border -= (self._other_border @ run.mu).reshape(run.border.shape)
+        run.d += np.tensordot(self._even_e, self._even_forces(run), axes=(1, 0))
+        for s, tied in self._uneven.items():
+            run.d[:, s] += tied.e @ run.mu[tied.at]
+
+    def _even_forces(self, run: _Pass) -> Array:
+        """mu of even ties in every sector's axes (v, z, k)."""
+        same = np.repeat(run.mu[: self._v, None], self.count, axis=1)
+        return self._ties.turned(same, back=True)
+
+    def _multipliers(self, run: _Pass) -> Array:
+        """lambda (t, z, k)."""
+        return run.d - self._ahead(run.border)
+
+    def _reactions(self, run: _Pass) -> Array:
+        return self._ties.joined(self._multipliers(run), -run.mu)
+
+    def _ahead(self, border: Array) -> Array:
+        """D^{-1} B^ x_b (t, z, k)."""
+        b, shape = self._b, (self._t, *border.shape[1:])
+        flat = border.reshape(b, border[0].size)
+        near = (self._gain[:, :b] @ flat).reshape(shape)
+        far = (self._gain[:, b:] @ flat).reshape(shape)
+        return near + np.roll(far, -1, axis=1)
+
+    def _eliminate(self, load: Array | None, k: int) -> tuple[Array, dict[int, Array]]:
+        """work (i + 2b + t + v, z, k), and Z^T f of uneven ties by sector."""
+        size = self._rows[-1].stop
+        if load is None:
+            return np.zeros((size, self.count, k)), {}
+        work = np.empty((size, self.count, k))
+        flat = load.reshape(self._n, self.count * k)
+        out = work.reshape(size, self.count * k)
+        inside, pulled = self._rows[0], {}
+
+        def part(sectors: slice) -> None:
+            columns = slice(sectors.start * k, sectors.stop * k)
+            x = np.zeros((size, columns.stop - columns.start))
+            x[: self._n] = flat[:, columns]
+            if x.any():
+                self._interior.forward(x)
+            for s in range(sectors.start, sectors.stop):
+                if s in self._uneven:
+                    mine = x[inside, (s - sectors.start) * k : (s + 1 - sectors.start) * k]
+                    pulled[s] = self._uneven[s].z.T @ mine
+            out[:, columns] = x
+
+        shared(self.count, part, chunk=max(1, CHUNK // k))
+        return work, pulled
+
+    def _field(self, run: _Pass) -> Array:
+        """x (3n, z, k) from f, x_b, lambda and mu; uses the work up."""
+        inside, ends, tie, even = self._rows
+        k, work = run.mu.shape[1], run.work
+        work[ends.start : ends.start + self._b] = run.border
+        work[ends.start + self._b : ends.stop] = np.roll(run.border, -1, axis=1)
+        work[tie] = -self._multipliers(run)
+        work[even] = self._even_forces(run)
+        flat = work.reshape(len(work), self.count * k)
+        out = np.empty((self._n, self.count * k))
+
+        def part(sectors: slice) -> None:
+            columns = slice(sectors.start * k, sectors.stop * k)
+            x = np.ascontiguousarray(flat[:, columns])
+            for s in range(sectors.start, sectors.stop):
+                if s in self._uneven:
+                    mine = slice((s - sectors.start) * k, (s + 1 - sectors.start) * k)
+                    x[inside, mine] -= self._uneven[s].z @ run.mu[self._uneven[s].at]
+            self._interior.backward(x)
+            out[:, columns] = x[: self._n]
+
+        shared(self.count, part, chunk=max(1, CHUNK // k))
+        return out.reshape(self._n, self.count, k)
