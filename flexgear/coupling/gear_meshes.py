@@ -4,26 +4,274 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.pairs import KINDS, SLOTS, PairData
-from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
-from flexgear.gears.errors import PairErrors, pair_errors
-from flexgear.gears.geometry import StageGeometry
-from flexgear.model.case import Case
+from flexgear.coupling.pair_data import KINDS, PER_PAIR, SLOTS, SUMMED, WAVE, PairData
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.errors import PairErrors
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 
 
-def _tables(paths: Sequence[GearMeshPath]) -> tuple[Array, Array, Array, Array]:
+@dataclass(frozen=True)
+class GearMeshSet:
+    """One kind of gear mesh of one stage (and half), for all its planets.
+
+    stage: number of the stage; angle: which of the system's angles is the stage's θ;
+    carrier_angle: which is the carrier's absolute angle; phi (N,) planet angles, rad;
+    planet_blocks (N,), gear_block: blocks; tooth_positions (z, 3): where every tooth of the gear
+    is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
+    same frame; front: the flank that carries the rated torque; equivalent_mass: kg on the line of
+    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED or WAVE.
+    """
+
+    path: GearMeshPath
+    errors: PairErrors
+    stage: int
+    angle: int
+    carrier_angle: int
+    phi: Array
+    planet_blocks: Sequence[int]
+    gear_block: int
+    tooth_positions: Array | None
+    turns: int
+    front: bool
+    equivalent_mass: float
+    damping_ratio: float
+    model: int = PER_PAIR
+
+
+@dataclass(frozen=True)
+class GearMeshLabel:
+    """What a gear mesh m is: stage (0-based), kind (of KINDS), side ("", left, right), planet."""
+
+    stage: int
+    kind: str
+    side: str
+    planet: int
+
+
+@dataclass(frozen=True)
+class ExtraRows:
+    """Rows that are not gear meshes.
+
+    supports: stiffness and ends (node, 6-vector) of turning supports; support_angles: by node,
+    which angle its frame has turned by (−1: fixed); first_block: block of node 0.
+    clearances: (inner block, outer block, turns of both, stiffness, gap); loads: (block, vector,
+    angle or −1).
+    """
+
+    supports: Sequence[SupportRow] = ()
+    support_angles: Sequence[int] = ()
+    first_block: int = 0
+    clearances: Sequence[tuple[int, int, tuple[float, float], float, float]] = ()
+    loads: Sequence[tuple[int, Array, int]] = ()
+
+
+@dataclass
+class _Columns:
+    """Columns of the arrays, gear mesh by gear mesh."""
+
+    values: dict[str, list[object]] = field(default_factory=dict)
+
+    def add(self, **entries: object) -> None:
+        for name, value in entries.items():
+            self.values.setdefault(name, []).append(value)
+
+    def ints(self, name: str) -> IntArray:
+        return np.array(self.values.get(name, []), dtype=np.int64)
+
+    def reals(self, name: str, *shape: int) -> Array:
+        found = np.array(self.values.get(name, []), dtype=float)
+        return found.reshape(len(found), *shape) if shape else found
+
+
+def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
+    """Labels in the order of the gear meshes: set by set, planet by planet."""
+    return tuple(
+        GearMeshLabel(s.stage, s.path.kind, s.path.side, i) for s in sets for i in range(len(s.phi))
+    )
+
+
+def pair_data(
+    sets: Sequence[GearMeshSet], one_sided: bool, blocks: int, extra: ExtraRows | None = None
+) -> PairData:
+    """Arrays of all gear meshes; blocks: number of contact blocks.
+
+    Raises FlexgearError where more tooth pairs are in contact at once than there is room for.
+    """
+    extra = extra or ExtraRows()
+    for s in sets:
+        _check_slots(s)
+    start, step, k_table, z_table = _tables(sets)
+    columns, positions = _Columns(), np.zeros((max(blocks, 1), 3))
+    for number, s in enumerate(sets):
+        if s.tooth_positions is not None:
+            if len(s.tooth_positions) != s.path.gear_teeth:
+                raise FlexgearError(
+                    f"the {s.path.kind} body has {len(s.tooth_positions)} tooth nodes for "
+                    f"{s.path.gear_teeth} teeth"
+                )
+            first = s.gear_block
+            positions[first : first + len(s.tooth_positions)] = s.tooth_positions
+        for i in range(len(s.phi)):
+            _enter(columns, s, number, i, _back_of(sets, s, i))
+    c = columns
+    gear, planet = _padded(c.values["error_gear"]), _padded(c.values["error_planet"])
+    runout = _padded(c.values["runout_amplitude"])
+    amplitude, offset = c.reals("error_amplitude"), c.reals("error_offset")
+    block, vector, stiffness, turning = _supports(extra)
+    return PairData(
+        one_sided=one_sided,
+        tooth_position=positions,
+        table_start=start,
+        table_step=step,
+        k_table=k_table,
+        z_table=z_table,
+        normal=c.reals("normal", 2),
+        tangent_point=c.reals("tangent_point", 2),
+        error_gear=gear,
+        error_planet=planet,
+        runout_amplitude=runout,
+        runout_rate=_padded(c.values["runout_rate"]),
+        runout_phase=_padded(c.values["runout_phase"]),
+        runout_angle=_padded(c.values["runout_angle"]).astype(np.int64),
+        largest_error=offset
+        + np.abs(amplitude)
+        + np.abs(runout).sum(axis=1)
+        + np.abs(gear).max(axis=1)
+        + np.abs(planet).max(axis=1),
+        support_block=block,
+        support_vector=vector,
+        support_stiffness=stiffness,
+        support_angle=turning,
+        clearance_block=np.array([x[:2] for x in extra.clearances], np.int64).reshape(-1, 2),
+        clearance_turn=np.array([x[2] for x in extra.clearances], float).reshape(-1, 2),
+        clearance_stiffness=np.array([x[3] for x in extra.clearances], float),
+        clearance_gap=np.array([x[4] for x in extra.clearances], float),
+        load_block=np.array([x[0] for x in extra.loads], np.int64),
+        load_vector=np.array([x[1] for x in extra.loads], float).reshape(-1, 6),
+        load_angle=np.array([x[2] for x in extra.loads], np.int64),
+        **{n: c.ints(n) for n in _INTS},  # type: ignore[arg-type]
+        **{n: c.reals(n) for n in _REALS},  # type: ignore[arg-type]
+    )
+
+
+_INTS = (
+    "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block", "per_tooth",
+    "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
+    "planet_teeth",
+)  # fmt: skip
+_REALS = (
+    "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "slope", "half_face",
+    "z_offset", "planet_arm", "gear_arm", "cos_b", "sin_b", "s_pitch", "gap", "error_amplitude",
+    "error_phase", "error_offset", "damping",
+)  # fmt: skip
+
+
+def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
+    """The columns of planet i in one set."""
+    p, e = s.path, s.errors
+    cos_b = p.cos_base_helix
+    angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
+    c.add(
+        model=s.model,
+        kind=KINDS.index(p.kind),
+        front=int(s.front),
+        back=back,
+        angle=s.angle,
+        turns=s.turns,
+        phi=s.phi[i],
+        center_distance=p.center_distance,
+        planet_block=s.planet_blocks[i],
+        gear_block=s.gear_block,
+        per_tooth=int(s.tooth_positions is not None),
+        s0=p.s0[i],
+        rate=p.rate,
+        pitch=p.base_pitch,
+        s_lo=p.s_lo,
+        s_hi=p.s_hi,
+        slope=p.slope,
+        half_face=p.half_face,
+        z_offset=p.z_offset,
+        normal=p.normal_xy,
+        tangent_point=p.tangent_point,
+        planet_arm=p.planet_arm,
+        gear_arm=p.gear_arm,
+        cos_b=cos_b,
+        sin_b=p.slope * cos_b,
+        s_pitch=p.base_radius_planet * math.tan(p.alpha),
+        gap=0.0 if s.front else p.backlash,
+        table=table,
+        gear_tooth0=p.gear_tooth0[i],
+        gear_step=p.gear_step,
+        gear_teeth=p.gear_teeth,
+        planet_tooth0=p.planet_tooth0[i],
+        planet_step=p.planet_step,
+        planet_teeth=p.planet_teeth,
+        error_amplitude=e.harmonic_amplitude[i],
+        error_phase=e.harmonic_phase[i],
+        error_offset=e.offset[i],
+        error_gear=e.gear_tooth,
+        error_planet=e.planet_tooth[i],
+        runout_amplitude=e.runout_amplitude[i],
+        runout_rate=e.runout_rate,
+        runout_phase=e.runout_phase[i],
+        runout_angle=angles,
+        damping=2 * s.damping_ratio * math.sqrt(s.equivalent_mass),
+    )
+
+
+def _check_slots(s: GearMeshSet) -> None:
+    p = s.path
+    reach = p.s_hi - p.s_lo + 2 * abs(p.slope) * p.half_face
+    if s.model != WAVE and reach / p.base_pitch > SLOTS:
+        raise FlexgearError(
+            f"more than {SLOTS} tooth pairs of the {p.kind} gear mesh are in contact at once "
+            f"(contact ratio {reach / p.base_pitch:.2f})"
+        )
+
+
+def _back_of(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
+    """Number of the gear mesh on the other flank, or −1."""
+    if not s.front:
+        return -1
+    at = 0
+    for other in sets:
+        if (
+            not other.front
+            and other.stage == s.stage
+            and other.path.side == s.path.side
+            and other.path.kind.removesuffix("_back") == s.path.kind.removesuffix("_back")
+        ):
+            return at + i
+        at += len(other.phi)
+    return -1
+
+
+def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array]:
     """Stiffness and centroid tables of equal length on uniform grids: start, step, k, z."""
-    size = max(len(p.s_grid) for p in paths)
+    size = max((len(s.path.s_grid) for s in sets if s.model != WAVE), default=2)
+    size = max([size, *(len(s.path.wave) for s in sets if s.path.wave is not None)])
     start, step, k, z = [], [], [], []
-    for p in paths:
+    for s in sets:
+        p = s.path
+        if s.model == WAVE:
+            if p.wave is None:
+                raise FlexgearError(f"the {p.kind} gear mesh has no stiffness wave")
+            period = np.arange(len(p.wave) + 1) / len(p.wave)
+            share = np.arange(size) / size
+            start.append(0.0)
+            step.append(1.0)
+            k.append(np.interp(share, period, [*p.wave, p.wave[0]]))
+            z.append(np.zeros(size))
+            continue
         grid = np.linspace(p.s_grid[0], p.s_grid[-1], size)
         start.append(grid[0])
         step.append(grid[1] - grid[0])
@@ -32,135 +280,27 @@ def _tables(paths: Sequence[GearMeshPath]) -> tuple[Array, Array, Array, Array]:
     return np.array(start), np.array(step), np.array(k), np.array(z)
 
 
-def _errors(
-    errors: Sequence[PairErrors], planets: int, teeth: int, planet_teeth: int
-) -> tuple[Array, Array, Array, Array, Array]:
-    count = len(errors)
-    gear = np.zeros((count, teeth))
-    planet = np.zeros((count, planets, planet_teeth))
-    for g, e in enumerate(errors):
-        gear[g, : len(e.gear_tooth)] = e.gear_tooth
-        planet[g] = e.planet_tooth
-    return (
-        np.array([e.harmonic_amplitude for e in errors]),
-        np.array([e.harmonic_phase for e in errors]),
-        np.array([e.offset for e in errors]),
-        gear,
-        planet,
-    )
+def _padded(lines: Sequence[object]) -> Array:
+    """Rows of different lengths as one array, zeros at the end."""
+    arrays = [np.asarray(x, dtype=float) for x in lines]
+    out = np.zeros((len(arrays), max((len(a) for a in arrays), default=0)))
+    for row, a in zip(out, arrays, strict=True):
+        row[: len(a)] = a
+    return out
 
 
-def _supports(
-    rows: Sequence[SupportRow], turns: Sequence[int], first_block: int
-) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.int64]]:
-    count = len(rows)
+def _supports(extra: ExtraRows) -> tuple[IntArray, Array, Array, IntArray]:
+    count = len(extra.supports)
     block = np.full((count, 2), -1, dtype=np.int64)
     vector = np.zeros((count, 2, 6))
-    turning = np.zeros((count, 2), dtype=np.int64)
-    for r, (_, ends) in enumerate(rows):
+    turning = np.full((count, 2), -1, dtype=np.int64)
+    for r, (_, ends) in enumerate(extra.supports):
         for e, (node, w) in enumerate(ends):
-            block[r, e], vector[r, e] = first_block + node, w
-            turning[r, e] = turns[node]
-    return block, vector, np.array([r[0] for r in rows], dtype=float), turning
+            block[r, e], vector[r, e] = extra.first_block + node, w
+            turning[r, e] = extra.support_angles[node]
+    return block, vector, np.array([r[0] for r in extra.supports], dtype=float), turning
 
 
-def pair_data(
-    case: Case,
-    geometry: StageGeometry,
-    *,
-    tooth_positions: Array,
-    planet_polar: float,
-    sun_polar: float,
-    supports: Sequence[SupportRow],
-    support_turns: Sequence[int],
-    first_support_block: int,
-) -> PairData:
-    """Arrays of all gear meshes of a stage.
-
-    tooth_positions: (z_r, 3) m of the ring's tooth nodes; planet_polar, sun_polar: kg m², for the
-    equivalent mass on the line of action 1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞), from which
-    pair damping is c = 2 ζ √(k m).
-    """
-    stage, options = case.stage, case.gear_mesh
-    one_sided = options.contact_law == "one-sided"
-    by_kind, errors_by_kind = gear_mesh_paths(case), pair_errors(case)
-    kinds = KINDS if one_sided else KINDS[:2]
-    paths = [by_kind[k] for k in kinds]
-    if len(tooth_positions) != stage.ring.teeth:
-        raise FlexgearError(
-            f"the ring body has {len(tooth_positions)} tooth nodes for {stage.ring.teeth} teeth"
-        )
-    for p in paths:
-        reach = p.s_hi - p.s_lo + 2 * abs(p.slope) * p.half_face
-        if reach / p.base_pitch > SLOTS:
-            raise FlexgearError(
-                f"more than {SLOTS} tooth pairs of the {p.kind} gear mesh are in contact at once "
-                f"(contact ratio {reach / p.base_pitch:.2f})"
-            )
-    start, step, k_table, z_table = _tables(paths)
-    teeth = max(stage.ring.teeth, stage.sun.teeth)
-    amplitude, phase, offset, gear, planet = _errors(
-        [errors_by_kind[k] for k in kinds], stage.planets, teeth, stage.planet.teeth
-    )
-    mass = []
-    for p in paths:
-        inverse = p.base_radius_planet**2 / planet_polar
-        if p.kind.startswith("sun"):
-            inverse += p.base_radius_gear**2 / sun_polar
-        mass.append(1.0 / inverse)
-    block, vector, stiffness, turning = _supports(supports, support_turns, first_support_block)
-    slope = np.array([p.slope for p in paths])
-
-    def ints(values: Sequence[object]) -> NDArray[np.int64]:
-        return np.array(values, dtype=np.int64)
-
-    def reals(values: Sequence[object]) -> Array:
-        return np.array(values, dtype=float)
-
-    return PairData(
-        planets=stage.planets,
-        ring_teeth=stage.ring.teeth,
-        lumped=options.model == "lumped",
-        one_sided=one_sided,
-        center_distance=geometry.center_distance,
-        phi=reals(stage.planet_angles),
-        tooth_position=np.ascontiguousarray(tooth_positions, dtype=float),
-        is_ring=ints([p.kind.startswith("ring") for p in paths]),
-        s0=reals([p.s0 for p in paths]),
-        rate=reals([p.rate for p in paths]),
-        pitch=reals([p.base_pitch for p in paths]),
-        s_lo=reals([p.s_lo for p in paths]),
-        s_hi=reals([p.s_hi for p in paths]),
-        slope=slope,
-        half_face=float(paths[0].half_face),
-        normal=reals([p.normal_xy for p in paths]),
-        tangent_point=reals([p.tangent_point for p in paths]),
-        cos_b=1.0 / np.sqrt(1.0 + slope**2),
-        sin_b=slope / np.sqrt(1.0 + slope**2),
-        s_pitch=reals([p.base_radius_planet * math.tan(p.alpha) for p in paths]),
-        gap=reals([p.backlash if p.kind.endswith("back") else 0.0 for p in paths]),
-        table_start=start,
-        table_step=step,
-        k_table=k_table,
-        z_table=z_table,
-        gear_tooth0=ints([p.gear_tooth0 for p in paths]),
-        gear_step=ints([p.gear_step for p in paths]),
-        gear_teeth=ints([p.gear_teeth for p in paths]),
-        planet_tooth0=ints([p.planet_tooth0 for p in paths]),
-        planet_step=ints([p.planet_step for p in paths]),
-        planet_teeth=stage.planet.teeth,
-        error_amplitude=amplitude,
-        error_phase=phase,
-        error_offset=offset,
-        error_gear=gear,
-        error_planet=planet,
-        largest_error=offset
-        + np.abs(amplitude)
-        + np.abs(gear).max(axis=1)[:, None]
-        + np.abs(planet).max(axis=2),
-        damping=2 * options.damping_ratio * np.sqrt(np.array(mass)),
-        support_block=block,
-        support_vector=vector,
-        support_stiffness=stiffness,
-        support_turns=turning,
-    )
+def summed(s: GearMeshSet) -> GearMeshSet:
+    """The same gear meshes as single rows at the pitch point."""
+    return replace(s, model=SUMMED)

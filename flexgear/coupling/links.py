@@ -30,6 +30,21 @@ def invariant_part(matrix: Array) -> Array:
     return np.asarray(turned.mean(axis=0))
 
 
+def joint_parts(matrix: Array) -> tuple[Array, Array]:
+    """Mean over independent turns of both ends of a (12, 12) joint stiffness, and the rest.
+
+    The mean keeps each end's own invariant part and the coupling of axial motion and of torsion;
+    the rest (lateral coupling between the ends) depends on the difference of the angles.
+    """
+    mean = np.zeros((12, 12))
+    mean[:6, :6] = invariant_part(matrix[:6, :6])
+    mean[6:, 6:] = invariant_part(matrix[6:, 6:])
+    for i in (2, 5):
+        for j in (2, 5):
+            mean[i, 6 + j], mean[6 + j, i] = matrix[i, 6 + j], matrix[6 + j, i]
+    return mean, matrix - mean
+
+
 def rotating_rows(matrix: Array) -> tuple[Array, Array]:
     """Eigen-rows of a symmetric (n, n): stiffness λ (m,) of either sign and vectors w (m, n)."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))

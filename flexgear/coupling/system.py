@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.pairs import PairData
+from flexgear.coupling.gear_meshes import GearMeshLabel
+from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import Body
 
@@ -50,16 +51,19 @@ class Link:
 
 @dataclass(frozen=True)
 class TurningSupport:
-    """A support whose stiffness varies in the carrier frame: it carries K (R(θ) u − u_housing).
+    """A spring between nodes whose frames turn against each other: force K (R(θ) u − R(θ') u').
 
-    rows, housing: (6, d) motion of the node (carrier axes) and of the housing there (fixed
-    axes); matrix: (6, 6) in fixed axes.
+    rows, housing: (6, d) motion of the node and of its partner, each in its own frame; matrix:
+    (6, 6) in fixed axes; angle, housing_angle: which of the system's angles the frame of each has
+    turned by, −1 for fixed axes.
     """
 
     name: str
     rows: Array
     housing: Array
     matrix: Array
+    angle: int = 0
+    housing_angle: int = -1
 
 
 @dataclass(frozen=True)
@@ -86,14 +90,31 @@ class Damping:
 
 
 @dataclass(frozen=True)
-class System:
-    """Coupled planetary stage in physical coordinates (d,).
+class Port:
+    """Where torque enters or leaves: row (d,) gives the rotation of the member, rad.
 
-    mass, stiffness: (d, d), constant part; offsets: name of body -> slice of coordinates;
-    rigid: (d, r) M-orthonormal rigid motions of the constant part; rolling: (d,) motion of all
-    coordinates per radian of carrier rotation when the train rolls without deflection;
-    blocks: (6 n_b, d) motion of the contact blocks; carrier_angle, drive, output: (d,) rows that
-    give the mean pin rotation, the driven rotation and the braked rotation, rad.
+    rated_torque: N·m from outside on the member at rated load; reaction: it is not given but
+    balances the others in an equilibrium.
+    """
+
+    name: str
+    row: Array
+    rated_torque: float = 0.0
+    reaction: bool = False
+
+
+@dataclass(frozen=True)
+class System:
+    """Coupled gear train in physical coordinates (d,).
+
+    mass, stiffness: (d, d), constant part; rigid: (d, r) M-orthonormal motions that the constant
+    part does not resist; rolling: (d, F) motion of all coordinates per radian of each of the F
+    independent rotations when the train rolls without deflection; masters: (F, d) rows that give
+    those rotations; angles: (A, d) rows that give the angles on which gear meshes and turning
+    supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
+    ports: where torque acts, the braked one last; master_speeds: rated, rad/s; gear_meshes: label
+    of every gear mesh m; gyroscopic, centripetal: (d, d) at rated speed, for
+    M q̈ + G q̇ + (K − C) q, or None.
     """
 
     variant: Variant
@@ -102,11 +123,12 @@ class System:
     stiffness: Array
     rigid: Array
     rolling: Array
+    masters: Array
+    angles: Array
     blocks: Array
-    carrier_angle: Array
-    drive: Array
-    output: Array
+    ports: tuple[Port, ...]
     pairs: PairData
+    gear_meshes: tuple[GearMeshLabel, ...]
     links: tuple[Link, ...]
     turning: tuple[TurningSupport, ...]
     damping: Damping
@@ -114,7 +136,49 @@ class System:
     rated_torque: float
     rated_speed: float
     planets: int
+    master_speeds: tuple[float, ...] = ()
+    gyroscopic: Array | None = None
+    centripetal: Array | None = None
     header: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def carrier_angle(self) -> Array:
+        """Row (d,) of the first independent rotation: the carrier's in a single stage."""
+        return np.asarray(self.masters[0])
+
+    @property
+    def drive(self) -> Array:
+        """Row (d,) of the first port."""
+        return self.ports[0].row
+
+    @property
+    def output(self) -> Array:
+        """Row (d,) of the braked port."""
+        return self.ports[-1].row
+
+    @property
+    def port_rows(self) -> Array:
+        """Rows (P, d) of all ports."""
+        return np.vstack([p.row for p in self.ports])
+
+    @property
+    def rated_port_torques(self) -> Array:
+        """Rated external torques (P,) of the ports, N·m."""
+        return np.array([p.rated_torque for p in self.ports])
+
+    @property
+    def rated_master_speeds(self) -> Array:
+        """Rated speeds (F,) of the independent rotations, rad/s."""
+        return np.asarray(self.master_speeds, dtype=float)
+
+    @property
+    def reactions(self) -> NDArray[np.int64]:
+        """Numbers of the ports whose torque balances the others, as many as masters."""
+        return np.array([i for i, p in enumerate(self.ports) if p.reaction], dtype=np.int64)
+
+    def theta(self, masters: Array) -> Array:
+        """Angles (…, A) of the rolling train at independent rotations (…, F), rad."""
+        return np.asarray(masters @ (self.angles @ self.rolling).T)
 
     @property
     def size(self) -> int:

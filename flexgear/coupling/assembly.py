@@ -1,0 +1,226 @@
+"""Collects bodies, springs and contact nodes of a train on the way to its ``System``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
+from flexgear.coupling.system import Link, TurningSupport
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.bodies import Body, rigid_rows
+
+Array = NDArray[np.float64]
+LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted
+
+
+class Assembly:
+    """Matrices of the bodies, to which springs are added.
+
+    Nodes of supports that turn against their frame, of bearings with clearance and of loads are
+    contact nodes: their rows become blocks of the system behind those of the gear meshes.
+    """
+
+    def __init__(self, bodies: Sequence[Body], source: str) -> None:
+        self.bodies, self.source = list(bodies), source
+        sizes = np.cumsum([0, *[b.size for b in bodies]])
+        self.starts = dict(zip([b.name for b in bodies], sizes, strict=False))
+        self.size = int(sizes[-1])
+        self.mass = np.zeros((self.size, self.size))
+        self.stiffness = np.zeros((self.size, self.size))
+        for b in bodies:
+            at = self.slice_of(b.name)
+            self.mass[at, at] = b.mass
+            self.stiffness[at, at] = b.stiffness
+        self.links: list[Link] = []
+        self.turning: list[TurningSupport] = []
+        self.contact_nodes: list[Array] = []
+        self.node_angles: list[int] = []
+        self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
+
+    def body(self, name: str) -> Body:
+        """One body by name."""
+        return next(b for b in self.bodies if b.name == name)
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a body."""
+        return name in self.starts
+
+    def slice_of(self, name: str) -> slice:
+        """Coordinates of one body."""
+        start = int(self.starts[name])
+        return slice(start, start + next(b.size for b in self.bodies if b.name == name))
+
+    def rows(self, body: str, node: str) -> Array:
+        """Motion (6, d) of a node."""
+        out = np.zeros((6, self.size))
+        out[:, self.slice_of(body)] = self.body(body).node(node)
+        return out
+
+    def housing_rows(self, position: Array) -> Array:
+        """Motion of a point fixed to the housing; zero where the housing is rigid ground."""
+        if not self.has("housing"):
+            return np.zeros((6, self.size))
+        return rigid_rows(position)[:6] @ self.rows("housing", "housing")
+
+    def link(self, name: str, rows: Array, matrix: Array) -> None:
+        """A constant spring: matrix (6, 6) on the relative motion rows (6, d)."""
+        matrix = np.asarray(matrix, dtype=float)
+        if not matrix.any():
+            return
+        add_spring(self.stiffness, rows, matrix)
+        self.links.append(Link(name, rows, matrix))
+
+    def contact_node(self, rows: Array, angle: int) -> int:
+        """Number of a contact node whose frame has turned by the system's ``angle`` (−1: none)."""
+        self.contact_nodes.append(rows)
+        self.node_angles.append(angle)
+        return len(self.contact_nodes) - 1
+
+    def turning_support(
+        self, name: str, body: str, node: str, matrix: Array, angle: int = 0
+    ) -> None:
+        """Support of a node in a turning frame on the housing; matrix in fixed axes."""
+        matrix = np.asarray(matrix, dtype=float)
+        if np.abs(matrix[5]).max() > 0 or np.abs(matrix[:, 5]).max() > 0:
+            raise InputError(
+                self.source,
+                f"bearings.{name}",
+                "holds the rotation about the axis, so the train could not turn",
+                "set the stiffness about z to zero",
+            )
+        rows, mean = self.rows(body, node), invariant_part(matrix)
+        housing = self.housing_rows(self.body(body).position(node))
+        self.link(name, rows, mean)
+        # what the constant spring to ground leaves out, on (turned node, housing)
+        moves = bool(housing.any())
+        rest = np.zeros((12, 12))
+        rest[:6, :6] = matrix - mean
+        if moves:
+            rest[:6, 6:], rest[6:, :6], rest[6:, 6:] = -matrix, -matrix, matrix
+        if np.abs(rest).max() <= 1e-9 * max(np.abs(matrix).max(), 1e-300):
+            return
+        self.turning.append(TurningSupport(name, rows, housing, matrix, angle))
+        ends = [self.contact_node(rows, angle)]
+        if moves:
+            ends.append(self.contact_node(housing, -1))
+        self._turning_rows(rest, ends)
+
+    def joint(
+        self, name: str, first: Array, second: Array, matrix: Array, angles: tuple[int, int]
+    ) -> None:
+        """A spring between two coaxial nodes whose frames may turn against each other.
+
+        first, second (6, d); matrix (12, 12) on both motions in fixed axes; angles: by which of
+        the system's angles each frame has turned, −1 for fixed axes. The part that does not
+        depend on the angles (axial, torsion, what each end does to itself) is constant.
+        """
+        both = np.vstack([first, second])
+        if angles[0] == angles[1]:
+            add_spring(self.stiffness, both, matrix)
+            self.links.append(Link(name, both, matrix))
+            return
+        mean, rest = joint_parts(matrix)
+        add_spring(self.stiffness, both, mean)
+        self.links.append(Link(name, both, mean))
+        if np.abs(rest).max() <= 1e-12 * np.abs(matrix).max():
+            return
+        self._turning_rows(
+            rest, [self.contact_node(first, angles[0]), self.contact_node(second, angles[1])]
+        )
+
+    def _turning_rows(self, rest: Array, nodes: Sequence[int]) -> None:
+        for value, vector in zip(*rotating_rows(rest), strict=True):
+            ends = [(n, vector[6 * k : 6 * k + 6]) for k, n in enumerate(nodes)]
+            self.support_rows.append((float(value), ends))
+
+    def rotation(self, body: str) -> Array:
+        """Coordinates (d,) of a unit rotation of one body about the axis of its frame."""
+        out = np.zeros(self.size)
+        b, at = self.body(body), self.slice_of(body)
+        if b.rigid:
+            out[at] = b.node_map[5]
+        else:
+            spin = rigid_rows(b.positions)[:, 5]
+            out[at.start : at.start + len(spin)] = spin
+        return out
+
+    def add_inertia(self, row: Array, inertia: float) -> None:
+        """Polar inertia (kg m²) on the rotation that row (d,) gives."""
+        at = np.flatnonzero(row)
+        self.mass[np.ix_(at, at)] += inertia * np.outer(row[at], row[at])
+
+    def loose_motions(self) -> Array:
+        """Motions (d, r) of rigid bodies that no constant spring resists.
+
+        Candidates are all coordinates of rigid bodies and the rigid motions of bodies that bend;
+        in their space the eigenvalues of (K, M) that vanish are looked for.
+        """
+        columns = []
+        for b in self.bodies:
+            at = self.slice_of(b.name)
+            if b.rigid:
+                motions = np.eye(b.size)
+            else:
+                nodes = rigid_rows(b.positions)
+                motions = np.zeros((b.size, 6))
+                motions[: len(nodes)] = nodes
+            part = np.zeros((self.size, motions.shape[1]))
+            part[at] = motions
+            columns.append(part)
+        candidates = np.hstack(columns)
+        mass = candidates.T @ self.mass @ candidates
+        stiffness = candidates.T @ self.stiffness @ candidates
+        values, vectors = linalg.eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
+        loose = values < LOOSE * max(values[-1], 1e-300)
+        return np.asarray(candidates @ vectors[:, loose])
+
+
+def rolling_motions(a: Assembly, rigid: Array, contact: Array, masters: Array) -> Array:
+    """Motions (d, F) in which no gear mesh is compressed, one radian of each master.
+
+    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes;
+    masters (F, d). FlexgearError where the train is loose beyond its F rotations.
+    """
+    # each row against what its terms could add up to, so that round-off stays small
+    scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)
+    scale = np.maximum(scale, 1e-3 * scale.max(initial=1e-300))
+    null = linalg.null_space((contact @ rigid) / scale, rcond=1e-9)
+    rolled = rigid @ null
+    if null.shape[1] > len(masters):
+        raise FlexgearError(
+            f"{a.source}: nothing holds {_and(_sideways(a, rolled)) or 'a rotation'}: gear meshes "
+            "and supports leave free motions beside the rotation of the train; give a radial "
+            "stiffness to a support or joint there"
+        )
+    if null.shape[1] < len(masters):
+        raise FlexgearError(
+            f"{a.source}: a member that should turn is held; take the tangential or torsional "
+            "stiffness out of its support, or name it in held"
+        )
+    turn = masters @ rolled
+    if np.linalg.cond(turn) > 1e9:
+        raise FlexgearError(
+            f"{a.source}: members whose speeds are given do not turn freely; check their supports"
+        )
+    return np.asarray(rolled @ np.linalg.inv(turn))
+
+
+def _sideways(a: Assembly, motions: Array) -> list[str]:
+    """Bodies about fixed axes that move otherwise than about their axis in free motions."""
+    found = []
+    for body in a.bodies:
+        if body.name.rsplit(".", 1)[-1].startswith("planet_"):
+            continue
+        nodes = (body.node_map @ motions[a.slice_of(body.name)]).reshape(-1, 6, motions.shape[1])
+        if np.abs(nodes[:, :5]).max(initial=0.0) > 1e-6 * np.abs(motions).max():
+            found.append(body.name)
+    return found
+
+
+def _and(names: Sequence[str]) -> str:
+    """ "a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,0 +1,225 @@
+"""Bodies, springs and gear meshes of a flexible stage, alone or as part of a train.
+
+``at`` is what stands before the names of its bodies and springs: "" alone, "<stage>." in a train.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.links import turn
+from flexgear.coupling.pair_data import KINDS, PER_PAIR, SUMMED
+from flexgear.coupling.system import Variant
+from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.errors import pair_errors
+from flexgear.gears.geometry import StageGeometry
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.shaft import BeamSection, shaft_body
+
+Array = NDArray[np.float64]
+
+
+def body_of(reduced: ReducedBody) -> Body:
+    """A reduced finite-element body as a body of the system."""
+    nodes = 6 * len(reduced.node_names)
+    return Body(
+        name=reduced.name,
+        node_names=tuple(reduced.node_names),
+        positions=np.asarray(reduced.positions),
+        mass=reduced.mass,
+        stiffness=reduced.stiffness,
+        node_map=np.eye(nodes, reduced.mass.shape[0]),
+        recover=reduced.recover,
+    )
+
+
+def gear_inertia(case: Case, gear: str, geometry: StageGeometry) -> tuple[float, Array]:
+    """Mass (kg) and diagonal inertia (3,) kg m² of a gear as a hollow cylinder.
+
+    Outer diameter is the reference circle, inner the bore; width the face width.
+    """
+    outer = getattr(geometry, gear).reference_radius
+    inner = 0.5 * getattr(case.stage, gear).bore_diameter
+    width, density = case.stage.face_width, case.material.density
+    mass = density * math.pi * (outer**2 - inner**2) * width
+    polar = 0.5 * mass * (outer**2 + inner**2)
+    tilt = 0.5 * polar + mass * width**2 / 12
+    return mass, np.array([tilt, tilt, polar])
+
+
+def sun_shaft(case: Case, geometry: StageGeometry) -> Body:
+    """Sun gear and its shaft."""
+    mass, inertia = gear_inertia(case, "sun", geometry)
+    m, shaft = case.material, case.shaft
+    return shaft_body(
+        [BeamSection(s.length, s.outer_diameter, s.inner_diameter) for s in shaft.sections],
+        young=m.young_modulus,
+        poisson=m.poisson_ratio,
+        density=m.density,
+        direction=-1.0 if shaft.direction == "-z" else 1.0,
+        elements_per_section=shaft.elements_per_section,
+        end_masses={"sun": np.diag([mass, mass, mass, *inertia])},
+    )
+
+
+@dataclass(frozen=True)
+class Stiffening:
+    """Factors on the elastic stiffness of components, for limit studies."""
+
+    ring: float = 1.0
+    carrier: float = 1.0
+    shaft: float = 1.0
+
+
+def stage_components(
+    case: Case,
+    geometry: StageGeometry,
+    ring: ReducedBody,
+    carrier: ReducedBody,
+    variant: Variant,
+    stiffening: Stiffening | None = None,
+) -> list[Body]:
+    """Ring, carrier, planets, sun shaft, output and housing of a stage, in this order."""
+    stiffening = stiffening or Stiffening()
+    made = {
+        "ring": stiffened(body_of(ring), stiffening.ring),
+        "carrier": stiffened(body_of(carrier), stiffening.carrier),
+        "shaft": stiffened(sun_shaft(case, geometry), stiffening.shaft),
+    }
+    for name in made:
+        if not getattr(variant, name):
+            made[name] = rigid_variant(made[name])
+    mass, inertia = gear_inertia(case, "planet", geometry)
+    planets = [
+        lumped_body(f"planet_{i + 1}", mass, (inertia[0], inertia[1], inertia[2]))
+        for i in range(case.stage.planets)
+    ]
+    out = case.inertia
+    output = lumped_body("output", out.output_mass, (out.output_tilt, out.output_tilt, out.output))
+    output = replace(output, positions=made["shaft"].positions[-1:].copy())
+    bodies = [made["ring"], made["carrier"], *planets, made["shaft"], output]
+    if case.housing.kind == "lumped":
+        bodies.append(lumped_body("housing", case.housing.mass, case.housing.inertia))
+    return bodies
+
+
+def tie_stage(a: Assembly, case: Case, at: str = "", angle: int = 0) -> None:
+    """All springs of a stage; angle: which of the system's angles is the carrier's."""
+    _tie_ring(a, case, at)
+    _tie_carrier(a, case, at, angle)
+    _tie_shaft(a, case, at, angle)
+
+
+def pin_rotation(a: Assembly, case: Case, radius: float, at: str = "") -> Array:
+    """Row (d,) of the mean rotation of the pins, which stands for the carrier's, rad."""
+    row = np.zeros(a.size)
+    for i, phi in enumerate(case.stage.planet_angles):
+        pin = a.rows(f"{at}carrier", f"pin_{i + 1}")
+        row += (math.cos(phi) * pin[1] - math.sin(phi) * pin[0]) / (radius * case.stage.planets)
+    return row
+
+
+def stage_nodes(a: Assembly, case: Case, at: str = "") -> tuple[list[Array], Array]:
+    """Contact nodes of a stage (teeth of the ring, planets, sun) and the teeth's positions."""
+    ring = a.body(f"{at}ring")
+    teeth = [a.rows(ring.name, name) for name in ring.node_names if name[:5] == "tooth"]
+    planets = [a.rows(f"{at}planet_{i + 1}", f"planet_{i + 1}") for i in range(case.stage.planets)]
+    return [*teeth, *planets, a.rows(f"{at}shaft", "sun")], ring.positions[: len(teeth)]
+
+
+def stage_sets(
+    case: Case, geometry: StageGeometry, *, tooth_positions: Array, first_block: int = 0,
+    stage: int = 0, angle: int = 0,
+) -> list[GearMeshSet]:  # fmt: skip
+    """Gear meshes of a stage with a ring of tooth nodes; blocks: teeth, planets, sun.
+
+    tooth_positions: (z_r, 3) m. Pair damping takes the equivalent mass on the line of action
+    1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
+    """
+    options, n, teeth = case.gear_mesh, case.stage.planets, len(tooth_positions)
+    by_kind, errors = gear_mesh_paths(case), pair_errors(case)
+    polar = {g: gear_inertia(case, g, geometry)[1][2] for g in ("sun", "planet")}
+    out = []
+    for kind in KINDS if options.contact_law == "one-sided" else KINDS[:2]:
+        path, ring = by_kind[kind], kind.startswith("ring")
+        inverse = path.base_radius_planet**2 / polar["planet"]
+        if not ring:
+            inverse += path.base_radius_gear**2 / polar["sun"]
+        out.append(
+            GearMeshSet(
+                path=path,
+                errors=errors[kind],
+                stage=stage,
+                angle=angle,
+                carrier_angle=angle,
+                phi=np.asarray(case.stage.planet_angles, dtype=float),
+                planet_blocks=[first_block + teeth + i for i in range(n)],
+                gear_block=first_block if ring else first_block + teeth + n,
+                tooth_positions=tooth_positions if ring else None,
+                turns=angle if ring else -1,
+                front=not kind.endswith("back"),
+                equivalent_mass=1.0 / inverse,
+                damping_ratio=options.damping_ratio,
+                model=SUMMED if options.model == "lumped" else PER_PAIR,
+            )
+        )
+    return out
+
+
+def _tie_ring(a: Assembly, case: Case, at: str) -> None:
+    ring, b = a.body(f"{at}ring"), case.ring.bolts
+    bolt = np.diag(
+        [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
+        + [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
+    )
+    for name in ring.node_names:
+        x = ring.position(name)
+        if name.startswith("bolt"):
+            axes = turn(math.atan2(x[1], x[0])).T
+            a.link(f"{at}{name}", axes @ (a.rows(ring.name, name) - a.housing_rows(x)), bolt)
+        elif name.startswith("fit"):
+            fit = case.ring.fits[int(name.split("_")[1]) - 1]
+            matrix = np.diag(
+                [fit.stiffness_radial, fit.stiffness_radial, fit.stiffness_axial]
+                + [fit.stiffness_tilt, fit.stiffness_tilt, 0.0]
+            )
+            a.link(f"{at}{name}", a.rows(ring.name, name) - a.housing_rows(x), matrix)
+
+
+def _tie_carrier(a: Assembly, case: Case, at: str, angle: int) -> None:
+    if np.any(case.bearings.planet.matrix[5] != 0):
+        raise InputError(
+            case.source,
+            "bearings.planet",
+            "holds the planet's rotation about its axis, so the gears could not roll",
+            "set the stiffness about z (torsion, row 6) to zero",
+        )
+    for side in ("drive", "far"):
+        bearing = getattr(case.bearings, f"carrier_{side}")
+        a.turning_support(
+            f"{at}carrier_{side}", f"{at}carrier", f"bearing_{side}", bearing.matrix, angle
+        )
+    for i, phi in enumerate(case.stage.planet_angles):
+        pin = turn(-phi) @ a.rows(f"{at}carrier", f"pin_{i + 1}")
+        planet = a.rows(f"{at}planet_{i + 1}", f"planet_{i + 1}")
+        a.link(f"{at}planet_bearing_{i + 1}", pin - planet, case.bearings.planet.matrix)
+
+
+def _tie_shaft(a: Assembly, case: Case, at: str, angle: int) -> None:
+    spline = np.diag(np.asarray(case.shaft.spline.stiffness, dtype=float))
+    shaft, output = a.rows(f"{at}shaft", "end"), a.rows(f"{at}output", "output")
+    a.link(f"{at}spline", shaft - output, spline)
+    bearing = case.bearings.output.matrix
+    a.turning_support(f"{at}output", f"{at}output", "output", bearing, angle)
+    if case.bearings.sun is not None:
+        bearing = case.bearings.sun.matrix
+        a.turning_support(f"{at}sun", f"{at}shaft", "sun", bearing, angle)

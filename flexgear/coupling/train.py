@@ -1,0 +1,397 @@
+"""From a train to one ``System``: lumped stages, flexible stages and the joints between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.assembly import Assembly, rolling_motions
+from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, labels, pair_data
+from flexgear.coupling.links import turn
+from flexgear.coupling.pair_data import front_meshes, pair_rows
+from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.stage_parts import (
+    pin_rotation,
+    stage_components,
+    stage_nodes,
+    stage_sets,
+    tie_stage,
+)
+from flexgear.coupling.system import (
+    Brake,
+    Damping,
+    Port,
+    System,
+    Variant,
+    orthonormal_rigid,
+    without_rigid_forces,
+)
+from flexgear.coupling.train_bodies import LumpedMember, lumped_members
+from flexgear.coupling.train_parts import (
+    Clearance,
+    StageFrame,
+    frame_matrices,
+    lumped_sets,
+    orbit_force,
+    planet_axes,
+    tie_lumped_stage,
+)
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.train_radii import stage_radii
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.joint import Joint
+from flexgear.model.ports import Input, Output
+from flexgear.model.train import Train
+from flexgear.structures.bodies import Body
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.shaft import BeamSection, beam_element
+
+Array = NDArray[np.float64]
+Reduced = tuple[ReducedBody, ReducedBody]  # ring, carrier
+
+
+def ports(train: Train) -> tuple[Input | Output, ...]:
+    """Inputs in their order, then the output."""
+    return (*train.inputs, train.output)
+
+
+@dataclass
+class _Build:
+    """What grows while a train is put together."""
+
+    train: Train
+    flow: PowerFlow
+    a: Assembly
+    members: list[list[LumpedMember]]
+    frames: list[StageFrame] = field(default_factory=list)
+    angles: list[Array] = field(default_factory=list)
+    clearances: list[Clearance] = field(default_factory=list)
+    blocks: list[Array] = field(default_factory=list)
+    sets: list[GearMeshSet] = field(default_factory=list)
+
+    def angle(self, row: Array) -> int:
+        """Number of an angle, entered if it is new."""
+        for k, known in enumerate(self.angles):
+            if np.array_equal(known, row):
+                return k
+        self.angles.append(row)
+        return len(self.angles) - 1
+
+
+def train_system(
+    train: Train,
+    flexible: Mapping[str, Reduced] | None = None,
+    variants: Mapping[str, Variant] | None = None,
+) -> System:
+    """Couple all bodies of a train.
+
+    flexible: by name of a flexible stage its reduced ring and carrier; variants: which of its
+    components bend. Raises InputError where the train has no single rated state, FlexgearError
+    where a body is loose.
+    """
+    flow = power_flow(train)
+    bodies, members = _bodies(train, flexible or {}, variants or {})
+    b = _Build(train, flow, Assembly(bodies, train.source), members)
+    for number in range(len(train.stages)):
+        b.frames.append(_frame(b, number))
+    for number in range(len(train.stages)):
+        _tie_and_mesh(b, number)
+    for joint in train.joints:
+        _join(b, joint)
+    for port in ports(train):
+        b.a.add_inertia(_rotation(b, port.member), port.inertia)
+    return _system(b)
+
+
+def _bodies(
+    train: Train, flexible: Mapping[str, Reduced], variants: Mapping[str, Variant]
+) -> tuple[list[Body], list[list[LumpedMember]]]:
+    bodies: list[Body] = []
+    members: list[list[LumpedMember]] = []
+    for stage in train.stages:
+        if stage.flexible is None:
+            members.append(lumped_members(train, stage))
+            bodies += [m.body for m in members[-1]]
+            continue
+        if stage.name not in flexible:
+            raise FlexgearError(f"the reduced ring and carrier of stage {stage.name} are missing")
+        if stage.flexible.housing.kind == "lumped":
+            raise InputError(
+                train.source,
+                f"{stage.name}.case",
+                "has a lumped housing, which a train cannot hold",
+                'set housing.kind = "rigid" in that case',
+            )
+        case = stage.flexible
+        parts = stage_components(
+            case, stage_geometry(case.stage), *flexible[stage.name],
+            variants.get(stage.name, Variant()),
+        )  # fmt: skip
+        bodies += [replace(p, name=f"{stage.name}.{p.name}") for p in parts]
+        members.append([])
+    return bodies, members
+
+
+def _rotation(b: _Build, member: str) -> Array:
+    """Row (d,) of the rotation of a member; zero where it is held fast."""
+    name, _, part = member.partition(".")
+    stage = b.train.stage(name)
+    if stage.flexible is None:
+        if part == "ring" and stage.double_helical:
+            halves = [f"{member}_{side}" for side in ("left", "right")]
+            return 0.5 * np.sum([b.a.rows(h, h)[5] for h in halves], axis=0)
+        return b.a.rows(member, member)[5]
+    if part == "carrier":
+        return b.a.rows(member, "drive")[5]
+    if part == "sun":
+        return b.a.rows(f"{name}.output", "output")[5]
+    return np.zeros(b.a.size)
+
+
+def _frame(b: _Build, number: int) -> StageFrame:
+    """Angles of a stage: θ = φ_carrier − φ_ring, or the gear's of a parallel stage."""
+    stage, held = b.train.stages[number], b.train.held_members()
+    if stage.kind == "parallel":
+        return StageFrame(b.angle(_rotation(b, f"{stage.name}.gear")), -1)
+    if stage.flexible is not None:
+        radius = stage_radii(stage, b.train.source).center_distance
+        pins = pin_rotation(b.a, stage.flexible, radius, f"{stage.name}.")
+        return StageFrame(b.angle(pins), b.angle(pins))
+    carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
+    turns = np.zeros(b.a.size) if carrier in held else _rotation(b, carrier)
+    relative = turns if ring in held else turns - _rotation(b, ring)
+    return StageFrame(b.angle(relative), b.angle(turns) if turns.any() else -1)
+
+
+def _tie_and_mesh(b: _Build, number: int) -> None:
+    stage, frame, first = b.train.stages[number], b.frames[number], len(b.blocks)
+    if stage.flexible is not None:
+        at, case = f"{stage.name}.", stage.flexible
+        tie_stage(b.a, case, at, frame.carrier)
+        nodes, teeth = stage_nodes(b.a, case, at)
+        b.blocks += nodes
+        b.sets += stage_sets(
+            case, stage_geometry(case.stage), tooth_positions=teeth, first_block=first,
+            stage=number, angle=frame.theta,
+        )  # fmt: skip
+        return
+    members = b.members[number]
+    b.clearances += tie_lumped_stage(b.a, stage, members, frame)
+    b.blocks += [b.a.rows(m.body.name, m.body.name) for m in members]
+    flow = b.flow.stage(stage.name)
+    b.sets += lumped_sets(b.train, number, members, flow, frame, first)
+
+
+def _join(b: _Build, joint: Joint) -> None:
+    """A spline or shaft between two members."""
+    if joint.length is not None and joint.outer_diameter is not None:
+        section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
+        m = b.train.material
+        matrix, _ = beam_element(section, joint.length, m.young_modulus, m.poisson_ratio, m.density)
+    else:
+        spring = np.array(joint.matrix, dtype=float)
+        spring[5, 5] += joint.tangential * _radius(b, joint.first) ** 2
+        matrix = np.block([[spring, -spring], [-spring, spring]])
+    ends, angles = [], []
+    for member in (joint.first, joint.second):
+        name, _, part = member.partition(".")
+        number = b.train.stage_index(name)
+        rows = np.zeros((6, b.a.size))
+        for body, node, share in _joint_nodes(b, name, part):
+            rows += share * b.a.rows(body, node)
+        ends.append(rows)
+        angles.append(b.frames[number].carrier)
+    name = f"{joint.first}-{joint.second}"
+    b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
+
+
+def _joint_nodes(b: _Build, name: str, part: str) -> list[tuple[str, str, float]]:
+    """Bodies and nodes that move a member at its joint, with their share."""
+    stage, member = b.train.stage(name), f"{name}.{part}"
+    if stage.flexible is None:
+        if part == "ring" and stage.double_helical:
+            return [(f"{member}_{side}", f"{member}_{side}", 0.5) for side in ("left", "right")]
+        return [(member, member, 1.0)]
+    if part == "carrier":
+        return [(member, "drive", 1.0)]
+    if part == "sun":
+        return [(f"{name}.output", "output", 1.0)]
+    raise InputError(
+        b.train.source, f"joints: {member}", "is the flexible ring, which is bolted to the housing",
+        "join the carrier or the sun",
+    )  # fmt: skip
+
+
+def _radius(b: _Build, member: str) -> float:
+    """Centre distance of a carrier, base radius of a gear, m."""
+    name, _, part = member.partition(".")
+    stage = b.train.stage(name)
+    radii = stage_radii(stage, b.train.source)
+    slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+    return float(getattr(radii, slot))
+
+
+def _loads(b: _Build) -> list[tuple[int, Array, int]]:
+    """Forces given from outside: (block, vector, angle of the frame or −1)."""
+    out: list[tuple[int, Array, int]] = []
+    gravity = np.array(b.train.gravity)
+    place = {}
+    for number, stage in enumerate(b.train.stages):
+        frame = b.frames[number]
+        if stage.flexible is not None and gravity.any():
+            raise InputError(
+                b.train.source, "gravity", f"does not reach the flexible stage {stage.name}",
+                "set it to zero; weight hardly bends its bodies",
+            )  # fmt: skip
+        speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        radius = stage_radii(stage, b.train.source).center_distance
+        for m in b.members[number]:
+            block = _block(b, m.body.name)
+            place[m.body.name] = (block, frame.carrier)
+            if gravity.any():
+                weight = turn(-planet_axes(stage, m)) @ np.r_[m.mass * gravity, 0, 0, 0]
+                out.append((block, weight, frame.carrier))
+            if b.train.gyroscopic and m.part == "planet":
+                out.append((block, orbit_force(stage, m, radius, speed), -1))
+    for k, load in enumerate(b.train.loads):
+        vector = np.r_[load.force, load.moment]
+        if load.member not in place:
+            raise InputError(
+                b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
+                f"name one of {', '.join(sorted(place))}",
+            )  # fmt: skip
+        block, angle = place[load.member]
+        out.append((block, vector, angle if load.frame == "fixed" else -1))
+    return out
+
+
+def _block(b: _Build, body: str) -> int:
+    """Number of the block of a lumped body, which has one."""
+    at = 0
+    for stage, members in zip(b.train.stages, b.members, strict=True):
+        names = [m.body.name for m in members]
+        if body in names:
+            return at + names.index(body)
+        at += len(members) if stage.flexible is None else _nodes(b, stage.name)
+    raise FlexgearError(f"there is no body {body!r} in the train")
+
+
+def _nodes(b: _Build, stage: str) -> int:
+    case = b.train.stage(stage).flexible
+    assert case is not None
+    return case.stage.ring.teeth + case.stage.planets + 1
+
+
+def _system(b: _Build) -> System:
+    a, train, flow = b.a, b.train, b.flow
+    loads = _loads(b)
+    clearances = []
+    for c in b.clearances:
+        inner = a.contact_node(c.inner, -1)
+        outer = -1 if c.outer is None else a.contact_node(c.outer, -1)
+        clearances.append((inner, outer, c.turns, c.stiffness, c.gap))
+    first = len(b.blocks)
+    extra = ExtraRows(
+        supports=a.support_rows,
+        support_angles=a.node_angles,
+        first_block=first,
+        clearances=[
+            (first + i, first + o if o >= 0 else -1, t, k, gap) for i, o, t, k, gap in clearances
+        ],
+        loads=loads,
+    )
+    blocks = np.vstack([*b.blocks, *a.contact_nodes])
+    one_sided = any(s.gear_mesh.contact_law == "one-sided" for s in train.stages)
+    pairs = pair_data(b.sets, one_sided, len(blocks) // 6, extra)
+    rigid = orthonormal_rigid(a.mass, a.loose_motions())
+    given = [p for p in ports(train) if p.speed is not None]
+    masters = np.vstack([_rotation(b, p.member) for p in given])
+    angles = np.vstack(b.angles)
+    contact = _holding_rows(pairs, blocks, len(angles), b.clearances)
+    rolling = rolling_motions(a, rigid, contact, masters)
+    gyroscopic, centripetal = _frame_forces(b, rolling, masters)
+    output = train.output.member
+    torque, speed = flow.torque[output], flow.speed[output]
+    d, modal = train.damping, train.damping.kind == "modal"
+    given_torque = {p.member: p.given_torque for p in train.inputs}
+    given_torque[output] = train.output.torque
+    first_torque = flow.torque[train.inputs[0].member]
+    return System(
+        variant=Variant(),
+        bodies=tuple(a.bodies),
+        mass=a.mass,
+        stiffness=without_rigid_forces(a.stiffness, a.mass, rigid),
+        rigid=rigid,
+        rolling=rolling,
+        masters=masters,
+        angles=angles,
+        blocks=blocks,
+        ports=tuple(
+            Port(
+                p.member,
+                _rotation(b, p.member),
+                flow.torque[p.member],
+                reaction=given_torque[p.member] is None,
+            )
+            for p in ports(train)
+        ),
+        pairs=pairs,
+        gear_meshes=labels(b.sets),
+        links=tuple(a.links),
+        turning=tuple(a.turning),
+        damping=Damping(
+            d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
+        ),
+        brake=Brake(abs(torque), abs(speed), train.output.brake_exponent),
+        rated_torque=first_torque,
+        rated_speed=flow.speed[train.inputs[0].member],
+        master_speeds=tuple(flow.speed[p.member] for p in given),
+        planets=max(s.planets for s in train.stages),
+        gyroscopic=gyroscopic,
+        centripetal=centripetal,
+        header={"brake_exponent": train.output.brake_exponent},
+    )
+
+
+def _holding_rows(pairs: object, blocks: Array, angles: int, loose: list[Clearance]) -> Array:
+    """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0."""
+    rows = pair_rows(pairs)  # type: ignore[arg-type]
+    n, _ = build_rows(pairs, rows, np.zeros(angles), front_meshes(pairs))  # type: ignore[arg-type]
+    out = []
+    for i in range(n):
+        if rows.kind[i] < 0:
+            continue
+        line = np.zeros(blocks.shape[1])
+        for k in range(rows.width[i]):
+            at = 6 * rows.blocks[i, k]
+            line += rows.coef[i, k] @ blocks[at : at + 6]
+        out.append(line)
+    for c in loose:
+        out += list(c.inner[:2] - (0.0 if c.outer is None else c.outer[:2]))
+    return np.array(out)
+
+
+def _frame_forces(b: _Build, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:
+    """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
+
+    Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
+    (I − rolling masters) q, makes forces of the frame, and these leave the rolling alone.
+    """
+    if not b.train.gyroscopic:
+        return None, None
+    turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
+    for number, stage in enumerate(b.train.stages):
+        flow = b.flow.stage(stage.name)
+        frame = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        for m in b.members[number]:
+            spin = (
+                flow.planet_speed if m.part == "planet" else b.flow.speed[f"{stage.name}.{m.part}"]
+            )
+            at = b.a.slice_of(m.body.name)
+            turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
+    rest = np.eye(b.a.size) - rolling @ masters
+    return rest.T @ turning @ rest, rest.T @ centripetal @ rest
