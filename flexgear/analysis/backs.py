@@ -15,34 +15,35 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
     δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin
     holds the largest errors of the back flank.
     """
-    if pairs.s0.shape[0] < 4:
-        return
-    for g in range(2):
-        b = g + 2
-        for i in range(pairs.planets):
-            best = -1
-            distance = 1e30
-            for q in range(n_pairs):
-                if rows.pair_kind[q] == g and rows.pair_planet[q] == i:
-                    off = abs(rows.pair_s[q] - pairs.s_pitch[g])
-                    if off < distance:
-                        distance = off
-                        best = q
-            if best < 0:
-                wanted[b, i] = 1
-                continue
-            r = rows.pair_row[best]
-            angle = pairs.phi[i] + (theta if pairs.is_ring[g] == 1 else 0.0)
-            ca, sa = math.cos(angle), math.sin(angle)
-            nx = pairs.cos_b[g] * pairs.normal[g, 0]
-            delta = 0.0
-            radial = -nx * motion[6 * rows.blocks[r, 0]]
-            for a in range(rows.width[r]):
-                base = 6 * rows.blocks[r, a]
-                for p in range(6):
-                    delta += rows.coef[r, a, p] * motion[base + p]
-            gear = 6 * rows.blocks[r, 1]
-            radial += nx * (ca * motion[gear] + sa * motion[gear + 1])
-            margin = 0.3 * pairs.gap[b] + 2e-5
-            near = 2 * radial - delta > pairs.gap[b] - margin - pairs.largest_error[b, i]
-            wanted[b, i] = 1 if near else 0
+    for m in range(pairs.s0.shape[0]):
+        b = pairs.back[m]
+        if b < 0:
+            continue
+        best = -1
+        distance = 1e30
+        for q in range(n_pairs):
+            if rows.pair_mesh[q] == m:
+                off = abs(rows.pair_s[q] - pairs.s_pitch[m])
+                if off < distance:
+                    distance = off
+                    best = q
+        if best < 0:
+            wanted[b] = 1
+            continue
+        r = rows.pair_row[best]
+        angle = pairs.phi[m]
+        if pairs.turns[m] >= 0:
+            angle += theta[pairs.turns[m]]
+        ca, sa = math.cos(angle), math.sin(angle)
+        nx = pairs.cos_b[m] * pairs.normal[m, 0]
+        delta = 0.0
+        radial = -nx * motion[6 * rows.blocks[r, 0]]
+        for a in range(rows.width[r]):
+            base = 6 * rows.blocks[r, a]
+            for p in range(6):
+                delta += rows.coef[r, a, p] * motion[base + p]
+        gear = 6 * rows.blocks[r, 1]
+        radial += nx * (ca * motion[gear] + sa * motion[gear + 1])
+        margin = 0.3 * pairs.gap[b] + 2e-5
+        near = 2 * radial - delta > pairs.gap[b] - margin - pairs.largest_error[b]
+        wanted[b] = 1 if near else 0

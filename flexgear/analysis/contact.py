@@ -7,10 +7,15 @@ it is found by adding and dropping rows until none is in tension and none overla
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
+from flexgear.coupling.pair_data import LOAD
+
 MAX_SETS = 50
+LOOSE = 1e-4  # share of its stiffness that a bearing inside its clearance keeps
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})
@@ -45,7 +50,7 @@ def solve_dense(a, b, n):
 
 
 @njit(cache=True)
-def solve_active(matrix, right, rows, n, extra, one_sided, active, work, x):
+def solve_active(matrix, right, rows, n, extra, active, work, x):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
     matrix (n + extra,)²: row i < n states F_i + Σ_j (k_i A_ij + c_i V_ij) F_j + … = right_i;
@@ -77,11 +82,9 @@ def solve_active(matrix, right, rows, n, extra, one_sided, active, work, x):
             x[i] = 0.0
         for a in range(m):
             x[index[a]] = rhs[a]
-        if not one_sided:
-            return tries + 1
         wrong = 0
         for i in range(n):
-            if rows.kind[i] < 0:
+            if rows.sided[i] == 0:
                 continue
             bad = False
             if active[i] == 1:
@@ -163,6 +166,14 @@ def row_products(rows, n, matrix, place, blocks, y, out):
 
 
 @njit(cache=True)
+def right_side(rows, i, delta, rate, c):
+    """k (δ + e) + c δ̇ of row i, or the force itself where it is given."""
+    if rows.kind[i] == LOAD:
+        return rows.offset[i]
+    return rows.stiffness[i] * (delta + rows.offset[i]) + c * rate
+
+
+@njit(cache=True)
 def row_values(rows, n, vector, out):
     """out[i] = V_iᵀ u for a channel vector u."""
     for i in range(n):
@@ -172,3 +183,32 @@ def row_values(rows, n, vector, out):
             for p in range(6):
                 total += rows.coef[i, a, p] * vector[base + p]
         out[i] = total
+
+
+@njit(cache=True)
+def look_along(pairs, rows, motion):
+    """Turn clearance rows to where their bearings are displaced; largest change."""
+    change = 0.0
+    for r in range(pairs.clearance_stiffness.shape[0]):
+        x, y = 0.0, 0.0
+        for e in range(2):
+            block = pairs.clearance_block[r, e]
+            if block < 0:
+                continue
+            sign = 1.0 if e == 0 else -1.0
+            a = pairs.clearance_turn[r, e]
+            ca, sa = math.cos(a), math.sin(a)
+            ux, uy = motion[6 * block], motion[6 * block + 1]
+            x += sign * (ca * ux + sa * uy)
+            y += sign * (-sa * ux + ca * uy)
+        size = math.sqrt(x * x + y * y)
+        if size > 1e-12:
+            share = max(1.0 - pairs.clearance_gap[r] / size, LOOSE)
+            change = max(
+                change,
+                abs(x / size - rows.direction[r, 0]) + abs(y / size - rows.direction[r, 1]),
+            )
+            change = max(change, abs(share - rows.direction[r, 2]))
+            rows.direction[r, 0], rows.direction[r, 1] = x / size, y / size
+            rows.direction[r, 2] = share
+    return change

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.coupling.pairs import PairRows
+from flexgear.coupling.pair_data import PairRows
 
 Array = NDArray[np.float64]
 ENERGIES = (
@@ -50,7 +50,7 @@ class Ledger(NamedTuple):
 
 
 @njit(cache=True)
-def row_energy(rows, n, motion, one_sided):
+def row_energy(rows, n, motion):
     """Σ ½ k ⟨δ⟩² over rows at a channel motion."""
     total = 0.0
     for i in range(n):
@@ -59,14 +59,14 @@ def row_energy(rows, n, motion, one_sided):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 delta += rows.coef[i, a, p] * motion[base + p]
-        if one_sided and rows.kind[i] >= 0 and delta < 0.0:
+        if rows.sided[i] == 1 and delta < 0.0:
             continue
         total += 0.5 * rows.stiffness[i] * delta * delta
     return total
 
 
 @njit(cache=True)
-def _damping_loads(rows, n, x, motion, one_sided, out):
+def _damping_loads(rows, n, x, motion, out):
     """F − k⟨δ⟩ of every row."""
     for i in range(n):
         delta = rows.offset[i]
@@ -74,7 +74,7 @@ def _damping_loads(rows, n, x, motion, one_sided, out):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 delta += rows.coef[i, a, p] * motion[base + p]
-        if one_sided and rows.kind[i] >= 0 and delta < 0.0:
+        if rows.sided[i] == 1 and delta < 0.0:
             delta = 0.0
         out[i] = x[i] - rows.stiffness[i] * delta
 
@@ -99,7 +99,7 @@ def _damping_work(rows, n, load, now, old):
 def _copy_rows(source, n, target):
     for i in range(n):
         target.kind[i] = source.kind[i]
-        target.planet[i] = source.planet[i]
+        target.sided[i] = source.sided[i]
         target.stiffness[i] = source.stiffness[i]
         target.offset[i] = source.offset[i]
         target.width[i] = source.width[i]
@@ -111,13 +111,15 @@ def _copy_rows(source, n, target):
 
 @njit(cache=True, fastmath={"reassoc", "contract"})
 def _motion(data, blocks, m, eta, forces, loaded, n_loaded, out):
-    """Φ η + R f at blocks (m,) and both torque channels; f lives on ``loaded`` and the torques."""
+    """Φ η + R f at blocks (m,) and all ports; f lives on ``loaded`` and the ports."""
     nc, n = data.channel_modes.shape
     for c in range(m + 1):
-        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        first, count = (6 * blocks[c], 6) if c < m else (nc - data.ports, data.ports)
         for p in range(count):
             row, line = data.channel_modes[first + p], data.residual[first + p]
-            total = line[nc - 2] * forces[nc - 2] + line[nc - 1] * forces[nc - 1]
+            total = 0.0
+            for t in range(nc - data.ports, nc):
+                total += line[t] * forces[t]
             for j in range(n):
                 total += row[j] * eta[j]
             for b in range(n_loaded):
@@ -149,15 +151,15 @@ def _joint_blocks(rows, n, old, n_old, place, blocks):
 
 
 @njit(cache=True)
-def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
+def settle(data, pairs, rows, n, x, state, torques, ledger):
     """Book one step; ``state`` holds the new time, ``state.torques`` still the old one."""
     nc = ledger.now.shape[0]
-    one_sided = pairs.one_sided
     before = ledger.booked[0]
     n_old, m = _joint_blocks(rows, n, ledger.rows, max(before, 0), ledger.place, ledger.blocks)
     blocks = ledger.blocks
     # forces of both times on the joint blocks; all else is zero and stays unread
-    ledger.old_forces[nc - 2 :] = ledger.forces[nc - 2 :]
+    first_port = nc - data.ports
+    ledger.old_forces[first_port:] = ledger.forces[first_port:]
     for c in range(m):
         for p in range(6):
             at = 6 * blocks[c] + p
@@ -168,8 +170,9 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
             base = 6 * rows.blocks[i, a]
             for p in range(6):
                 ledger.forces[base + p] -= x[i] * rows.coef[i, a, p]
-    ledger.forces[nc - 2] = drive
-    ledger.forces[nc - 1] = -brake
+    for t in range(data.ports):
+        ledger.forces[first_port + t] = torques[t]
+    ledger.forces[nc - 1] = -torques[data.ports - 1]
     _motion(data, blocks, m, state.eta, ledger.forces, blocks, m, ledger.now)
     if before >= 0:
         _motion(data, blocks, m, ledger.eta, ledger.old_forces, blocks, n_old, ledger.old)
@@ -178,7 +181,7 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
     elastic = 0.0
     dissipated = 0.0
     for c in range(m + 1):  # ½ fᵀ R f = ½ fᵀ (u − Φ η)
-        first, count = (6 * blocks[c], 6) if c < m else (nc - 2, 2)
+        first, count = (6 * blocks[c], 6) if c < m else (nc - data.ports, data.ports)
         for p in range(count):
             f = ledger.forces[first + p]
             if f != 0.0:
@@ -191,13 +194,13 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
         mean = 0.5 * (v + ledger.velocity[j])
         dissipated += data.damping[j] * mean * (state.eta[j] - ledger.eta[j])
     fresh = np.empty(n)
-    _damping_loads(rows, n, x, ledger.now, one_sided, fresh)
-    energy_now = row_energy(rows, n, ledger.now, one_sided)
+    _damping_loads(rows, n, x, ledger.now, fresh)
+    energy_now = row_energy(rows, n, ledger.now)
     if before >= 0:
-        moved = ledger.now[nc - 2] - ledger.old[nc - 2]
-        turned = ledger.now[nc - 1] - ledger.old[nc - 1]
-        e[3] += 0.5 * (drive + state.torques[0]) * moved
-        e[4] += 0.5 * (brake + state.torques[1]) * turned
+        for t in range(data.ports):
+            moved = ledger.now[first_port + t] - ledger.old[first_port + t]
+            account = 3 if t < data.ports - 1 else 4
+            e[account] += 0.5 * (torques[t] + state.torques[t]) * moved
         e[5] += dissipated
         e[6] += 0.5 * (
             _damping_work(rows, n, fresh, ledger.now, ledger.old)
@@ -205,9 +208,9 @@ def settle(data, pairs, rows, n, x, state, drive, brake, ledger):
         )
         e[7] += 0.5 * (
             energy_now
-            + row_energy(rows, n, ledger.old, one_sided)
-            - row_energy(ledger.rows, before, ledger.now, one_sided)
-            - row_energy(ledger.rows, before, ledger.old, one_sided)
+            + row_energy(rows, n, ledger.old)
+            - row_energy(ledger.rows, before, ledger.now)
+            - row_energy(ledger.rows, before, ledger.old)
         )
     e[0] = kinetic
     e[1] = elastic

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.pairs import build_rows, pair_rows
+from flexgear.coupling.pair_data import PairRows, front_meshes, pair_rows
+from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]
@@ -30,14 +31,20 @@ class Modes:
 
 def gear_mesh_stiffness(system: System, carrier_angle: float, only_pairs: bool = False) -> Array:
     """Σ k V Vᵀ of all rows at a carrier angle in physical coordinates, (d, d)."""
-    rows, pairs = pair_rows(system.pairs), system.pairs
-    wanted = np.zeros(pairs.s0.shape, dtype=np.int64)
-    wanted[:2] = 1
-    n, _ = build_rows(pairs, rows, carrier_angle, wanted)
+    rows, n = rows_at(system, carrier_angle)
     vectors, stiffness = row_vectors(system, rows, n), rows.stiffness[:n].copy()
     if only_pairs:
         stiffness[rows.kind[:n] < 0] = 0.0
     return (vectors.T * stiffness) @ vectors
+
+
+def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[PairRows, int]:
+    """Rows of the loaded flanks at independent rotations (F,) or the first of them, rad."""
+    rows, masters = pair_rows(system.pairs), np.zeros(len(system.masters))
+    given = np.atleast_1d(np.asarray(carrier_angle, dtype=float))
+    masters[: len(given)] = given
+    n, _ = build_rows(system.pairs, rows, system.theta(masters), front_meshes(system.pairs))
+    return rows, n
 
 
 def row_vectors(system: System, rows: object, n: int) -> Array:
@@ -51,15 +58,16 @@ def row_vectors(system: System, rows: object, n: int) -> Array:
 
 
 def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None = None) -> Modes:
-    """Undamped modes up to ``limit_hz`` (None: all); the rigid rotation of the train comes first.
+    """Undamped modes up to ``limit_hz`` (None: all); rigid rotations of the train come first.
 
     Frequencies below 1e-3 of the first elastic one are set to zero exactly where they are rigid.
     """
     k = system.stiffness + gear_mesh_stiffness(system, carrier_angle)
     values, vectors = linalg.eigh(0.5 * (k + k.T), system.mass)
     omega = np.sqrt(np.clip(values, 0.0, None))
-    if omega[0] < 1e-3 * omega[1]:
-        omega[0] = 0.0
+    free = len(system.masters)
+    if len(omega) > free and omega[free - 1] < 1e-3 * omega[free]:
+        omega[:free] = 0.0
     frequencies = omega / (2 * np.pi)
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
     shapes = vectors[:, :keep]

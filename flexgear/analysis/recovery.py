@@ -3,7 +3,7 @@
 A sample holds modal coordinates and pair loads. Channel forces follow from the pair loads by
 rebuilding the contact rows at the sample's angle; then q = Φ η + R f. Rolling of the undeflected
 train is taken off, so that what remains is elastic displacement plus wind-up:
-q_el = q − rolling · θ_c.
+q_el = q − rolling · masters.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pairs import contact_forces, pair_rows
+from flexgear.coupling.pair_data import pair_rows
+from flexgear.coupling.pairs import contact_forces
 from flexgear.coupling.system import TurningSupport
 
 Array = NDArray[np.float64]
@@ -24,30 +25,33 @@ Result = Equilibrium | Transient
 
 
 @njit(cache=True)
-def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, out):
-    size = out.shape[1] - 2
+def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, direction, ports, out):
+    size = out.shape[1] - ports
     line = np.zeros(size)
     for t in range(angles.shape[0]):
+        rows.direction[:] = direction[t]
         contact_forces(pairs, rows, angles[t], wanted[t], pair_load[t], support_load[t], line)
         out[t, :size] = line
 
 
 def channel_forces(result: Result) -> Array:
-    """Forces on the channels (t, n_c): contact blocks, drive torque, minus output torque."""
+    """Forces on the channels (t, n_c): contact blocks, then torques on the ports."""
     modal = result.modal
-    pairs = modal.system.pairs
-    angles = result.geometry_angle if isinstance(result, Transient) else result.carrier_angle
-    out = np.zeros((len(angles), len(modal.channels)))
+    pairs, ports = modal.system.pairs, len(modal.system.ports)
+    out = np.zeros((len(result.theta), len(modal.channels)))
     _all_forces(
         pairs,
         pair_rows(pairs),
-        angles,
+        result.theta,
         result.wanted,
         result.pair_load,
         result.support_load,
+        result.direction,
+        ports,
         out,
     )
-    out[:, -2], out[:, -1] = result.input_torque, -result.output_torque
+    out[:, -ports:] = result.torques
+    out[:, -1] = -result.output_torque
     return out
 
 
@@ -62,13 +66,13 @@ class Recovery:
         self.modal: ModalSystem = result.modal
         self.forces = channel_forces(result)
         rolled = isinstance(result, Transient)
-        self._roll = result.carrier_angle if rolled else np.zeros(len(result.carrier_angle))
+        self._roll = result.masters[:, :, 0] if rolled else np.zeros_like(result.masters)
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
         m = self.modal
         out = self.result.eta @ (rows @ m.modes).T + self.forces @ (rows @ m.residual_motion).T
-        return out - np.outer(self._roll, rows @ m.system.rolling)
+        return np.asarray(out - self._roll @ (rows @ m.system.rolling).T)
 
     def node(self, body: str, node: str) -> Array:
         """Motion (t, 6) of a named node in its body's frame, m and rad."""
@@ -90,19 +94,15 @@ class Recovery:
     def _turning_force(self, support: TurningSupport) -> Array:
         node, housing = self.motion(support.rows), self.motion(support.housing)
         out = np.empty_like(node)
-        angles = (
-            self.result.geometry_angle
-            if isinstance(self.result, Transient)
-            else self.result.carrier_angle
-        )
-        for t, angle in enumerate(angles):
-            r = turn(float(angle))
-            out[t] = r.T @ (support.matrix @ (r @ node[t] - housing[t]))
+        for t, theta in enumerate(self.result.theta):
+            r = turn(float(theta[support.angle]) if support.angle >= 0 else 0.0)
+            other = turn(float(theta[support.housing_angle]) if support.housing_angle >= 0 else 0.0)
+            out[t] = r.T @ (support.matrix @ (r @ node[t] - other @ housing[t]))
         return out
 
     def coordinates(self, body: str, sample: int) -> Array:
         """Elastic coordinates of one body at one sample, for its full displacement field."""
         m = self.modal
         q = self.result.eta[sample] @ m.modes.T + self.forces[sample] @ m.residual_motion.T
-        q = q - self._roll[sample] * m.system.rolling
+        q = q - m.system.rolling @ self._roll[sample]
         return q[m.system.slice_of(body)]

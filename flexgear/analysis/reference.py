@@ -15,7 +15,8 @@ from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Drive, State
 from flexgear.coupling.modal import elastic_modes
-from flexgear.coupling.pairs import build_rows, pair_rows
+from flexgear.coupling.pair_data import PER_PAIR, front_meshes, pair_rows
+from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
@@ -49,8 +50,7 @@ def reference_transient(
     linearised at the extrapolated speed, as in the fast step.
     """
     h, pairs, rows = time_step, system.pairs, pair_rows(system.pairs)
-    wanted = np.zeros(pairs.s0.shape, dtype=np.int64)
-    wanted[:2] = 1
+    wanted = front_meshes(pairs)
     damping, mass, stiffness = damping_matrix(system), system.mass, system.stiffness
     touched = start.touched.copy()
     q, v = motion.copy(), velocity.copy()
@@ -62,13 +62,13 @@ def reference_transient(
         slope = b.exponent * b.rated_torque / b.rated_speed * ratio ** (b.exponent - 1)
         return float(torque), float(slope)
 
-    def rows_at(theta: float) -> tuple[Array, Array, Array, Array]:
+    def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
         n, n_pairs = build_rows(pairs, rows, theta, wanted)
         c = rows.damping[:n].copy()
-        if pairs.one_sided and not pairs.lumped:
+        if pairs.one_sided:
             for p in range(n_pairs):
-                g, i, k = rows.pair_kind[p], rows.pair_planet[p], rows.pair_index[p]
-                if not touched[g, i, k % 8]:
+                m = rows.pair_mesh[p]
+                if pairs.model[m] == PER_PAIR and not touched[m, rows.pair_index[p] % 8]:
                     c[rows.pair_row[p]] = 0.0
         vectors = row_vectors(system, rows, n)
         return vectors, rows.stiffness[:n].copy(), c, rows.offset[:n].copy()
@@ -77,10 +77,9 @@ def reference_transient(
         touched[:] = 0
         for p in range(n_pairs):
             if force[rows.pair_row[p]] > 0:
-                g, i, k = rows.pair_kind[p], rows.pair_planet[p], rows.pair_index[p]
-                touched[g, i, k % 8] = 1
+                touched[rows.pair_mesh[p], rows.pair_index[p] % 8] = 1
 
-    theta = float(system.carrier_angle @ q)
+    theta = system.angles @ q
     vectors, k, c, offset = rows_at(theta)
     force = k * (vectors @ q + offset) + c * (vectors @ v)
     if pairs.one_sided:
@@ -93,7 +92,7 @@ def reference_transient(
     for step in range(steps):
         time = (step + 1) * h
         rigid = system.rigid @ (system.rigid.T @ (mass @ a))  # as the fast step extrapolates
-        theta = float(system.carrier_angle @ (q + h * v + 0.5 * h * h * rigid))
+        theta = system.angles @ (q + h * v + 0.5 * h * h * rigid)
         guess = float(system.output @ (v + h * rigid))
         vectors, k, c, offset = rows_at(theta)
         star = q + h * v + (0.5 - BETA) * h * h * a

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.energy import ENERGIES, Ledger
-from flexgear.analysis.equilibrium import equilibrium
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.kernel import (
     BETA,
     GAMMA,
@@ -27,7 +27,7 @@ from flexgear.analysis.kernel import (
     consistent_acceleration,
 )
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pairs import SLOTS, pair_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows, pair_rows
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -38,7 +38,8 @@ BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
 
 @dataclass(frozen=True)
 class Drive:
-    """Drive torque over time: torque(t) with t (k,) s -> (k,) N·m, and the times it jumps."""
+    """Given torques over time: torque(t) with t (k,) s -> (k,) N·m on the first port, or (k, P − 1)
+    on all ports but the braked one; and the times they jump."""
 
     torque: Torque
     jumps: tuple[float, ...] = ()
@@ -81,30 +82,50 @@ class Collector:
 class Transient:
     """Samples of one run, first axis time.
 
-    time (t,) s; eta (t, n); geometry_angle (t,) rad used to place the pairs; carrier_angle rad
-    and carrier_speed rad/s of the mean pin; input_torque, output_torque N·m; output_speed rad/s;
-    pair_load, pair_stiffness, pair_position (t, G, N, S); pair_tooth 0-based, −1 none;
-    support_load (t, n_s); wanted (t, G, N); energy: name -> (t,) J (zero if not tracked);
-    steps: number of steps taken.
+    time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; masters (t, F, 2)
+    independent rotations, rad, and their speeds, rad/s; torques (t, P) given torques and the
+    brake's, N·m; output_speed rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
+    pair_tooth 0-based, −1 none; support_load (t, extra rows); direction (t, n_c, 3) of bearings
+    with clearance; wanted (t, M); energy: name -> (t,) J (zero if not tracked); steps: number of
+    steps taken.
     """
 
     modal: ModalSystem
     time: Array
     eta: Array
-    geometry_angle: Array
-    carrier_angle: Array
-    carrier_speed: Array
-    input_torque: Array
-    output_torque: Array
+    theta: Array
+    masters: Array
+    torques: Array
     output_speed: Array
     pair_load: Array
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
     pair_position: Array
     support_load: Array
+    direction: Array
     wanted: NDArray[np.int64]
     energy: dict[str, Array]
     steps: int
+
+    @property
+    def carrier_angle(self) -> Array:
+        """First independent rotation (t,), rad: the mean pin's in a single stage."""
+        return np.asarray(self.masters[:, 0, 0])
+
+    @property
+    def carrier_speed(self) -> Array:
+        """Its speed (t,), rad/s."""
+        return np.asarray(self.masters[:, 0, 1])
+
+    @property
+    def input_torque(self) -> Array:
+        """Torque on the first port (t,), N·m."""
+        return np.asarray(self.torques[:, 0])
+
+    @property
+    def output_torque(self) -> Array:
+        """Torque the brake takes (t,), N·m."""
+        return np.asarray(self.torques[:, -1])
 
 
 def step_data(modal: ModalSystem, h: float) -> StepData:
@@ -118,7 +139,11 @@ def step_data(modal: ModalSystem, h: float) -> StepData:
         omega2=omega2,
         damping=modal.damping,
         inverse=inverse,
-        angle=np.ascontiguousarray(modal.angle),
+        angles=modal.angles,
+        masters=modal.masters,
+        gyroscopic=modal.gyroscopic,
+        centripetal=modal.centripetal,
+        ports=len(modal.system.ports),
         channel_modes=np.ascontiguousarray(p),
         residual=modal.residual,
         g_displacement=np.ascontiguousarray((p * (BETA * h * h * inverse)) @ p.T + modal.residual),
@@ -131,50 +156,50 @@ def step_data(modal: ModalSystem, h: float) -> StepData:
 
 def start_state(
     modal: ModalSystem,
-    torque: float,
+    torque: float | Array,
     *,
     carrier_angle: float = 0.0,
     carrier_speed: float | None = None,
 ) -> State:
-    """Equilibrium at ``torque`` and ``carrier_angle`` plus rolling at ``carrier_speed`` (rad/s).
+    """Equilibrium under given torques at ``carrier_angle`` plus rolling, rad and rad/s.
 
-    The speed defaults to the one at which the brake law takes the torque. The train's output
-    torque of equilibrium and the brake's at that speed are then equal.
+    torque: of the first port, or (P,) of all. The speed is that of the first independent
+    rotation; it defaults to the one at which the brake law takes the torque, the others then
+    follow in their rated proportion. The train's output torque of equilibrium and the brake's at
+    that speed are then equal.
     """
     system, pairs = modal.system, modal.system.pairs
-    at_rest = equilibrium(modal, carrier_angle, torque)
-    if carrier_speed is None:
+    given = np.asarray(torque, dtype=float)
+    at_rest = revolution(modal, np.array([carrier_angle]), given[None] if given.ndim else given)
+    speeds = system.rated_master_speeds
+    if carrier_speed is None and system.brake.rated_torque == 0.0:
+        share = 1.0
+    elif carrier_speed is None:
         brake = system.brake
         ratio = float(at_rest.output_torque[0]) / brake.rated_torque
-        if brake.exponent == 0.0:
-            carrier_speed = system.rated_speed
-        else:
+        share = 1.0
+        if brake.exponent != 0.0:
             share = np.sign(ratio) * abs(ratio) ** (1 / brake.exponent)
-            carrier_speed = float(share) * brake.rated_speed / float(system.output @ system.rolling)
+            share *= brake.rated_speed / float(system.output @ system.rolling @ speeds)
+    else:
+        share = carrier_speed / speeds[0]
     n, nc = modal.modes.shape[1], len(modal.channels)
-    kinds, planets = pairs.s0.shape
-    touched = np.zeros((kinds, planets, 8), dtype=np.uint8)
-    for g in range(kinds):
-        for i in range(planets):
-            for s in range(SLOTS):
-                if at_rest.pair_load[0, g, i, s] > 0:
-                    k = round(
-                        (
-                            at_rest.pair_position[0, g, i, s]
-                            - pairs.s0[g, i]
-                            - pairs.rate[g] * carrier_angle
-                        )
-                        / pairs.pitch[g]
-                    )
-                    touched[g, i, k % 8] = 1
+    count = len(pairs.s0)
+    touched = np.zeros((count, 8), dtype=np.uint8)
+    for m in range(count):
+        base = pairs.s0[m] + pairs.rate[m] * at_rest.theta[0, pairs.angle[m]]
+        for s in range(SLOTS):
+            if at_rest.pair_load[0, m, s] > 0:
+                k = round((at_rest.pair_position[0, m, s] - base) / pairs.pitch[m])
+                touched[m, k % 8] = 1
     return State(
-        eta=at_rest.eta[0] + modal.rolling * carrier_angle,
-        velocity=modal.rolling * carrier_speed,
+        eta=at_rest.eta[0] + modal.rolling @ at_rest.masters[0],
+        velocity=modal.rolling @ (speeds * share),
         acceleration=np.zeros(n),
         touched=touched,
         wanted=at_rest.wanted[0].copy(),
         forces=np.zeros(nc),
-        torques=np.zeros(2),
+        torques=np.zeros(len(system.ports)),
         energy=np.zeros(len(ENERGIES)),
     )
 
@@ -215,21 +240,39 @@ def _ledger(modal: ModalSystem, track: bool) -> Ledger:
 
 def _samples(modal: ModalSystem, count: int) -> Samples:
     pairs = modal.system.pairs
-    shape = (count, *pairs.s0.shape, SLOTS)
+    meshes, system = len(pairs.s0), modal.system
+    shape = (count, meshes, SLOTS)
     return Samples(
         eta=np.zeros((count, modal.modes.shape[1])),
-        angle=np.zeros(count),
-        carrier=np.zeros((count, 2)),
-        torques=np.zeros((count, 2)),
+        theta=np.zeros((count, len(system.angles))),
+        masters=np.zeros((count, len(system.masters), 2)),
+        torques=np.zeros((count, len(system.ports))),
         output_speed=np.zeros(count),
         pair_load=np.zeros(shape),
         pair_tooth=np.full(shape, -1, dtype=np.int16),
         pair_stiffness=np.zeros(shape),
         pair_position=np.zeros(shape),
-        support_load=np.zeros((count, len(pairs.support_stiffness))),
+        support_load=np.zeros((count, extra_rows(pairs))),
+        direction=np.zeros((count, len(pairs.clearance_stiffness), 3)),
         energy=np.zeros((count, len(ENERGIES))),
-        wanted=np.zeros((count, *pairs.s0.shape), dtype=np.int64),
+        wanted=np.zeros((count, meshes), dtype=np.int64),
     )
+
+
+def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
+    """(k, P − 1) torques on all ports but the braked one; a single one scales the rated others."""
+    torque = np.asarray(drive.torque(times), dtype=np.float64)
+    if torque.ndim == 1:
+        rated = modal.system.rated_port_torques[:-1]
+        others = np.outer(torque / modal.system.rated_torque, rated)
+        others[:, 0] = torque
+        torque = others
+    return np.ascontiguousarray(torque)
+
+
+def _start_torque(modal: ModalSystem, drive: Drive) -> float | Array:
+    torque = np.asarray(drive.torque(np.array([0.0])), dtype=float)[0]
+    return float(torque) if np.ndim(torque) == 0 else np.append(torque, 0.0)
 
 
 @dataclass(frozen=True)
@@ -280,7 +323,7 @@ def transient(
     Returns the number of steps taken. Raises FlexgearError where a step has no solution.
     """
     if start is None:
-        start = start_state(modal, float(drive.torque(np.array([0.0]))[0]))
+        start = start_state(modal, _start_torque(modal, drive))
     rows, scratch = pair_rows(modal.system.pairs), _scratch(modal)
     ledger = _ledger(modal, track_energy)
     x = np.zeros(len(scratch[4]))
@@ -296,7 +339,7 @@ def transient(
         inside = times.copy()
         inside[0] += BESIDE * h
         inside[-1] -= BESIDE * h
-        torque = np.asarray(drive.torque(inside), dtype=np.float64)
+        torque = given_torques(modal, drive, inside)
         if consistent_acceleration(
             data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger
         ):
@@ -325,11 +368,7 @@ def transient(
 
 
 def _named(time: Array, samples: Samples) -> dict[str, Array]:
-    fields = {k: v for k, v in samples._asdict().items() if k not in ("carrier", "torques")}
-    fields["time"] = time
-    fields["carrier_angle"], fields["carrier_speed"] = samples.carrier.T
-    fields["input_torque"], fields["output_torque"] = samples.torques.T
-    return fields
+    return {**samples._asdict(), "time": time}
 
 
 def collected(modal: ModalSystem, arrays: dict[str, Array], steps: int) -> Transient:
@@ -338,7 +377,6 @@ def collected(modal: ModalSystem, arrays: dict[str, Array], steps: int) -> Trans
     energy = a.pop("energy")
     return Transient(
         modal=modal,
-        geometry_angle=a.pop("angle"),
         energy={name: energy[:, i] for i, name in enumerate(ENERGIES)},
         steps=steps,
         **a,  # type: ignore[arg-type]

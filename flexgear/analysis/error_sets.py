@@ -1,0 +1,90 @@
+"""Sets of manufacturing errors of all gear meshes of a system, one beside the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.pair_data import PairData
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ErrorSets:
+    """Errors of J sets in the places of ``PairData``: first axis j, then as there.
+
+    amplitude m, phase rad, offset m (J, M); gear (J, M, z), planet (J, M, z_p) m;
+    runout_amplitude m, runout_phase rad (J, M, H), their rates and angles are those of the system.
+    """
+
+    amplitude: Array
+    phase: Array
+    offset: Array
+    gear: Array
+    planet: Array
+    runout_amplitude: Array
+    runout_phase: Array
+
+    def __len__(self) -> int:
+        return len(self.offset)
+
+    def pairs(self, base: PairData, j: int) -> PairData:
+        """The pair data with the errors of set j."""
+        gear, planet, runout = self.gear[j], self.planet[j], self.runout_amplitude[j]
+        largest = self.offset[j] + np.abs(self.amplitude[j]) + np.abs(runout).sum(axis=1)
+        return base._replace(
+            error_amplitude=self.amplitude[j],
+            error_phase=self.phase[j],
+            error_offset=self.offset[j],
+            error_gear=gear,
+            error_planet=planet,
+            runout_amplitude=runout,
+            runout_phase=self.runout_phase[j],
+            largest_error=largest + np.abs(gear).max(axis=1) + np.abs(planet).max(axis=1),
+        )
+
+
+def no_errors(base: PairData) -> ErrorSets:
+    """One set without errors."""
+    return ErrorSets(
+        amplitude=np.zeros((1, *base.error_amplitude.shape)),
+        phase=np.zeros((1, *base.error_phase.shape)),
+        offset=np.zeros((1, *base.error_offset.shape)),
+        gear=np.zeros((1, *base.error_gear.shape)),
+        planet=np.zeros((1, *base.error_planet.shape)),
+        runout_amplitude=np.zeros((1, *base.runout_amplitude.shape)),
+        runout_phase=np.zeros((1, *base.runout_phase.shape)),
+    )
+
+
+class Waves(NamedTuple):
+    """Errors with j last, harmonics as factors of sine and cosine of the common angle."""
+
+    offset: Array  # (M, J)
+    sine: Array  # (M, J)
+    cosine: Array  # (M, J)
+    gear: Array  # (M, z, J)
+    planet: Array  # (M, z_p, J)
+    runout_sine: Array  # (M, H, J)
+    runout_cosine: Array  # (M, H, J)
+
+
+def waves_of(sets: ErrorSets) -> Waves:
+    """The sets as the compiled loops read them."""
+
+    def last(values: Array) -> Array:
+        return np.ascontiguousarray(np.moveaxis(values, 0, -1))
+
+    return Waves(
+        last(sets.offset),
+        last(sets.amplitude * np.cos(sets.phase)),
+        last(sets.amplitude * np.sin(sets.phase)),
+        last(sets.gear),
+        last(sets.planet),
+        last(sets.runout_amplitude * np.cos(sets.runout_phase)),
+        last(sets.runout_amplitude * np.sin(sets.runout_phase)),
+    )

@@ -1,0 +1,254 @@
+"""Whirl modes of a turning system and its Campbell diagram.
+
+M q̈ + s G q̇ + (K − s² C) q = 0 at a share s of the speed for which G = −Gᵀ and C were formed.
+While K_s = K − s² C = LᵀL (L = Λ^½Uᵀ, K_s = UΛUᵀ in coordinates with M = I) stays without negative
+eigenvalues, the state y = (L q, q̇) obeys
+
+    ẏ = B y,   B = [[0, L], [−Lᵀ, −s G]] = −Bᵀ,
+
+so that the frequencies are the eigenvalues of the Hermitian matrix −iB and are real to rounding.
+Above, where the centrifugal term has taken all stiffness of some direction away, the general
+eigenvalue problem of (q, q̇) is solved; a real part is then the growth of an unstable motion.
+Frequencies are those seen in the frame in which a body's coordinates are described.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+from scipy.optimize import linear_sum_assignment
+
+from flexgear.model.errors import FlexgearError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+CIRCULAR = 0.05  # least |sense| that is called a direction
+SOFT = 1e-13  # of the largest stiffness over mass: below it a direction is free, not stiff
+ZERO = 1e-6  # of the largest |eigenvalue| of the general problem, where zeros are ill-conditioned
+
+
+@dataclass(frozen=True)
+class WhirlModes:
+    """Modes q = Re(x e^{(g + iω) t}) at one speed.
+
+    frequencies: (m,) Hz rising; shapes: (d, m) complex, xᴴ M x = 1; growth: (m,) 1/s, 0 while
+    stable; factor: s.
+    """
+
+    frequencies: Array
+    shapes: Complex
+    growth: Array
+    factor: float
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Frequencies over speed, each column one tracked mode.
+
+    factors: (f,) rising; frequencies: (f, m) Hz; mac: (f, m) likeness to the same mode one factor
+    before, 1 for the first; sense: (f, m) in [−1, 1], +1 circular forward, NaN without plane.
+    """
+
+    factors: Array
+    frequencies: Array
+    mac: Array
+    sense: Array
+
+
+@dataclass(frozen=True)
+class ExcitationLine:
+    """Excitation of frequency order · factor · base Hz, e.g. a gear-mesh frequency's harmonic."""
+
+    name: str
+    order: float
+    base: float
+
+    @property
+    def slope(self) -> float:
+        """Hz per unit of the speed factor."""
+        return self.order * self.base
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where an excitation line meets a mode: speed factor and frequency in Hz."""
+
+    line: ExcitationLine
+    mode: int
+    factor: float
+    frequency: float
+
+
+def whirl_modes(
+    mass: Array,
+    stiffness: Array,
+    gyroscopic: Array,
+    centripetal: Array,
+    factor: float = 1.0,
+    count: int | None = None,
+) -> WhirlModes:
+    """The lowest ``count`` (None: all d) whirl modes; rigid motions come first with 0 Hz.
+
+    mass, stiffness, gyroscopic, centripetal: (d, d), the last two at factor 1. FlexgearError if
+    the gyroscopic matrix is not skew-symmetric.
+    """
+    _check_skew(gyroscopic)
+    lower = linalg.cholesky(mass, lower=True)
+
+    def scaled(a: Array) -> Array:
+        half = linalg.solve_triangular(lower, a, lower=True)
+        return np.asarray(linalg.solve_triangular(lower, half.T, lower=True).T)
+
+    turning = factor * scaled(gyroscopic)
+    k = scaled(stiffness - factor**2 * centripetal)
+    values, vectors = linalg.eigh(0.5 * (k + k.T))
+    size = len(values) if count is None else min(count, len(values))
+    least = SOFT * np.abs(values).max(initial=0.0)
+    soft, growth = values <= least, np.zeros(size)
+    if np.any(values < -least):
+        omega, x, growth = _general(k, turning, size)
+    elif not np.any(turning):
+        omega, x = np.sqrt(np.where(soft, 0.0, values))[:size], vectors[:, :size].astype(complex)
+    else:
+        spring = np.sqrt(values[~soft])[:, None] * vectors[:, ~soft].T
+        omega, x = _skew(spring, turning, size)
+    shapes = linalg.solve_triangular(lower, x, lower=True, trans="T")
+    norm = np.sqrt(np.einsum("dm,de,em->m", shapes.conj(), mass, shapes).real)
+    return WhirlModes(omega / (2 * np.pi), shapes / norm, growth, float(factor))
+
+
+def _skew(spring: Array, turning: Array, size: int) -> tuple[Array, Complex]:
+    """ω (size,) and shapes from the Hermitian problem −iB y = ω y."""
+    elastic, d = spring.shape
+    b = np.zeros((elastic + d, elastic + d))
+    b[:elastic, elastic:], b[elastic:, :elastic], b[elastic:, elastic:] = (
+        spring,
+        -spring.T,
+        -turning,
+    )
+    # eigenvalues stand in pairs ±ω round one zero for each rigid motion: the upper d are the modes
+    omega, y = linalg.eigh(-1j * b, subset_by_index=[elastic, elastic + size - 1])
+    omega = np.where(omega <= 1e-12 * np.abs(b).sum(axis=1).max(), 0.0, omega)
+    return omega, y[elastic:]  # q̇ is proportional to q
+
+
+def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array]:
+    """ω, shapes and growth from q̇ = v, v̇ = −K q − G v, one of each conjugate or real pair."""
+    d = len(k)
+    state = np.block([[np.zeros((d, d)), np.eye(d)], [-k, -turning]])
+    values, vectors = linalg.eig(state)
+    least = ZERO * np.abs(values).max()
+    values = np.where(np.abs(values.imag) > least, values.imag * 1j, 0) + np.where(
+        np.abs(values.real) > least, values.real, 0
+    )
+    order = np.lexsort((-values.real, np.abs(values.imag), values.imag < 0))
+    still = int(np.sum(values.imag == 0))  # real pairs: growing and decaying, or twice zero
+    keep = np.concatenate([order[: still // 2], order[still : d + still // 2]])[:size]
+    return values[keep].imag, vectors[:d, keep], values[keep].real
+
+
+def _check_skew(gyroscopic: Array) -> None:
+    if not np.allclose(gyroscopic, -gyroscopic.T, atol=1e-9 * np.abs(gyroscopic).max(initial=0.0)):
+        raise FlexgearError("the gyroscopic matrix is not skew-symmetric: it would do work")
+
+
+def without_rolling(centripetal: Array, rolling: Array, masters: Array) -> Array:
+    """Pᵀ C P with P = I − rolling · masters: centrifugal stiffness of the motion beside rolling.
+
+    rolling: (d, F) motion per radian of each independent rotation; masters: (F, d) rows that give
+    the rotations. A planet that has rolled on has not left its place in the turning carrier, and
+    the centrifugal force, which passes through the axis wherever the planet is, has no moment.
+    C as it stands would push the absolute tangential displacement R θ outward for ever.
+    """
+    keep = np.eye(len(centripetal)) - rolling @ masters
+    return np.asarray(keep.T @ centripetal @ keep)
+
+
+def whirl_sense(shapes: Complex, planes: Array, weights: ArrayLike | None = None) -> Array:
+    """Sense of whirl (m,) in [−1, 1]: −2 Σ w Im(X* Y) / Σ w (|X|² + |Y|²).
+
+    planes: (n, 2, d) rows of the motion x, y of n points; weights: (n,), e.g. masses. +1 is a
+    circle counter-clockwise, −1 clockwise, 0 a line; NaN where no point moves in its plane.
+    """
+    w = np.ones(len(planes)) if weights is None else np.asarray(weights, dtype=float)
+    x, y = np.moveaxis(planes @ shapes, 1, 0)
+    swept = -2 * w @ np.imag(np.conj(x) * y)
+    size = w @ (np.abs(x) ** 2 + np.abs(y) ** 2)
+    moves = size > 1e-9 * max(float(np.max(size, initial=0.0)), np.finfo(float).tiny)
+    return np.divide(swept, size, out=np.full(len(size), np.nan), where=moves)
+
+
+def direction(sense: float) -> str:
+    """ "forward" (counter-clockwise, as the carrier turns), "backward" or "none"."""
+    if not abs(sense) > CIRCULAR:
+        return "none"
+    return "forward" if sense > 0 else "backward"
+
+
+def campbell(
+    mass: Array,
+    stiffness: Array,
+    gyroscopic: Array,
+    centripetal: Array,
+    factors: ArrayLike,
+    *,
+    count: int | None = None,
+    planes: Array | None = None,
+    weights: ArrayLike | None = None,
+) -> Campbell:
+    """Whirl modes over speed factors (f,), tracked from each factor to the next.
+
+    Modes are paired for the largest sum of MAC = |xᴴ M x'|²; where shapes cannot tell (turned
+    bases of one frequency) the nearer frequency decides. planes, weights: see ``whirl_sense``.
+    """
+    s = np.asarray(factors, dtype=float)
+    runs = [whirl_modes(mass, stiffness, gyroscopic, centripetal, f, count) for f in s]
+    width = runs[0].shapes.shape[1]
+    frequencies, mac = np.zeros((len(s), width)), np.ones((len(s), width))
+    sense = np.full((len(s), width), np.nan)
+    before: Complex | None = None
+    last = np.zeros(width)
+    for i, run in enumerate(runs):
+        order = np.arange(width)
+        if before is not None:
+            like = np.abs(before.conj().T @ mass @ run.shapes) ** 2
+            far = np.abs(last[:, None] - run.frequencies[None]) / max(last.max(), 1e-300)
+            order = linear_sum_assignment(like - 1e-3 * far, maximize=True)[1]
+            mac[i] = like[np.arange(width), order]
+        before, last = run.shapes[:, order], run.frequencies[order]
+        frequencies[i] = last
+        if planes is not None:
+            sense[i] = whirl_sense(before, planes, weights)
+    return Campbell(s, frequencies, mac, sense)
+
+
+def excitation_lines(
+    bases: Mapping[str, float], orders: Sequence[float] = (1, 2, 3)
+) -> tuple[ExcitationLine, ...]:
+    """Lines order · base for every base frequency (name -> Hz at factor 1) and order."""
+    return tuple(ExcitationLine(n, float(o), float(b)) for n, b in bases.items() for o in orders)
+
+
+def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Crossing, ...]:
+    """All crossings of lines with modes within the factors, rising in factor.
+
+    Frequencies are taken as straight between factors: the error falls with the square of the
+    spacing. Rigid motions, which every line meets at rest, do not count.
+    """
+    s, found = campbell.factors, []
+    for line in lines:
+        gap = campbell.frequencies - line.slope * s[:, None]
+        for mode in range(gap.shape[1]):
+            g, f = gap[:, mode], campbell.frequencies[:, mode]
+            for i in np.flatnonzero(g[:-1] * g[1:] < 0):
+                share = g[i] / (g[i] - g[i + 1])
+                at = s[i] + share * (s[i + 1] - s[i])
+                found.append(Crossing(line, mode, float(at), float(line.slope * at)))
+            for i in np.flatnonzero((g == 0) & (f > 0)):
+                found.append(Crossing(line, mode, float(s[i]), float(f[i])))
+    return tuple(sorted(found, key=lambda c: (c.factor, c.mode)))

@@ -1,0 +1,372 @@
+"""Equilibria of one train under many sets of manufacturing errors at once.
+
+Errors e enter only the right side of the contact problem of a position (``equilibrium``),
+
+    A x = b(e) + y,   x ≥ 0, y ≥ 0, x·y = 0 on one-sided rows,   y = 0 on all others,
+
+x being pair forces, rigid motions and reactions, y the gaps of unloaded rows times their stiffness.
+Let S be what perfect gears load: working flanks and all two-sided rows; the rest are back flanks.
+A_SS is inverted once for all sets of errors, and with x and y = 0 for the others
+
+    x_S = A_SS⁻¹ b_S(e),   y_B = A_BS x_S − b_B(e).
+
+Where both are ≥ 0, that is the answer. Rows of S that pull are let go by the complementary problem
+w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0 among them, Q being rows and columns of A_SS⁻¹; and only where
+back flanks are loaded, too, the whole problem is solved for that set. As A is positive definite but
+for the given rotations, the answer is unique: it is that of ``equilibrium.revolution``, but back
+flanks are watched at every position. Sums run in the same order for any number of sets, so that a
+set's forces do not depend on its company. Bearings with clearance are no linear rows: such trains
+are solved one set after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.contact import MAX_SETS, solve_active, solve_dense
+from flexgear.analysis.equilibrium import CLOSURE, _solve_position, port_torques, revolution
+from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import PairData, pair_rows
+from flexgear.model.errors import FlexgearError
+
+Array = NDArray[np.float64]
+CHUNK = 25  # positions between two reports of progress
+ROUND_OFF = 1e-11  # of the largest force: pull below which a row counts as unloaded
+GROWTH = 1e15  # of it: gaps beyond 1e4 times the forces come from a singular choice of rows
+
+
+@dataclass(frozen=True)
+class ErrorStudy:
+    """A train with perfect gears at its positions: all that equilibria under errors need.
+
+    masters (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques (p, P)
+    given on the ports and rated (P,), N·m; reactions (F,) ports; rigid (n_c, r), flexibility
+    (n_c, n_c) m/N of the channels; master_rigid (F, r), master_flexibility (F, n_c): of the
+    independent rotations. one_by_one: the train itself where it is not linear between contacts.
+    """
+
+    pairs: PairData
+    masters: Array
+    theta: Array
+    torques: Array
+    rated: Array
+    reactions: NDArray[np.int64]
+    rigid: Array
+    flexibility: Array
+    master_rigid: Array
+    master_flexibility: Array
+    one_by_one: ModalSystem | None = None
+
+
+def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> ErrorStudy:
+    """The train at independent rotations (p, F) rad under a torque, as ``revolution`` takes it."""
+    system, r = modal.system, modal.rigid_count
+    elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
+    follow = (modal.masters[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
+    pairs = no_errors(system.pairs).pairs(system.pairs, 0)
+    return ErrorStudy(
+        pairs=pairs,
+        masters=np.asarray(masters, dtype=float),
+        theta=np.ascontiguousarray(system.theta(masters)),
+        torques=port_torques(system, torque, len(masters)),
+        rated=system.rated_port_torques,
+        reactions=system.reactions,
+        rigid=np.ascontiguousarray(modal.channel_modes[:, :r]),
+        flexibility=np.ascontiguousarray(modal.static_receptance()),
+        master_rigid=np.ascontiguousarray(modal.masters[:, :r]),
+        master_flexibility=np.ascontiguousarray(follow + system.masters @ modal.residual_motion),
+        one_by_one=modal if len(pairs.clearance_stiffness) else None,
+    )
+
+
+def gear_mesh_forces(
+    study: ErrorStudy, sets: ErrorSets, progress: Callable[[float], None] | None = None
+) -> Array:
+    """Forces (p, M, J) of all gear meshes of one flank, N; NaN where a set has no equilibrium.
+
+    Raises FlexgearError where perfect gears have none or the inverse closes worse than 1e-8.
+    """
+    if study.one_by_one is not None:
+        return _one_by_one(study, study.one_by_one, sets, progress)
+    count, free = len(study.theta), len(study.reactions)
+    rows = pair_rows(study.pairs)
+    channels, r = study.rigid.shape
+    size, blocks = len(rows.kind) + r + free + 1, (channels - study.torques.shape[1]) // 6
+    work = (
+        np.zeros((size, size)), np.zeros((size, size)), np.zeros(6 * blocks), np.zeros(size),
+        np.zeros(size), np.zeros(channels), np.full(blocks, -1, dtype=np.int64),
+        np.zeros(blocks, dtype=np.int64), np.zeros(size, dtype=np.int64),
+    )  # fmt: skip
+    force, out = np.zeros((count, len(study.pairs.s0), len(sets))), np.zeros(size)
+    waves = waves_of(sets)
+    for start in range(0, count, CHUNK):
+        stop = min(start + CHUNK, count)
+        at = _solve_positions(
+            study.pairs, rows, study.theta, study.torques, study.reactions, study.rated,
+            study.rigid, study.flexibility, study.master_rigid, study.master_flexibility, waves,
+            work, out, start, stop, force,
+        )  # fmt: skip
+        if at < stop:
+            raise FlexgearError(
+                f"perfect gears have no equilibrium at {study.masters[at, 0]:.5f} rad that closes "
+                f"within {CLOSURE:g} of the load; check torque, bearings and supports"
+            )
+        if progress is not None:
+            progress(stop / count)
+    return force
+
+
+def _one_by_one(
+    study: ErrorStudy, modal: ModalSystem, sets: ErrorSets,
+    progress: Callable[[float], None] | None,
+) -> Array:  # fmt: skip
+    force = np.full((len(study.theta), len(study.pairs.s0), len(sets)), np.nan)
+    for j in range(len(sets)):
+        system = modal.system.with_(pairs=sets.pairs(study.pairs, j))
+        try:
+            found = revolution(replace(modal, system=system), study.masters, study.torques)
+        except FlexgearError:
+            continue  # a set without an equilibrium must not cost the others
+        force[:, :, j] = found.pair_load.sum(axis=-1)
+        if progress is not None:
+            progress((j + 1) / len(sets))
+    return force
+
+
+@njit(cache=True, nogil=True)
+def _solve_positions(
+    pairs, rows, theta, known, reactions, rated, rigid, flex, master_rigid, master_flex, waves,
+    work, out, start, stop, force,
+):  # fmt: skip
+    """Positions start … stop − 1 into ``force``; the position that failed, or stop."""
+    extra = rigid.shape[1] + reactions.shape[0]
+    watched = np.ones(pairs.s0.shape[0], dtype=np.int64)
+    for p in range(start, stop):
+        forward = np.dot(known[p], rated) >= 0.0
+        status, n, n_pairs, closure = _solve_position(
+            pairs, rows, theta[p], known[p], reactions, forward, watched, rigid, flex,
+            master_rigid, master_flex, work, out,
+        )  # fmt: skip
+        if status < 0 or not closure <= CLOSURE:
+            return p
+        # what it solved is still there: the whole matrix and the right side without errors
+        q0, influence, places, loaded, residual = _eliminated(
+            work[0], work[3], pairs, rows, n, extra, forward
+        )
+        if not residual <= CLOSURE:
+            return p
+        errors = _row_errors(pairs, rows, n_pairs, theta[p], waves, n)
+        x = _base(q0, influence, places, errors)
+        _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out)
+        for a in range(len(places)):
+            force[p, rows.owner[places[a]]] += x[a]
+    return stop
+
+
+@njit(cache=True)
+def _eliminated(matrix, right, pairs, rows, n, extra, forward):
+    """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
+
+    Also their rows (c,), whether in S (c,), and the residual of the inverse.
+    """
+    inside = np.empty(n + extra, dtype=np.int64)  # S, in order
+    place = np.full(n, -1, dtype=np.int64)  # of a row in S
+    places = np.empty(n, dtype=np.int64)
+    loaded = np.zeros(n, dtype=np.int64)
+    s, c = 0, 0
+    for i in range(n):
+        in_s = True
+        if rows.kind[i] >= 0:
+            in_s = rows.sided[i] == 0 or (pairs.front[rows.owner[i]] == 1) == forward
+            places[c], loaded[c] = i, 1 if in_s else 0
+            c += 1
+        if in_s:
+            inside[s], place[i] = i, s
+            s += 1
+    for e in range(extra):
+        inside[s] = n + e
+        s += 1
+    inverse, residual = _inverse(matrix, inside[:s])
+    places, loaded = places[:c], loaded[:c]
+    q0, influence, line = np.zeros(c), np.zeros((c, c)), np.empty(s)
+    for a in range(c):
+        if loaded[a] == 1:
+            line[:] = inverse[place[places[a]]]
+        else:
+            line[:] = 0.0
+            for b in range(s):
+                line += matrix[places[a], inside[b]] * inverse[b]
+            q0[a] = -right[places[a]]
+            influence[a, a] = -rows.stiffness[places[a]]
+        for b in range(s):
+            q0[a] += line[b] * right[inside[b]]
+        for b in range(c):
+            if loaded[b] == 1:
+                influence[a, b] = line[place[places[b]]] * rows.stiffness[places[b]]
+    return q0, influence, places, loaded, residual
+
+
+@njit(cache=True)
+def _inverse(matrix, at):
+    """Inverse of matrix[at, at], scaled as forces and motions have other units; its residual."""
+    s = len(at)
+    a = np.empty((s, s))
+    for i in range(s):
+        for j in range(s):
+            a[i, j] = matrix[at[i], at[j]]
+    by_row, by_column = np.empty(s), np.empty(s)
+    # columns first: rigid motions are large beside forces, and would drown them in every row
+    for j in range(s):
+        by_column[j] = 1.0 / max(np.abs(a[:, j]).max(), 1e-300)
+        a[:, j] *= by_column[j]
+    for i in range(s):
+        by_row[i] = 1.0 / max(np.abs(a[i]).max(), 1e-300)
+        a[i] *= by_row[i]
+    inverse = np.linalg.inv(a)
+    residual = np.abs(a @ inverse - np.eye(s)).max()
+    for i in range(s):
+        for j in range(s):
+            inverse[i, j] *= by_column[i] * by_row[j]
+    return inverse, residual
+
+
+@njit(cache=True)
+def _row_errors(pairs, rows, n_pairs, theta, waves, n):
+    """Errors (n, J) of all rows, m: what ``pairs`` adds to a pair's row, for every set."""
+    count = waves.offset.shape[1]
+    errors, steady = np.zeros((n, count)), np.zeros(count)
+    last = -1
+    for q in range(n_pairs):
+        m, row, share = rows.pair_mesh[q], rows.pair_row[q], rows.pair_share[q]
+        if m != last:
+            last = m
+            steady[:] = waves.offset[m]
+            for h in range(pairs.runout_rate.shape[1]):
+                angle = pairs.runout_rate[m, h] * theta[pairs.runout_angle[m, h]]
+                sine, cosine = np.sin(angle), np.cos(angle)
+                for j in range(count):
+                    steady[j] += sine * waves.runout_sine[m, h, j]
+                    steady[j] += cosine * waves.runout_cosine[m, h, j]
+        angle = 2 * np.pi * rows.pair_s[q] / pairs.pitch[m]
+        sine, cosine = np.sin(angle), np.cos(angle)
+        tooth, other = rows.pair_tooth[q], rows.pair_planet_tooth[q]
+        for j in range(count):
+            error = steady[j] + sine * waves.sine[m, j] + cosine * waves.cosine[m, j]
+            error += waves.gear[m, tooth, j] + waves.planet[m, other, j]
+            errors[row, j] += share * error
+    return errors
+
+
+@njit(cache=True)
+def _base(q0, influence, places, errors):
+    """x_S and y_B (c, J) under errors (n, J)."""
+    c, count = len(q0), errors.shape[1]
+    x = np.empty((c, count))
+    for a in range(c):
+        x[a] = q0[a]
+        for b in range(c):
+            factor = influence[a, b]
+            if factor != 0.0:
+                for j in range(count):
+                    x[a, j] += factor * errors[places[b], j]
+    return x
+
+
+@njit(cache=True)
+def _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out):
+    """Turn x_S and y_B (c, J) into forces: those of S, of back flanks 0 where nothing parts."""
+    c, count = x.shape
+    wrong = np.zeros(count, dtype=np.int64)
+    for a in range(c):
+        if rows.sided[places[a]] == 1:
+            for j in range(count):
+                if not x[a, j] >= 0.0:
+                    wrong[j] = 1
+    w, active = np.empty(c), work[8]
+    for j in range(count):
+        if wrong[j] == 0:
+            for a in range(c):
+                if loaded[a] == 0:
+                    x[a, j] = 0.0
+            continue
+        w[:] = x[:, j]
+        chosen, settled = _complement(influence, places, loaded, rows, w, False)
+        if not settled:
+            w[:] = x[:, j]
+            chosen, settled = _complement(influence, places, loaded, rows, w, True)
+        for a in range(c):
+            active[places[a]] = 1 if loaded[a] == 1 and chosen[a] == 0 else 0
+            if loaded[a] == 0:
+                settled = settled and w[a] >= 0.0
+                w[a] = 0.0
+        if not settled:
+            _solve_whole(places, rows, errors, j, n, extra, work, out, w)
+        for a in range(c):
+            x[a, j] = w[a]
+
+
+@njit(cache=True)
+def _solve_whole(places, rows, errors, j, n, extra, work, out, w):
+    """Forces (c,) of set j from the whole problem; work holds it and the guess of loaded rows."""
+    matrix, small, right, active = work[0], work[1], work[3].copy(), work[8]
+    for i in range(n):
+        if rows.kind[i] < 0:
+            active[i] = 1
+        else:
+            right[i] += rows.stiffness[i] * errors[i, j]
+    status = solve_active(matrix, right, rows, n, extra, active, small, out)
+    for a in range(len(w)):
+        w[a] = out[places[a]] if status > 0 else np.nan
+
+
+@njit(cache=True)
+def _complement(influence, places, loaded, rows, w, careful):
+    """Let go what pulls among rows of S; w (c,): x_S and y_B before and after. Which, and whether
+    that settled.
+
+    All wrong rows change sides at once, or careful only the first (Murty's rule), which cannot
+    cycle and leaves a planet that carries nothing its last row, without force.
+    """
+    c = len(w)
+    q, chosen = w.copy(), np.zeros(c, dtype=np.int64)
+    index, z, small = np.empty(c, dtype=np.int64), np.empty(c), np.empty((c, c))
+    least = -ROUND_OFF * np.abs(q).max()
+    for _ in range(4 * MAX_SETS if careful else MAX_SETS):
+        m = 0
+        for i in range(c):
+            if chosen[i] == 1:
+                index[m], z[m] = i, -q[i]
+                m += 1
+        for b in range(m):
+            k = rows.stiffness[places[index[b]]]
+            for a in range(m):
+                small[a, b] = influence[index[a], index[b]] / k
+        if not solve_dense(small, z, m) or not np.abs(z[:m]).sum() < -GROWTH * least:
+            return chosen, False
+        w[:] = q
+        for a in range(m):
+            given = z[a] / rows.stiffness[places[index[a]]]
+            for i in range(c):
+                w[i] += influence[i, index[a]] * given
+        wrong, m = 0, 0
+        for i in range(c):
+            bad = loaded[i] == 1 and not w[i] >= least
+            if chosen[i] == 1:
+                w[i], bad = 0.0, not z[m] >= least
+                m += 1
+            elif loaded[i] == 1:
+                w[i] = max(w[i], 0.0)
+            if bad:
+                wrong += 1
+                chosen[i] = 1 - chosen[i]
+                if careful:
+                    break
+        if wrong == 0:
+            return chosen, True
+    return chosen, False
