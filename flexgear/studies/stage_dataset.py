@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.pairs import KINDS
+from flexgear.coupling.pair_data import KINDS, by_kind
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case
 from flexgear.results.dataset import equilibrium_dataset, provenance, transient_dataset
@@ -80,12 +80,22 @@ def _attrs(case: Case, result: Equilibrium | Transient, **more: Any) -> dict[str
 def _pairs(result: Equilibrium | Transient) -> dict[str, Array]:
     """Arrays of all tooth pairs by flank, and the gear-mesh forces."""
     out: dict[str, Array] = {}
-    for g in range(result.pair_load.shape[1]):
+    planets = result.modal.system.planets
+    load, tooth, stiffness, position = (
+        by_kind(values, planets)
+        for values in (
+            result.pair_load,
+            result.pair_tooth,
+            result.pair_stiffness,
+            result.pair_position,
+        )
+    )
+    for g in range(load.shape[1]):
         start = f"{KINDS[g]}_pair"
-        out[f"{start}_load"] = result.pair_load[:, g]
-        out[f"{start}_tooth"] = (result.pair_tooth[:, g] + 1).astype(np.int16)
-        out[f"{start}_stiffness"] = result.pair_stiffness[:, g]
-        out[f"{start}_position"] = result.pair_position[:, g]
+        out[f"{start}_load"] = load[:, g]
+        out[f"{start}_tooth"] = (tooth[:, g] + 1).astype(np.int16)
+        out[f"{start}_stiffness"] = stiffness[:, g]
+        out[f"{start}_position"] = position[:, g]
     for kind in ("ring", "sun"):
         force = out[f"{kind}_pair_load"].sum(axis=-1)
         if f"{kind}_back_pair_load" in out:

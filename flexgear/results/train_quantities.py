@@ -1,0 +1,101 @@
+"""Every variable a result of a train may hold: dimensions, unit, meaning.
+
+The first dimension "sample" is "time", "position", "mode" or "speed_factor". A gear mesh is one
+planet against ring or sun, whichever flank carries; frames and signs are those of
+docs/conventions.md.
+"""
+
+from __future__ import annotations
+
+from flexgear.results.quantities import COORDINATES, QUANTITIES, Quantity, S
+
+TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
+    **COORDINATES,
+    "gear_mesh": ("", "gear mesh of a train: stage, kind, side, planet"),
+    "stage": ("", "stage of the gear mesh"),
+    "kind": ("", "ring or sun; of a parallel stage the pinion counts as sun"),
+    "side": ("", "half of a double-helical stage: left (-z) or right"),
+    "group": ("", "gear meshes that share the load of a stage"),
+    "group_stage": ("", "stage of the group"),
+    "group_kind": ("", "ring or sun"),
+    "group_side": ("", "half of a double-helical stage"),
+    "body": ("", "lumped body, or node that stands for a body that bends"),
+    "member": ("", "member of a stage that turns about its axis"),
+    "master": ("", "member whose rotation is independent"),
+    "port": ("", "member where torque acts from outside"),
+    "direction": ("", "radial outward, tangential, axial, in the planet's axes"),
+    "definition": ("", "definition of the load sharing factor"),
+    "cycle": ("1", "evaluated gear-mesh cycle, from 1"),
+    "mode": ("1", "number of the mode, from 1"),
+    "spring": ("", "link, support, gear mesh or body that is strained"),
+    "motion": ("", "part of the kinetic energy: motion of central members, or planets"),
+    "speed_factor": ("1", "speed over rated speed"),
+    "excitation": ("", "harmonic of a gear-mesh frequency"),
+    "excitation_stage": ("", "stage of the gear-mesh frequency"),
+    "excitation_order": ("1", "order of the harmonic"),
+    "crossing": ("1", "number of the crossing, from 1"),
+    "harmonic": ("Hz", "frequency of an error of gears or of a gear mesh"),
+}
+
+TRAIN_QUANTITIES: dict[str, Quantity] = {
+    **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
+    "master_angle": Quantity((S, "master"), "rad", "rotation of members that turn independently"),
+    "master_speed": Quantity((S, "master"), "rad/s", "their speed"),
+    "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
+    "gear_mesh_force": Quantity(
+        (S, "gear_mesh"),
+        "N",
+        "normal force along the 3D line of action, flank that carries rated torque less the other",
+    ),
+    "planet_load_factor": Quantity(
+        (S, "gear_mesh"), "1", "N F / sum F over the planets of a stage, one kind and side"
+    ),
+    "load_sharing": Quantity((S, "group"), "1", "N max F / sum F over the planets"),
+    "body_displacement": Quantity(
+        (S, "body", "dof"),
+        "m, rad",
+        "axes of the stage's carrier (planets: radial, tangential, axial), rolling taken off",
+    ),
+    "planet_bearing_force": Quantity(
+        (S, "bearing", "direction"), "N", "force of the planet on its pin"
+    ),
+    "rated_gear_mesh_force": Quantity(("gear_mesh",), "N", "mean at rated torque"),
+    "load_sharing_coefficient": Quantity(
+        ("definition", "group"), "1", "largest coefficient of the planets"
+    ),
+    "planet_coefficient": Quantity(
+        ("definition", "gear_mesh"), "1", "load sharing coefficient of each planet"
+    ),
+    "mesh_load_factor": Quantity(
+        ("group",), "1", "factor that IEC 61400-4 has designers assume; not a number where none"
+    ),
+    "cycle_maximum": Quantity(
+        ("cycle", "gear_mesh"), "N", "largest gear-mesh force in a gear-mesh cycle"
+    ),
+    "cycle_number": Quantity(("cycle",), "1", "number of the cycle in the error cycle, from 0"),
+    "force_amplitude": Quantity(
+        (S, "gear_mesh"), "N", "amplitude of the gear-mesh force in the harmonic steady state"
+    ),
+    "stepped_force_amplitude": Quantity(
+        (S, "gear_mesh"), "N", "the same fitted to the settled time stepping"
+    ),
+    "displacement_amplitude": Quantity(
+        (S, "body", "dof"), "m, rad", "amplitude in the harmonic steady state"
+    ),
+    "frequency": Quantity((S,), "Hz", "natural frequency"),
+    "type": Quantity((S,), "", "type of the mode by energy"),
+    "multiplicity": Quantity((S,), "1", "modes of that frequency and type"),
+    "kinetic_energy": Quantity((S, "body"), "1", "share of the mode's kinetic energy"),
+    "strain_energy": Quantity((S, "spring"), "1", "share of the mode's strain energy"),
+    "motion_energy": Quantity((S, "motion"), "1", "share of the mode's kinetic energy"),
+    "mode_shape": Quantity((S, "body", "dof"), "m, rad", "motion of bodies, modal mass 1 kg"),
+    "campbell_frequency": Quantity((S, "mode"), "Hz", "frequency of a whirl mode"),
+    "whirl": Quantity(
+        (S, "mode"), "1", "sense of whirl: 1 forward circle, -1 backward; not a number: none"
+    ),
+    "excitation_slope": Quantity(("excitation",), "Hz", "frequency at rated speed"),
+    "crossing_factor": Quantity(("crossing",), "1", "speed over rated speed where they meet"),
+    "crossing_frequency": Quantity(("crossing",), "Hz", "frequency where they meet"),
+    "crossing_mode": Quantity(("crossing",), "1", "number of the mode, from 1"),
+    "crossing_excitation": Quantity(("crossing",), "", "which excitation"),
+}

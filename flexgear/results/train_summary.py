@@ -1,0 +1,96 @@
+"""``summary.json`` of a train: its figures for programs, in plain types and finite numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.errors import FlexgearError
+from flexgear.results.summary import MICRO, missing, not_finite, plain
+from flexgear.results.train_sharing import sharing_figures
+
+LOWEST = 12  # modes that a summary lists
+TRAIN_REQUIRED: dict[str, Any] = {
+    "case": None,
+    "kind": None,
+    "version": None,
+    "content_hash": None,
+    "variant": None,
+    "system": ("bodies", "coordinates", "kept_modes"),
+    "power_flow": {"mobility": None, "input_power_w": None, "members": None},
+    "stages": {"*": ("gear_mesh_frequency_hz", "sun_gear_mesh_force_n")},
+    "modes": ("lowest", "types"),
+    "load_sharing": {"quasi_static": None, "transient": None},
+    "transient": ("duration_s", "steps", "displacement_um_max"),
+    "timing_s": None,
+    "realtime_factor": None,
+}
+UNMOVED = 1e-12  # m, rounding
+CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
+
+
+def train_summary(**pieces: Any) -> dict[str, Any]:
+    """The summary from its pieces (keywords are the keys of ``TRAIN_REQUIRED``), in plain types.
+
+    Further keys are kept; what has no number is None. Raises FlexgearError naming every missing
+    key and every value that is not finite.
+    """
+    summary = plain(pieces)
+    faults = [f"{key} is missing" for key in missing(summary, TRAIN_REQUIRED)]
+    faults += [f"{key} is not a finite number" for key in not_finite(summary)]
+    if faults:
+        raise FlexgearError("the summary is incomplete: " + "; ".join(faults))
+    return dict(summary)
+
+
+def modes_summary(data: xr.Dataset) -> dict[str, Any]:
+    """Lowest modes, repeated ones once, and how many of each type there are."""
+    lowest: list[dict[str, Any]] = []
+    for k in range(data.sizes["mode"]):
+        f, kind = float(data["frequency"][k]), str(data["type"][k].item())
+        same = bool(lowest) and lowest[-1]["type"] == kind
+        if same and abs(f - lowest[-1]["frequency_hz"]) <= 1e-6 * f:
+            continue
+        times = int(data["multiplicity"][k])
+        lowest.append({"frequency_hz": f, "type": kind, "multiplicity": times})
+        if len(lowest) == LOWEST:
+            break
+    kinds = [str(k) for k in data["type"].to_numpy()]
+    return {"lowest": lowest, "types": {k: kinds.count(k) for k in dict.fromkeys(kinds)}}
+
+
+def sharing_summary_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Coefficients of every group of gear meshes that shares a load, by group and definition."""
+    if "group" not in data.dims:
+        return {}
+    return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
+
+
+def displacement_summary(data: xr.Dataset) -> dict[str, float]:
+    """Largest distance from the axis of every central member over the samples, µm."""
+    out = {}
+    for name in map(str, data["body"].to_numpy()):
+        if name.rpartition(".")[2].split("_")[0] not in CENTRAL:
+            continue
+        motion = data["body_displacement"].sel(body=name).to_numpy()
+        size = float(np.hypot(motion[..., 0], motion[..., 1]).max())
+        out[name] = size * MICRO if size > UNMOVED else 0.0
+    return out
+
+
+def force_summary(data: xr.Dataset) -> dict[str, Mapping[str, float]]:
+    """Least, mean and largest gear-mesh force of every group over the samples, N."""
+    force = data["gear_mesh_force"].to_numpy()
+    groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
+    out: dict[str, Mapping[str, float]] = {}
+    for group in dict.fromkeys(groups):
+        own = force[..., [g == group for g in groups]]
+        out[group] = {
+            "min_n": float(own.min()),
+            "mean_n": float(own.mean()),
+            "max_n": float(own.max()),
+        }
+    return out

@@ -1,0 +1,252 @@
+"""Parameter studies: measures of a case over the values of one key, or a grid of several.
+
+Every point is a case of its own. A point that fails leaves gaps and its message in the dataset;
+only when all fail is there an error.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.train import Train
+from flexgear.results.dataset import provenance
+from flexgear.results.files import PathLike, write_bytes
+from flexgear.studies.dask_pool import reach, run_on
+from flexgear.studies.job_pool import Outcome, run_jobs
+from flexgear.studies.measure import Found
+from flexgear.studies.measures import chosen_measures, measured
+from flexgear.studies.stage_bodies import Progress, silent, stage_bodies
+from flexgear.studies.sweep_keys import (
+    WHERE,
+    Point,
+    SweptKey,
+    Values,
+    label_of,
+    overrides_at,
+    points,
+    swept_key,
+)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One point: its case, that of the unchanged keys, what to measure, modes to list."""
+
+    model: Case | Train
+    reference: Case | Train
+    measures: tuple[str, ...]
+    modes: int
+
+
+def sweep(
+    source: str | Path,
+    keys: Mapping[str, Values],
+    *,
+    settings: Mapping[str, str] | None = None,
+    measures: Sequence[str] = (),
+    modes: int = 10,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Measures of a case over all values of ``keys`` as one dataset.
+
+    source, settings: as for ``load_case``; measures: names (none: the usual ones of that kind of
+    case); modes: how many natural modes are listed; workers: processes (None: as many as pay);
+    scheduler: address of a Dask cluster instead, whose workers see the same cache of bodies.
+    Dimensions are the keys, then those of the measures; ``message`` says why a point failed.
+    InputError for bad keys, values or measures; FlexgearError where every point fails.
+    """
+    if not keys:
+        raise InputError(WHERE, "KEY=VALUES", "is missing", "e.g. stage.planets=3,4,5")
+    if scheduler is not None:
+        reach(scheduler)
+    base = load_case(source, settings)
+    swept = [swept_key(base, key, values) for key, values in keys.items()]
+    grid = points(swept)
+    chosen = chosen_measures(base, measures)
+    for key in swept:
+        if key.parent in (settings or {}):
+            raise InputError(WHERE, key.key, "is also given by --set", "keep one of them")
+    models = [_model(source, settings, swept, point) for point in grid]
+    if isinstance(models[0], InputError) and all(isinstance(m, InputError) for m in models):
+        raise models[0]
+    bodies, broken = _prepared([m for m in models if not isinstance(m, InputError)], progress)
+    outcomes = _outcomes(
+        models, broken, lambda m: Job(m, base, chosen, modes), workers, scheduler, progress
+    )
+    if all(o.value is None for o in outcomes):
+        first = f"{label_of(swept, grid[0])}: {outcomes[0].message}"
+        many = f"all {len(grid)} points failed; the first, " if len(grid) > 1 else ""
+        raise FlexgearError(many + first)
+    data = collected(swept, grid, outcomes)
+    data.attrs = provenance(
+        case=base.name,
+        variant="sweep of " + " and ".join(keys),
+        content_hash=base.content_hash(),
+        parameters=base.to_dict(),
+        measures=", ".join(chosen),
+        points=len(grid),
+        failed=sum(o.value is None for o in outcomes),
+        reductions=bodies,
+    )
+    return data
+
+
+def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
+    """Write netCDF in double precision; the file appears whole or not at all."""
+    return write_bytes(path, data.to_netcdf(engine="h5netcdf"))
+
+
+def collected(
+    keys: Sequence[SweptKey], grid: Sequence[Point], outcomes: Sequence[Outcome[Found]]
+) -> xr.Dataset:
+    """Dataset over the grid; gaps where a point failed or has fewer modes, planets, stages."""
+    coords = {key.key: _coordinate(key) for key in keys}
+    shape = tuple(len(key.ticks) for key in keys)
+    dims = tuple(coords)
+    inner: dict[str, xr.DataArray] = {}
+    patterns: dict[str, xr.DataArray] = {}
+    for outcome in outcomes:
+        for name, array in (outcome.value or {}).items():
+            patterns.setdefault(name, array)
+            for dim in map(str, array.dims):
+                inner[dim] = _joined(inner[dim], array[dim]) if dim in inner else array[dim]
+    ticks = {dim: coordinate.to_numpy().tolist() for dim, coordinate in inner.items()}
+    variables: dict[str, Any] = {}
+    for name, pattern in patterns.items():
+        own = tuple(map(str, pattern.dims))
+        words = pattern.dtype.kind in "UO"
+        values = np.full(shape + tuple(len(ticks[d]) for d in own), "" if words else np.nan,
+                         dtype=object if words else float)  # fmt: skip
+        for point, outcome in zip(grid, outcomes, strict=True):
+            if outcome.value is None or name not in outcome.value:
+                continue
+            array = outcome.value[name]
+            at = [[ticks[d].index(t) for t in array[d].to_numpy().tolist()] for d in own]
+            values[(*point, *np.ix_(*at))] = array.to_numpy()
+        variables[name] = (dims + own, values.astype(str) if words else values, pattern.attrs)
+    messages = np.full(shape, "", dtype=object)
+    for point, outcome in zip(grid, outcomes, strict=True):
+        messages[point] = outcome.message
+    about = {"units": "", "long_name": "why the point failed; empty where it did not"}
+    variables["message"] = (dims, messages.astype(str), about)
+    return xr.Dataset(variables, {**coords, **{d: (d, ticks[d], inner[d].attrs) for d in inner}})
+
+
+def failures(data: xr.Dataset) -> list[tuple[str, str]]:
+    """Failed points of a sweep in words, and their messages."""
+    out = []
+    for point in np.argwhere(data["message"].to_numpy() != ""):
+        one = data["message"][tuple(point)]
+        where = ", ".join(f"{d} = {_said(one[d].item())}" for d in data["message"].dims)
+        out.append((where, str(one.item())))
+    return out
+
+
+def _said(tick: float | str) -> str:
+    return f"{tick:g}" if isinstance(tick, float) else tick
+
+
+def _measured(job: Job) -> Found:
+    return measured(job.model, job.reference, job.measures, job.modes)
+
+
+def _model(
+    source: str | Path,
+    settings: Mapping[str, str] | None,
+    keys: Sequence[SweptKey],
+    point: Point,
+) -> Case | Train | InputError:
+    """The case of a point, or why there is none."""
+    try:
+        return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
+    except InputError as fault:
+        where = WHERE if fault.where == "--set" else fault.where
+        return InputError(where, fault.key, fault.problem, fault.remedy)
+
+
+def _prepared(models: Sequence[Case | Train], progress: Progress) -> tuple[int, dict[str, str]]:
+    """Reduces ring and carrier of flexible stages, one after the other, into the cache.
+
+    Workers then find them there, and each is made once, with all processors. Returns how many
+    different pairs there are, and messages of those that failed by ``_body_key``.
+    """
+    stages = {_body_key(c): c for model in models for c in _flexible(model)}
+    different, broken = set(), dict[str, str]()
+    for k, (key, case) in enumerate(stages.items(), 1):
+        which = f"bodies {k} of {len(stages)}, " if len(stages) > 1 else ""
+        try:
+            bodies = stage_bodies(case, lambda stage, share, w=which: progress(w + stage, share))  # type: ignore[misc]
+        except FlexgearError as error:
+            broken[key] = " ".join(str(error).split())
+            continue
+        parts = (bodies.ring, bodies.carrier)
+        different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in parts))
+    return len(different), broken
+
+
+def _flexible(model: Case | Train) -> list[Case]:
+    if isinstance(model, Case):
+        return [model]
+    return [s.flexible for s in model.stages if s.flexible is not None]
+
+
+def _body_key(case: Case) -> str:
+    """Hash of all sections that ring and carrier depend on, and of some keys beside."""
+    return case.content_hash("material", "stage", "ring", "carrier", "solver")
+
+
+def _outcomes(
+    models: Sequence[Case | Train | InputError],
+    broken: Mapping[str, str],
+    job: Callable[[Case | Train], Job],
+    workers: int | None,
+    scheduler: str | None,
+    progress: Progress,
+) -> list[Outcome[Found]]:
+    """What was found at every point, or why nothing."""
+    out: list[Outcome[Found] | None] = []
+    jobs: list[Job] = []
+    for model in models:
+        if isinstance(model, InputError):
+            out.append(Outcome(None, str(model)))
+            continue
+        faults = [broken[k] for k in map(_body_key, _flexible(model)) if k in broken]
+        out.append(Outcome(None, faults[0]) if faults else None)
+        if not faults:
+            jobs.append(job(model))
+    progress("points", 0.0)
+
+    def done(count: int) -> None:
+        progress("points", count / len(jobs))
+
+    if scheduler is None:
+        found = iter(run_jobs(_measured, jobs, workers, done))
+    else:
+        found = iter(run_on(scheduler, _measured, jobs, done))
+    return [next(found) if o is None else o for o in out]
+
+
+def _coordinate(key: SweptKey) -> xr.Variable:
+    about = {"units": key.units, "long_name": key.name, "logarithmic": int(key.values.logarithmic)}
+    return xr.Variable((key.key,), list(key.ticks), about)
+
+
+def _joined(known: xr.DataArray, new: xr.DataArray) -> xr.DataArray:
+    """Labels of both, in the order in which they first appear."""
+    old = known.to_numpy().tolist()
+    more = [t for t in new.to_numpy().tolist() if t not in old]
+    if not more:
+        return known
+    dim = str(known.dims[0])
+    return xr.DataArray([*old, *more], dims=dim, attrs=known.attrs, name=dim)

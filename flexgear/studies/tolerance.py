@@ -1,0 +1,163 @@
+"""Tolerance study: load sharing of many sets of parts with random manufacturing errors.
+
+Samples are solved in batches, here or on Dask. Finished batches are kept on disk until the study's
+results are safe, so that an interrupted study goes on where it stopped. A sample depends on the
+seed and its number alone: neither batches nor workers change a digit.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
+
+import numpy as np
+import xarray as xr
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+from flexgear.model.errors import FlexgearError
+from flexgear.model.stage_case import Case
+from flexgear.model.train import Train
+from flexgear.results.dataset import provenance
+from flexgear.results.tolerance_dataset import tolerance_dataset
+from flexgear.studies.dask_pool import STARTING, completed, reach
+from flexgear.studies.job_pool import Outcome, processors
+from flexgear.studies.stage_bodies import Progress, silent
+from flexgear.studies.tolerance_setup import (
+    Batch,
+    ToleranceSetup,
+    as_stated,
+    sampled,
+    tolerance_setup,
+)
+from flexgear.studies.tolerance_store import BatchStore, batch_store
+
+BATCH = 100  # samples solved together
+
+
+def tolerance(
+    model: Case | Train,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = silent,
+    keep_batches: bool = False,
+) -> xr.Dataset:
+    """The study that the section ``tolerance`` of a case describes, as one dataset.
+
+    workers: processes (1: this one; None: as many as pay); scheduler: address of a Dask cluster
+    instead; keep_batches: leave finished batches on disk until ``forget``. InputError where there
+    is nothing to draw or to share, FlexgearError where batches failed.
+    """
+    if scheduler is not None:
+        reach(scheduler)
+    store, batches = batch_store(model), batches_of(model.tolerance.samples)
+    with threadpool_limits(limits=1):
+        setup = tolerance_setup(model, progress)
+        stated = as_stated(setup)
+        found = _all(setup, store, batches, workers, scheduler, progress)
+    data = _dataset(setup, stated, found)
+    if not keep_batches:
+        store.clear()
+    return data
+
+
+def batches_of(samples: int) -> list[range]:
+    """Numbers of the samples of every batch."""
+    return [range(first, min(first + BATCH, samples)) for first in range(0, samples, BATCH)]
+
+
+def forget(model: Case | Train) -> None:
+    """Remove the finished batches of a study."""
+    batch_store(model).clear()
+
+
+def finished(model: Case | Train) -> int:
+    """Samples of a study that an interrupted run has left on disk."""
+    store = batch_store(model)
+    return sum(len(b) for b in batches_of(model.tolerance.samples) if store.get(b) is not None)
+
+
+def _all(
+    setup: ToleranceSetup,
+    store: BatchStore,
+    batches: Sequence[range],
+    workers: int | None,
+    scheduler: str | None,
+    progress: Progress,
+) -> list[Batch]:
+    """Every batch, from the disk where it was finished before."""
+    found = {k: batch for k, b in enumerate(batches) if (batch := store.get(b)) is not None}
+    left = [k for k in range(len(batches)) if k not in found]
+    faults: dict[int, str] = {}
+    progress("samples", len(found) / len(batches))
+    for at, outcome in _outcomes(setup, [batches[k] for k in left], workers, scheduler):
+        if outcome.value is None:
+            faults[left[at]] = outcome.message
+            continue
+        found[left[at]] = outcome.value
+        store.put(batches[left[at]], outcome.value)
+        progress("samples", len(found) / len(batches))
+    if faults:
+        first = batches[min(faults)]
+        raise FlexgearError(
+            f"{len(faults)} of {len(batches)} batches of samples failed; samples {first.start} to "
+            f"{first.stop - 1}: {faults[min(faults)]}; the same study goes on with what is missing"
+        )
+    return [found[k] for k in range(len(batches))]
+
+
+def _outcomes(
+    setup: ToleranceSetup, jobs: Sequence[range], workers: int | None, scheduler: str | None
+) -> Iterator[tuple[int, Outcome[Batch]]]:
+    """Outcomes of batches as they are done. Few are done here, as starting workers takes time."""
+    done = 0
+    if scheduler is None and workers is None and jobs:
+        began = time.perf_counter()
+        yield 0, Outcome(sampled(setup, jobs[0]))
+        done, left = 1, (time.perf_counter() - began) * (len(jobs) - 1)
+        workers = 1 if left * (1 - 1 / processors()) < STARTING else None
+    if scheduler is None and workers == 1:
+        for k in range(done, len(jobs)):
+            yield k, Outcome(sampled(setup, jobs[k]))
+        return
+    if done == len(jobs):
+        return
+    remote: Callable[[ToleranceSetup, range], Batch] = sampled
+    for k, outcome in completed(remote, setup, jobs[done:], workers=workers, scheduler=scheduler):
+        yield done + k, outcome
+
+
+def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
+    model, whole = setup.model, _joined(batches)
+    labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
+    positions = {g.name.label: g.positions.stop - g.positions.start for g in setup.groups}
+    return tolerance_dataset(
+        {
+            "error_size": whole.sizes,
+            "error_phase": whole.phases,
+            "load_sharing_max": whole.load_sharing_max,
+            "load_sharing_mean": whole.load_sharing_mean,
+            "planet_load_factor_max": whole.planet_max,
+            "planet_load_factor_mean": whole.planet_mean,
+            "load_sharing_as_stated": stated.load_sharing_max[0],
+        },
+        sizes=labels[False],
+        phases=labels[True],
+        gear_meshes=setup.shared,
+        confidence=model.tolerance.confidence,
+        attrs=provenance(
+            case=model.name,
+            variant=setup.variant,
+            content_hash=model.content_hash(),
+            parameters=model.to_dict(),
+            seed=model.tolerance.seed,
+            positions=json.dumps(positions, ensure_ascii=False),
+        ),
+    )
+
+
+def _joined(batches: Sequence[Batch]) -> Batch:
+    names = [f.name for f in fields(Batch)]
+    return Batch(**{n: np.concatenate([getattr(b, n) for b in batches]) for n in names})

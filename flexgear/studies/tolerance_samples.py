@@ -1,0 +1,182 @@
+"""Samples of manufacturing errors: the same numbers for a seed, in any order, on any machine.
+
+Every error of every sample has a stream of its own: Philox with a key made of the seed and the
+error's name, and the number of the sample as its counter (Salmon et al. 2011, "Parallel random
+numbers: as easy as 1, 2, 3"). So a sample does not depend on which others are drawn, nor one error
+on whether another is. Uniform numbers become sizes through the inverse of the distribution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from flexgear.model.errors import InputError
+from flexgear.model.gear_errors import GearErrors
+from flexgear.model.stage_case import Case
+from flexgear.model.tolerance import NOT_PARALLEL, OF_PLANETS, PhaseDistribution, SizeDistribution
+from flexgear.model.train import Train
+from flexgear.model.train_stage import TrainStage
+
+Array = NDArray[np.float64]
+Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
+TINY = 1e-30  # m; a size of zero would leave its place in the gear meshes out
+PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")
+
+
+@dataclass(frozen=True)
+class DrawnError:
+    """An error that is drawn. stage: its name, "" alone; planets: 0 where it is not theirs."""
+
+    stage: str
+    key: str
+    planets: int
+    distribution: SizeDistribution | PhaseDistribution
+
+    @property
+    def count(self) -> int:
+        """Numbers a sample."""
+        return self.planets or 1
+
+    @property
+    def is_phase(self) -> bool:
+        """Whether it is an angle."""
+        return isinstance(self.distribution, PhaseDistribution)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """ "sun_eccentricity", "stage_1.pin_radial 2"."""
+        name = f"{self.stage}.{self.key}" if self.stage else self.key
+        return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
+
+
+def drawn_errors(model: Case | Train) -> tuple[DrawnError, ...]:
+    """What the section ``tolerance`` has drawn; InputError where that is nothing."""
+    if isinstance(model, Case):
+        found = _drawn("", model.tolerance.errors.given, model.stage.planets)
+        errors: list[GearErrors] = [model.errors]
+    else:
+        found, errors = [], [s.errors for s in model.stages]
+        for stage in model.stages:
+            given = model.tolerance.of(stage.name)
+            if stage.kind == "parallel":
+                given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
+            found += _drawn(stage.name, given, stage.planets)
+    if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
+        raise InputError(
+            model.source,
+            "tolerance.errors",
+            "is empty, so there is nothing to draw",
+            "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
+        )
+    return tuple(found)
+
+
+def _drawn(
+    stage: str, given: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
+) -> list[DrawnError]:
+    return [DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in given.items()]
+
+
+def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]) -> Values:
+    """Sizes (m) and phases (rad) of samples by stage and key, (J, count)."""
+    found = {}
+    for error in drawn:
+        streams = Streams(seed, f"{error.stage}/{error.key}")
+        uniform = np.array([streams.of(k).random(error.count) for k in numbers])
+        found[error.stage, error.key] = inverse(error.distribution, uniform)
+    return found
+
+
+def pitch_seeds(stage: str, seed: int, numbers: Sequence[int]) -> list[int]:
+    """Seeds of the random deviations of single teeth of a stage in each sample."""
+    streams = Streams(seed, f"{stage}/pitch deviations")
+    return [int(streams.of(k).integers(2**62)) for k in numbers]
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Random streams by sample number."""
+
+    seed: int
+    name: str
+
+    def of(self, number: int) -> np.random.Generator:
+        """The stream of one sample."""
+        words = [self.seed, int.from_bytes(self.name.encode())]
+        key = np.random.SeedSequence(words).generate_state(2, np.uint64)
+        return np.random.Generator(np.random.Philox(key=key, counter=[0, 0, number, 0]))
+
+
+def inverse(distribution: SizeDistribution | PhaseDistribution, uniform: Array) -> Array:
+    """Inverse of the cumulative distribution at ``uniform`` in [0, 1); sizes are never just 0."""
+    d, u = distribution, np.maximum(uniform, 2.0**-54)  # nothing is finite at 0
+    if isinstance(d, PhaseDistribution):
+        return d.low + (d.high - d.low) * uniform
+    if d.distribution == "uniform":
+        assert d.low is not None and d.high is not None
+        size = d.low + (d.high - d.low) * uniform
+    elif d.distribution == "rayleigh":
+        assert d.standard_deviation is not None
+        end = 1.0 if d.high is None else -math.expm1(-0.5 * (d.high / d.standard_deviation) ** 2)
+        size = d.standard_deviation * np.sqrt(-2 * np.log1p(-end * u))
+    else:
+        assert d.standard_deviation is not None
+        mean, scale = d.mean or 0.0, d.standard_deviation
+        low = -math.inf if d.low is None else (d.low - mean) / scale
+        high = math.inf if d.high is None else (d.high - mean) / scale
+        size = mean + scale * cut_normal(u, low, high)
+    return np.where(size == 0, TINY, size)
+
+
+def cut_normal(u: Array, low: float, high: float) -> Array:
+    """Standard normal numbers between low and high, from uniform ones."""
+    if low > 0:  # the lower tail keeps its digits
+        return -cut_normal(1 - u, -high, -low)
+    first, last = ndtr(low), ndtr(high)
+    return np.asarray(ndtri(first + u * (last - first)))
+
+
+def with_sample(model: Case | Train, values: Values, j: int, seeds: Sequence[int]) -> Case | Train:
+    """The model with the errors of sample j; seeds: of its stages' pitch deviations."""
+    if isinstance(model, Case):
+        return model.model_copy(update={"errors": _changed(model.errors, "", values, j, seeds[0])})
+    stages = [_changed_stage(s, values, j, x) for s, x in zip(model.stages, seeds, strict=True)]
+    return model.model_copy(update={"stages": tuple(stages)})
+
+
+def nominal(model: Case | Train, drawn: Sequence[DrawnError]) -> Values:
+    """The errors that the case itself states, in the place of drawn ones: one sample."""
+    found = {}
+    for error in drawn:
+        errors = model.errors if isinstance(model, Case) else model.stage(error.stage).errors
+        given = getattr(errors, error.key)
+        line = np.zeros((1, error.count))
+        line[:] = given if given != () else 0.0
+        found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
+    return found
+
+
+def _changed_stage(stage: TrainStage, values: Values, j: int, seed: int) -> TrainStage:
+    """A stage of a train with a sample's errors; a flexible one has some from its own case."""
+    update: dict[str, Any] = {"errors": _changed(stage.errors, stage.name, values, j, seed)}
+    if stage.flexible is not None:
+        own = _changed(stage.flexible.errors, stage.name, values, j, seed)
+        update["flexible"] = stage.flexible.model_copy(update={"errors": own})
+    return stage.model_copy(update=update)
+
+
+def _changed(errors: GearErrors, stage: str, values: Values, j: int, seed: int) -> Any:
+    """Errors with what was drawn for them."""
+    update: dict[str, Any] = {"seed": seed}
+    for (owner, key), lines in values.items():
+        if owner == stage and key in type(errors).model_fields:
+            numbers = tuple(float(x) for x in lines[j])
+            update[key] = numbers if key in OF_PLANETS else numbers[0]
+    return errors.model_copy(update=update)

@@ -1,0 +1,87 @@
+"""From drawn manufacturing errors to the errors of all gear meshes of a system.
+
+Geometry and stiffness of the gear meshes are those of the case; only errors are made anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from flexgear.analysis.error_sets import ErrorSets
+from flexgear.coupling.gear_meshes import GearMeshLabel
+from flexgear.coupling.pair_data import PairData
+from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
+from flexgear.gears.errors import PairErrors, pair_errors
+from flexgear.gears.train_errors import stage_errors
+from flexgear.gears.train_paths import stage_paths
+from flexgear.model.stage_case import Case
+from flexgear.model.train import Train
+
+PathKey = tuple[str, str]  # kind, side
+StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
+
+
+def paths_of(model: Case | Train) -> StagePaths:
+    """Paths of contact of every stage."""
+    if isinstance(model, Case):
+        return ({(kind, ""): path for kind, path in gear_mesh_paths(model).items()},)
+    return tuple(stage_paths(model, stage) for stage in model.stages)
+
+
+def errors_of(model: Case | Train, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
+    """Errors of every stage by kind and side."""
+    if isinstance(model, Case):
+        found = pair_errors(model, {kind: path for (kind, _), path in paths[0].items()})
+        return [{(kind, ""): e for kind, e in found.items()}]
+    stages = zip(model.stages, paths, strict=True)
+    return [stage_errors(model, stage, dict(own)) for stage, own in stages]
+
+
+def error_sets(
+    models: Sequence[Case | Train],
+    paths: StagePaths,
+    gear_meshes: Sequence[GearMeshLabel],
+    base: PairData,
+) -> ErrorSets:
+    """Errors of all models in the places of ``base``, pair data of such a model.
+
+    All must have errors of bodies at the same places as the model that base was made from.
+    """
+    count = len(models)
+
+    def empty(like: np.ndarray) -> np.ndarray:
+        return np.zeros((count, *like.shape))
+
+    sets = ErrorSets(
+        amplitude=empty(base.error_amplitude),
+        phase=empty(base.error_phase),
+        offset=empty(base.error_offset),
+        gear=empty(base.error_gear),
+        planet=empty(base.error_planet),
+        runout_amplitude=empty(base.runout_amplitude),
+        runout_phase=empty(base.runout_phase),
+    )
+    groups: dict[tuple[int, str, str], tuple[list[int], list[int]]] = {}
+    for m, label in enumerate(gear_meshes):
+        places, planets = groups.setdefault((label.stage, label.kind, label.side), ([], []))
+        places.append(m)
+        planets.append(label.planet)
+    for j, model in enumerate(models):
+        found = errors_of(model, paths)
+        for (stage, kind, side), (places, planets) in groups.items():
+            _enter(sets, j, places, planets, found[stage][kind, side])
+    return sets
+
+
+def _enter(sets: ErrorSets, j: int, places: list[int], planets: list[int], e: PairErrors) -> None:
+    """Errors of one kind of gear mesh into the places of set j."""
+    sets.amplitude[j, places] = e.harmonic_amplitude[planets]
+    sets.phase[j, places] = e.harmonic_phase[planets]
+    sets.offset[j, places] = e.offset[planets]
+    sets.gear[j, places, : len(e.gear_tooth)] = e.gear_tooth
+    sets.planet[j, places, : e.planet_tooth.shape[1]] = e.planet_tooth[planets]
+    terms = e.runout_amplitude.shape[1]
+    sets.runout_amplitude[j, places, :terms] = e.runout_amplitude[planets]
+    sets.runout_phase[j, places, :terms] = e.runout_phase[planets]

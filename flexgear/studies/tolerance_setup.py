@@ -1,0 +1,244 @@
+"""A case made ready for many sets of errors: system, positions and gear meshes, made once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.error_sets import ErrorSets
+from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
+from flexgear.coupling.gear_meshes import GearMeshLabel
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.system import System
+from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.errors import InputError
+from flexgear.model.stage_case import Case
+from flexgear.model.train import Train
+from flexgear.results.load_sharing import load_sharing, planet_load_factors
+from flexgear.results.train_dataset import GearMeshName, GroupName, groups_of
+from flexgear.studies.stage_bodies import Progress, silent, stage_bodies, stage_modal, variant_of
+from flexgear.studies.tolerance_samples import (
+    DrawnError,
+    Values,
+    drawn_errors,
+    nominal,
+    pitch_seeds,
+    sample_values,
+    with_sample,
+)
+from flexgear.studies.tolerance_sets import StagePaths, error_sets, paths_of
+from flexgear.studies.train_angles import lead_speed, one_turn, stage_motions
+from flexgear.studies.train_labels import rated_forces
+from flexgear.studies.train_model import (
+    rated_rotations,
+    train_modal,
+    train_variants,
+    variant_label,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Gear meshes that share a load: their places among all, their positions, their mean force."""
+
+    name: GroupName
+    places: NDArray[np.int64]
+    positions: slice
+    rated: float
+
+
+@dataclass(frozen=True)
+class ToleranceSetup:
+    """All that a batch of samples needs; it travels to other processes.
+
+    names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
+    torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends.
+    """
+
+    model: Case | Train
+    drawn: tuple[DrawnError, ...]
+    paths: StagePaths
+    labels: tuple[GearMeshLabel, ...]
+    pairs: PairData
+    study: ErrorStudy
+    names: tuple[GearMeshName, ...]
+    sign: Array
+    groups: tuple[Group, ...]
+    variant: str
+
+    @property
+    def shared(self) -> tuple[GearMeshName, ...]:
+        """Gear meshes that share their load, group by group."""
+        return tuple(self.names[m] for g in self.groups for m in g.places)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What samples gave, first axis j. sizes (m) and phases (rad) of drawn errors; largest and
+    mean K of the groups over the positions, (J, groups); the same of planets' load factors, (J, G)
+    in the order of ``shared``."""
+
+    sizes: Array
+    phases: Array
+    load_sharing_max: Array
+    load_sharing_mean: Array
+    planet_max: Array
+    planet_mean: Array
+
+
+def tolerance_setup(model: Case | Train, progress: Progress = silent) -> ToleranceSetup:
+    """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
+    drawn or nobody shares a load."""
+    drawn = drawn_errors(model)
+    seeds = [0] * (1 if isinstance(model, Case) else len(model.stages))
+    every = with_sample(model, sample_values(drawn, 0, [0]), 0, seeds)
+    turns = _turns(model)
+    modal, variant = _modal(every, progress)
+    system = modal.system
+    masters, slices = _positions(model, system, turns)
+    stages = [""] if isinstance(model, Case) else [s.name for s in model.stages]
+    names, sign = _gear_meshes(system, stages)
+    rated = _rated(model, names)
+    groups = tuple(
+        Group(name, at, slices[name.stage], float(rated[at].mean()))
+        for name, at in groups_of(names).items()
+        if name.stage in slices
+    )
+    return ToleranceSetup(
+        model=model,
+        drawn=drawn,
+        paths=paths_of(model),
+        labels=system.gear_meshes,
+        pairs=system.pairs,
+        study=error_study(modal, masters, system.rated_torque),
+        names=names,
+        sign=sign,
+        groups=groups,
+        variant=variant,
+    )
+
+
+def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
+    """Equilibria of the samples of these numbers over all positions."""
+    seed = setup.model.tolerance.seed
+    values = sample_values(setup.drawn, seed, numbers)
+    names = [""] if isinstance(setup.model, Case) else [s.name for s in setup.model.stages]
+    seeds = list(zip(*(pitch_seeds(name, seed, numbers) for name in names), strict=True))
+    return _solved(setup, values, seeds)
+
+
+def as_stated(setup: ToleranceSetup) -> Batch:
+    """The same for the errors that the case itself states."""
+    model = setup.model
+    errors = [model.errors] if isinstance(model, Case) else [s.errors for s in model.stages]
+    return _solved(setup, nominal(model, setup.drawn), [[e.seed for e in errors]])
+
+
+def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
+    models = [with_sample(setup.model, values, j, own) for j, own in enumerate(seeds)]
+    sets: ErrorSets = error_sets(models, setup.paths, setup.labels, setup.pairs)
+    force = _both_flanks(gear_mesh_forces(setup.study, sets), setup.sign)
+    factor, share = [], []
+    for g in setup.groups:
+        own = force[:, g.positions][:, :, g.places]
+        factor.append(load_sharing(own, g.rated))
+        share.append(np.ascontiguousarray(planet_load_factors(own, g.rated).swapaxes(1, 2)))
+    # a sample without an equilibrium somewhere is no number, not the largest of the others
+    return Batch(
+        sizes=_columns(setup.drawn, values, len(models), phases=False),
+        phases=_columns(setup.drawn, values, len(models), phases=True),
+        load_sharing_max=np.column_stack([k.max(axis=1) for k in factor]),
+        load_sharing_mean=np.column_stack([k.mean(axis=1) for k in factor]),
+        planet_max=np.column_stack([k.max(axis=-1) for k in share]),
+        planet_mean=np.column_stack([k.mean(axis=-1) for k in share]),
+    )
+
+
+def _both_flanks(force: Array, sign: Array) -> Array:
+    """Gear-mesh forces (J, p, G) from those of every flank (p, M, J), N.
+
+    Added up in a fixed order: the last digit must not depend on how many samples there are.
+    """
+    found = np.zeros((force.shape[2], force.shape[0], sign.shape[1]))
+    for m, g in zip(*np.nonzero(sign), strict=True):
+        found[:, :, g] += sign[m, g] * force[:, m].T
+    return found
+
+
+def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bool) -> Array:
+    own = [values[e.stage, e.key] for e in drawn if e.is_phase == phases]
+    return np.hstack(own) if own else np.zeros((count, 0))
+
+
+def _modal(model: Case | Train, progress: Progress) -> tuple[ModalSystem, str]:
+    if isinstance(model, Case):
+        variant = variant_of(model)
+        return stage_modal(model, stage_bodies(model, progress), variant), variant.label
+    return train_modal(model, progress), variant_label(train_variants(model))
+
+
+def _turns(model: Case | Train) -> dict[str, Array]:
+    """Rotations of the lead over one turn of the carrier of every stage that shares a load."""
+    per = model.tolerance.positions_per_gear_mesh
+    if isinstance(model, Case):
+        count = model.stage.ring.teeth * per
+        turn = np.asarray(2 * math.pi / count * np.arange(count), dtype=float)
+        turns = {"": turn} if model.stage.planets > 1 else {}
+    else:
+        flow = power_flow(model)
+        lead = lead_speed(model, flow)
+        turns = {
+            s.name: one_turn(m, lead, per, m.cycle.per_turn)
+            for s, m in zip(model.stages, stage_motions(model, flow), strict=True)
+            if s.planets > 1 and m.theta != 0
+        }
+    if not turns:
+        raise InputError(
+            model.source,
+            "planets",
+            "there is no stage whose planets share a load",
+            "take a case with two planets or more",
+        )
+    return turns
+
+
+def _positions(
+    model: Case | Train, system: System, turns: dict[str, Array]
+) -> tuple[Array, dict[str, slice]]:
+    """Independent rotations (p, F) over all turns, and whose they are."""
+    parts, slices, at = [], {}, 0
+    for stage, turn in turns.items():
+        parts.append(rated_rotations(system, turn))
+        slices[stage] = slice(at, at + len(turn))
+        at += len(turn)
+    return np.vstack(parts), slices
+
+
+def _gear_meshes(system: System, stages: Sequence[str]) -> tuple[tuple[GearMeshName, ...], Array]:
+    """Gear meshes as results name them, and the sign of every flank, (M, G)."""
+    places: dict[GearMeshName, int] = {}
+    column = []
+    for label in system.gear_meshes:
+        kind = label.kind.removesuffix("_back")
+        name = GearMeshName(stages[label.stage], kind, label.side, label.planet + 1)
+        column.append(places.setdefault(name, len(places)))
+    sign = np.zeros((len(column), len(places)))
+    sign[np.arange(len(column)), column] = np.where(system.pairs.front == 1, 1.0, -1.0)
+    return tuple(places), sign
+
+
+def _rated(model: Case | Train, names: Sequence[GearMeshName]) -> Array:
+    """Mean forces (G,) at rated torque, N."""
+    if isinstance(model, Train):
+        return rated_forces(power_flow(model), tuple(names))
+    motion = stage_kinematics(model)
+    by_kind = {"ring": motion.ring_mesh_force, "sun": motion.sun_mesh_force}
+    return np.array([by_kind[name.kind] for name in names])

@@ -1,0 +1,153 @@
+"""Where a train is looked at: gear-mesh cycles of its stages, their error cycles, and times.
+
+The *lead* is the first independent rotation that turns; at rated speeds all others follow it in
+proportion, so that its rotation stands for time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.links import invariant_part
+from flexgear.gears.error_cycle import (
+    AngleSamples,
+    ErrorCycle,
+    TrainTurn,
+    error_cycle,
+    error_sources,
+    exact_rate,
+    sample_train_angles,
+    train_cycle,
+)
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.errors import FlexgearError
+from flexgear.model.train import Train
+
+Array = NDArray[np.float64]
+ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
+SPREAD_CYCLES = 4_000  # of a linear train whose error cycle is longer
+SOLVED_CYCLES = 120  # of a train that is solved position by position
+LONGEST = 10**15  # gear-mesh cycles beyond which an error cycle is as good as endless
+
+
+@dataclass(frozen=True)
+class StageMotion:
+    """Rated motion of a stage. theta: rad/s of its angle; carrier: of its carrier; turn: its error
+    cycle and its turns per turn of the lead; gear_mesh_frequency: Hz."""
+
+    name: str
+    theta: float
+    carrier: float
+    turn: TrainTurn
+    gear_mesh_frequency: float
+
+    @property
+    def cycle(self) -> ErrorCycle:
+        """Gear-mesh cycles until the stage's own errors come back."""
+        return self.turn.cycle
+
+    @property
+    def error_period(self) -> float:
+        """Time until they come back, s; inf at rest."""
+        return self.cycle.gear_meshes / self.gear_mesh_frequency if self.theta else math.inf
+
+    @property
+    def turn_period(self) -> float:
+        """Time of one turn of the stage's angle, s; inf at rest."""
+        return 2 * math.pi / abs(self.theta) if self.theta else math.inf
+
+
+def stage_motions(train: Train, flow: PowerFlow) -> tuple[StageMotion, ...]:
+    """Rated motion of every stage."""
+    lead = lead_speed(train, flow)
+    still = _stands_in_space(train)
+    found = []
+    for stage in train.stages:
+        speed = {part: flow.speed[f"{stage.name}.{part}"] for part in stage.members}
+        carrier = speed.get("carrier", 0.0)
+        theta = speed["gear"] if stage.kind == "parallel" else carrier - speed["ring"]
+        theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
+        turns = exact_rate(carrier, theta) if theta else Fraction(0)
+        # a ring that bends between its bolts stands in space, too
+        sources = error_sources(stage.errors, housing=still or stage.flexible is not None)
+        found.append(
+            StageMotion(
+                stage.name,
+                theta,
+                carrier,
+                TrainTurn(error_cycle(stage, sources, turns), exact_rate(theta, lead)),
+                flow.stage(stage.name).gear_mesh_frequency,
+            )
+        )
+    return tuple(found)
+
+
+def lead_speed(train: Train, flow: PowerFlow) -> float:
+    """Rated speed of the lead, rad/s: of the first port of given speed that turns."""
+    return next((flow.speed[m] for m in given_speeds(train) if flow.speed[m] != 0), 1.0)
+
+
+def given_speeds(train: Train) -> list[str]:
+    """Members whose speed is given: their rotations are the independent ones."""
+    given = [p.member for p in train.inputs if p.speed is not None]
+    return given if train.output.speed is None else [*given, train.output.member]
+
+
+def _stands_in_space(train: Train) -> bool:
+    """Whether weight, loads, supports or joints make a difference in fixed directions."""
+    loads = any(
+        load.frame == "fixed" and any((*load.force[:2], *load.moment[:2])) for load in train.loads
+    )
+    supports = [s.member(m).support for s in train.stages for m in s.members]
+    uneven = any(_is_uneven(s.matrix) for s in supports)
+    sideways = any(j.is_shaft or j.matrix[[0, 1, 3, 4]].any() for j in train.joints)
+    return any(train.gravity) or loads or uneven or sideways
+
+
+def _is_uneven(stiffness: Array) -> bool:
+    """Whether a support's stiffness (6, 6) changes as it is turned about the axis."""
+    rest = stiffness - invariant_part(stiffness)
+    return bool(np.abs(rest).max() > 1e-9 * np.abs(stiffness).max())
+
+
+def samples_of_stage(
+    train: Train, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
+) -> AngleSamples:
+    """Lead angles over whole gear-mesh cycles of a stage, spread over the train's error cycle.
+
+    cycles: at most so many; without a number, all up to ``ALL_CYCLES`` of a linear train.
+    """
+    if motions[stage].theta == 0:
+        raise FlexgearError(
+            f"{motions[stage].name} turns as one piece, so its load sharing has no cycle"
+        )
+    most = cycles
+    if most is None and linear:
+        every = cycles_of_train(motions, stage)
+        most = ALL_CYCLES if every is not None and every <= ALL_CYCLES else SPREAD_CYCLES
+    if most is None:
+        most = SOLVED_CYCLES
+    per_gear_mesh = train.solver.positions_per_gear_mesh
+    return sample_train_angles([m.turn for m in motions], stage, per_gear_mesh, most)
+
+
+def one_turn(motion: StageMotion, lead: float, per_gear_mesh: int, most: int) -> Array:
+    """Lead angles over one turn of a stage's angle, at most ``most`` gear-mesh cycles; rad."""
+    cycles = min(motion.cycle.per_turn, most)
+    step = 2 * math.pi / (motion.cycle.per_turn * per_gear_mesh) * abs(lead / motion.theta)
+    return np.asarray(step * np.arange(cycles * per_gear_mesh))
+
+
+def cycles_of_train(motions: tuple[StageMotion, ...], stage: int) -> int | None:
+    """Gear-mesh cycles of a stage until the errors of all stages come back; None: endless."""
+    own = motions[stage]
+    if own.theta == 0:
+        return None
+    turns = train_cycle([m.turn for m in motions]) * abs(own.turn.rate)
+    count = int(turns * own.cycle.per_turn)
+    return count if count < LONGEST else None

@@ -1,0 +1,193 @@
+"""From what an analysis of a train returns to a labelled dataset.
+
+Displacements are elastic: rolling of the undeflected train is taken off. Central members are given
+in the axes of their stage's carrier, planets in their own (radial, tangential, axial).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Transient
+from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.system import System
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.model.train import Train
+from flexgear.results.dataset import provenance
+from flexgear.results.train_dataset import train_dataset
+from flexgear.results.train_sharing import DEFINITIONS, sharing_histories
+from flexgear.studies.train_angles import given_speeds
+from flexgear.studies.train_labels import GearMeshes, gear_meshes_of, rated_forces
+
+Array = NDArray[np.float64]
+NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
+
+
+@dataclass(frozen=True)
+class TrainContext:
+    """A train put together: what every dataset of it needs.
+
+    variant: what bends in it; gear_meshes, rated: as results name them, and their mean forces
+    (G,) N; made: its modes where they are known already.
+    """
+
+    train: Train
+    flow: PowerFlow
+    system: System
+    variant: str
+    gear_meshes: GearMeshes
+    rated: Array
+    made: ModalSystem | None = None
+
+    @cached_property
+    def modal(self) -> ModalSystem:
+        """The coupled train in modes up to ``solver.modes_to``."""
+        return self.made or modal_system(self.system, self.train.solver.modes_to)
+
+
+def context_of(
+    train: Train, coupled: ModalSystem | System, variant: str = "lumped"
+) -> TrainContext:
+    """What datasets of a coupled train need; its modes are only made where they are asked for."""
+    made = coupled if isinstance(coupled, ModalSystem) else None
+    system = coupled if isinstance(coupled, System) else coupled.system
+    flow, gear_meshes = power_flow(train), gear_meshes_of(train, system)
+    rated = rated_forces(flow, gear_meshes.names)
+    return TrainContext(train, flow, system, variant, gear_meshes, rated, made)
+
+
+def transient_data(context: TrainContext, result: Transient, **attrs: Any) -> xr.Dataset:
+    """Dataset of a transient; attrs are added to the provenance."""
+    torques = result.torques.copy()
+    torques[:, -1] = -result.output_torque  # the brake's, as it acts on the member
+    arrays = {"master_speed": result.masters[:, :, 1]}
+    return _dataset(context, "time", result.time, result, torques, arrays, attrs)
+
+
+def equilibrium_data(context: TrainContext, result: Equilibrium, **attrs: Any) -> xr.Dataset:
+    """Dataset of equilibria, one position after the other."""
+    count = np.arange(len(result.masters))
+    return _dataset(context, "position", count, result, result.torques, {}, attrs)
+
+
+def _dataset(
+    context: TrainContext,
+    dim: str,
+    samples: ArrayLike,
+    result: Equilibrium | Transient,
+    torques: Array,
+    arrays: dict[str, Any],
+    attrs: dict[str, Any],
+) -> xr.Dataset:
+    force = context.gear_meshes.forces(result.pair_load)
+    masters = result.masters if result.masters.ndim == 2 else result.masters[:, :, 0]
+    motions, labels = _motions(context, result)
+    return train_dataset(
+        dim,
+        samples,
+        {
+            "master_angle": masters,
+            "port_torque": torques,
+            "gear_mesh_force": force,
+            "rated_gear_mesh_force": context.rated,
+            **sharing_histories(force, context.rated, context.gear_meshes.names),
+            **motions,
+            **arrays,
+        },
+        train_attrs(context, kept_modes=context.modal.modes.shape[1], **attrs),
+        {**train_labels(context), **labels},
+        context.gear_meshes.names,
+    )
+
+
+def train_labels(context: TrainContext) -> dict[str, list[str]]:
+    """Labels of axes that only depend on the train."""
+    return {
+        "master": given_speeds(context.train),
+        "port": [p.name for p in context.system.ports],
+        "definition": list(DEFINITIONS),
+    }
+
+
+def train_attrs(context: TrainContext, **more: Any) -> dict[str, Any]:
+    """Provenance of a result."""
+    train = context.train
+    return provenance(
+        case=train.name,
+        variant=context.variant,
+        content_hash=train.content_hash(),
+        parameters=train.to_dict(),
+        **more,
+    )
+
+
+def body_rows(system: System) -> tuple[list[str], Array]:
+    """Names (n) and rows (6 n, d) of lumped bodies and of nodes that stand for those that bend."""
+    names, rows = [], []
+    for body in system.bodies:
+        part = body.name.rpartition(".")[2]
+        node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
+        if node not in body.node_names or part == "output":
+            continue
+        names.append(body.name.replace(".shaft", ".sun"))
+        rows.append(system.node_rows(body.name, node))
+    return names, np.vstack(rows)
+
+
+def _motions(
+    context: TrainContext, result: Equilibrium | Transient
+) -> tuple[dict[str, Array], dict[str, list[str]]]:
+    """Displacements of bodies and forces of planet bearings, with their labels."""
+    recovery, count = Recovery(result), len(result.theta)
+    names, rows = body_rows(context.system)
+    arrays = {"body_displacement": recovery.motion(rows).reshape(count, len(names), 6)}
+    bearings = planet_bearings(context, recovery)
+    if bearings:
+        arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
+    return arrays, {"body": names, "bearing": list(bearings)}
+
+
+def planet_bearings(context: TrainContext, recovery: Recovery) -> dict[str, Array]:
+    """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
+    gaps = _clearances(context.train)
+    found = {}
+    for link in context.system.links:
+        if ".planet_bearing_" not in link.name:
+            continue
+        # links pull the pin towards the planet: pin − planet is their motion
+        force = -recovery.link_force(link.name)[:, :3]
+        if link.name in gaps:
+            force[:, :2] += _clearance_force(context, recovery, gaps.index(link.name))
+        found[link.name] = force
+    return found
+
+
+def _clearance_force(context: TrainContext, recovery: Recovery, number: int) -> Array:
+    """Force (t, 2) through the clearance of a planet's bearing on the pin, N."""
+    result, first = recovery.result, len(context.system.pairs.support_stiffness)
+    along, across = (result.support_load[:, first + 2 * number + i] for i in (0, 1))
+    x, y = result.direction[:, number, 0], result.direction[:, number, 1]
+    return np.column_stack([along * x - across * y, along * y + across * x])
+
+
+def _clearances(train: Train) -> list[str]:
+    """Bearings with clearance in the order of the system's rows."""
+    names = []
+    for stage in train.stages:
+        if stage.flexible is not None:
+            continue
+        for part in stage.members:
+            if stage.member(part).support.clearance > 0:
+                halves = ["_left", "_right"] if part == "ring" and stage.double_helical else [""]
+                names += [f"{stage.name}.{part}{half}_support" for half in halves]
+        if stage.kind == "planetary" and stage.planet_bearing.clearance > 0:
+            names += [f"{stage.name}.planet_bearing_{i + 1}" for i in range(stage.planets)]
+    return names

@@ -1,0 +1,263 @@
+"""Measures of a train: modes, power flow, bearing life, quasi-static and transient load sharing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from flexgear.gears.bearing_life import BALL, ROLLER, life_ratio
+from flexgear.gears.error_cycle import TrainTurn, error_cycle
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.errors import FlexgearError
+from flexgear.model.train import Train
+from flexgear.studies.measure import (
+    Found,
+    Measure,
+    array,
+    frequencies,
+    frequencies_by_type,
+    largest,
+)
+from flexgear.studies.train_angles import samples_of_stage, stage_motions
+from flexgear.studies.train_dataset import TrainContext, context_of
+from flexgear.studies.train_model import train_modal, train_variants, variant_label
+from flexgear.studies.train_sharing import shared_stages, train_sharing
+from flexgear.studies.train_static import train_equilibria
+from flexgear.studies.train_transient import settled, simulate_train
+
+FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
+CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
+STATISTICS = ("mean", "largest")
+
+
+@dataclass(frozen=True)
+class TrainPoint:
+    """A train and the one it is compared with; what several measures need is worked out once."""
+
+    train: Train
+    reference: Train
+    modes: int
+
+    @cached_property
+    def flow(self) -> PowerFlow:
+        """Speeds, torques and powers."""
+        return power_flow(self.train)
+
+    @cached_property
+    def context(self) -> TrainContext:
+        """The train put together."""
+        variant = variant_label(train_variants(self.train))
+        return context_of(self.train, train_modal(self.train), variant)
+
+    @cached_property
+    def sharing(self) -> list[xr.Dataset]:
+        """Quasi-static load sharing of every stage with planets, over its error cycle."""
+        stages = shared_stages(self.context)
+        if not stages:
+            raise FlexgearError("no stage that turns has planets that share a load")
+        return [train_sharing(self.context, stage) for stage in stages]
+
+    @cached_property
+    def equilibria(self) -> xr.Dataset:
+        """Equilibria in gear-mesh cycles of every stage.
+
+        They are spread over the cycle of all errors there may be, so that the same positions are
+        looked at whichever errors a study sets to zero.
+        """
+        train = self.train
+        motions = tuple(
+            replace(m, turn=TrainTurn(error_cycle(stage), m.turn.rate))
+            for m, stage in zip(stage_motions(train, self.flow), train.stages, strict=True)
+        )
+        lead = [
+            samples_of_stage(train, motions, k, FLOAT_CYCLES, linear=False).angles
+            for k, motion in enumerate(motions)
+            if motion.theta != 0
+        ]
+        return train_equilibria(self.context, np.concatenate(lead))
+
+    @cached_property
+    def transient(self) -> xr.Dataset:
+        """Transient at rated torque."""
+        return simulate_train(self.context).data
+
+
+def _members(point: TrainPoint, name: str, units: str, about: str) -> Found:
+    values: dict[str, float] = getattr(point.flow, name)
+    return {name: array(list(values.values()), units, about, member=list(values))}
+
+
+def _speeds(point: TrainPoint) -> Found:
+    stages = point.flow.stages
+    return {
+        **_members(point, "speed", "rad/s", "speed of the member"),
+        "planet_relative_speed": _of_stages(
+            stages, lambda s: s.planet_relative_speed, "rad/s", "speed of planets to their carrier"
+        ),
+        "gear_mesh_frequency": _of_stages(
+            stages, lambda s: s.gear_mesh_frequency, "Hz", "gear-mesh frequency"
+        ),
+    }
+
+
+def _torques(point: TrainPoint) -> Found:
+    about = "torque by the rest of the train on the member"
+    return {"torque": _members(point, "branch_torque", "N m", about)["branch_torque"]}
+
+
+def _powers(point: TrainPoint) -> Found:
+    flow, about = point.flow, "power that enters the stage at the member"
+    return {
+        "power": _members(point, "branch_power", "W", about)["branch_power"],
+        "rolling_power": _of_stages(
+            flow.stages, lambda s: s.stage_power, "W", "rolling power of the stage, sun to ring"
+        ),
+        "circulating_power": array(flow.circulating_power, "W", "power round closed loops"),
+    }
+
+
+def _mean_forces(point: TrainPoint) -> Found:
+    forces: dict[str, Callable[[StageFlow], float]] = {
+        "mean_sun_gear_mesh_force": lambda s: abs(s.sun_gear_mesh_force),
+        "mean_ring_gear_mesh_force": lambda s: abs(s.ring_gear_mesh_force),
+        "mean_planet_bearing_force": lambda s: s.planet_bearing_force,
+    }
+    return {
+        name: _of_stages(point.flow.stages, of, "N", f"{name.replace('_', ' ')} of a planet")
+        for name, of in forces.items()
+    }
+
+
+def _bearing_life(point: TrainPoint) -> Found:
+    """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
+    known = {s.name: s for s in power_flow(point.reference).stages}
+    found = {s.name: (s, known[s.name]) for s in point.flow.stages if s.kind == "planetary"}
+    loaded = {
+        name: pair
+        for name, pair in found.items()
+        if all(s.planet_bearing_force and s.planet_relative_speed for s in pair)
+    }
+    kinds = {"ball": BALL, "roller": ROLLER}
+    values = [
+        [
+            life_ratio(
+                s.planet_bearing_force, s.planet_relative_speed,
+                r.planet_bearing_force, r.planet_relative_speed, exponent,
+            )
+            for s, r in loaded.values()
+        ]
+        for exponent in kinds.values()
+    ]  # fmt: skip
+    about = "basic rating life of planet bearings over that of the unchanged case"
+    return {"life_ratio": array(values, "1", about, bearing=list(kinds), stage=list(loaded))}
+
+
+def _of_stages(
+    stages: tuple[StageFlow, ...], of: Callable[[StageFlow], float], units: str, about: str
+) -> xr.DataArray:
+    return array([of(s) for s in stages], units, about, stage=[s.name for s in stages])
+
+
+def _load_sharing(point: TrainPoint) -> Found:
+    found = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
+    return {"load_sharing": _coefficients(found, "quasi-static load sharing")}
+
+
+def _transient_sharing(point: TrainPoint) -> Found:
+    if "load_sharing_coefficient" not in point.transient:
+        raise FlexgearError("no stage has planets that share a load")
+    found = point.transient["load_sharing_coefficient"]
+    return {"transient_sharing": _coefficients(found, "load sharing after settling")}
+
+
+def _coefficients(found: xr.DataArray, about: str) -> xr.DataArray:
+    """Coefficients by definition and group of gear meshes."""
+    values = found.transpose("definition", "group")
+    names = {d: [str(n) for n in values[d].to_numpy()] for d in ("definition", "group")}
+    return array(values.to_numpy(), "1", f"{about}, largest of the planets", **names)
+
+
+def _gear_mesh_forces(point: TrainPoint) -> Found:
+    forces = {
+        name: force
+        for data in point.sharing
+        for name, force in _by_group(data, "cycle_maximum").items()
+    }
+    about = "largest quasi-static gear-mesh force of a planet"
+    return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
+
+
+def _transient_forces(point: TrainPoint) -> Found:
+    forces = _by_group(settled(point.transient), "gear_mesh_force")
+    about = "largest gear-mesh force of a planet after settling"
+    return {"transient_force_max": largest(forces, "N", about, "group")}
+
+
+def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+    """Values of gear meshes that share a load; labels are those of gear meshes less the planet."""
+    labels = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
+    return {
+        group: data[name].isel(gear_mesh=[k for k, g in enumerate(labels) if g == group])
+        for group in dict.fromkeys(labels)
+    }
+
+
+def _displacements(point: TrainPoint) -> Found:
+    return {"displacement": _distances(point.equilibria, "quasi-static")}
+
+
+def _transient_displacements(point: TrainPoint) -> Found:
+    return {"transient_displacement": _distances(settled(point.transient), "after settling")}
+
+
+def _distances(data: xr.Dataset, about: str) -> xr.DataArray:
+    """Mean and largest distance of central members from their axis, rolling taken off."""
+    names = [str(n) for n in data["body"].to_numpy()]
+    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    ways = [data["body_displacement"].sel(body=n).to_numpy()[:, :2] for n in central]
+    distance = np.array([np.hypot(w[:, 0], w[:, 1]) for w in ways])
+    return array(
+        np.stack([distance.mean(axis=1), distance.max(axis=1)]), "m",
+        f"distance of the member from its axis, {about}",
+        statistic=STATISTICS, body=central,
+    )  # fmt: skip
+
+
+TRAIN_MEASURES = (
+    Measure(
+        "frequencies",
+        "lowest natural frequencies and their types",
+        lambda p: frequencies(p.context.system, p.modes),
+    ),
+    Measure(
+        "frequencies_by_type",
+        "lowest natural frequencies of every type of mode",
+        lambda p: frequencies_by_type(p.context.system, p.modes),
+    ),
+    Measure("load_sharing", "quasi-static load sharing by three definitions", _load_sharing),
+    Measure("gear_mesh_forces", "largest quasi-static gear-mesh forces", _gear_mesh_forces),
+    Measure("displacements", "quasi-static floats of suns, rings, carriers", _displacements),
+    Measure("transient_sharing", "load sharing of a transient", _transient_sharing),
+    Measure("transient_forces", "largest gear-mesh forces of a transient", _transient_forces),
+    Measure(
+        "transient_displacements",
+        "floats of suns, rings, carriers in a transient",
+        _transient_displacements,
+    ),
+    Measure("speeds", "speeds of members and planets, gear-mesh frequencies", _speeds),
+    Measure("torques", "torques on all members", _torques),
+    Measure("powers", "powers of members, rolling and circulating power", _powers),
+    Measure("mean_forces", "mean forces of gear meshes and planet bearings", _mean_forces),
+    Measure("bearing_life", "rating life of planet bearings over that of the case", _bearing_life),
+)
+
+
+def usual_measures(train: Train) -> tuple[str, ...]:
+    """What is measured unless something is asked for."""
+    shared = any(stage.planets > 1 for stage in train.stages)
+    return ("frequencies", "load_sharing" if shared else "speeds")

@@ -1,0 +1,97 @@
+"""Equilibria of a train: gear-mesh forces, planet bearings, floats of members."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
+from flexgear.model.train_member import PlanetBearing
+from flexgear.results.train_summary import CENTRAL, displacement_summary
+from flexgear.studies.stage_bodies import Progress, silent
+from flexgear.studies.train_dataset import TrainContext, equilibrium_data
+from flexgear.studies.train_model import rated_rotations
+
+__all__ = ["CENTRAL", "bearing_loads", "position_figures", "train_equilibria"]
+
+UNLOADED = 1e-9  # of the load, rounding
+LEAST = 1e-6  # N, rounding
+
+
+def train_equilibria(
+    context: TrainContext,
+    angles: ArrayLike,
+    torque: float | None = None,
+    progress: Progress = silent,
+    **attrs: Any,
+) -> xr.Dataset:
+    """Equilibria at rotations (p,) rad of the lead, the other rotations in rated proportion.
+
+    torque: N·m on the first input, the others in rated proportion; rated unless given.
+    """
+    system = context.system
+    given = system.rated_torque if torque is None else torque
+    found = revolution(
+        context.modal,
+        rated_rotations(system, np.atleast_1d(np.asarray(angles, dtype=float))),
+        given,
+        lambda share: progress("equilibria", share),
+    )
+    return equilibrium_data(context, found, closure_max=float(found.closure.max()), **attrs)
+
+
+def position_figures(context: TrainContext, data: xr.Dataset) -> dict[str, Any]:
+    """Figures of one position of a dataset of equilibria, in the units their names end in."""
+    force, factor = data["gear_mesh_force"].to_numpy(), data["planet_load_factor"].to_numpy()
+    groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
+    at = {g: [g == one for one in groups] for g in dict.fromkeys(groups)}
+    figures: dict[str, Any] = {
+        "port_torque_nm": _by_label(data["port_torque"], "port"),
+        "gear_mesh_force_n": {g: force[own].tolist() for g, own in at.items()},
+        "planet_load_factor": {
+            g: factor[own].tolist() for g, own in at.items() if np.all(np.isfinite(factor[own]))
+        },
+        "distance_from_axis_um": displacement_summary(data),
+    }
+    if "planet_bearing_force" in data:
+        figures["planet_bearing"] = bearing_loads(context, data)
+    return figures
+
+
+def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:
+    return {
+        str(n): float(v) for n, v in zip(values[dim].to_numpy(), values.to_numpy(), strict=True)
+    }
+
+
+def bearing_loads(context: TrainContext, data: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Size and direction (from radial outward, in the sense of rotation) of the force on every pin
+    at one position; its basic rating life under that load where the case gives a rating and the
+    bearing wears at all."""
+    out = {}
+    for name in map(str, data["bearing"].to_numpy()):
+        x, y, z = (float(v) for v in data["planet_bearing_force"].sel(bearing=name))
+        size = math.hypot(x, y)
+        size = size if size > LEAST else 0.0
+        out[name] = {
+            "force_n": size,
+            "direction_deg": math.degrees(math.atan2(y, x)) if size else 0.0,
+            "axial_n": z if abs(z) > UNLOADED * size else 0.0,
+        }
+        stage = context.train.stage(name.partition(".")[0])
+        bearing = stage.planet_bearing
+        if isinstance(bearing, PlanetBearing) and bearing.dynamic_rating is not None:
+            life = rating_life_hours(
+                bearing.dynamic_rating,
+                size / bearing.count,
+                context.flow.stage(stage.name).planet_relative_speed,
+                BALL if bearing.rolling == "ball" else ROLLER,
+            )
+            if math.isfinite(life):
+                out[name]["life_h"] = life
+    return out
