@@ -1,4 +1,4 @@
-"""flexgear: dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.
+"""flexgear: dynamics of planetary stages whose ring, carrier and sun shaft bend, and of trains.
 
 The public face. Names are imported when they are first used, so that `import flexgear` is fast and
 a command that needs no FE mesh never loads gmsh.
@@ -11,15 +11,19 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Case": "flexgear.model.case",
+    "Train": "flexgear.model.train",
     "load_case": "flexgear.model.case",
+    "load_stage": "flexgear.model.case",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "stage_geometry": "flexgear.gears.geometry",
     "stage_kinematics": "flexgear.gears.kinematics",
+    "power_flow": "flexgear.gears.power_flow",
     "ring_body": "flexgear.structures.build",
     "carrier_body": "flexgear.structures.build",
     "Variant": "flexgear.coupling.system",
     "build_system": "flexgear.coupling.build",
+    "train_system": "flexgear.coupling.train",
     "modal_system": "flexgear.coupling.modal",
     "radial_harmonics": "flexgear.results.harmonics",
     "load_sharing": "flexgear.results.load_sharing",
@@ -29,6 +33,7 @@ _HOME = {
     "equilibria": "flexgear.studies.single_runs",
     "simulate": "flexgear.studies.single_runs",
     "run_stage": "flexgear.studies.stage_run",
+    "tolerance": "flexgear.studies.tolerance",
 }
 
 __all__ = ["__version__", *_HOME]

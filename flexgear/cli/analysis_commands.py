@@ -21,10 +21,14 @@ from flexgear.cli.options import (
     Rigid,
     Settings,
     read_case,
+    refuse_for_stages,
     rigid_parts,
 )
+from flexgear.cli.train_analyses import Shown, modes_of_train, simulate_of_train, static_of_train
+from flexgear.cli.train_compare import compare_train, compare_trains
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import Variant
+from flexgear.model.case import Train
 from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
 from flexgear.results.harmonics import radial_harmonics, star_angle
@@ -36,6 +40,8 @@ from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 OutFile = Annotated[
     Path | None, typer.Option("--out", metavar="FILE", help="Write the dataset (netCDF).")
 ]
+
+LIMIT_HZ = 500.0
 
 
 def register(app: typer.Typer) -> None:
@@ -49,10 +55,11 @@ def register(app: typer.Typer) -> None:
 def static(
     case: CaseName,
     angle_deg: Annotated[
-        list[float] | None, typer.Option("--angle-deg", help="Carrier angle; repeatable.")
+        list[float] | None,
+        typer.Option("--angle-deg", help="Rotation of the carrier (first input); repeatable."),
     ] = None,
     torque_nm: Annotated[
-        float | None, typer.Option("--torque-nm", help="Drive torque; rated unless given.")
+        float | None, typer.Option("--torque-nm", help="Torque of the drive; rated unless given.")
     ] = None,
     rigid: Rigid = None,
     out: OutFile = None,
@@ -60,8 +67,11 @@ def static(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Static equilibrium at carrier angles."""
+    """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
     found, parts = read_case(case, settings), rigid_parts(rigid)
+    if isinstance(found, Train):
+        static_of_train(found, angle_deg or [0.0], torque_nm, parts, Shown(as_json, quiet, out))
+        return
     with progress(quiet) as report:
         bodies = stage_bodies(found, report)
         modal = stage_modal(found, bodies, variant_of(found, parts))
@@ -100,17 +110,32 @@ def _number(value: xr.DataArray) -> float | None:
 
 def modes(
     case: CaseName,
-    limit_hz: Annotated[float, typer.Option("--limit-hz", help="Highest frequency.")] = 500.0,
-    angle_deg: Annotated[float, typer.Option("--angle-deg", help="Carrier angle.")] = 0.0,
+    limit_hz: Annotated[
+        float | None,
+        typer.Option("--limit-hz", help="Highest frequency; 500, or all of a lumped train."),
+    ] = None,
+    angle_deg: Annotated[
+        float, typer.Option("--angle-deg", help="Rotation of the carrier (first input).")
+    ] = 0.0,
+    campbell: Annotated[
+        bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders (trains).")
+    ] = False,
+    out: OutFile = None,
     rigid: Rigid = None,
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Natural frequencies of the coupled train, and the components that move."""
-    if not limit_hz > 0:
+    """Natural modes of the coupled train: frequencies, types, the components that move."""
+    if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
     found, parts = read_case(case, settings), rigid_parts(rigid)
+    if isinstance(found, Train):
+        way = Shown(as_json, quiet, out)
+        modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)
+        return
+    refuse_for_stages(found, campbell=campbell, out=out)
+    limit_hz = LIMIT_HZ if limit_hz is None else limit_hz
     with progress(quiet) as report:
         bodies = stage_bodies(found, report)
         system = build_system(found, bodies.ring, bodies.carrier, variant_of(found, parts))
@@ -136,7 +161,11 @@ def simulate(
     case: CaseName,
     out: OutFile = None,
     duration_s: Annotated[
-        float | None, typer.Option("--duration-s", help="One carrier revolution unless given.")
+        float | None,
+        typer.Option("--duration-s", help="One revolution (of the slowest stage) unless given."),
+    ] = None,
+    torque_share: Annotated[
+        float | None, typer.Option("--torque-share", help="Of rated torque (trains).")
     ] = None,
     rigid: Rigid = None,
     energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
@@ -144,10 +173,17 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Transient under the case's drive."""
+    """Transient under the case's drive; a train's under constant torques."""
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
     found, parts = read_case(case, settings), rigid_parts(rigid)
+    if isinstance(found, Train):
+        share = 1.0 if torque_share is None else torque_share
+        if not share > 0:
+            raise InputError("--torque-share", f"{share:g}", "is not positive", "e.g. 1.5")
+        simulate_of_train(found, duration_s, share, energy, parts, Shown(as_json, quiet, out))
+        return
+    refuse_for_stages(found, torque_share=torque_share)
     with progress(quiet) as report:
         bodies = stage_bodies(found, report)
         modal = stage_modal(found, bodies, variant_of(found, parts))
@@ -183,12 +219,30 @@ def compare(
     positions: Annotated[
         int, typer.Option("--positions", min=1, help="Carrier angles over one planet spacing.")
     ] = 40,
+    cycles: Annotated[
+        int | None,
+        typer.Option("--cycles", min=1, help="Gear-mesh cycles to look at (trains)."),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option("--against", metavar="CASE", help="Another train: forces, bearing life."),
+    ] = None,
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """The eight variants (ring, carrier, shaft flexible or rigid) side by side, in equilibrium."""
+    """Flexible and rigid variants side by side; of a train its load sharing by every analysis."""
     found = read_case(case, settings)
+    if isinstance(found, Train):
+        if against is None:
+            compare_train(found, cycles, as_json, quiet)
+            return
+        other = read_case(against, None)
+        if not isinstance(other, Train):
+            raise InputError("--against", against, "is a flexible stage", "name a train")
+        compare_trains(found, other, as_json)
+        return
+    refuse_for_stages(found, cycles=cycles, against=against)
     angles = np.linspace(0, 2 * np.pi / found.stage.planets, positions, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:

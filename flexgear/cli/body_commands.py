@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from flexgear.cli.display import present, progress
-from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
+from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
 from flexgear.model.errors import InputError
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
@@ -49,7 +49,7 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Generate (or read) the FE meshes of ring and carrier; export one."""
-    found, names = read_case(case, settings), components(component)
+    found, names = read_stage(case, settings), components(component)
     if export is not None and len(names) != 1:
         raise InputError("--export", str(export), "takes one component", "add --component ring")
     figures = {}
@@ -86,7 +86,7 @@ def reduce(
     quiet: Quiet = False,
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
-    found = read_case(case, settings)
+    found = read_stage(case, settings)
     figures = {}
     with progress(quiet) as report:
         for name in components(component):

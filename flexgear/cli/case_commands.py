@@ -11,11 +11,12 @@ import typer
 
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
+from flexgear.cli.train_check import derived_of_train
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case, load_case
+from flexgear.model.case import Case, Train, load_case
 from flexgear.model.errors import InputError
 from flexgear.results.files import write_bytes
 from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
@@ -30,8 +31,11 @@ def register(app: typer.Typer) -> None:
 
 
 def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
-    """Validate a case and print its derived geometry."""
+    """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
     found = read_case(case, settings)
+    if isinstance(found, Train):
+        present(f"{found.name}: {found.title or 'valid'}", derived_of_train(found), as_json)
+        return
     sections = derived(found)
     if found.ring.fe_mesh == "generate":
         RingMeshParameters.from_case(found).check()

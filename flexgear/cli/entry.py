@@ -12,7 +12,14 @@ from collections.abc import Sequence
 
 import typer
 
-from flexgear.cli import analysis_commands, body_commands, case_commands, run_commands
+from flexgear.cli import (
+    analysis_commands,
+    body_commands,
+    case_commands,
+    run_commands,
+    sweep_command,
+    tolerance_command,
+)
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.version import version
 
@@ -25,7 +32,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for module in (run_commands, case_commands, body_commands, analysis_commands):
+for module in (
+    run_commands,
+    case_commands,
+    body_commands,
+    analysis_commands,
+    sweep_command,
+    tolerance_command,
+):
     module.register(app)
 
 

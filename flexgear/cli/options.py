@@ -9,7 +9,9 @@ import typer
 
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import Case, load_case
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.train_paths import stage_paths
+from flexgear.model.case import Case, Train, load_case
 from flexgear.model.errors import InputError
 
 CaseName = Annotated[
@@ -25,22 +27,55 @@ Rigid = Annotated[
     list[str] | None,
     typer.Option("--rigid", metavar="PART", help="Make ring, carrier, shaft or all rigid."),
 ]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, metavar="N", help="Processes; as many as pay if left out."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tcp://host:8786."
+    ),
+]
 OutFolder = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for results.")]
 PARTS = ("ring", "carrier", "shaft")
 
 
-def read_case(name: str, settings: list[str] | None) -> Case:
-    """The case with ``--set`` carried out; its gears assemble."""
+def settings_of(settings: list[str] | None) -> dict[str, str]:
+    """Keys and values of ``--set``."""
     overrides = {}
     for setting in settings or []:
         key, sign, value = setting.partition("=")
         if not sign or not key.strip():
             raise InputError("--set", setting, "is not KEY=VALUE", "e.g. --set stage.planets=4")
         overrides[key.strip()] = value.strip()
-    case = load_case(name, overrides)
+    return overrides
+
+
+def read_case(name: str, settings: list[str] | None) -> Case | Train:
+    """The flexible stage or train with ``--set`` carried out; its gears assemble."""
+    case = load_case(name, settings_of(settings))
     # what cannot work is said now, with the name of the file, not after minutes of meshing
+    if isinstance(case, Train):
+        power_flow(case)
+        for stage in case.stages:
+            stage_paths(case, stage)
+        return case
     stage_geometry(case.stage, case.source)
     gear_mesh_paths(case)
+    return case
+
+
+def read_stage(name: str, settings: list[str] | None) -> Case:
+    """A flexible stage; InputError for a train, whose members are lumped."""
+    case = read_case(name, settings)
+    if isinstance(case, Train):
+        raise InputError(
+            case.source,
+            "kind",
+            "is a train, whose ring and carrier are lumped",
+            "name a flexible stage, or the one that the train is built with",
+        )
     return case
 
 
@@ -57,3 +92,27 @@ def rigid_parts(names: list[str] | None) -> tuple[str, ...]:
                 "--rigid", name, "is not a component", "name ring, carrier, shaft or all"
             )
     return tuple(dict.fromkeys(parts))
+
+
+def refuse_for_stages(case: Case, **given: object) -> None:
+    """InputError if an option that only trains have was given for a flexible stage."""
+    for option, value in given.items():
+        if value:
+            raise InputError(
+                f"--{option.replace('_', '-')}",
+                case.name,
+                "is a flexible stage; this option is for trains",
+                'take it out, or name a case with kind = "train"',
+            )
+
+
+def refuse_for_trains(train: Train, **given: object) -> None:
+    """InputError if an option that only flexible stages have was given for a lumped train."""
+    for option, value in given.items():
+        if value:
+            raise InputError(
+                f"--{option.replace('_', '-')}",
+                train.name,
+                "has only lumped members, so nothing of it bends",
+                "take it out, or build a flexible stage into the train (stages.case)",
+            )

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from flexgear.cli.display import Report, progress, table
 from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
 from flexgear.cli.pictures import Folder, draw
-from flexgear.model.case import Case
+from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
+from flexgear.model.case import Case, Train
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
 from flexgear.results.files import staged_folder, write_json
@@ -35,9 +36,12 @@ def run(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Everything: steady revolution, torque drops, flexible and rigid; results and pictures."""
+    """Every analysis of a case, with results, summary, pictures and a report in one folder."""
     found = read_case(case, settings)
     folder = out or Path("results") / found.name
+    if isinstance(found, Train):
+        run_whole_train(found, folder, pictures, as_json, quiet)
+        return
     watch = Stopwatch()
     with staged_folder(folder) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
@@ -89,8 +93,12 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Draw the pictures and the report of an earlier run again."""
-    content = read_folder(folder)
     target = out or folder
+    if is_train_folder(folder):
+        name = render_train(folder, target, quiet)
+        typer.echo(f"drew {name} into {target}")
+        return
+    content = read_folder(folder)
     with staged_folder(target) as stage, progress(quiet) as report:
         notes = draw(content, stage, report)
     for note in notes:
@@ -106,7 +114,7 @@ def read_folder(folder: Path) -> Folder:
             raise FlexgearError(f"{folder} holds no finished run: {needed.name} is missing")
     try:
         figures = json.loads(summary.read_text(encoding="utf-8"))
-        parameters = Case.model_validate(_tuples(json.loads(case.read_text(encoding="utf-8"))))
+        parameters = Case.model_validate(tuples_of(json.loads(case.read_text(encoding="utf-8"))))
     except ValueError as error:
         raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
     data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
@@ -116,10 +124,3 @@ def read_folder(folder: Path) -> Folder:
         {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
         figures,
     )
-
-
-def _tuples(value: Any) -> Any:
-    """Lists of JSON as the tuples that frozen parameters hold."""
-    if isinstance(value, dict):
-        return {k: _tuples(v) for k, v in value.items()}
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value

@@ -1,0 +1,231 @@
+"""Parameter studies: any key of a case over a range or a grid."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+import xarray as xr
+
+from flexgear.cli.display import Report, progress, shown
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Quiet,
+    Scheduler,
+    Settings,
+    Workers,
+    settings_of,
+)
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.files import make_folder, staged_folder
+from flexgear.studies.stage_measures import STAGE_MEASURES
+from flexgear.studies.sweep import failures, save_sweep
+from flexgear.studies.sweep import sweep as run_sweep
+from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
+from flexgear.studies.train_measures import TRAIN_MEASURES
+from flexgear.views import style
+from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
+
+MOST_COLUMNS = 8  # of a printed table
+MOST_MESSAGES = 3  # of failed points that are printed
+TRAINS = ", ".join(m.name for m in TRAIN_MEASURES)
+STAGES = ", ".join(m.name for m in STAGE_MEASURES)
+Keys = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="KEY=VALUES [KEY2=VALUES2]",
+        help="One or two keys of the case; values as 1,2,3 or start:stop:count or "
+        "start:stop:count:log. A number at the end picks an element of a list.",
+    ),
+]
+Measures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--measure",
+        metavar="NAME",
+        help=f"What to take down; repeatable. Of trains: {TRAINS}. Of flexible stages: {STAGES}.",
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(sweep)
+
+
+def sweep(
+    case: CaseName,
+    keys: Keys,
+    measure: Measures = None,
+    settings: Settings = None,
+    modes: Annotated[int, typer.Option("--modes", min=1, help="Natural modes to list.")] = 10,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR|FILE", help="Folder, or .nc file with pictures beside."),
+    ] = None,
+    pictures: Annotated[bool, typer.Option(help="Draw a picture of each measure.")] = True,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Parameter study over one key or a grid of two, in parallel; dataset and pictures."""
+    swept = _keys(keys)
+    names = [n.strip() for given in measure or [] for n in given.split(",") if n.strip()]
+    target = out or Path("results") / f"sweep-{Path(case).stem}"
+    with _place(target) as (folder, start), progress(quiet) as report:
+        data = run_sweep(
+            case, swept, settings=settings_of(settings), measures=names, modes=modes,
+            workers=workers, scheduler=scheduler, progress=report,
+        )  # fmt: skip
+        save_sweep(data, folder / f"{start}.nc")
+        if pictures:
+            _draw(data, folder, start, report)
+    if as_json:
+        typer.echo(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        _tables(data)
+        typer.echo(f"\nwrote {target}")
+    _complain(data)
+
+
+def _keys(settings: list[str]) -> dict[str, Values]:
+    """Keys and values of the command line; one or two."""
+    swept: dict[str, Values] = {}
+    for setting in settings:
+        key, values = parse_setting(setting)
+        if key in swept:
+            raise InputError(WHERE, key, "is given twice", f"give all its values at once; {FORMS}")
+        swept[key] = values
+    if len(swept) > 2:
+        raise InputError(
+            WHERE, list(swept)[2], "is a third key", "sweep one or two, set others with --set"
+        )
+    return swept
+
+
+@contextmanager
+def _place(target: Path) -> Iterator[tuple[Path, str]]:
+    """Folder to write to and how file names start: for a file beside it, else inside ``target``.
+
+    Everything is written to a folder of its own first and moved when all of it is there.
+    """
+    if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
+        raise InputError(
+            "--out",
+            str(target),
+            "is no folder or dataset",
+            "name a folder or a file that ends in .nc",
+        )
+    if target.suffix.lower() != ".nc":
+        with staged_folder(target) as stage:
+            yield stage, "sweep"
+        return
+    if target.is_dir():
+        raise FlexgearError(f"cannot write to {target}: it is a folder; name a file in it")
+    make_folder(target.parent)
+    with staged_folder(target.parent) as stage:
+        yield stage, target.stem
+
+
+def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:
+    names = drawn_variables(data)
+    for k, name in enumerate(names):
+        report("pictures", k / len(names))
+        style.save_figure(sweep_chart(data, name), folder / f"{start}_{name}.png", dpi=150)
+    report("pictures", 1.0)
+
+
+def plain(data: xr.Dataset) -> dict[str, Any]:
+    """A dataset of a parameter study for programs: keys, measures, what failed; SI units."""
+    keys = keys_of(data["message"])
+    return {
+        "case": data.attrs["case"],
+        "keys": [
+            {"key": k, "units": data[k].attrs["units"], "values": data[k].to_numpy().tolist()}
+            for k in keys
+        ],
+        "measures": {
+            str(name): {
+                "units": field.attrs["units"],
+                "meaning": field.attrs["long_name"],
+                "dims": list(field.dims),
+                "labels": {str(d): field[d].to_numpy().tolist() for d in field.dims},
+                "values": _finite(field.to_numpy().tolist()),
+            }
+            for name, field in data.data_vars.items()
+            if name != "message"
+        },
+        "failed": [{"point": where, "message": text} for where, text in failures(data)],
+    }
+
+
+def _finite(values: Any) -> Any:
+    """Numbers that are none as null."""
+    if isinstance(values, list):
+        return [_finite(v) for v in values]
+    return None if isinstance(values, float) and not math.isfinite(values) else values
+
+
+def _tables(data: xr.Dataset) -> None:
+    """A table for each measure, a line for each point."""
+    typer.echo(f"{data.attrs['case']}: {data.attrs['variant']}, {data.attrs['points']} points")
+    for name in drawn_variables(data):
+        field = data[name]
+        factor, unit = scale_of(field)
+        for title, part in _parts(field):
+            typer.echo(f"\n{', '.join(filter(None, (name.replace('_', ' '), title)))} ({unit})")
+            _table(part, factor)
+
+
+def _parts(field: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+    """Parts with at most one dimension beside the keys, and how they are called."""
+    inner = [d for d in field.dims if d not in keys_of(field)][:-1]
+    for at in np.ndindex(*(field.sizes[d] for d in inner)):
+        part = field.isel(dict(zip(inner, at, strict=True)))
+        yield ", ".join(str(part[d].item()) for d in inner), part
+
+
+def _table(part: xr.DataArray, factor: float) -> None:
+    keys = keys_of(part)
+    inner = [d for d in part.dims if d not in keys]
+    labels = part[inner[0]].to_numpy().tolist() if inner else ["value"]
+    columns = [f"{inner[0]} {t}" if isinstance(t, int) else str(t) for t in labels]
+    values = part.transpose(*keys, *inner).to_numpy().reshape(-1, len(columns)) * factor
+    points = np.ndindex(*(part.sizes[k] for k in keys))
+    rows = [
+        [*(shown(part[k][i].item()) for k, i in zip(keys, at, strict=True)),
+         *(f"{v:.6g}" if math.isfinite(v) else "–" for v in line[:MOST_COLUMNS])]
+        for at, line in zip(points, values, strict=True)
+    ]  # fmt: skip
+    head = [*(_headed(part[k]) for k in keys), *columns[:MOST_COLUMNS]]
+    widths = [max(len(row[c]) for row in [head, *rows]) for c in range(len(head))]
+    more = len(columns) - MOST_COLUMNS
+    for row in [head, *rows]:
+        line = "  ".join(f"{text:>{w}}" for text, w in zip(row, widths, strict=True))
+        typer.echo(f"  {line}" + (f"  … {more} more" if more > 0 and row is head else ""))
+
+
+def _headed(ticks: xr.DataArray) -> str:
+    """A key without its unit's suffix, and the unit."""
+    name, unit = str(ticks.attrs["long_name"]), str(ticks.attrs["units"])
+    return f"{name}, {unit}" if unit else name
+
+
+def _complain(data: xr.Dataset) -> None:
+    """Failed points, on stderr."""
+    failed = failures(data)
+    if not failed:
+        return
+    typer.echo(f"flexgear: {len(failed)} of {data.attrs['points']} points failed:", err=True)
+    for where, message in failed[:MOST_MESSAGES]:
+        typer.echo(f"  {where}: {message}", err=True)
+    if len(failed) > MOST_MESSAGES:
+        typer.echo(f"  … and {len(failed) - MOST_MESSAGES} more in the dataset", err=True)

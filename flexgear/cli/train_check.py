@@ -1,0 +1,109 @@
+"""What ``flexgear check`` says about a train: gears, speeds, torques, forces, error cycles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from flexgear.coupling.train import train_system
+from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.train_radii import stage_radii
+from flexgear.gears.train_report import train_report
+from flexgear.model.train import Train
+from flexgear.results.summary import RPM
+from flexgear.studies.train_angles import StageMotion, stage_motions
+from flexgear.studies.train_model import flexible_stages
+
+Sections = dict[str, dict[str, Any]]
+
+
+def derived_of_train(train: Train) -> Sections:
+    """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
+    flow, motions = power_flow(train), stage_motions(train, power_flow(train))
+    sections: Sections = dict(train_report(train))
+    sections |= _members(flow)
+    lives = planet_bearing_life_hours(train, flow)
+    for stage, motion in zip(flow.stages, motions, strict=True):
+        before = f"{stage.name} " if len(flow.stages) > 1 else ""
+        rows = _stage(train, stage, motion)
+        if math.isfinite(lives.get(stage.name, math.inf)):
+            rows["planet_bearing_life_h"] = lives[stage.name]
+        sections[f"{before}running"] = rows
+    sections["power"] = {
+        "independent_speeds": flow.mobility,
+        "input_power_w": flow.input_power,
+        "circulating_power_w": flow.circulating_power,
+    }
+    sections["system"] = _system(train)
+    sections["case"] = {"name": train.name, "content_hash": train.content_hash()}
+    return sections
+
+
+def _members(flow: PowerFlow) -> Sections:
+    """Speed, torque by the rest of the train and power into the stage, of every member."""
+    return {
+        "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
+        "torques_on_the_stages_nm": dict(flow.branch_torque),
+        "powers_into_the_stages_w": dict(flow.branch_power),
+        "torques_from_outside_nm": dict(flow.torque),
+    }
+
+
+def _stage(train: Train, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+    rows: dict[str, Any] = {
+        "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
+        "rolling_power_w": stage.stage_power,
+        "circulating_power_w": stage.circulating_power,
+    }
+    if stage.kind == "parallel":
+        rows["gear_mesh_force_n"] = abs(stage.sun_gear_mesh_force)
+        rows["tangential_force_n"] = abs(stage.sun_working_force)
+    else:
+        rows |= {
+            "sun_gear_mesh_force_n": abs(stage.sun_gear_mesh_force),
+            "ring_gear_mesh_force_n": abs(stage.ring_gear_mesh_force),
+            "sun_tangential_force_n": abs(stage.sun_working_force),
+            "ring_tangential_force_n": abs(stage.ring_working_force),
+            "planet_speed_rpm": stage.planet_speed * RPM,
+            "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
+            "planet_bearing_force_n": stage.planet_bearing_force,
+            "planet_bearing_force_direction_deg": math.degrees(_direction(train, stage)),
+        }
+    cycle = motion.cycle
+    rows["error_cycle_gear_meshes"] = cycle.gear_meshes
+    rows["error_cycle_turns"] = float(cycle.turns)
+    if math.isfinite(motion.error_period):
+        rows["error_cycle_s"] = motion.error_period
+    return rows
+
+
+def _direction(train: Train, stage: StageFlow) -> float:
+    """Direction of the force on a pin, rad from radial outward in the sense of rotation.
+
+    Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
+    """
+    radii = stage_radii(train.stage(stage.name), train.source)
+    outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
+    inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
+    tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)
+    tangential += abs(stage.ring_gear_mesh_force) * math.cos(radii.ring_angle)
+    sense = math.copysign(1.0, -stage.planet_bearing_tangential)
+    return math.atan2(sense * tangential, outward - inward)
+
+
+def _system(train: Train) -> dict[str, Any]:
+    """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
+    if flexible_stages(train):
+        return {
+            "flexible_stages": list(flexible_stages(train)),
+            "bodies_and_coordinates": "known once the flexible stages are reduced: flexgear modes",
+        }
+    system = train_system(train)
+    return {
+        "bodies": len(system.bodies),
+        "degrees_of_freedom": system.size,
+        "gear_meshes": len(system.gear_meshes),
+        "gyroscopic": system.gyroscopic is not None,
+    }

@@ -1,0 +1,124 @@
+"""The whole job over a train, and its pictures drawn again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from flexgear.cli.display import Report, progress, table
+from flexgear.cli.train_pictures import TrainFolder, draw_train
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.errors import FlexgearError
+from flexgear.model.train import Train
+from flexgear.results.dataset import load, save
+from flexgear.results.files import staged_folder, write_json
+from flexgear.studies.stage_run import Stopwatch
+from flexgear.studies.train_model import train_bodies
+from flexgear.studies.train_run import TrainResults, run_train
+
+
+def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, quiet: bool) -> None:
+    """Run everything, write results, summary, pictures and report into ``folder``."""
+    watch = Stopwatch()
+    with staged_folder(folder) as stage, progress(quiet) as report:
+        with watch.stage("bodies"):
+            bodies = train_bodies(train, report)
+        result = run_train(train, report, watch, bodies=bodies)
+        with watch.stage("saving"):
+            _save(result, stage, report)
+        if pictures:
+            with watch.stage("pictures"):
+                content = TrainFolder(train, result.flow, result.datasets, result.summary)
+                draw_train(content, stage, report)
+        summary = result.with_timing(**watch.seconds).summary
+        write_json(stage / "summary.json", summary)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
+        return
+    table(f"{train.name}: results in {folder}", _told(summary))
+
+
+def _told(summary: dict[str, Any]) -> dict[str, Any]:
+    """What a run says at its end."""
+    lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
+    rows: dict[str, Any] = {
+        "power": f"{summary['power_flow']['input_power_w'] / 1e3:.6g} kW in",
+        "lowest modes": ", ".join(f"{m['frequency_hz']:.4g} Hz {m['type']}" for m in lowest),
+        "largest K, quasi-static": _largest(
+            list(_first(summary["load_sharing"]["quasi_static"]).values())
+        ),
+        "largest K, transient": _largest([_first(summary["load_sharing"]["transient"])]),
+    }
+    difference = summary["harmonic"].get("largest_difference")
+    if difference is not None:
+        rows["harmonic against transient"] = f"{100 * difference:.3f} % of the largest force apart"
+    rows["faster than real time"] = f"{summary['realtime_factor']:.2f} x"
+    return rows
+
+
+def _first(variants: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The train as it is, which comes before its variants."""
+    return next(iter(variants.values()), {})
+
+
+def _largest(stages: list[dict[str, Any]]) -> str:
+    """Largest momentary load sharing factor over groups of gear meshes by name."""
+    found = {
+        group: figures["instantaneous"]
+        for groups in stages
+        for group, figures in groups.items()
+        if isinstance(figures, dict) and figures["instantaneous"] is not None
+    }
+    if not found:
+        return "no planets share a load"
+    group = max(found, key=lambda g: found[g])
+    return f"{found[group]:.4f} ({group})"
+
+
+def _save(result: TrainResults, stage: Path, report: Report) -> None:
+    for k, (name, data) in enumerate(result.datasets.items()):
+        report("saving", k / len(result.datasets))
+        save(data, stage / f"{name}.nc")
+    write_json(stage / "case.json", result.train.to_dict())
+    report("saving", 1.0)
+
+
+def is_train_folder(folder: Path) -> bool:
+    """Whether a folder holds the run of a train."""
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(summary, dict) and summary.get("kind") == "train"
+
+
+def render_train(folder: Path, target: Path, quiet: bool) -> str:
+    """Draw the pictures of an earlier run into ``target``; returns the case's name."""
+    content = read_train_folder(folder)
+    with staged_folder(target) as stage, progress(quiet) as report:
+        draw_train(content, stage, report)
+    return content.train.name
+
+
+def read_train_folder(folder: Path) -> TrainFolder:
+    """What an earlier run left in a folder."""
+    case = folder / "case.json"
+    if not case.is_file():
+        raise FlexgearError(f"{folder} holds no finished run: {case.name} is missing")
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        train = Train.model_validate(tuples_of(json.loads(case.read_text(encoding="utf-8"))))
+    except ValueError as error:
+        raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
+    data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
+    return TrainFolder(train, power_flow(train), data, summary)
+
+
+def tuples_of(value: Any) -> Any:
+    """Lists of JSON as the tuples that frozen parameters hold."""
+    if isinstance(value, dict):
+        return {k: tuples_of(v) for k, v in value.items()}
+    return tuple(tuples_of(v) for v in value) if isinstance(value, list) else value

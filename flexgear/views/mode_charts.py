@@ -1,0 +1,266 @@
+"""Natural modes by frequency, type and energy; Campbell diagram with gear-mesh orders."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.select import variable
+from flexgear.views.style import (
+    DEFORMED_COLOUR,
+    NEUTRAL,
+    PLANET_COLOURS,
+    FloatArray,
+    panels,
+    styled,
+)
+
+TYPE_COLOURS = {
+    "rotational": "#D55E00",
+    "translational": "#0072B2",
+    "planet": "#009E73",
+    "axial": "#E69F00",
+    "tilting": "#CC79A7",
+    "rotational-axial": "#8C6D1F",
+    "translational-tilting": "#56B4E9",
+    "elastic": "#444444",
+    "mixed": NEUTRAL,
+    "rigid": "#B7BCC4",
+}
+OTHER_COLOUR = "#D8DBE0"
+MOST_MODES = 40
+MOST_SPRINGS = 7
+FORWARD, BACKWARD, STRAIGHT = "#004488", "#BB5566", "#444444"
+NEAR_RATED = 0.1  # of rated speed: crossings that are marked
+LABEL_ROOM = 0.03  # of the picture's height that a label needs
+_ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # matplotlib's own types change
+_BESIDE: Any = {"xytext": (3, 0), "va": "center"}
+CIRCULAR = 0.05  # least |whirl| that is called a direction
+
+
+@styled
+def modes_chart(data: xr.Dataset, most: int = MOST_MODES) -> Figure:
+    """Modes from the lowest up: frequency by type, kinetic energy by motion, strain energy.
+
+    Repeated frequencies of one type are one row.
+    """
+    frequency = np.asarray(variable(data, "frequency"), dtype=float)
+    kinds = [str(k) for k in variable(data, "type").to_numpy()]
+    every = _distinct(frequency, kinds)
+    rows = every[:most]
+    if not rows:
+        raise FlexgearError("cannot draw: the dataset has no modes")
+    shares = [
+        (title, part)
+        for title, part in (
+            ("kinetic energy", _shares(data, "motion_energy", rows)),
+            ("strain energy", _summed_springs(_shares(data, "strain_energy", rows), _stages(data))),
+        )
+        if part
+    ]
+    figure, axes = panels(
+        1, 1 + len(shares), height_mm=34 + 4.2 * len(rows), sharey=True,
+        width_ratios=[1.3, *[1.0, 1.25][: len(shares)]],
+    )  # fmt: skip
+    at = np.arange(len(rows))
+    _frequencies(axes[0, 0], frequency, kinds, rows)
+    for ax, (title, part) in zip(axes[0, 1:], shares, strict=True):
+        start = np.zeros(len(rows))
+        colours = _share_colours(part)
+        for name, share in part.items():
+            ax.barh(at, 100 * share, 0.75, left=start, color=colours[name], label=name)
+            start = start + 100 * share
+        ax.set(xlim=(0, 100), xlabel=f"share of {title} (%)")
+        ax.grid(axis="y", visible=False)
+        ax.legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7, handlelength=1.0,
+            columnspacing=1.0,
+        )  # fmt: skip
+    used = dict.fromkeys(kinds[r[0]] for r in rows)
+    axes[0, 0].legend(
+        handles=[Patch(color=_type_colour(k), label=k) for k in used],
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7, handlelength=1.0,
+    )  # fmt: skip
+    axes[0, 0].set_ylim(len(rows) - 0.4, -0.6)
+    if len(every) > len(rows):
+        last = frequency[every[-1][0]]
+        figure.suptitle(f"the lowest {len(rows)} of {len(every)} frequencies (up to {last:.5g} Hz)",
+                        fontsize=8.5)  # fmt: skip
+    return figure
+
+
+@styled
+def campbell_chart(data: xr.Dataset, highest: float | None = None) -> Figure:
+    """Frequencies over speed with the gear-mesh orders; dots where they meet.
+
+    highest: Hz at the top of the picture (None: a little above what is excited at full speed).
+    """
+    modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
+    factor = np.asarray(data["speed_factor"], dtype=float)
+    values = np.asarray(modes, dtype=float)
+    excited = float(data["excitation_slope"].max()) if "excitation" in data.dims else 0.0
+    top = highest or _top(values, excited * factor[-1])
+    figure, axes = panels(1, 1, height_mm=110)
+    ax = axes[0, 0]
+    whirl = np.asarray(data["whirl"], dtype=float) if "whirl" in data else np.full_like(values, 0)
+    for m in range(values.shape[1]):
+        sense = whirl[:, m][np.isfinite(whirl[:, m])]
+        mean = float(sense[-1]) if sense.size else 0.0
+        colour = STRAIGHT if abs(mean) < CIRCULAR else FORWARD if mean > 0 else BACKWARD
+        ax.plot(factor, values[:, m], color=colour, lw=0.8)
+    stages = _excitations(ax, data, factor, top)
+    if "crossing" in data.dims and data.sizes["crossing"]:
+        x, y = (np.asarray(data[f"crossing_{n}"], dtype=float) for n in ("factor", "frequency"))
+        near = np.abs(x - 1.0) <= NEAR_RATED
+        ax.plot(x[~near], y[~near], "o", color="black", ms=2, zorder=4)
+        ax.plot(x[near], y[near], "o", color=DEFORMED_COLOUR, ms=3.5, zorder=5)
+    ax.axvspan(1 - NEAR_RATED, 1 + NEAR_RATED, color="#F3F4F6", zorder=0)
+    ax.axvline(1.0, color=NEUTRAL, lw=0.8)
+    ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
+    ax.set_xlabel("speed over rated speed (–)")
+    ax.set_ylabel("frequency (Hz)")
+    handles = [
+        *(Line2D([], [], color=c, ls="--", lw=1.0,
+                 label="gear-mesh orders" + (f", {s}" if len(stages) > 1 else ""))
+          for s, c in stages.items()),
+        Line2D([], [], color=STRAIGHT, label="mode"),
+        Line2D([], [], color=DEFORMED_COLOUR, ls="", marker="o", ms=3.5,
+               label=f"met within {100 * NEAR_RATED:.0f} % of rated speed"),
+    ]  # fmt: skip
+    if np.any(np.abs(whirl) >= CIRCULAR):
+        handles += [
+            Line2D([], [], color=FORWARD, label="forward whirl"),
+            Line2D([], [], color=BACKWARD, label="backward whirl"),
+        ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
+    return figure
+
+
+def _distinct(frequency: FloatArray, kinds: list[str]) -> list[list[int]]:
+    """Modes by row: those of one frequency and type together."""
+    rows: list[list[int]] = []
+    for i, f in enumerate(frequency):
+        same = [r for r in rows if kinds[r[0]] == kinds[i]
+                and abs(f - frequency[r[0]]) <= 1e-6 * max(f, 1e-9)]  # fmt: skip
+        if same:
+            same[-1].append(i)
+        else:
+            rows.append([i])
+    return rows
+
+
+def _frequencies(ax: Axes, frequency: FloatArray, kinds: list[str], rows: list[list[int]]) -> None:
+    """A line from the axis to each frequency, its value beside it; logarithmic."""
+    elastic = [frequency[r[0]] for r in rows if frequency[r[0]] > 0]
+    low = 0.5 * min(elastic, default=1.0)
+    high = max(elastic, default=10.0)
+    for k, row in enumerate(rows):
+        f, colour = frequency[row[0]], _type_colour(kinds[row[0]])
+        ax.plot([low, max(f, low)], [k, k], color=colour, lw=1.6)
+        ax.plot(max(f, low), k, "o", color=colour, ms=3.5)
+        times = f" ×{len(row)}" if len(row) > 1 else ""
+        ax.annotate(
+            f"{f:.5g}{times}", (max(f, low), k), xytext=(5, 0), textcoords="offset points",
+            va="center", fontsize=7,
+        )  # fmt: skip
+    ax.set_xscale("log")
+    ax.set_xlim(low, high * (high / low) ** 0.35)
+    ax.set_yticks(range(len(rows)), [str(row[0] + 1) for row in rows])
+    ax.grid(axis="y", visible=False)
+    ax.set_xlabel("natural frequency (Hz)")
+    ax.set_ylabel("number of the mode")
+
+
+def _stages(data: xr.Dataset) -> set[str]:
+    """Names of the stages, which stand before the names of bodies."""
+    if "body" not in data.coords:
+        return set()
+    return {str(n).rpartition(".")[0] for n in data["body"].to_numpy()}
+
+
+def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, FloatArray]:
+    """Mean shares of energy by part in each row, parts that are nowhere left out."""
+    if name not in data:
+        return {}
+    field = data[name].transpose("mode", ...)
+    values = np.asarray(field, dtype=float)
+    parts = [str(p) for p in field[str(field.dims[1])].to_numpy()]
+    means = np.array([values[row].mean(axis=0) for row in rows])
+    return {p: means[:, k] for k, p in enumerate(parts) if np.nanmax(means[:, k]) > 5e-3}
+
+
+def _summed_springs(shares: Mapping[str, FloatArray], stages: set[str]) -> dict[str, FloatArray]:
+    """Springs of the same kind together, over planets and stages; rare kinds as "others"."""
+    kinds: dict[str, FloatArray] = {}
+    for name, share in shares.items():
+        kind = _spring_kind(name, stages)
+        kinds[kind] = kinds.get(kind, 0.0) + share
+    order = sorted(kinds, key=lambda k: -float(np.nanmax(kinds[k])))
+    out = {k: kinds[k] for k in order[:MOST_SPRINGS]}
+    rest = [kinds[k] for k in order[MOST_SPRINGS:]]
+    return {**out, "others": np.sum(rest, axis=0)} if rest else out
+
+
+def _spring_kind(name: str, stages: set[str]) -> str:
+    """stage_1.planet_bearing_2 -> planet bearing; stage_2.sun-stage_3.gear -> joint."""
+    if any(f"-{s}." in name for s in stages):
+        return "joint"
+    for stage in stages:
+        name = re.sub(rf"^{re.escape(stage)}[. ]", "", name)
+    name = re.sub(r"[ _]?\d+$", "", name).replace("_", " ").replace(".", " ")
+    return re.sub(r" (left|right)\b", "", name)
+
+
+def _share_colours(parts: Mapping[str, FloatArray]) -> dict[str, str]:
+    if all(p in TYPE_COLOURS for p in parts):
+        return {p: TYPE_COLOURS[p] for p in parts}
+    colours = {p: PLANET_COLOURS[k % len(PLANET_COLOURS)] for k, p in enumerate(parts)}
+    return {**colours, "others": OTHER_COLOUR}
+
+
+def _type_colour(kind: str) -> str:
+    return TYPE_COLOURS.get(kind, NEUTRAL)
+
+
+def _top(values: FloatArray, excited: float) -> float:
+    """Top of a Campbell diagram: what is excited, but never less than three elastic modes."""
+    elastic = np.sort(values[-1][values[-1] > 1e-3])
+    least = float(elastic[: min(3, elastic.size)].max(initial=1.0))
+    most = float(np.nanmax(values, initial=1.0))
+    return 1.08 * max(least, min(most, excited if excited > 0 else most))
+
+
+def _excitations(ax: Axes, data: xr.Dataset, factor: FloatArray, top: float) -> dict[str, str]:
+    """Orders of gear-mesh frequencies as rays with their order at the end; colours by stage."""
+    if "excitation" not in data.dims:
+        return {}
+    stages = [str(s) for s in data["excitation_stage"].to_numpy()]
+    colours = {s: PLANET_COLOURS[(2 * k + 1) % 8] for k, s in enumerate(dict.fromkeys(stages))}
+    slopes = np.asarray(data["excitation_slope"], dtype=float)
+    orders, labelled = np.asarray(data["excitation_order"]).tolist(), list[float]()
+    for k in np.argsort(-slopes):
+        colour, slope = colours[stages[k]], float(slopes[k])
+        ax.plot(factor, slope * factor, "--", color=colour, lw=1.0, zorder=2)
+        if slope * factor[-1] >= top:
+            at, place = (top / slope, top), _ABOVE
+        else:
+            at, place = (factor[-1], slope * factor[-1]), _BESIDE
+            if any(abs(at[1] - y) < LABEL_ROOM * top for y in labelled):
+                continue
+            labelled.append(at[1])
+        ax.annotate(
+            f"{orders[k]:g}×", at, textcoords="offset points", fontsize=7, color=colour,
+            annotation_clip=False, **place,
+        )  # fmt: skip
+    ax.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+    return {s.replace("_", " "): c for s, c in colours.items()}

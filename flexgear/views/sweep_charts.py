@@ -1,0 +1,366 @@
+"""Parameter studies: one key as lines, two keys as lines by the second key or as filled maps.
+
+Keys are the dimensions whose coordinate says whether it is spaced logarithmically; what remains of
+a variable's dimensions labels lines (the last) and panels (those before).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import (
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+)
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.mode_charts import TYPE_COLOURS
+from flexgear.views.select import variable
+from flexgear.views.style import (
+    MICRO,
+    NEUTRAL,
+    PLANET_COLOURS,
+    RPM,
+    SEQUENTIAL_MAP,
+    FloatArray,
+    panels,
+    styled,
+)
+
+LINES_BY_KEY = 6  # values of a second key up to which it labels lines
+MOST_PANELS = 8
+MOST_MARKED = 40  # points of a line that are marked
+WIDE = 50.0  # ratio of the ends below which a logarithmic axis lists its points
+SPREAD = 12.0  # ratio of the ends from which positive values are drawn logarithmically
+LEAST_SPAN = 0.01  # of the values: less is shown as constant
+WIDE_LABEL, NARROW_LABEL = 80, 30  # characters of a key in one line
+STYLES = ("-", "--", "-.", ":")
+SCALES = {"m": (MICRO, "µm"), "rad/s": (RPM, "r/min"), "1": (1.0, "–")}
+PREFIXED = {"N": "N", "N m": "N m", "W": "W"}
+NEGLIGIBLE = 1e-9  # of the largest value: lines below are not drawn
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of a panel: its label, values along the key, colour and style."""
+
+    label: str
+    values: FloatArray
+    colour: str
+    style: str = "-"
+
+
+def drawn_variables(data: xr.Dataset) -> list[str]:
+    """Variables that have a picture: numbers over at least one key."""
+    return [str(n) for n, v in data.data_vars.items() if v.dtype.kind == "f" and keys_of(v)]
+
+
+def keys_of(field: xr.DataArray) -> list[str]:
+    """Dimensions that were swept."""
+    return [str(d) for d in field.dims if "logarithmic" in field[d].attrs]
+
+
+@styled
+def sweep_chart(data: xr.Dataset, name: str) -> Figure:
+    """One variable of a parameter study over its one or two keys."""
+    field = variable(data, name)
+    keys = keys_of(field)
+    if len(keys) not in (1, 2):
+        raise FlexgearError(f"cannot draw '{name}': it has {len(keys)} keys, pictures one or two")
+    for key in keys:
+        if field[key].dtype.kind in "if":
+            field = field.sortby(key)
+    factor, unit = scale_of(field)
+    field = field.copy(data=field.to_numpy() * factor)  # keeps what it says of itself
+    said = f"{_said(name)} ({unit})" if unit else _said(name)
+    if len(keys) == 1:
+        figure = _lines(data, field, keys[0], said)
+    elif field.sizes[keys[1]] <= LINES_BY_KEY:
+        figure = _lines_by_key(field, keys, said)
+    else:
+        figure = _maps(field, keys, said)
+    failed = int((data["message"] != "").sum()) if "message" in data else 0
+    notes = [str(field.attrs.get("long_name", ""))]
+    if failed:
+        notes.append(f"{failed} of {data['message'].size} points failed")
+    figure.suptitle("; ".join(filter(None, notes)), fontsize=9, weight="bold")
+    return figure
+
+
+def _lines(data: xr.Dataset, field: xr.DataArray, key: str, said: str) -> Figure:
+    """A panel for each label but the last dimension's, whose labels are the lines."""
+    parts = list(_panels(field, [key], keep=2 if "number" in field.dims else 1))[:MOST_PANELS]
+    figure, axes = panels(
+        len(parts), 1, height_mm=30 + (62 if len(parts) == 1 else 42 * len(parts)), sharex=True
+    )
+    handles: dict[str, Line2D] = {}
+    for ax, (title, part) in zip(axes[:, 0], parts, strict=True):
+        curves = _curves(part, key)
+        _draw(ax, part[key], curves, _spreads(field))
+        ax.set_title(title)
+        ax.set_ylabel(said)
+        handles |= {c.label: _handle(c) for c in curves if c.label}
+    if "mode" in field.dims and "mode_type" in data:
+        handles = _marked_types(axes[-1, 0], data, field, key)
+    axes[-1, 0].set_xlabel(_key_label(field[key]))
+    _legend(figure, list(handles.values()))
+    return figure
+
+
+def _lines_by_key(field: xr.DataArray, keys: list[str], said: str) -> Figure:
+    """A panel for each label, a colour for each value of the second key; modes share a panel."""
+    bundle = next((d for d in ("mode", "number") if d in field.dims), "")
+    parts = list(_panels(_first_definition(field), keys, keep=1 if bundle else 0))[:MOST_PANELS]
+    figure, axes, flat = _grid(len(parts))
+    unit, handles = field[keys[1]].attrs.get("units", ""), dict[str, Line2D]()
+    for ax, (title, part) in zip(flat, parts, strict=False):
+        curves: list[Curve] = []
+        for k, tick in enumerate(part[keys[1]].to_numpy().tolist()):
+            label, colour = f"{_tick(tick)} {unit}".strip(), PLANET_COLOURS[k % len(PLANET_COLOURS)]
+            one = part.isel({keys[1]: k}).transpose(..., keys[0]).to_numpy()
+            lines = [v for v in one.reshape(-1, one.shape[-1]) if np.isfinite(v).any()]
+            curves += [Curve(label, values, colour) for values in lines]
+        handles |= {c.label: _handle(c) for c in curves}
+        _draw(ax, part[keys[0]], curves, _spreads(field))
+        ax.set_title(title)
+    for row in axes:
+        row[0].set_ylabel(said)
+    room = NARROW_LABEL if len(parts) > 1 else WIDE_LABEL
+    for ax in flat[: len(parts)]:
+        ax.set_xlabel(_key_label(field[keys[0]], room))
+    _legend(figure, list(handles.values()), _key_label(field[keys[1]]))
+    return figure
+
+
+def _maps(field: xr.DataArray, keys: list[str], said: str) -> Figure:
+    """A filled map for each label, second key upwards; white where a point failed."""
+    parts = list(_panels(_first_definition(field), keys, keep=0))[:MOST_PANELS]
+    figure, _, flat = _grid(len(parts))
+    for ax, (title, part) in zip(flat, parts, strict=False):
+        x, y = _positions(part[keys[0]]), _positions(part[keys[1]])
+        log = [_logarithmic(part[k]) for k in keys]
+        image = np.ma.masked_invalid(part.transpose(keys[1], keys[0]).to_numpy())
+        low, high = float(image.min()), float(image.max())
+        room = max(0.0, LEAST_SPAN * max(abs(low), abs(high)) - (high - low)) / 2
+        drawn = ax.pcolormesh(
+            _edges(x, log[0]), _edges(y, log[1]), image, cmap=SEQUENTIAL_MAP, rasterized=True,
+            vmin=low - room, vmax=high + room,
+        )  # fmt: skip
+        figure.colorbar(drawn, ax=ax, label=said, pad=0.01)
+        ax.grid(False)
+        ax.set_title(title)
+        _axis(ax, part[keys[0]], "x")
+        _axis(ax, part[keys[1]], "y")
+        ax.set_xlabel(_key_label(field[keys[0]], NARROW_LABEL))
+        ax.set_ylabel(_key_label(field[keys[1]], NARROW_LABEL))
+    return figure
+
+
+def _panels(field: xr.DataArray, keys: list[str], keep: int) -> Iterator[tuple[str, xr.DataArray]]:
+    """Parts of a variable by the labels of all but the keys and the last ``keep`` dimensions."""
+    inner = [str(d) for d in field.dims if d not in keys]
+    inner = inner[: len(inner) - keep] if keep else inner
+    if not inner:
+        yield "", field
+        return
+    largest = float(np.abs(field).max())
+    for at in np.ndindex(*(field.sizes[d] for d in inner)):
+        part = field.isel(dict(zip(inner, at, strict=True)))
+        size = float(np.abs(part).max())
+        if np.isfinite(size) and (size > NEGLIGIBLE * largest or largest == 0):
+            yield ", ".join(_label(d, part[d].item()) for d in inner), part
+
+
+def _curves(part: xr.DataArray, key: str) -> list[Curve]:
+    """Lines over one key; modes of one type share their colour."""
+    inner = [str(d) for d in part.dims if d != key]
+    if not inner:
+        return [Curve("", np.asarray(part, dtype=float), PLANET_COLOURS[0])]
+    out, largest = [], float(np.nanmax(np.abs(part.to_numpy()), initial=0.0))
+    for k, at in enumerate(np.ndindex(*(part.sizes[d] for d in inner))):
+        one = part.isel(dict(zip(inner, at, strict=True)))
+        values = np.asarray(one, dtype=float)
+        size = float(np.nanmax(np.abs(values), initial=0.0))
+        if not np.isfinite(values).any() or (largest > 0 and size <= NEGLIGIBLE * largest):
+            continue
+        if inner[-1] == "number":
+            kind = str(one[inner[0]].item())
+            out.append(Curve(kind, values, TYPE_COLOURS.get(kind, NEUTRAL)))
+        elif inner[-1] == "mode":
+            out.append(Curve("", values, NEUTRAL))
+        else:
+            colour = PLANET_COLOURS[k % len(PLANET_COLOURS)]
+            style = STYLES[(k // len(PLANET_COLOURS)) % len(STYLES)]
+            label = ", ".join(_label(d, one[d].item()) for d in inner)
+            out.append(Curve(label, values, colour, style))
+    return out
+
+
+def _draw(ax: Axes, ticks: xr.DataArray, curves: list[Curve], spread: bool) -> None:
+    """Lines, in turns of colour where they cover each other; spread: may be logarithmic."""
+    x = _positions(ticks)
+    marker = "o" if len(x) <= MOST_MARKED else ""
+    for k, curve in enumerate(curves):
+        under = sum(
+            np.allclose(curve.values, other.values, rtol=1e-3, atol=0, equal_nan=True)
+            for other in curves[:k]
+        )
+        dashes: Any = (0, (12 / (under + 1), 12 - 12 / (under + 1))) if under else curve.style
+        ax.plot(
+            x, curve.values, ls=dashes, color=curve.colour, marker="" if under else marker,
+            ms=3, lw=1.4, zorder=3 + 0.1 * under,
+        )  # fmt: skip
+    _axis(ax, ticks, "x")
+    values = np.concatenate([c.values[np.isfinite(c.values)] for c in curves] or [np.ones(1)])
+    if spread and values.size and values.min() > 0 and values.max() > SPREAD * values.min():
+        ax.set_yscale("log")
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        ax.yaxis.set_minor_formatter(NullFormatter())
+    else:
+        _least_span(ax)
+
+
+def _marked_types(ax: Axes, data: xr.Dataset, field: xr.DataArray, key: str) -> dict[str, Line2D]:
+    """Markers of modes in the colour of their type."""
+    kinds = data["mode_type"].sel({key: field[key]}).transpose(*field.dims).to_numpy()
+    values = field.to_numpy()
+    x = np.broadcast_to(_positions(field[key])[:, None], values.shape)
+    if field.dims[0] != key:
+        x = x.T
+    handles = {}
+    for kind in [k for k in TYPE_COLOURS if np.any(kinds == k)]:
+        at = kinds == kind
+        style: Any = {"ls": "", "marker": "o", "ms": 4, "color": TYPE_COLOURS[kind]}
+        ax.plot(x[at], values[at], zorder=4, **style)
+        handles[kind] = Line2D([], [], label=kind, **style)
+    return handles
+
+
+def _axis(ax: Axes, ticks: xr.DataArray, which: str) -> None:
+    """Scale and ticks along a key: logarithmic, whole numbers, or words."""
+    axis = ax.xaxis if which == "x" else ax.yaxis
+    if ticks.dtype.kind not in "if":
+        words = [str(t) for t in ticks.to_numpy()]
+        axis.set_ticks(range(len(words)), words)
+        axis.set_minor_locator(NullLocator())
+        return
+    values = ticks.to_numpy()
+    if _logarithmic(ticks):
+        (ax.set_xscale if which == "x" else ax.set_yscale)("log")
+        if values.max() < WIDE * values.min():  # too few decades for ticks of their own
+            some = values[:: max(1, len(values) // 6)]
+            axis.set_ticks(some, [f"{v:.3g}" for v in some])
+            axis.set_minor_formatter(NullFormatter())
+    elif np.all(values == np.round(values)) and np.ptp(values) < 20:
+        axis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _logarithmic(ticks: xr.DataArray) -> bool:
+    if ticks.dtype.kind not in "if" or ticks.size < 2 or float(ticks.min()) <= 0:
+        return False
+    return bool(ticks.attrs.get("logarithmic")) or float(ticks.max() / ticks.min()) > 2 * WIDE
+
+
+def _spreads(field: xr.DataArray) -> bool:
+    """Whether ratios of its values say more than differences: frequencies, lives."""
+    return field.attrs.get("units") == "Hz" or "life" in str(field.name)
+
+
+def _positions(ticks: xr.DataArray) -> FloatArray:
+    if ticks.dtype.kind in "if":
+        return np.asarray(ticks, dtype=float)
+    return np.arange(ticks.size, dtype=float)
+
+
+def _edges(x: FloatArray, logarithmic: bool) -> FloatArray:
+    """Edges of cells round points, half way between them."""
+    at = np.log(x) if logarithmic else x
+    if len(at) == 1:
+        edges = np.array([at[0] - 0.5, at[0] + 0.5])
+    else:
+        middle = 0.5 * (at[1:] + at[:-1])
+        edges = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(edges) if logarithmic else edges
+
+
+def _grid(count: int) -> tuple[Figure, Any, list[Axes]]:
+    """Panels in two columns, the last left empty where their number is odd."""
+    columns = 1 if count == 1 else 2
+    rows = -(-count // columns)
+    figure, axes = panels(rows, columns, height_mm=30 + 62 * rows)
+    flat = list(axes.flat)
+    for ax in flat[count:]:
+        ax.set_axis_off()
+    return figure, axes, flat
+
+
+def _first_definition(field: xr.DataArray) -> xr.DataArray:
+    """One definition of load sharing and one statistic, so that the panels stay few."""
+    for dim, chosen in (("definition", "instantaneous"), ("statistic", "largest")):
+        if dim in field.dims:
+            field = field.sel({dim: chosen if chosen in field[dim] else field[dim][0]})
+    return field
+
+
+def scale_of(field: xr.DataArray) -> tuple[float, str]:
+    """Factor and unit in which a variable is shown."""
+    unit = str(field.attrs.get("units", ""))
+    if unit in PREFIXED:
+        largest = float(np.nanmax(np.abs(field.to_numpy()), initial=0.0))
+        for factor, prefix in ((1e6, "M"), (1e3, "k")):
+            if largest >= 2 * factor:
+                return 1 / factor, prefix + PREFIXED[unit]
+    return SCALES.get(unit, (1.0, unit))
+
+
+def _legend(figure: Figure, handles: list[Line2D], title: str = "") -> None:
+    if handles:
+        columns = min(len(handles), LINES_BY_KEY if title else 4)
+        legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+        legend.set_title(title)
+
+
+def _handle(curve: Curve) -> Line2D:
+    return Line2D([], [], color=curve.colour, ls=curve.style, lw=1.5, label=curve.label)
+
+
+def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
+    """The key without its unit's suffix, in two lines above ``room`` characters, and the unit."""
+    unit, name = str(ticks.attrs.get("units", "")), str(ticks.attrs.get("long_name", ticks.name))
+    if len(name) > room and "." in name:
+        start, _, end = name.rpartition(".")
+        name = f"{start}.\n{end}"
+    return f"{name} ({unit})" if unit else name
+
+
+def _label(dim: str, tick: Any) -> str:
+    """A label that says enough by itself: "mode 3", "stage 1, sun"."""
+    return f"{dim} {tick}" if isinstance(tick, int) else _said(str(tick))
+
+
+def _tick(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _said(name: str) -> str:
+    return name.replace("_", " ").replace(".", ", ")
+
+
+def _least_span(ax: Axes) -> None:
+    """Keep a constant line from filling the panel with its noise."""
+    low, high = ax.get_ylim()
+    middle = 0.5 * (low + high)
+    half = LEAST_SPAN / 2 * abs(middle)
+    if high - low < 2 * half:
+        ax.set_ylim(middle - half, middle + half)

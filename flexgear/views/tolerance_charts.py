@@ -1,0 +1,149 @@
+"""A tolerance study in one picture: histogram and distribution of the largest K of every group."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from flexgear.model.errors import FlexgearError
+from flexgear.results.tolerance_statistics import distribution_band
+from flexgear.views.select import variable
+from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, panels, styled
+
+BARS = "#9DBAD5"
+MEAN, STATED, STANDARD = PLANET_COLOURS[2], PLANET_COLOURS[1], PLANET_COLOURS[4]
+LINE = PLANET_COLOURS[0]
+MOST_BINS = 40
+EQUAL = 1e-9  # relative: below, all samples are one number
+STYLES = ("-", "--", "-.", ":")  # of the quantiles
+
+
+@styled
+def tolerance_chart(data: xr.Dataset) -> Figure:
+    """One row a group: histogram of the samples, and their distribution with its interval.
+
+    Mean, quantiles and their intervals, the value of the case's own errors and what IEC 61400-4
+    has designers assume are marked. Groups with the same values are drawn once, those with one
+    value in all samples are named where there are others.
+    """
+    groups = _groups(data)
+    equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
+    drawn = {title: found for title, found in groups.items() if title not in equal} or groups
+    figure, axes = panels(len(drawn), 2, height_mm=22 + 58 * len(drawn))
+    for row, (title, (values, one)) in zip(axes, drawn.items(), strict=True):
+        row[0].set_title(title)
+        _histogram(row[0], values, one)
+        _distribution(row[1], values, one)
+        for ax in row:
+            ax.set_xlabel("largest $K_\\gamma$ over one turn")
+            _span(ax, values)
+    handles: dict[str, Artist] = {}
+    for ax in axes.ravel():
+        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    lines = [f"{data.attrs['case']}: {data.sizes['sample']} samples of its manufacturing errors"]
+    if drawn is not groups:
+        lines += [f"{title}: {x[0]:.6f} in all of them" for title, x in equal.items()]
+    figure.suptitle("\n".join(lines), fontsize=9)
+    return figure
+
+
+def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
+    """Rising samples and figures of groups by title; those with the same samples as one."""
+    found: list[tuple[list[str], FloatArray, xr.Dataset]] = []
+    for group in variable(data, "load_sharing_max")["group"].to_numpy():
+        one = data.sel(group=group)
+        values = one["load_sharing_max"].to_numpy()
+        values = values[np.isfinite(values)]
+        if not len(values):
+            continue
+        for names, known, _ in found:
+            if len(known) == len(values) and np.allclose(values, known, rtol=1e-6, atol=0):
+                names.append(str(group))
+                break
+        else:
+            found.append(([str(group)], values, one))
+    if not found:
+        raise FlexgearError("nothing to draw: no sample has an equilibrium everywhere")
+    return {_title(names): (np.sort(x), one) for names, x, one in found}
+
+
+def _title(names: list[str]) -> str:
+    """ "stage 1 ring, sun": the common beginning once."""
+    stages: dict[str, list[str]] = {}
+    for name in names:
+        stage, _, rest = name.rpartition(" ")
+        stages.setdefault(stage.replace("_", " "), []).append(rest)
+    return ", ".join(f"{stage} {' and '.join(kinds)}".strip() for stage, kinds in stages.items())
+
+
+def _histogram(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
+    if _constant(values):
+        text = f"{values[0]:.6f} in all {len(values)} samples"
+        ax.text(0.5, 0.5, text, ha="center", va="center", transform=ax.transAxes, color=NEUTRAL)
+        ax.set_yticks([])
+        return
+    width = 2 * np.subtract(*np.quantile(values, [0.75, 0.25])) / len(values) ** (1 / 3)
+    bins = np.ptp(values) / width if width > 0 else MOST_BINS
+    ax.hist(values, bins=int(np.clip(np.ceil(bins), 5, MOST_BINS)), color=BARS)
+    ax.set_ylabel("samples")
+    mean, low, high = (float(one[f"load_sharing_average{e}"]) for e in ("", "_low", "_high"))
+    ax.axvspan(low, high, color=MEAN, alpha=0.25, lw=0)
+    ax.axvline(mean, color=MEAN, lw=1.2, label=f"mean, {_percent(one)} interval")
+    _marks(ax, one)
+
+
+def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
+    low, high = distribution_band(len(values), float(one.attrs["confidence"]))
+    ax.fill_between(values, low, high, step="post", color=LINE, alpha=0.2, lw=0,
+                    label=f"distribution, {_percent(one)} band")  # fmt: skip
+    share = np.arange(1, len(values) + 1) / len(values)
+    ax.step(values, share, where="post", color=LINE, lw=1.2)
+    said = []
+    for style, p in zip(STYLES, one["quantile"].to_numpy(), strict=False):
+        at = one.sel(quantile=p)
+        q, start, end = (float(at[f"load_sharing_quantile{e}"]) for e in ("", "_low", "_high"))
+        ax.plot([values[0], q, q], [p, p, 0], color="black", lw=0.7, ls=style)
+        ends = [values[0] if math.isnan(start) else start, values[-1] if math.isnan(end) else end]
+        ax.plot(ends, [p, p], color="black", lw=2.2, solid_capstyle="butt",
+                label=f"quantiles, {_percent(one)} intervals")  # fmt: skip
+        said.append(f"{100 * p:g} %: {q:.4f}")
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
+    ax.text(0.98, 0.05, "\n".join(said), ha="right", va="bottom", transform=ax.transAxes,
+            fontsize=7.5, bbox=box)  # fmt: skip
+    ax.set_ylim(0, 1.02)
+    ax.set_ylabel("share of samples")
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{100 * v:g} %"))
+    _marks(ax, one)
+
+
+def _marks(ax: Axes, one: xr.Dataset) -> None:
+    """The case as it is stated, and the standard's assumption where it is in reach."""
+    stated, assumed = (float(one[n]) for n in ("load_sharing_as_stated", "mesh_load_factor"))
+    if math.isfinite(stated):
+        ax.axvline(stated, color=STATED, lw=1.2, ls="--", label="errors of the case as stated")
+    low, high = ax.get_xlim()
+    if abs(assumed - 0.5 * (low + high)) < high - low:
+        ax.axvline(assumed, color=STANDARD, lw=1.2, ls=":", label="IEC 61400-4")
+
+
+def _percent(one: xr.Dataset) -> str:
+    return f"{100 * float(one.attrs['confidence']):g} %"
+
+
+def _span(ax: Axes, values: FloatArray) -> None:
+    """Readable ticks, also where all samples are equal."""
+    if _constant(values):
+        middle = float(values[0])
+        ax.set_xlim(middle - 0.01, middle + 0.01)
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def _constant(values: FloatArray) -> bool:
+    return bool(np.ptp(values) <= EQUAL * abs(values[-1]))

@@ -1,0 +1,304 @@
+"""Trains: load sharing and gear-mesh forces of each planet, floating members, power flow.
+
+Datasets are those of trains: ``gear_mesh_force`` and ``planet_load_factor`` by gear mesh (with its
+stage, kind, side and planet), ``body_displacement`` by body and degree of freedom, over positions
+or time. Modes have charts of their own in ``mode_charts``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from flexgear.model.errors import FlexgearError
+from flexgear.views.mode_charts import campbell_chart, modes_chart
+from flexgear.views.select import variable
+from flexgear.views.style import (
+    KILO,
+    MICRO,
+    NEUTRAL,
+    PLANET_COLOURS,
+    RPM,
+    FloatArray,
+    panels,
+    planet_colour,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from flexgear.gears.power_flow import PowerFlow
+
+__all__ = [
+    "campbell_chart",
+    "displacements_chart",
+    "gear_mesh_forces",
+    "modes_chart",
+    "power_flow_chart",
+    "sharing_chart",
+]
+
+MEMBER_COLOURS = {
+    "sun": "#D55E00",
+    "ring": "#0072B2",
+    "carrier": "#009E73",
+    "pinion": "#D55E00",
+    "gear": "#0072B2",
+}
+HALVES = {"left": "-", "right": "--"}
+ALIKE = 1e-4  # of the largest: planets that differ less are one line
+STILL = 1e-6  # µm: what moves less stands still
+GAP = 1.5  # of the usual step: a longer one is a gap, not a line
+
+
+@styled
+def sharing_chart(data: xr.Dataset, x: str | None = None) -> Figure:
+    """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
+    rows = _groups(data, "planet_load_factor")
+    figure, axes = _stacked(len(rows))
+    for ax, (title, part) in zip(axes[:, 0], rows.items(), strict=True):
+        said = _planet_lines(ax, data, part, 1.0, x)
+        ax.axhline(1.0, color=NEUTRAL, lw=0.7, zorder=1)
+        top = float(np.nanmax(part.to_numpy(), initial=1.0))
+        ax.set_title(f"{title}: largest {top:.3f}{said}")
+        ax.set_ylabel("$K_γ$ (–)")
+        _least_span(ax, 0.01)
+    return _finished(figure, axes, data, x, rows)
+
+
+@styled
+def gear_mesh_forces(data: xr.Dataset, x: str | None = None) -> Figure:
+    """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
+    rows = _groups(data, "gear_mesh_force")
+    figure, axes = _stacked(len(rows))
+    for ax, (title, part) in zip(axes[:, 0], rows.items(), strict=True):
+        said = _planet_lines(ax, data, part, KILO, x)
+        mean = float(part.mean()) * KILO
+        ax.axhline(mean, color=NEUTRAL, lw=0.7, zorder=1)
+        ax.set_title(
+            f"{title}: mean {mean:.4g} kN, largest {float(part.max()) * KILO:.4g} kN{said}"
+        )
+        ax.set_ylabel("force (kN)")
+        _least_span(ax, 0.01)
+    return _finished(figure, axes, data, x, rows)
+
+
+@styled
+def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
+    """Orbit of each sun, and how far central members leave their axis (µm), a row a stage.
+
+    In the axes of the stage's carrier (fixed axes in a parallel stage), rolling taken off.
+    """
+    stages = _moving(data)
+    if not stages:
+        return _said_only("all central members stay on their axes")
+    figure, axes = panels(len(stages), 2, height_mm=14 + 62 * len(stages), width_ratios=[1, 2])
+    at, label = _abscissa(data, x)
+    for row, (stage, motion) in zip(axes, stages.items(), strict=True):
+        _orbit(row[0], motion)
+        row[0].set_title(_said(stage))
+        for name, way in motion.items():
+            part, _, half = name.partition("_")
+            times, line = _broken(data, x, np.hypot(way[:, 0], way[:, 1]))
+            row[1].plot(times, line, HALVES.get(half, "-"), color=MEMBER_COLOURS[part], lw=1.0)
+        row[1].set_ylabel("distance from the axis (µm)")
+        row[1].set_xlabel(label)
+        row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
+    shown = [n for motion in stages.values() for n in motion]
+    handles = [
+        Line2D([], [], color=MEMBER_COLOURS[n.split("_")[0]], lw=1.5,
+               ls=HALVES.get(n.partition("_")[2], "-"), label=n.replace("_", " "))
+        for n in dict.fromkeys(shown)
+    ]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    return figure
+
+
+@styled
+def power_flow_chart(flow: PowerFlow) -> Figure:
+    """Speeds (r/min), torques and powers of all members as bars; ports and held members marked."""
+    names = list(flow.speed)
+    figure, axes = panels(1, 3, height_mm=26 + 7.0 * len(names), sharey=True)
+    at = np.arange(len(names))
+    stages = list(dict.fromkeys(n.rpartition(".")[0] for n in names))
+    colours = [PLANET_COLOURS[stages.index(n.rpartition(".")[0]) % 8] for n in names]
+    quantities = (
+        ("speed", "r/min", [flow.speed[n] * RPM for n in names]),
+        ("torque on the stage", *_scaled([flow.branch_torque[n] for n in names], "N m")),
+        ("power into the stage", *_scaled([flow.branch_power[n] for n in names], "W")),
+    )
+    for ax, (title, unit, values) in zip(axes[0], quantities, strict=True):
+        bars = ax.barh(at, values, 0.7, color=colours)
+        ax.bar_label(bars, [_signed(v) for v in values], padding=2, fontsize=7.5)
+        ax.axvline(0, color="black", lw=0.7)
+        ax.set_xlabel(f"{title} ({unit})")
+        ax.xaxis.set_major_locator(MaxNLocator(4))
+        ax.grid(axis="y", visible=False)
+        ax.margins(x=0.45)
+        ax.tick_params(axis="y", length=0)
+    axes[0, 0].set_yticks(at, [_marked(n, flow) for n in names])
+    axes[0, 0].invert_yaxis()
+    unit, (enters, circles) = _scaled([flow.input_power, flow.circulating_power], "W")
+    figure.suptitle(
+        f"power in {enters:.4g} {unit}, circulating {circles:.4g} {unit}; "
+        f"{flow.mobility} independent speed{'s' if flow.mobility > 1 else ''}",
+        fontsize=9, weight="bold",
+    )  # fmt: skip
+    return figure
+
+
+def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+    """Gear meshes that share a load, by title: stage, kind, side; samples first."""
+    field = variable(data, name)
+    field = field.transpose(*[d for d in field.dims if d != "gear_mesh"], "gear_mesh")
+    keys = [tuple(str(variable(data, c)[m].item()) for c in ("stage", "kind", "side"))
+            for m in range(field.sizes["gear_mesh"])]  # fmt: skip
+    out: dict[str, xr.DataArray] = {}
+    for key in dict.fromkeys(keys):
+        stage, kind, side = key
+        members = [m for m, k in enumerate(keys) if k == key]
+        if name == "planet_load_factor" and len(members) < 2:
+            continue  # a parallel stage has nothing to share
+        title = " ".join(filter(None, (_said(stage), side, f"{kind} gear mesh")))
+        out[title] = field.isel(gear_mesh=members)
+    if not out:
+        raise FlexgearError("cannot draw: no stage has more than one planet")
+    return out
+
+
+def _planet_lines(
+    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, x: str | None
+) -> str:
+    """A line a planet; one for all where they are alike, which is said for the title."""
+    values = part.to_numpy() * factor
+    spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
+    if values.shape[1] > 1 and spread < ALIKE * float(np.nanmax(np.abs(values), initial=0.0)):
+        ax.plot(*_broken(data, x, values.mean(axis=1)), color="black", lw=1.2)
+        return ", all planets alike"
+    for k, planet in enumerate(part["planet"].to_numpy()):
+        ax.plot(*_broken(data, x, values[:, k]), color=planet_colour(int(planet)), lw=1.0)
+    return ""
+
+
+def _abscissa(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
+    """Time (s), or turns of the first independent member, and the axis label."""
+    if x == "time" or (x is None and "time" in data.dims):
+        return np.asarray(variable(data, "time"), dtype=float), "time (s)"
+    if x not in (None, "master_angle"):
+        raise FlexgearError(f"cannot draw over '{x}': choose time or master_angle")
+    angle = variable(data, "master_angle")
+    first = np.asarray(angle.isel(master=0), dtype=float) / (2 * np.pi)
+    name = str(angle["master"][0].item()) if "master" in angle.coords else "the input"
+    return first, f"turns of {_said(name)} (–)"
+
+
+def _broken(data: xr.Dataset, x: str | None, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Line with gaps where samples are further apart than usual."""
+    at, _ = _abscissa(data, x)
+    if len(at) < 3:
+        return at, values
+    step = np.abs(np.diff(at))
+    gaps = np.flatnonzero(step > GAP * np.median(step)) + 1
+    return np.insert(at, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
+def _stacked(count: int) -> tuple[Figure, Any]:
+    return panels(count, 1, height_mm=18 + (58 if count == 1 else 36 * count), sharex=True)
+
+
+def _finished(
+    figure: Figure, axes: Any, data: xr.Dataset, x: str | None, rows: Mapping[str, xr.DataArray]
+) -> Figure:
+    """Common abscissa and the legend of planets."""
+    last = axes[-1, 0]
+    last.set_xlabel(_abscissa(data, x)[1])
+    at = _abscissa(data, x)[0]
+    if len(at) > 1:
+        last.set_xlim(at.min(), at.max())
+    figure.align_ylabels(axes[:, 0])
+    planets = sorted({int(p) for part in rows.values() for p in part["planet"].to_numpy()})
+    _planet_legend(figure, planets)
+    return figure
+
+
+def _planet_legend(figure: Figure, planets: Iterable[int]) -> None:
+    handles = [Line2D([], [], color=planet_colour(p), lw=1.5, label=f"planet {p}") for p in planets]
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8))
+
+
+def _moving(data: xr.Dataset) -> dict[str, dict[str, FloatArray]]:
+    """In-plane ways (t, 2) in µm of central members that leave their axis, by stage and part."""
+    field = variable(data, "body_displacement")
+    field = field.transpose(*[d for d in field.dims if d not in ("body", "dof")], "body", "dof")
+    stages: dict[str, dict[str, FloatArray]] = {}
+    for name in map(str, field["body"].to_numpy()):
+        stage, _, part = name.rpartition(".")
+        way = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
+        if part.split("_")[0] in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL:
+            stages.setdefault(stage, {})[part] = way
+    return stages
+
+
+def _said_only(text: str) -> Figure:
+    """A picture that says why there is nothing in it."""
+    figure, axes = panels(1, 1, height_mm=30)
+    axes[0, 0].set_axis_off()
+    axes[0, 0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0, 0].transAxes)
+    return figure
+
+
+def _orbit(ax: Axes, motion: Mapping[str, FloatArray]) -> None:
+    """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
+    part = max(motion, key=lambda n: (n in ("sun", "pinion"), np.abs(motion[n]).max()))
+    way, colour = motion[part], MEMBER_COLOURS[part.split("_")[0]]
+    ax.plot(way[:, 0], way[:, 1], color=colour, lw=0.8)
+    ax.plot(*way[0], "o", color=colour, ms=3)
+    reach = 1.1 * float(np.abs(way).max())
+    ax.axhline(0, color=NEUTRAL, lw=0.6, zorder=1)
+    ax.axvline(0, color=NEUTRAL, lw=0.6, zorder=1)
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    ax.xaxis.set_major_locator(MaxNLocator(4))
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.set_xlabel(f"x of the {part.replace('_', ' ')} (µm)")
+    ax.set_ylabel(f"y of the {part.replace('_', ' ')} (µm)")
+
+
+def _least_span(ax: Axes, share: float) -> None:
+    """Keep a constant line from filling the panel with its noise."""
+    low, high = ax.get_ylim()
+    middle = 0.5 * (low + high)
+    if high - low < share * abs(middle):
+        ax.set_ylim(middle * (1 - share / 2), middle * (1 + share / 2))
+
+
+def _said(name: str) -> str:
+    """stage_1.sun -> stage 1, sun."""
+    return name.replace("_", " ").replace(".", ", ")
+
+
+def _marked(name: str, flow: PowerFlow) -> str:
+    """A member's name, and what happens to it from outside."""
+    if name not in flow.torque:
+        return _said(name)
+    if flow.speed[name] == 0:
+        return f"{_said(name)} (held)"
+    return f"{_said(name)} ({'in' if flow.power[name] > 0 else 'out'})"
+
+
+def _scaled(values: list[float], unit: str) -> tuple[str, list[float]]:
+    """Values in the multiple of a unit that suits the largest."""
+    largest = max(map(abs, values), default=0.0)
+    for factor, prefix in ((1e6, "M"), (1e3, "k")):
+        if largest >= 2 * factor:
+            return prefix + unit, [v / factor for v in values]
+    return unit, values
+
+
+def _signed(value: float) -> str:
+    return "0" if abs(value) < 1e-12 else f"{value:.4g}".replace("-", "−")
