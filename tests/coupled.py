@@ -5,6 +5,7 @@ from __future__ import annotations
 from cheap_bodies import cheap_carrier, cheap_ring
 
 from flexgear.coupling.build import build_system
+from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import load_case
@@ -36,3 +37,8 @@ def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):
     case = make_case(**overrides)
     ring, carrier = bodies or make_bodies(case)
     return build_system(case, ring, carrier, variant or Variant(), stiffening)
+
+
+def shaped(result, name="pair_load"):
+    """Gear-mesh arrays of a single stage as (p, kinds, planets, slots)."""
+    return by_kind(getattr(result, name), result.modal.system.planets)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from coupled import TORQUE, make_system
+from coupled import TORQUE, make_system, shaped
 
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.reference import reference_transient
@@ -16,7 +16,7 @@ from flexgear.analysis.transient import (
     transient,
 )
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pairs import KINDS
+from flexgear.coupling.pair_data import KINDS
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 
@@ -88,7 +88,7 @@ def test_fast_step_equals_the_plain_solution_with_all_coordinates(law):
     slow = reference_transient(system, drive, q, v, time_step=h, steps=steps, start=start)
     fast = run(modal, drive, h * steps, h, interval=h, start=start)
     motion = fast.eta @ modal.modes.T
-    scale = np.abs(slow.motion[1:] - np.outer(fast.carrier_angle, system.rolling)).max()
+    scale = np.abs(slow.motion[1:] - np.outer(fast.carrier_angle, system.rolling[:, 0])).max()
     assert np.abs(motion - slow.motion[1:]).max() < 1e-6 * scale
 
 
@@ -115,7 +115,7 @@ def test_steady_speed_is_the_rated_one(one_sided_modal):
     r = run(one_sided_modal, STEADY, 0.5, 1e-4)
     rated = one_sided_modal.system.rated_speed
     assert r.carrier_speed.mean() == pytest.approx(rated, rel=1e-3)
-    force = r.pair_load.sum(-1)[:, 0].mean()
+    force = shaped(r, "pair_load").sum(-1)[:, 0].mean()
     pairs = one_sided_modal.system.pairs
     base_radius = abs(pairs.rate[0])  # ds/dθ of the ring is its base radius
     expected = TORQUE * 93 / 120 / (5 * base_radius * pairs.cos_b[0])
@@ -125,8 +125,8 @@ def test_steady_speed_is_the_rated_one(one_sided_modal):
 def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping():
     system = make_system(**{"drive.torque_nm": "4e6"})
     modal = modal_system(system, 1000.0)
-    inertia = system.rolling @ system.mass @ system.rolling
-    ratio = system.output @ system.rolling
+    inertia = system.rolling[:, 0] @ system.mass @ system.rolling[:, 0]
+    ratio = system.output @ system.rolling[:, 0]
     damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
     tau = inertia / damping
     half = Drive(lambda t: np.where(t > 0.0, 0.5 * TORQUE, TORQUE), (0.0,))
@@ -134,7 +134,7 @@ def test_half_torque_follows_the_brake_law_and_settles_as_inertia_over_damping()
     r = run(modal, half, 9 * tau, 2e-4, start=start)
     rated = system.rated_speed
     # speed of the whole train's angular momentum: elastic twist would ride on the pins' speed
-    train = np.gradient(r.eta @ modal.rolling / inertia, r.time)
+    train = np.gradient(r.eta @ modal.rolling[:, 0] / inertia, r.time)
     assert train[-100:].mean() == pytest.approx(0.5 * rated, rel=1e-3)
     late = (r.time > 0.5 * tau) & (r.time < 2.5 * tau)
     slope = np.polyfit(r.time[late], np.log(train[late] / rated - 0.5), 1)[0]
@@ -154,7 +154,7 @@ def test_linear_contact_pulls_only_where_the_drive_is_light():
     for law, inertia in (("linear", 2e4), ("linear", 3.8e7), ("one-sided", 2e4)):
         system = make_system(**{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)})
         r = run(modal_system(system, 3000.0), drop(2e5, 0.01, 0.11), 0.12, 2e-5, interval=1e-4)
-        front = r.pair_load[:, :2]
+        front = shaped(r, "pair_load")[:, :2]
         lows[law, inertia] = front.min() / front[0].max()
     assert lows["linear", 2e4] < -0.05
     assert lows["linear", 3.8e7] > -0.01
@@ -165,14 +165,14 @@ def test_reversal_crosses_the_backlash_before_the_back_flank_takes_load(one_side
     modal = modal_system(one_sided, 1000.0)
     reverse = Drive(lambda t: np.where(t > 0.01, -TORQUE, TORQUE), (0.01,))
     r = run(modal, reverse, 0.12, 2e-5, interval=2e-4)
-    front = r.pair_load[:, :2].sum((1, 2, 3))
-    back = r.pair_load[:, 2:].sum((1, 2, 3))
+    front = shaped(r, "pair_load")[:, :2].sum((1, 2, 3))
+    back = shaped(r, "pair_load")[:, 2:].sum((1, 2, 3))
     assert back.max() > 0.2 * front[0]
-    assert r.pair_load.min() >= 0
+    assert shaped(r, "pair_load").min() >= 0
     first_back = r.time[np.argmax(back > 0)]
     unloaded = r.time[np.argmax(front < 1e-3 * front[0])]
     assert 0.01 < unloaded < first_back
-    assert len(KINDS) == r.pair_load.shape[1]
+    assert len(KINDS) == shaped(r, "pair_load").shape[1]
 
 
 def test_windows_and_jumps_cut_the_run_into_whole_steps():
@@ -209,7 +209,7 @@ def test_observed_order_with_one_sided_contact_is_reported(record_property, caps
 
     def end(step):
         r = run(modal, drop(2e5, 0.01, 0.03), 0.04, step, interval=0.04)
-        assert r.pair_load.min() >= 0
+        assert shaped(r, "pair_load").min() >= 0
         return Recovery(r).node("planet_1", "planet_1")[-1, :3]
 
     fine = end(1.25e-6)

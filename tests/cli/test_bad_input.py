@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from interrupts import hear_interrupts
 
 from flexgear.cli import case_commands
 from flexgear.model.bundled import bundled_text
@@ -151,7 +152,11 @@ def test_interrupted_run_leaves_nothing(tmp_path):
     env = {**os.environ, "FLEXGEAR_CACHE": str(tmp_path / "cache"), "OMP_NUM_THREADS": "1"}
     command = [*FLEXGEAR, "run", "wind-5mw", "--out", str(tmp_path / "out"), "--set"]
     started = subprocess.Popen(
-        [*command, "solver.fidelity=quick"], stderr=subprocess.PIPE, text=True, env=env
+        [*command, "solver.fidelity=quick"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=env,
+        preexec_fn=hear_interrupts,
     )
     assert started.stderr.readline()  # the first stage has begun
     time.sleep(0.5)

@@ -31,6 +31,10 @@ def test_there_and_back(dimension, value):
         ("modulus", "gpa", 210, 210e9),
         ("density", "g_per_cm3", 7.85, 7850),
         ("inertia", "t_m2", 2, 2000),
+        ("force", "kn", 2, 2000),
+        ("power", "mw", 5, 5e6),
+        ("power", "kw", 6.4, 6400),
+        ("acceleration", "m_per_s2", 9.81, 9.81),
     ],
 )
 def test_factors_by_hand(dimension, suffix, value, si):

@@ -1,8 +1,23 @@
 """Load sharing factor and spread against sums done by hand."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from flexgear.results.load_sharing import load_sharing, planet_force_spread
+from flexgear.model.errors import FlexgearError
+from flexgear.results.load_sharing import (
+    cycle_maxima,
+    load_sharing,
+    mesh_load_factor,
+    planet_force_spread,
+    planet_load_factors,
+    sharing_by,
+    system_coefficient,
+)
+
+FORCES = arrays(float, (24, 4), elements=st.floats(1.0, 100.0))
 
 
 def test_equal_loads_share_evenly():
@@ -38,3 +53,84 @@ def test_reversed_torque_mirrors():
 
 def test_spread():
     np.testing.assert_allclose(planet_force_spread([[1.0, 4.0], [-2.0, 2.0]], 2.0), [1.5, 2.0])
+
+
+@given(force=FORCES)
+def test_planet_factors_average_to_one_and_peak_at_k(force):
+    k = planet_load_factors(force, 10.0)
+    np.testing.assert_allclose(k.mean(axis=-1), 1.0)
+    np.testing.assert_allclose(k.max(axis=-1), load_sharing(force, 10.0))
+    np.testing.assert_allclose(planet_load_factors(-force, 10.0), k)
+
+
+def test_planet_factors_are_not_evaluated_near_zero():
+    k = planet_load_factors([[1.0, -1.0, 0.0], [1.0, 2.0, 3.0]], 5.0)
+    assert np.isnan(k[0]).all()
+    np.testing.assert_allclose(k[1], [0.5, 1.0, 1.5])
+
+
+def test_maxima_of_cycles_by_hand():
+    f = np.array([[1, 5], [3, 2], [2, 2], [4, 1], [9, 9]], dtype=float)
+    np.testing.assert_array_equal(cycle_maxima(f, 2), [[3, 5], [4, 2]])
+    np.testing.assert_array_equal(cycle_maxima(f, 2.5), [[3, 5], [9, 9]])
+    np.testing.assert_array_equal(cycle_maxima(f, 5), [[9, 9]])
+    np.testing.assert_array_equal(cycle_maxima(f, 1), f)
+
+
+@given(samples=st.integers(1, 40), cycles=st.integers(1, 30), extra=st.floats(0, 0.99))
+def test_whole_cycles_are_counted_for_any_length(samples, cycles, extra):
+    n = int(samples * (cycles + extra))
+    assert len(cycle_maxima(np.ones((n, 2)), samples)) == cycles
+    third = 1 / 3 + samples
+    assert len(cycle_maxima(np.ones((round(third * 3 * cycles), 2)), third)) == 3 * cycles
+
+
+def test_definitions_by_hand():
+    """One planet overloaded by 10 % in the first cycle, lightened by 20 % in the second."""
+    f = np.repeat([[110.0, 95, 95], [80, 110, 110]], 4, axis=0)
+    hu, ren = sharing_by("hu-2023", f, 4), sharing_by("ren-2021", f, 4)
+    np.testing.assert_allclose(hu.history, [[1.1, 0.95, 0.95], [0.8, 1.1, 1.1]])
+    np.testing.assert_allclose(hu.planets, [1.1, 1.1, 1.1])
+    np.testing.assert_allclose(ren.planets, [1.2, 1.1, 1.1])
+    assert (round(hu.coefficient, 12), round(ren.coefficient, 12)) == (1.1, 1.2)
+    assert hu.definition == "hu-2023"
+
+
+def test_maxima_at_different_times_share_evenly_by_cycle_but_not_at_once():
+    """Equal loads that swing out of phase: B = 1 over a cycle, K > 1 at any time."""
+    t = 2 * np.pi * np.arange(12) / 12
+    f = 100 + 10 * np.cos(t[:, None] + 2 * np.pi * np.arange(3) / 3)
+    assert sharing_by("hu-2023", f, 12).coefficient == pytest.approx(1.0)
+    assert sharing_by("instantaneous", f).coefficient == pytest.approx(1.1)
+
+
+@given(force=FORCES)
+def test_order_of_definitions(force):
+    """Ren ≥ Hu ≤ instantaneous; equal with one sample a cycle; sense of torque is free."""
+    hu, ren = sharing_by("hu-2023", force, 6), sharing_by("ren-2021", force, 6)
+    assert ren.coefficient >= hu.coefficient - 1e-12
+    assert hu.coefficient >= 1 - 1e-12
+    one, at_once = sharing_by("hu-2023", force, 1), sharing_by("instantaneous", force)
+    np.testing.assert_allclose(one.planets, at_once.planets)
+    assert np.all(hu.planets <= at_once.planets + 1e-12)
+    np.testing.assert_allclose(sharing_by("hu-2023", -force, 6).planets, hu.planets)
+    assert system_coefficient([hu, ren]) == max(hu.coefficient, ren.coefficient)
+    np.testing.assert_allclose(
+        at_once.history.max(axis=1), load_sharing(force, force.mean()), rtol=1e-12
+    )
+
+
+def test_mesh_load_factor_of_iec_61400_4():
+    assert [mesh_load_factor(n) for n in range(3, 8)] == [1.10, 1.25, 1.35, 1.44, 1.47]
+    assert mesh_load_factor(2) is None and mesh_load_factor(8) is None
+
+
+def test_what_cannot_be_evaluated_is_refused():
+    with pytest.raises(FlexgearError, match="no definition"):
+        sharing_by("best", np.ones((4, 3)))
+    with pytest.raises(FlexgearError, match="less than one gear-mesh cycle"):
+        cycle_maxima(np.ones((4, 3)), 5)
+    with pytest.raises(FlexgearError, match="save results more often"):
+        cycle_maxima(np.ones((4, 3)), 0.5)
+    with pytest.raises(FlexgearError, match="carry no load"):
+        sharing_by("hu-2023", np.array([[1.0, 1], [1, 1], [-1, -1]]), 1)

@@ -75,6 +75,18 @@ def test_rigid_motion_carries_the_mass_and_no_force(request, case, name):
     assert np.abs(body.stiffness @ rigid).max() < 1e-8 * scale**2
 
 
+def test_bodies_that_repeat_are_reduced_by_sectors_unless_that_is_off(case, ring, carrier):
+    assert ring.report["path"] == "cyclic: 93 sectors, 47 harmonics"
+    assert carrier.report["path"] == "cyclic: 5 sectors, 3 harmonics"
+    small = {"ring.fixed_interface_modes": 0, "carrier.fixed_interface_modes": 0}
+    whole = build.carrier_body(case.with_(**small, **{"solver.cyclic": "off"}))
+    assert whole.report["path"] == "general: sectors not asked for"
+    b = carrier.interface_dofs
+    scale = np.sqrt(np.diag(whole.stiffness))
+    difference = (carrier.stiffness[:b, :b] - whole.stiffness) / scale / scale[:, None]
+    assert np.abs(difference).max() < 1e-8
+
+
 def test_errors_are_estimated_and_small(ring, carrier):
     assert 0 < ring.report["static_error"] < 0.025  # quick mesh; 0.02 holds at standard
     assert 0 < carrier.report["static_error"] < 0.02

@@ -1,0 +1,167 @@
+"""Many sets of errors at once against one revolution for each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import load_sharing_theory as theory
+import numpy as np
+import pytest
+from coupled import TORQUE
+from error_samples import picked, random_sets, revolutions
+from trains import stage_train
+
+from flexgear.analysis.error_sets import ErrorSets, no_errors
+from flexgear.analysis.many_errors import error_study, gear_mesh_forces
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.train import train_system
+from flexgear.model.errors import FlexgearError
+
+MASTERS = np.linspace(0.0, 2.0, 11)[:, None]
+
+HELD = {  # members of compatibility: ring fixed, carrier on its axis, sun sprung; five have room
+    "stage.sun.support.radial_n_per_m": "2e8",
+    "stage.planet.teeth": "16",
+    "stage.ring.teeth": "58",
+    "stage.ring.addendum": "0.6",
+    "stage.ring.kinematics": "fixed",
+    "stage.ring.support.radial_n_per_m": "0",
+    "stage.ring.support.tangential_n_per_m": "0",
+    "stage.carrier.support.radial_n_per_m": "1e14",
+    "stage.backlash_ring_mm": "4",
+    "stage.backlash_sun_mm": "4",
+}
+
+
+def close(found, expected):
+    return np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("size", [2e-5, 3e-4])
+def test_linear_contact(linear_modal, size):
+    sets = random_sets(linear_modal.system.pairs, 4, size)
+    found = gear_mesh_forces(error_study(linear_modal, MASTERS, TORQUE), sets)
+    assert close(found, revolutions(linear_modal, MASTERS, TORQUE, sets))
+
+
+@pytest.mark.parametrize(
+    ("size", "torque", "parted", "backs"),
+    [
+        (2e-5, TORQUE, False, False),
+        (3e-4, 0.5 * TORQUE, False, True),
+        (2e-5, -TORQUE, True, True),
+    ],
+)
+def test_one_sided_contact(one_sided_modal, size, torque, parted, backs):
+    """All teeth loaded; planets jammed between both flanks; reversed."""
+    sets = random_sets(one_sided_modal.system.pairs, 6, size)
+    found = gear_mesh_forces(error_study(one_sided_modal, MASTERS, torque), sets)
+    assert close(found, revolutions(one_sided_modal, MASTERS, torque, sets))
+    front = one_sided_modal.system.pairs.front == 1
+    assert found.min() >= 0
+    assert bool((found[:, front] == 0).any()) == parted
+    assert bool((found[:, ~front] > 0).any()) == backs
+
+
+@pytest.mark.parametrize("size", [40e-6, 200e-6])
+def test_planets_that_carry_nothing(tmp_path, size):
+    """Compatibility with one-sided planets: some part, the others share their load."""
+    rng = np.random.default_rng(1)
+    pins = rng.normal(0.0, size, (2, 5))
+    train = stage_train(tmp_path, planets=5, **HELD, **{"stage.gear_mesh.contact_law": "one-sided"})
+    modal = modal_system(train_system(train))
+    pairs = modal.system.pairs
+    sets = no_errors(pairs)
+    for m, label in enumerate(modal.system.gear_meshes):
+        normal = pairs.cos_b[m] * pairs.normal[m]
+        sets.offset[0, m] = -normal @ pins[:, label.planet]
+    study = error_study(modal, np.zeros((1, 1)), modal.system.rated_torque)
+    force = gear_mesh_forces(study, sets)[0, :, 0]
+    angle = np.radians(20)
+    paths = theory.equal_paths(
+        5, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
+        sun_angle=angle, ring_angle=angle, sun_base_radius=0.004 * 26 / 2 * np.cos(angle),
+    )  # fmt: skip
+    e = theory.path_errors(paths, pin_radial=pins[0], pin_tangential=pins[1])
+    expected = theory.sharing(paths, e, 3000 * 26 / 84, sun=2e8, one_sided=True)
+    assert (expected == 0).any()
+    for kind in ("sun", "ring"):
+        at = [m for m, g in enumerate(modal.system.gear_meshes) if g.kind == kind]
+        assert np.allclose(force[at], expected, rtol=1e-4, atol=1e-4 * expected.max())
+    assert np.abs(force.sum() - 2 * expected.sum()) < 1e-4 * expected.sum()
+
+
+def test_a_set_does_not_depend_on_its_company(one_sided_modal):
+    """To the last bit, so that batches of any size give the same numbers."""
+    study = error_study(one_sided_modal, MASTERS, 0.2 * TORQUE)
+    sets = random_sets(one_sided_modal.system.pairs, 37, 2e-4)
+    together = gear_mesh_forces(study, sets)
+    for at in (slice(0, 1), slice(5, 6), slice(3, 20), slice(20, 37)):
+        assert np.array_equal(
+            gear_mesh_forces(study, picked(sets, at)), together[:, :, at], equal_nan=True
+        )
+
+
+def test_forces_are_linear_in_errors_where_contact_is(linear_modal):
+    study = error_study(linear_modal, MASTERS, TORQUE)
+    sets = random_sets(linear_modal.system.pairs, 2, 5e-5)
+    sets = picked(sets, [0, 1, 1])
+    sets.offset[2] = sets.offset[0] + sets.offset[1]
+    sets.gear[2] = sets.gear[0] + sets.gear[1]
+    sets.planet[2] = sets.planet[0] + sets.planet[1]
+    sets.amplitude[:] = 0.0
+    sets.runout_amplitude[:] = 0.0
+    perfect = gear_mesh_forces(study, no_errors(linear_modal.system.pairs))
+    change = gear_mesh_forces(study, sets) - perfect
+    assert np.allclose(change[..., 2], change[..., 0] + change[..., 1], atol=1e-6)
+
+
+@pytest.mark.parametrize("law", ["linear", "one-sided"])
+@pytest.mark.parametrize("model", ["constant", "per_pair", "lumped"])
+def test_lumped_stage_with_runouts(tmp_path, law, model):
+    train = stage_train(
+        tmp_path, sun="2e8",
+        **{
+            "stage.gear_mesh.model": model,
+            "stage.gear_mesh.contact_law": law,
+            "stage.errors.sun_eccentricity_um": "20",
+            "stage.errors.planet_eccentricity_um": "[10]",
+            "stage.errors.ring_offset_um": "5",
+            "stage.backlash_ring_mm": "0.1",
+            "stage.backlash_sun_mm": "0.1",
+        },
+    )  # fmt: skip
+    modal = modal_system(train_system(train))
+    torque = modal.system.rated_torque
+    sets = random_sets(modal.system.pairs, 5, 1e-5)
+    found = gear_mesh_forces(error_study(modal, MASTERS, torque), sets)
+    assert close(found, revolutions(modal, MASTERS, torque, sets))
+
+
+def test_bearings_with_clearance_are_solved_one_set_after_the_other(tmp_path):
+    train = stage_train(
+        tmp_path, sun="2e8", **{"stage.planet_bearing.clearance_um": "15"}
+    )  # fmt: skip
+    modal = modal_system(train_system(train))
+    torque = modal.system.rated_torque
+    sets = random_sets(modal.system.pairs, 2, 2e-5)
+    study = error_study(modal, MASTERS[:3], torque)
+    assert study.one_by_one is not None
+    assert close(gear_mesh_forces(study, sets), revolutions(modal, MASTERS[:3], torque, sets))
+
+
+def test_a_set_that_is_no_number_is_a_gap_of_its_own(one_sided_modal):
+    sets = random_sets(one_sided_modal.system.pairs, 3, 2e-5)
+    broken = ErrorSets(**{**sets.__dict__, "offset": sets.offset.copy()})
+    broken.offset[1] = np.nan
+    study = error_study(one_sided_modal, MASTERS[:2], TORQUE)
+    found, whole = gear_mesh_forces(study, broken), gear_mesh_forces(study, sets)
+    assert np.isnan(found[..., 1]).any(axis=1).all()
+    assert np.array_equal(found[..., [0, 2]], whole[..., [0, 2]])
+
+
+def test_stiffnesses_too_far_apart_are_an_error(one_sided_modal):
+    study = error_study(one_sided_modal, MASTERS[:2], TORQUE)
+    soft = replace(study, flexibility=1e12 * study.flexibility)
+    with pytest.raises(FlexgearError, match="perfect gears have no equilibrium"):
+        gear_mesh_forces(soft, no_errors(study.pairs))

@@ -1,0 +1,59 @@
+"""Assembly of stiffness and mass against plain scikit-fem forms on the same FE mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from benchmarks.record import Comparison, Curve, Report
+from benchmarks.rings import dofs_text, ring_mesh
+from benchmarks.timing import interleaved
+from flexgear.structures.fem import assemble
+from flexgear.structures.fem.forms import plain_matrices
+from flexgear.structures.tall import single_threaded_blas
+
+REPEATS = {"quick": {"37k": 1}, "full": {"37k": 3, "57k": 2, "133k": 1}}
+LIMIT = 1e-12
+
+
+def run(report: Report, size: str) -> None:
+    """Both matrices by both ways; entries must agree to 1e-12 of the largest."""
+    dofs, own, plain = [], [], []
+    for name, repeats in REPEATS[size].items():
+        case, fe_mesh = ring_mesh(name)
+        m = case.material
+        steel = (m.young_modulus, m.poisson_ratio, m.density)
+
+        def ours(fe_mesh=fe_mesh, steel=steel):
+            model = assemble(fe_mesh, *steel)
+            return model.stiffness, model.mass
+
+        def forms(fe_mesh=fe_mesh, steel=steel):
+            return plain_matrices(fe_mesh, *steel)
+
+        with single_threaded_blas():
+            seconds, answers = interleaved({"own": ours, "plain": forms}, repeats)
+        apart = [difference(a, b) for a, b in zip(answers["own"], answers["plain"], strict=True)]
+        if max(apart) > LIMIT:
+            raise AssertionError(f"assembly differs from plain forms by {max(apart):.1e}")
+        report.add(
+            Comparison(
+                "Assembly of stiffness and mass",
+                "plain scikit-fem forms",
+                f"ring, {dofs_text(fe_mesh.quadratic_dofs)}",
+                seconds["own"],
+                seconds["plain"],
+                1,
+                check=f"entries agree to {max(apart):.0e} of the largest",
+            )
+        )
+        dofs.append(float(fe_mesh.quadratic_dofs))
+        own.append(float(np.median(seconds["own"].work)))
+        plain.append(float(np.median(seconds["plain"].work)))
+    for label, y in (("flexgear", own), ("plain scikit-fem forms", plain)):
+        report.curves.append(Curve("assembly", label, "dofs", "processor time (s)", dofs, y))
+
+
+def difference(a: sp.csr_matrix, b: sp.csr_matrix) -> float:
+    """Largest difference of entries over the largest entry."""
+    return float(abs(a - b).max() / abs(b).max())

@@ -1,0 +1,88 @@
+"""Reduction sector by sector against the general path, over the size of the ring."""
+
+from __future__ import annotations
+
+import inspect
+from statistics import median
+
+import numpy as np
+
+from benchmarks.record import Comparison, Curve, Report
+from benchmarks.rings import dofs_text, ring_mesh
+from benchmarks.timing import interleaved
+from flexgear.model.case import Case
+from flexgear.structures.fe_mesh import FeMesh
+from flexgear.structures.fem import assemble
+from flexgear.structures.interfaces import ring_interface
+from flexgear.structures.reduction import reduce
+from flexgear.structures.tall import THREADS
+
+REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1}}
+MODES = {"quick": 10, "full": 60}
+LIMIT = 1e-8  # both paths on the same mesh
+
+
+def run(report: Report, size: str) -> None:
+    """From the FE mesh to the reduced body with all 120 interface nodes."""
+    if "sectors" not in inspect.signature(reduce).parameters:
+        report.skip("cyclic path", "this version of flexgear has no cyclic reduction")
+        return
+    count = MODES[size]
+    curves: dict[str, list[float]] = {"dofs": [], "cyclic": [], "general": []}
+    for name, repeats in REPEATS[size].items():
+        case, fe_mesh = ring_mesh(name)
+        seconds, answers = interleaved(
+            {
+                "cyclic": lambda case=case, mesh=fe_mesh: by_sectors(case, mesh, count),
+                "general": lambda case=case, mesh=fe_mesh: in_general(case, mesh, count),
+            },
+            repeats,
+        )
+        apart = [
+            float(np.abs(a - b).max() / np.abs(b).max())
+            for a, b in zip(answers["cyclic"], answers["general"], strict=True)
+        ]
+        if max(apart) > LIMIT:
+            raise AssertionError(f"cyclic and general path differ by {max(apart):.1e}")
+        report.add(
+            Comparison(
+                "Reduction by cyclic symmetry",
+                "flexgear's general path (SciPy)",
+                f"ring, {dofs_text(fe_mesh.quadratic_dofs)}, {count} modes",
+                seconds["cyclic"],
+                seconds["general"],
+                THREADS,
+                check=f"interface stiffness agrees to {apart[0]:.0e}, frequencies to "
+                f"{apart[1]:.0e}",
+            )
+        )
+        curves["dofs"].append(float(fe_mesh.quadratic_dofs))
+        for path in ("cyclic", "general"):
+            curves[path].append(median(seconds[path].wall))
+    for path in ("cyclic", "general"):
+        report.curves.append(
+            Curve("cyclic", f"{path} path", "dofs", "time (s)", curves["dofs"], curves[path])
+        )
+
+
+def by_sectors(case: Case, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
+    from flexgear.structures.cyclic_path import sector_counts
+    from flexgear.structures.fem.unassembled import UnassembledModel
+
+    m = case.material
+    model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    found = reduce(
+        model, ring_interface(case, model), count, sectors=sector_counts(case.stage.ring.teeth)
+    )
+    if found.condensation.path.startswith("general"):
+        raise AssertionError(f"the ring was not reduced by sectors: {found.condensation.path}")
+    return found.condensation.stiffness, found.frequencies
+
+
+def in_general(case: Case, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same on the whole ring."""
+    m = case.material
+    model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    found = reduce(model, ring_interface(case, model), count, solver="scipy")
+    return found.condensation.stiffness, found.frequencies

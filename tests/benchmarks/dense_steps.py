@@ -1,0 +1,136 @@
+r"""Steps in all coordinates with dense matrices: the usual ways for a stiffness that changes.
+
+    (M + gamma h C + beta h^2 K + V^T W V + gamma h s o o^T) a = right,   W = beta h^2 k + gamma h c
+
+"refactor": the matrix is summed and factorised by Cholesky at every step and every set of loaded
+pairs; "woodbury": the inverse of the constant part is kept dense and updated by the few rows V.
+Same rule, rows and sets as flexgear's step (`analysis.reference`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg as sla
+from numba import njit
+
+from flexgear.analysis.kernel import BETA, GAMMA
+from flexgear.analysis.reference import damping_matrix
+from flexgear.analysis.transient import State
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import PER_PAIR, front_meshes, pair_rows
+from flexgear.coupling.pairs import build_rows
+
+Array = np.ndarray
+
+
+@dataclass
+class DenseSteps:
+    """Matrices of a system for one step size, made once."""
+
+    modal: ModalSystem
+    torque: float
+    time_step: float
+    way: str
+    base: Array = field(init=False)
+    kept: Array | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        system, h = self.modal.system, self.time_step
+        self.damping = damping_matrix(system)
+        self.base = system.mass + GAMMA * h * self.damping + BETA * h * h * system.stiffness
+        if self.way == "woodbury":
+            self.kept = np.linalg.inv(self.base)
+
+    def run(self, start: State, steps: int) -> Array:
+        """Motion (d,) after some steps from the state of a flexgear run with all modes."""
+        system, h, pairs = self.modal.system, self.time_step, self.modal.system.pairs
+        q, v = self.modal.modes @ start.eta, self.modal.modes @ start.velocity
+        touched, brake = start.touched.copy(), system.brake
+        rows, wanted = pair_rows(pairs), front_meshes(pairs)
+        weights = GAMMA * h * brake.rated_torque / brake.rated_speed
+        slope = brake.rated_torque / brake.rated_speed
+        o, drive = system.output, system.drive * self.torque
+        vectors, k, c, offset, _ = self._rows(rows, wanted, touched, system.angles @ q)
+        force = np.maximum(k * (vectors @ q + offset) + c * (vectors @ v), 0.0)
+        load = drive - o * slope * (o @ v)
+        a = np.linalg.solve(
+            system.mass, load - vectors.T @ force - self.damping @ v - system.stiffness @ q
+        )
+        left_rigid = system.rigid.T @ system.mass
+        for _ in range(steps):
+            rigid = system.rigid @ (left_rigid @ a)
+            theta = system.angles @ (q + h * v + 0.5 * h * h * rigid)
+            vectors, k, c, offset, n_pairs = self._rows(rows, wanted, touched, theta)
+            star = q + h * v + (0.5 - BETA) * h * h * a
+            star_v = v + (1 - GAMMA) * h * a
+            free = drive - o * slope * (o @ star_v)
+            free = free - self.damping @ star_v - system.stiffness @ star
+            weight = BETA * h * h * k + GAMMA * h * c
+            known = k * (vectors @ star + offset) + c * (vectors @ star_v)
+            solve = self._solver(vectors, weight, weights)
+            active = np.ones(len(k), dtype=bool)
+            for _ in range(50):
+                a = solve(free - vectors[active].T @ known[active], active)
+                force = known + weight * (vectors @ a)
+                carry = force > 0
+                if np.array_equal(carry, active):
+                    break
+                active = carry
+            q, v = star + BETA * h * h * a, star_v + GAMMA * h * a
+            touched[:] = 0
+            for p in range(n_pairs):
+                if active[rows.pair_row[p]]:
+                    touched[rows.pair_mesh[p], rows.pair_index[p] % 8] = 1
+        return q
+
+    def _rows(self, rows, wanted, touched, theta):
+        system = self.modal.system
+        n, n_pairs = build_rows(system.pairs, rows, theta, wanted)
+        c = rows.damping[:n].copy()
+        for p in range(n_pairs):
+            m = rows.pair_mesh[p]
+            if system.pairs.model[m] == PER_PAIR and not touched[m, rows.pair_index[p] % 8]:
+                c[rows.pair_row[p]] = 0.0
+        vectors = np.zeros((n, system.size))
+        expand(rows.coef, rows.blocks, rows.width, system.blocks, vectors)
+        return vectors, rows.stiffness[:n].copy(), c, rows.offset[:n].copy(), n_pairs
+
+    def _solver(self, vectors: Array, weight: Array, brake: float):
+        """right, active -> accelerations; what does not depend on the set is done once."""
+        o = self.modal.system.output
+        if self.way == "refactor":
+
+            def refactor(right: Array, active: Array) -> Array:
+                va = vectors[active]
+                left = self.base + (va.T * weight[active]) @ va + brake * np.outer(o, o)
+                factor = sla.cho_factor(left, lower=True, overwrite_a=True, check_finite=False)
+                return sla.cho_solve(factor, right, check_finite=False)
+
+            return refactor
+        wide = np.vstack([vectors, o])
+        image = self.kept @ wide.T
+        inner = wide @ image
+        scale = np.append(weight, brake)
+
+        def woodbury(right: Array, active: Array) -> Array:
+            on = np.flatnonzero(np.append(active, True))
+            y = self.kept @ right
+            small = inner[np.ix_(on, on)] + np.diag(1 / scale[on])
+            return y - image[:, on] @ np.linalg.solve(small, wide[on] @ y)
+
+        return woodbury
+
+
+@njit(cache=True)
+def expand(coef, blocks, width, block_rows, out):
+    """Rows V (n, d) in all coordinates from their coefficients on contact blocks."""
+    for i in range(out.shape[0]):
+        for a in range(width[i]):
+            for p in range(6):
+                f = coef[i, a, p]
+                if f != 0.0:
+                    line = block_rows[6 * blocks[i, a] + p]
+                    for j in range(out.shape[1]):
+                        out[i, j] += f * line[j]

@@ -1,0 +1,62 @@
+"""SciPy's solve_ivp on the same coupled system in kept modes: y = [eta, v].
+
+The right-hand side is compiled (flexgear's own contact solution at a given state), so that what is
+compared is the number of its evaluations and the work of the integrator, not Python against numba.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from benchmarks.stages import copied
+from flexgear.analysis import transient as running
+from flexgear.analysis.kernel import consistent_acceleration
+from flexgear.analysis.transient import State, step_data
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import pair_rows
+
+
+class Integrator:
+    """Work space and tolerances of one system."""
+
+    def __init__(self, modal: ModalSystem, torque: float, method: str, rtol: float) -> None:
+        self.modal, self.method, self.rtol = modal, method, rtol
+        self.torque = np.array([torque])
+        self.rows = pair_rows(modal.system.pairs)
+        self.scratch = running._scratch(modal)
+        self.ledger = running._ledger(modal, False)
+        self.force = np.zeros(len(self.scratch[4]))
+        self.data = step_data(modal, 1e-4)  # the step size plays no part in an acceleration
+        self.evaluations = 0
+
+    def run(self, start: State, span: float) -> np.ndarray:
+        """Modal coordinates after a span of time, s."""
+        state, n = copied(start), len(start.eta)
+        pairs = self.modal.system.pairs
+
+        def slope(_: float, y: np.ndarray) -> np.ndarray:
+            state.eta[:], state.velocity[:] = y[:n], y[n:]
+            if consistent_acceleration(
+                self.data, pairs, self.rows, state, self.torque, self.scratch, self.force,
+                self.ledger,
+            ):  # fmt: skip
+                raise ArithmeticError("no contact state")
+            return np.concatenate([state.velocity, state.acceleration])
+
+        elastic = np.abs(start.eta[self.modal.rigid_count :]).max()
+        speed = np.abs(start.velocity).max()
+        scale = np.concatenate([np.full(n, elastic), np.full(n, speed)])
+        found = solve_ivp(
+            slope,
+            (0.0, span),
+            np.concatenate([start.eta, start.velocity]),
+            method=self.method,
+            rtol=self.rtol,
+            atol=self.rtol * scale,
+            t_eval=[span],
+        )
+        if not found.success:
+            raise ArithmeticError(found.message)
+        self.evaluations = found.nfev
+        return found.y[:n, -1]

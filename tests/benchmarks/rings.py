@@ -1,0 +1,54 @@
+"""The ring of wind-5mw on FE meshes of several sizes: same section, more layers; or finer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from flexgear.model.case import Case, load_case
+from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fem import FeModel, Interface, assemble
+from flexgear.structures.interfaces import ring_interface
+
+# name -> fidelity of the section, number of bands that cut the middle of the face into layers
+SIZES = {"37k": ("quick", 0), "57k": ("quick", 3), "133k": ("standard", 0), "314k": ("fine", 0)}
+
+
+def ring_case(fidelity: str = "quick") -> Case:
+    """wind-5mw with FE meshes of the given fidelity."""
+    return load_case("wind-5mw", {"solver.fidelity": fidelity})
+
+
+def ring_mesh(size: str) -> tuple[Case, FeMesh]:
+    """Case and FE mesh of a size in `SIZES`."""
+    fidelity, bands = SIZES[size]
+    case = ring_case(fidelity)
+    p = RingMeshParameters.from_case(case)
+    lows = sorted(p.fits)
+    edges = np.linspace(lows[0][1], lows[-1][0], bands + 1)
+    cuts = tuple(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)) if bands else ()
+    return case, ring_fe_mesh(replace(p, fits=(*lows, *cuts)))
+
+
+@cache
+def ring_model(size: str) -> tuple[Case, FeModel, Interface]:
+    """Case, assembled FE model and all 120 interface nodes."""
+    case, fe_mesh = ring_mesh(size)
+    m = case.material
+    model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+    return case, model, ring_interface(case, model)
+
+
+def small_ring() -> FeModel:
+    """A ring of half the teeth and bolts, for peers that take long; patches as usual."""
+    case = ring_case()
+    p = replace(RingMeshParameters.from_case(case), teeth=47, bolts=13, bolt_circle_diameter=1.13)
+    m = case.material
+    return assemble(ring_fe_mesh(p), m.young_modulus, m.poisson_ratio, m.density)
+
+
+def dofs_text(dofs: int) -> str:
+    """37386 -> "37 386 dofs"."""
+    return f"{dofs:,} dofs".replace(",", "\u2009")

@@ -1,0 +1,83 @@
+"""Coupled stages for the benchmarks of time stepping: cheap bodies of the tests, real ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from coupled import CLEAN, TORQUE, make_bodies
+
+from flexgear.analysis.transient import Collector, Drive, State, start_state, transient
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.system import System, Variant
+from flexgear.model.case import load_case
+from flexgear.structures.build import carrier_body, ring_body
+
+STEADY = Drive(lambda t: np.full_like(t, TORQUE))
+
+
+def cheap_system() -> System:
+    """wind-5mw, one-sided contact with backlash, on bodies of springs and point masses."""
+    case = load_case("wind-5mw", CLEAN)
+    return build_system(case, *make_bodies(case), Variant())
+
+
+def planet_system(planets: int) -> System:
+    """The same with 3 to 8 equally spaced planets, small enough for eight side by side."""
+    case = load_case(
+        "wind-5mw",
+        {
+            **CLEAN,
+            "stage.planets": str(planets),
+            "stage.sun.teeth": "51",
+            "stage.planet.teeth": "21",
+            "stage.planet.bore_diameter_mm": "200",
+            "stage.allow_unassemblable": "true",
+        },
+    )
+    return build_system(case, *make_bodies(case), Variant())
+
+
+@cache
+def real_system(size: str) -> System:
+    """wind-5mw on its FE bodies: standard ones in a full run, coarse ones in a quick one."""
+    case = load_case("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
+    return build_system(case, ring_body(case), carrier_body(case), Variant())
+
+
+def copied(state: State) -> State:
+    """A state that a run may change."""
+    return State(*(np.array(part) for part in state))
+
+
+@dataclass(frozen=True)
+class Run:
+    """A transient at rated torque, outputs every millisecond kept in memory."""
+
+    modal: ModalSystem
+    time_step: float
+    steps: int
+    start: State
+    interval: float = 1e-3
+
+    def __call__(self) -> dict[str, np.ndarray]:
+        sink = Collector()
+        transient(
+            self.modal,
+            STEADY,
+            duration=self.steps * self.time_step,
+            time_step=self.time_step,
+            output_interval=self.interval,
+            start=copied(self.start),
+            sink=sink,
+        )
+        return sink.arrays()
+
+
+def steady_run(modal: ModalSystem, time_step: float, steps: int, interval: float = 1e-3) -> Run:
+    """A run from equilibrium; the loops are compiled by a few steps first."""
+    run = Run(modal, time_step, steps, start_state(modal, TORQUE), interval)
+    Run(modal, time_step, 20, run.start, 10 * time_step)()
+    return run

@@ -1,0 +1,181 @@
+"""The step kernel of a transient against other ways to take the same steps."""
+
+from __future__ import annotations
+
+from statistics import median
+
+import numpy as np
+from coupled import TORQUE
+
+from benchmarks.bare_kernel import bare_data, bare_steps
+from benchmarks.dense_steps import DenseSteps
+from benchmarks.integrators import Integrator
+from benchmarks.record import Comparison, Report
+from benchmarks.stages import Run, cheap_system, real_system, steady_run
+from benchmarks.timing import interleaved
+from flexgear.analysis.transient import start_state
+from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.system import System
+from flexgear.structures.tall import single_threaded_blas
+
+STEP, FINE = 1e-4, 2e-5  # s, steady running and near torque steps
+LIMIT_HZ = 3000.0
+STEPS = {"quick": 2000, "full": 10000}
+DENSE_STEPS = {"quick": 20, "full": 100}
+SPAN = {"quick": 0.01, "full": 0.03}  # s, of solve_ivp
+SHORT = 1e-3  # s, of solve_ivp in all coordinates
+TOLERANCE = 1e-7  # relative, of solve_ivp: the error is then a step's or less
+REPEATS = {"quick": 2, "full": 5}
+GROUP = "Time step of a transient"
+
+
+def run(report: Report, size: str) -> None:
+    """All on one thread."""
+    with single_threaded_blas():
+        fidelity = {"full": "FE bodies", "quick": "coarse FE bodies"}[size]
+        systems = {"cheap bodies": cheap_system(), fidelity: real_system(size)}
+        for name, system in systems.items():
+            modal = modal_system(system, LIMIT_HZ)
+            text = f"wind-5mw, {name}, {modal.modes.shape[1]} of {system.size} coordinates"
+            against_bare(report, modal, text, size)
+            real_time(report, modal, name, size)
+            against_integrators(report, modal, text, size)
+            against_all_coordinates(report, system, modal, text, size)
+            against_dense(report, system, modal, text, size)
+
+
+def against_bare(report: Report, modal: ModalSystem, text: str, size: str) -> None:
+    """The least a step has to do; the ratio is below 1."""
+    own = steady_run(modal, STEP, STEPS[size])
+    data = bare_data(modal, STEP)
+    eta = own.start.eta.copy()
+    bare_steps(data, 2, eta.copy())
+    seconds, _ = interleaved(
+        {"own": own, "bare": lambda: bare_steps(data, STEPS[size], eta.copy())},
+        REPEATS[size],
+    )
+    times = median(seconds["own"].work) / median(seconds["bare"].work)
+    report.add(
+        Comparison(
+            GROUP,
+            "bare kernel: two modal products, contact matrix, Cholesky",
+            text,
+            seconds["own"].over(STEPS[size]),
+            seconds["bare"].over(STEPS[size]),
+            1,
+            unit="step",
+            check=f"{len(data.stiffness)} contact rows on {len(data.modes)} channels in both; "
+            f"flexgear takes {times:.1f} times the bare",
+        )
+    )
+
+
+def real_time(report: Report, modal: ModalSystem, name: str, size: str) -> None:
+    """Simulated over processor time, outputs every millisecond included."""
+    runs = {h: steady_run(modal, h, STEPS[size]) for h in (STEP, FINE)}
+    seconds, _ = interleaved({str(h): r for h, r in runs.items()}, REPEATS[size])
+    for h in runs:
+        factors = [h * STEPS[size] / s for s in seconds[str(h)].work]
+        report.say(
+            f"real-time factor, {name}, {modal.modes.shape[1]} kept modes, dt = {h:g} s",
+            f"{median(factors):.2f} ({min(factors):.2f} to {max(factors):.2f})",
+        )
+
+
+def against_integrators(report: Report, modal: ModalSystem, text: str, size: str) -> None:
+    """SciPy's solve_ivp over a short span, per simulated second."""
+    span, steps = SPAN[size], round(SPAN[size] / STEP)
+    own = steady_run(modal, STEP, STEPS[size])
+    exact = Run(modal, STEP / 100, 100 * steps, own.start, span)()["eta"][-1]
+    moved = np.abs(exact - own.start.eta)[modal.rigid_count :].max()
+
+    def error(eta: np.ndarray) -> float:
+        return float(np.abs(eta - exact)[modal.rigid_count :].max() / moved)
+
+    methods = {m: Integrator(modal, TORQUE, m, TOLERANCE) for m in ("RK45", "DOP853", "LSODA")}
+    seconds, answers = interleaved(
+        {
+            "own": own,
+            **{m: lambda i=i: i.run(own.start, span) for m, i in methods.items()},
+        },
+        min(REPEATS[size], 3),
+    )
+    ours = error(Run(modal, STEP, steps, own.start, span)()["eta"][-1])
+    for m, integrator in methods.items():
+        report.add(
+            Comparison(
+                GROUP,
+                f"solve_ivp, {m}, rtol {TOLERANCE:g}, right-hand side compiled by flexgear",
+                text,
+                seconds["own"].over(STEPS[size] * STEP),
+                seconds[m].over(span),
+                1,
+                unit="simulated second",
+                check=f"{integrator.evaluations / steps:.1f} evaluations for a step; elastic "
+                f"motion within {error(answers[m]):.0e} of steps a hundred times finer, "
+                f"flexgear {ours:.0e}",
+            )
+        )
+
+
+def against_all_coordinates(
+    report: Report, system: System, modal: ModalSystem, text: str, size: str
+) -> None:
+    """solve_ivp without the second reduction, as one would write it first."""
+    own = steady_run(modal, STEP, STEPS[size])
+    full = modal_system(system)
+    start = start_state(full, TORQUE)
+    integrator = Integrator(full, TORQUE, "RK45", TOLERANCE)
+    seconds, _ = interleaved(
+        {"own": own, "RK45": lambda: integrator.run(start, SHORT)}, min(REPEATS[size], 3)
+    )
+    highest = full.omega.max() / (2 * np.pi)
+    report.add(
+        Comparison(
+            GROUP,
+            f"solve_ivp, RK45, rtol {TOLERANCE:g}, all coordinates",
+            text,
+            seconds["own"].over(STEPS[size] * STEP),
+            seconds["RK45"].over(SHORT),
+            1,
+            unit="simulated second",
+            check=f"{integrator.evaluations * STEP / SHORT:.0f} evaluations for a step of "
+            f"{STEP:g} s: highest mode {highest / 1e3:.0f} kHz; {SHORT * 1e3:g} ms",
+        )
+    )
+
+
+def against_dense(report: Report, system: System, modal: ModalSystem, text: str, size: str) -> None:
+    """Dense matrices of all coordinates; answers are compared with all modes kept."""
+    steps = DENSE_STEPS[size]
+    full = modal_system(system)
+    all_modes = steady_run(full, STEP, steps, STEP * steps)
+    own = steady_run(modal, STEP, STEPS[size])
+    peers = {w: DenseSteps(full, TORQUE, STEP, w) for w in ("refactor", "woodbury")}
+    seconds, answers = interleaved(
+        {
+            "own": own,
+            **{w: lambda p=p: p.run(all_modes.start, steps) for w, p in peers.items()},
+        },
+        min(REPEATS[size], 3),
+    )
+    motion = full.modes @ all_modes()["eta"][-1]
+    roll = system.rolling @ (system.masters @ motion)
+    names = {
+        "refactor": "dense Cholesky at every step",
+        "woodbury": "dense inverse, Woodbury update",
+    }
+    for way, name in names.items():
+        apart = np.abs(answers[way] - motion).max() / np.abs(motion - roll).max()
+        report.add(
+            Comparison(
+                GROUP,
+                name,
+                text,
+                seconds["own"].over(STEPS[size]),
+                seconds[way].over(steps),
+                1,
+                unit="step",
+                check=f"motion agrees to {apart:.0e} when flexgear keeps all modes too",
+            )
+        )

@@ -1,0 +1,153 @@
+"""``flexgear sweep``: what is printed, written and drawn, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from interrupts import hear_interrupts
+from PIL import Image
+
+from flexgear.results.dataset import load
+
+KEY = "stage.planet_bearing.radial_n_per_m"
+FLEXGEAR = [sys.executable, "-c", "from flexgear.cli import main; main()"]
+
+
+def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
+    out = tmp_path / "new" / "study"
+    code, text, _ = flexgear("sweep", "lin-parker", f"{KEY}=1e7:1e9:3:log", "--out", out, "-q")
+    assert code == 0
+    assert "frequency (Hz)" in text
+    assert "load sharing, hu-2023 (–)" in text
+    assert "727.267" in text
+    assert f"wrote {out}" in text
+    assert sorted(p.name for p in out.iterdir()) == [
+        "sweep.nc", "sweep_frequency.png", "sweep_load_sharing.png"
+    ]  # fmt: skip
+    assert list((tmp_path / "new").iterdir()) == [out]
+    with Image.open(out / "sweep_frequency.png") as picture:
+        assert picture.size[0] > 1000
+    data = load(out / "sweep.nc")
+    np.testing.assert_allclose(data["frequency"].sel({KEY: 1e8})[:2], 727.267, rtol=1e-5)
+    assert data[KEY].attrs["units"] == "N/m"
+
+
+def test_two_keys_to_a_file(flexgear, tmp_path):
+    out = tmp_path / "a.nc"
+    code, text, err = flexgear(
+        "sweep", "lin-parker", f"{KEY}=1e7,1e8", "stage.planets=3,4,99", "--out", out, "-q",
+        "--measure", "frequencies,mean_forces", "--modes", "3",
+    )  # fmt: skip
+    assert code == 0
+    assert "6 points" in text
+    assert "2 of 6 points failed" in err
+    assert "99" in err
+    names = {p.name for p in tmp_path.iterdir()}
+    assert {"a.nc", "a_frequency.png", "a_mean_sun_gear_mesh_force.png"} <= names
+    assert load(out)["frequency"].shape == (2, 3, 3)
+
+
+def test_json_holds_everything(flexgear, tmp_path):
+    code, text, _ = flexgear(
+        "sweep", "lin-parker", "stage.planets=3,4,99", "--json", "--no-pictures", "-q",
+        "--out", tmp_path / "d", "--measure", "frequencies", "--modes", "2",
+        "--set", f"{KEY}=2e8", "--workers", "1",
+    )  # fmt: skip
+    assert code == 0
+    found = json.loads(text)
+    assert found["case"] == "lin-parker"
+    assert found["keys"] == [{"key": "stage.planets", "units": "", "values": [3, 4, 99]}]
+    frequency = found["measures"]["frequency"]
+    assert frequency["units"] == "Hz"
+    assert frequency["dims"] == ["stage.planets", "mode"]
+    assert frequency["values"][2] == [None, None]
+    assert frequency["values"][0][0] > 700
+    assert found["measures"]["mode_type"]["values"][0] == ["translational"] * 2
+    assert [f["point"] for f in found["failed"]] == ["stage.planets = 99"]
+    assert [p.name for p in (tmp_path / "d").iterdir()] == ["sweep.nc"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["lin-parker"], ["KEY"]),
+        (["lin-parkr", "stage.planets=3,4"], ["lin-parker"]),
+        (["lin-parker", "stage.planets"], ["KEY=VALUES", "3,4,5"]),
+        (["lin-parker", "stage.plantes=3,4"], ["stage.plantes", "planets"]),
+        (["lin-parker", "stage.face_width_nm=3,4"], ["face_width_nm", "face_width_mm"]),
+        (["lin-parker", "stage.face_width_mm=30:40:0"], ["empty range"]),
+        (["lin-parker", "stage.face_width_mm=wide,narrow"], ["wide", "not a number"]),
+        (["lin-parker", "stage.planets=98,99"], ["98", "1 … 20"]),
+        (["lin-parker", "stage.planets=3,4", "stage.planets=5"], ["given twice"]),
+        (
+            ["lin-parker", "stage.planets=3", f"{KEY}=1e8", "stage.face_width_mm=30"],
+            ["third key", "--set"],
+        ),
+        (["lin-parker", "stage.planets=3,4", "--measure", "frequency"], ["frequencies"]),
+        (["wind-5mw", "stage.planets=3,4", "--measure", "torques"], ["flexible stage"]),
+        (["lin-parker", "stage.planets=3,4", "--workers", "0"], ["--workers"]),
+        (["lin-parker", "stage.planets=3,4", "--out", "a.png"], ["a.png", ".nc"]),
+        (["lin-parker", "stage.planets=3,4", "--set", "stage.planets=3"], ["--set"]),
+    ],
+)
+def test_what_is_refused_says_why_in_one_line(flexgear, tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = flexgear("sweep", *arguments, "-q")
+    assert code == 2
+    assert out == ""
+    assert err.count("\n") == 1, err
+    for word in words:
+        assert word in err
+    assert [p for p in tmp_path.rglob("*") if p.is_file()] == []
+
+
+def test_no_point_works(flexgear, tmp_path):
+    code, _, err = flexgear(
+        "sweep", "lin-parker", "stage.planets=3,4", "-q", "--out", tmp_path / "d",
+        "--set", "stage.carrier.support.radial_n_per_m=0",
+        "--set", "stage.ring.support.radial_n_per_m=0",
+        "--set", "stage.sun.support.radial_n_per_m=0", "--measure", "load_sharing",
+    )  # fmt: skip
+    assert code == 1
+    assert "all 2 points failed" in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_for_a_file_and_a_file_for_a_folder(flexgear, tmp_path):
+    (tmp_path / "d.nc").mkdir()
+    (tmp_path / "f").write_text("")
+    for name in ("d.nc", "f"):
+        code, _, err = flexgear(
+            "sweep", "lin-parker", "stage.planets=3", "--out", tmp_path / name, "-q"
+        )
+        assert code == 1
+        assert name in err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+def test_ctrl_c_leaves_nothing(tmp_path):
+    """Stopped while two processes work: one line, no files."""
+    run = subprocess.Popen(
+        [*FLEXGEAR, "sweep", "pitch-drive", "inputs.0.power_kw=1:9:30", "--workers", "2",
+         "--measure", "transient_sharing", "--out", str(tmp_path / "out")],
+        stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=hear_interrupts,
+    )  # fmt: skip
+    assert run.stderr is not None
+    while "points" not in run.stderr.readline():
+        pass
+    time.sleep(4.0)
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does, to all of them
+    _, err = run.communicate(timeout=30)
+    assert run.returncode == 1
+    assert err.splitlines()[-1] == "flexgear: stopped; nothing half-written was left"
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,263 @@
+"""Commands on trains: what they print, what programs read, what is refused in one line."""
+
+import json
+
+import pytest
+from train_contexts import BUNDLED
+from trains import STAGE, write
+
+from flexgear.cli import train_analyses, train_run
+from flexgear.results.dataset import load
+
+QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]
+
+
+def read(flexgear, *arguments):
+    """What a command says as JSON."""
+    quiet = [] if arguments[0] == "check" else ["--quiet"]
+    code, out, err = flexgear(*arguments, "--json", *quiet)
+    assert code == 0, err
+    return json.loads(out)
+
+
+@pytest.fixture
+def train_file(tmp_path):
+    """The spur stage of the tests as a file, with what is put behind it."""
+
+    def make(planets=3, more="", **values):
+        text = STAGE.format(**{"planets": planets, "sun": "0", "helix": 0, **values}) + more
+        return write(tmp_path, text)
+
+    return make
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_check_says_what_follows_from_a_train(flexgear, name):
+    sections = read(flexgear, "check", name)
+    assert sections["case"]["name"] == name
+    assert sections["power"]["input_power_w"] > 0
+    powers = sections["powers_into_the_stages_w"].values()
+    assert sum(powers) == pytest.approx(0, abs=1e-6 * max(map(abs, powers)))
+    assert sections["system"]["degrees_of_freedom"] > 0
+    code, out, _ = flexgear("check", name)
+    assert code == 0
+    assert "gear_mesh_frequency_hz" in out
+
+
+def test_check_of_the_pitch_drive(flexgear):
+    """Printed torques and degrees of freedom of the paper."""
+    sections = read(flexgear, "check", "pitch-drive")
+    torques = sections["torques_on_the_stages_nm"]
+    assert abs(torques["stage_1.sun"]) == pytest.approx(38.2, rel=5e-4)
+    assert abs(torques["stage_2.sun"]) == pytest.approx(276.9, rel=5e-4)
+    assert abs(torques["stage_3.sun"]) == pytest.approx(1430.8, rel=5e-4)
+    assert sections["system"]["degrees_of_freedom"] == 43
+
+
+@pytest.mark.parametrize("name", ["pitch-drive", "nrel-5mw", "double-rotor-5mw"])
+def test_check_and_static_agree_on_planet_bearings(flexgear, name):
+    """The sun drives one of them: other flanks carry, and pins are pushed the other way."""
+    sections = read(flexgear, "check", name)
+    clean = ["--set", "stages.stage_2.errors.planet_eccentricity_um=[0]"]
+    static = read(flexgear, "static", name, *clean)["0 deg"]["planet_bearing"]
+    running = sections["stage_2 running"]
+    load = static["stage_2.planet_bearing_1"]
+    assert load["force_n"] == pytest.approx(running["planet_bearing_force_n"], rel=1e-6)
+    said = running["planet_bearing_force_direction_deg"]
+    assert load["direction_deg"] == pytest.approx(said, abs=1e-3)
+
+
+def test_modes_with_another_number_of_planets(flexgear):
+    found = read(flexgear, "modes", "lin-parker", "--set", "stage.planets=6")
+    kinds = [m["type"] for m in found["modes"]]
+    assert len(kinds) == 27
+    assert kinds.count("planet") == 9
+    assert all(m["multiplicity"] == 3 for m in found["modes"] if m["type"] == "planet")
+    assert sum(found["modes"][1]["kinetic_energy"].values()) == pytest.approx(1)
+    code, out, _ = flexgear("modes", "lin-parker", "--limit-hz", "2000")
+    assert code == 0
+    assert "translational x2" in out
+    assert "stage.planet_bearing" in out
+
+
+def test_campbell_diagram_and_its_file(flexgear, tmp_path):
+    out = tmp_path / "campbell.nc"
+    found = read(flexgear, "modes", "herringbone", "--campbell", "--out", out)
+    assert found["gyroscopic"] is True
+    assert len(found["frequency_hz"][0]) == len(found["speed_factor"])
+    assert found["crossings"][0]["excitation"].startswith("stage x")
+    assert load(out)["campbell_frequency"].attrs["units"] == "Hz"
+    code, text, _ = flexgear("modes", "lin-parker", "--campbell")
+    assert code == 0
+    assert "do not depend on speed" in text
+
+
+def test_static_at_two_angles(flexgear, tmp_path):
+    out = tmp_path / "static.nc"
+    found = read(
+        flexgear, "static", "nrel-5mw", "--angle-deg", "0", "--angle-deg", "40", "--out", out
+    )
+    assert set(found) == {"0 deg", "40 deg", "closure"}
+    forces = found["40 deg"]["gear_mesh_force_n"]
+    assert len(forces["stage_1 ring"]) == 3
+    assert found["0 deg"]["planet_bearing"]["stage_1.planet_bearing_1"]["life_h"] > 1e5
+    assert load(out).sizes["position"] == 2
+    half = read(flexgear, "static", "nrel-5mw", "--torque-nm", "1972995.16")
+    assert half["0 deg"]["gear_mesh_force_n"]["stage_1 ring"][0] == pytest.approx(
+        forces["stage_1 ring"][0] / 2, rel=1e-6
+    )
+    code, text, _ = flexgear("static", "pitch-drive", "--quiet")
+    assert code == 0
+    assert "stage_1.sun turned by" in text
+    assert "planet_load_factor" in text
+
+
+def test_simulate(flexgear, tmp_path):
+    out = tmp_path / "run.nc"
+    found = read(flexgear, "simulate", "herringbone", *QUICK, "--energy", "--out", out)["transient"]
+    assert found["time_s"] == pytest.approx(0.03)
+    assert found["energy_residual"] < 0.05
+    assert found["gear_mesh_force"]["stage sun left"]["mean_n"] == pytest.approx(70104, rel=0.02)
+    assert load(out)["gear_mesh_force"].dims == ("time", "gear_mesh")
+    more = read(flexgear, "simulate", "herringbone", *QUICK, "--torque-share", "1.5")["transient"]
+    assert more["port_torque_nm"]["stage.sun"] == pytest.approx(150e3)
+    code, text, _ = flexgear("simulate", "lin-parker", *QUICK, "--quiet")
+    assert code == 0
+    assert "load sharing" in text
+
+
+def test_compare_load_sharing(flexgear):
+    found = read(flexgear, "compare", "herringbone", *QUICK, "--cycles", "50")
+    assert set(found) == {
+        "lumped: quasi-static", "lumped: harmonic", "lumped: transient",
+        "lumped, without errors: quasi-static",
+    }  # fmt: skip
+    code, text, _ = flexgear("compare", "nrel-5mw", *QUICK, "--quiet")
+    assert code == 0
+    assert "IEC 61400-4 assumes 1.1" in text
+    assert "rolls in one equilibrium" in text
+
+
+def test_compare_two_trains(flexgear):
+    found = read(flexgear, "compare", "double-rotor-5mw", "--against", "nrel-5mw")
+    assert found["planet_bearing_life_ratio"]["stage_1_ball"] == pytest.approx(3.4193, rel=1e-3)
+    code, _, err = flexgear("compare", "nrel-5mw", "--against", "wind-5mw")
+    assert code == 2
+    assert "flexible stage" in err
+
+
+def test_run_and_render(flexgear, tmp_path):
+    """Everything in one folder, read and drawn again."""
+    out = tmp_path / "mine"
+    code, text, err = flexgear("run", "herringbone", *QUICK, "--out", out, "--quiet")
+    assert (code, err) == (0, "")
+    assert "largest K, quasi-static" in text
+    files = {p.name for p in out.iterdir()}
+    assert files >= {
+        "summary.json", "case.json", "report.html", "pictures", "modes.nc", "campbell.nc",
+        "equilibrium.nc", "sharing_stage.nc", "transient.nc", "harmonic.nc",
+    }  # fmt: skip
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["kind"] == "train"
+    assert {p.stem for p in (out / "pictures").iterdir()} >= {
+        "power_flow", "modes", "campbell", "sharing_stage", "transient_forces_stage",
+        "transient_sharing", "transient_displacements",
+    }  # fmt: skip
+    content = train_run.read_train_folder(out)
+    assert content.train.content_hash() == summary["content_hash"]
+    again = tmp_path / "again"
+    code, text, _ = flexgear("render", out, "--out", again, "--quiet")
+    assert code == 0
+    assert (again / "report.html").stat().st_size > 1e5
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_bundled_train_is_read_back_from_its_run(name):
+    from flexgear.model.case import load_case
+    from flexgear.model.train import Train
+
+    train = load_case(name)
+    text = json.dumps(train.to_dict())
+    back = Train.model_validate(train_run.tuples_of(json.loads(text)))
+    assert back.content_hash() == train.content_hash()
+
+
+def test_a_flexible_stage_in_a_train(flexgear, tmp_path, monkeypatch):
+    """--rigid reaches it; without one there is nothing to make rigid."""
+    from coupled import make_bodies
+    from train_contexts import MIXED
+
+    monkeypatch.setattr(
+        train_analyses,
+        "train_bodies",
+        lambda train, report: {"first": make_bodies(train.stages[0].flexible)},
+    )
+    path = write(tmp_path, MIXED, 'kind = "train"\nkinematics = "spatial"\n')
+    found = read(flexgear, "modes", path, "--limit-hz", "50")
+    assert found["variant"] == "flexible"
+    assert "first.ring" in found["modes"][0]["strain_energy"]
+    assert read(flexgear, "modes", path, "--rigid", "all")["variant"] == "rigid"
+    assert read(flexgear, "check", path)["system"]["flexible_stages"] == ["first"]
+    code, _, err = flexgear("modes", "lin-parker", "--rigid", "ring")
+    assert code == 2
+    assert err == (
+        "flexgear: --rigid: lin-parker: has only lumped members, so nothing of it bends -- take it "
+        "out, or build a flexible stage into the train (stages.case)\n"
+    )
+
+
+REFUSED = [
+    (
+        ["--set", "stage.allow_unassemblable=false", "--set", "stage.sun.teeth=27"],
+        "do not assemble",
+    ),
+    (["--set", "stage.errors.planet_eccentricity_um=[1,2]"], "planets"),
+    (["--set", "output.speed_rpm=3"], "overdetermined"),
+    (["--set", "stage.planet_bearing.clearance_mm=3"], "clearance"),
+    (["--set", "stage.ring.support.tangential_n_per_m=0"], "nothing takes the torque"),
+]
+
+
+@pytest.mark.parametrize(("settings", "said"), REFUSED)
+@pytest.mark.parametrize("command", ["check", "static"])
+def test_trains_that_cannot_be(flexgear, command, settings, said):
+    code, out, err = flexgear(
+        command, "lin-parker", *settings, "--quiet" if command == "static" else "--json"
+    )
+    assert code == 2, err
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert " -- " in err
+
+
+def test_train_without_torque_has_no_answer(flexgear, tmp_path):
+    text = STAGE.format(planets=3, sun="0", helix=0).replace("torque_nm = 3000\n", "")
+    code, _, err = flexgear("check", write(tmp_path, text))
+    assert code == 2
+    assert "underdetermined" in err
+
+
+def test_loose_train_is_one_line(flexgear, train_file):
+    code, _, err = flexgear("check", train_file(planets=2))
+    assert code == 1
+    assert "nothing holds stage.sun" in err
+    assert err.count("\n") == 1
+
+
+def test_options_of_the_other_kind(flexgear):
+    for arguments, option in (
+        (["modes", "wind-5mw", "--campbell"], "--campbell"),
+        (["simulate", "wind-5mw", "--torque-share", "2"], "--torque-share"),
+        (["compare", "wind-5mw", "--cycles", "5"], "--cycles"),
+    ):
+        code, _, err = flexgear(*arguments, "--quiet")
+        assert code == 2
+        assert err.startswith(f"flexgear: {option}: wind-5mw: is a flexible stage")
+    for command in ("mesh", "reduce"):
+        code, _, err = flexgear(command, "lin-parker", "--quiet")
+        assert code == 2
+        assert "is a train" in err
+    code, _, err = flexgear("simulate", "lin-parker", "--torque-share", "0")
+    assert code == 2
+    assert "not positive" in err

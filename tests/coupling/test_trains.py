@@ -1,0 +1,317 @@
+"""A train is one system: limits between kinds of bodies, joints, clearance, weight, mixing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from coupled import make_bodies, make_system
+from trains import STEEL, stage_train, write
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import modes
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.train import train_system
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError
+
+
+def loads(result):
+    """(p, M) force of every gear mesh."""
+    return result.pair_load.sum(axis=-1)
+
+
+def solved(train, angles=(0.0, 0.3), torque=None, **flexible):
+    system = train_system(train, flexible)
+    return revolution(
+        modal_system(system), np.array(angles), system.rated_torque if torque is None else torque
+    )
+
+
+def test_spatial_spur_stage_moves_like_the_planar_one(tmp_path):
+    """In-plane frequencies and forces do not know of axial motion that spur gears lack."""
+    errors = {"stage.errors.pin_tangential_um": "[30, 0, -10, 5]"}
+    flat = stage_train(tmp_path, sun="2e8", **errors)
+    held = {
+        "kinematics": "spatial",
+        **{f"stage.{m}.support.axial_n_per_m": "1e9" for m in ("sun", "ring", "carrier")},
+        **{f"stage.{m}.support.tilt_nm_per_rad": "1e8" for m in ("sun", "ring", "carrier")},
+        "stage.planet_bearing.axial_n_per_m": "1e9",
+        "stage.planet_bearing.tilt_nm_per_rad": "1e8",
+    }
+    full = stage_train(tmp_path, sun="2e8", **errors, **held)
+    a, b = modes(train_system(flat)), modes(train_system(full))
+    distance = np.abs(b.frequencies[None, :] - a.frequencies[1:, None]).min(axis=1)
+    assert np.max(distance / a.frequencies[1:]) < 1e-9
+    assert np.allclose(loads(solved(flat)), loads(solved(full)), rtol=1e-9)
+    axial = stage_train(tmp_path, sun="2e8", **errors, **{**held, "kinematics": "axial"})
+    assert np.allclose(loads(solved(flat)), loads(solved(axial)), rtol=1e-9)
+
+
+RIGID_STAGE = {
+    "stage.helix_angle_deg": "0",
+    "gear_mesh.contact_law": "linear",
+    "errors.pin_tangential_um": "[40, 0, 0, -20, 0]",
+}
+
+
+def lumped_twin(tmp_path, case, bodies, *, model="per_pair"):
+    """The flexible stage's rigid variant written as a lumped train with the same masses."""
+    from flexgear.coupling.stage_parts import gear_inertia, stage_components
+    from flexgear.coupling.system import Variant
+    from flexgear.gears.geometry import stage_geometry
+
+    geometry = stage_geometry(case.stage)
+    parts = {
+        p.name: p for p in stage_components(case, geometry, *bodies, Variant(False, False, False))
+    }
+    planet = gear_inertia(case, "planet", geometry)
+    s, b = case.stage, case.bearings
+    carrier = [b.carrier_drive.matrix[0, 0] + b.carrier_far.matrix[0, 0], parts["carrier"]]
+    text = (
+        STEEL
+        + f"""
+[stage]
+planets = {s.planets}
+normal_module_mm = {1e3 * s.normal_module!r}
+pressure_angle_deg = 20
+face_width_mm = {1e3 * s.face_width!r}
+[stage.sun]
+teeth = {s.sun.teeth}
+profile_shift = {s.sun.profile_shift}
+mass_kg = {parts["shaft"].mass[0, 0]}
+inertia_kg_m2 = {parts["shaft"].mass[5, 5] + case.inertia.output}
+[stage.planet]
+teeth = {s.planet.teeth}
+profile_shift = {s.planet.profile_shift}
+mass_kg = {planet[0]}
+inertia_kg_m2 = {planet[1][2]}
+[stage.ring]
+teeth = {s.ring.teeth}
+profile_shift = {s.ring.profile_shift}
+kinematics = "fixed"
+[stage.carrier]
+mass_kg = {carrier[1].mass[0, 0]}
+inertia_kg_m2 = {carrier[1].mass[5, 5] + case.inertia.drive}
+support = {{ radial_n_per_m = {carrier[0]} }}
+[stage.planet_bearing]
+radial_n_per_m = {b.planet.matrix[0, 0]}
+[stage.gear_mesh]
+model = "{model}"
+contact_law = "linear"
+[stage.errors]
+pin_tangential_um = {[round(1e6 * x, 6) for x in case.errors.pin_tangential]}
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 11.27
+torque_nm = 4e6
+[output]
+member = "stage.sun"
+"""
+    )
+    return load_case(write(tmp_path, text))
+
+
+def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path):
+    """Ring, carrier and shaft rigid, everything else stiff in tilt: planar lumped bodies."""
+    from coupled import make_case
+
+    from flexgear.coupling.build import build_system
+    from flexgear.coupling.system import Variant
+
+    stiff = {
+        "bearings.planet.tilt_nm_per_rad": "1e13",
+        "bearings.carrier_drive.tilt_nm_per_rad": "1e13",
+        "bearings.carrier_far.tilt_nm_per_rad": "1e13",
+        "bearings.output.radial_n_per_m": "1e4",
+        "bearings.output.tilt_nm_per_rad": "1e13",
+        "shaft.spline.radial_n_per_m": "1e4",
+        "shaft.spline.torsion_nm_per_rad": "1e13",
+    }
+    bolts = {f"ring.bolts.stiffness_{d}_n_per_m": "1e13" for d in ("radial", "tangential", "axial")}
+    case = make_case(**RIGID_STAGE, **stiff, **bolts)
+    bodies = make_bodies(case)
+    twin = lumped_twin(tmp_path, case, bodies)
+    system = build_system(case, *bodies, Variant(False, False, False))
+    angles = np.linspace(0, 0.06, 5)
+    rigid = revolution(modal_system(system), angles, 4e6)
+    lumped = solved(twin, angles)
+    a, b = loads(rigid), loads(lumped)
+    assert np.abs(a - b).max() < 1e-3 * a.max()
+    # the sums of the flexible stage's sets: ring then sun, planets in order
+    assert [g.kind for g in system.gear_meshes] == [g.kind for g in train_system(twin).gear_meshes]
+
+
+def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
+    text = (
+        STEEL
+        + """
+[[stages]]
+case = "wind-5mw"
+[[inputs]]
+member = "stage_1.carrier"
+speed_rpm = 11.27
+torque_knm = 4000
+inertia_kg_m2 = 1e6
+[output]
+member = "stage_1.sun"
+"""
+    )
+    train = load_case(write(tmp_path, text))
+    case = train.stages[0].flexible
+    bodies = make_bodies(case)
+    inside = solved(train, (0.0, 0.02), stage_1=bodies)
+    from flexgear.coupling.build import build_system
+
+    alone = revolution(modal_system(build_system(case, *bodies)), np.array([0.0, 0.02]), 4e6)
+    assert np.allclose(inside.pair_load, alone.pair_load, atol=1e-8 * alone.pair_load.max())
+    assert np.allclose(inside.output_torque, alone.output_torque, rtol=1e-10)
+
+
+TWO_STAGES = (
+    STEEL
+    + """
+[[stages]]
+planets = 3
+normal_module_mm = 5
+pressure_angle_deg = 20
+face_width_mm = 60
+sun = { teeth = 18 }
+planet = { teeth = 27 }
+ring = { teeth = 72, kinematics = "fixed" }
+carrier = { support = { radial_n_per_m = 1e9 } }
+planet_bearing = { radial_n_per_m = 1e9 }
+[[stages]]
+planets = 4
+normal_module_mm = 3
+pressure_angle_deg = 20
+face_width_mm = 40
+sun = { teeth = 20 }
+planet = { teeth = 30 }
+ring = { teeth = 80, kinematics = "fixed" }
+carrier = { support = { radial_n_per_m = 1e9 } }
+planet_bearing = { radial_n_per_m = 1e9 }
+[[joints]]
+first = "stage_1.sun"
+second = "stage_2.carrier"
+torsion_nm_per_rad = 1e7
+radial_n_per_m = 3e8
+[[inputs]]
+member = "stage_1.carrier"
+speed_rpm = 20
+torque_nm = 20000
+[output]
+member = "stage_2.sun"
+"""
+)
+
+
+@pytest.fixture
+def two_stages(tmp_path):
+    return load_case(write(tmp_path, TWO_STAGES))
+
+
+def test_torque_and_speed_pass_through_stages(two_stages):
+    system = train_system(two_stages)
+    result = revolution(modal_system(system), np.array([0.0, 1.3, 4.0]), 20000)
+    assert np.allclose(result.output_torque, 20000 * 18 / 90 * 20 / 100, rtol=1e-12)
+    assert system.output @ system.rolling[:, 0] == pytest.approx(5 * 5, rel=1e-12)
+    assert result.closure.max() < 1e-10
+
+
+def test_joint_between_turning_frames_is_a_spring_in_space(two_stages):
+    """A force fixed in space on the second carrier: the joint answers the same at any angle.
+
+    Frames of both stages turn at different speeds; what reaches the first sun is k (u − u') in
+    fixed axes, so displacements turned back to fixed axes do not depend on the angle.
+    """
+    head = "[[loads]]\nmember = 'stage_2.carrier'\nforce_kn = [8, 3, 0]\n"
+    path = Path(two_stages.source)
+    path.write_text(path.read_text("utf-8") + head, "utf-8")
+    train = load_case(path)
+    system = train_system(train)
+    modal = modal_system(system)
+    angles = np.linspace(0, 3, 7)
+    loaded, plain = (
+        revolution(modal_system(s), angles, 20000) for s in (system, train_system(two_stages))
+    )
+    fixed = []
+    for body in ("stage_1.sun", "stage_2.carrier"):
+        change = Recovery(loaded).node(body, body) - Recovery(plain).node(body, body)
+        number = 0 if body.startswith("stage_1") else 1
+        psi = (modal.system.angles[number] @ modal.system.rolling[:, 0]) * angles
+        c, s = np.cos(psi), np.sin(psi)
+        fixed.append(
+            np.column_stack(
+                [c * change[:, 0] - s * change[:, 1], s * change[:, 0] + c * change[:, 1]]
+            )
+        )
+    sun, carrier = fixed
+    # four planets carry the second carrier alike in all directions; three likewise
+    assert np.allclose(carrier, carrier[0], atol=1e-6 * np.abs(carrier).max())
+    assert np.allclose(sun, sun[0], atol=1e-6 * np.abs(sun).max())
+    assert np.linalg.norm(sun[0]) > 0.01 * np.linalg.norm(carrier[0])
+
+
+def test_weight_is_carried_in_space(tmp_path):
+    """Supports of a still train carry the weight of all bodies, whatever the carrier's angle."""
+    train = stage_train(
+        tmp_path, planets=3, sun="1e9", head='kind = "train"\ngravity_m_per_s2 = [0, -9.81, 0]\n'
+    )
+    system = train_system(train)
+    angles = np.array([0.0, 0.7, 2.5])
+    result = revolution(modal_system(system), angles, 3000)
+    recovery = Recovery(result)
+    total = np.zeros((len(angles), 2))
+    for name in ("sun", "ring", "carrier"):
+        force = recovery.link_force(f"stage.{name}_support")[:, :2]
+        c, s = np.cos(angles), np.sin(angles)
+        total += np.column_stack(
+            [c * force[:, 0] - s * force[:, 1], s * force[:, 0] + c * force[:, 1]]
+        )
+    weight = 9.81 * (3 + 3 * 4 + 30 + 25)
+    assert np.allclose(total, [0.0, -weight], atol=1e-8 * weight)
+
+
+@pytest.mark.parametrize("gap", [1e-5, 2e-4])
+def test_bearing_with_clearance(tmp_path, gap):
+    """A planet moves by gap + F/k against its pin, along the force: Newton on k (|u| − gap)."""
+    train = stage_train(
+        tmp_path, planets=3, **{"stage.planet_bearing.clearance_um": str(1e6 * gap)}
+    )
+    free = stage_train(tmp_path, planets=3)
+    a, b = solved(free, (0.0,)), solved(train, (0.0,))
+    assert np.allclose(loads(a), loads(b), rtol=1e-4)  # determinate but for the centering spring
+    slots = b.support_load[0].reshape(3, 2)
+    force = 2 * loads(b)[0, 0] * np.cos(np.radians(20))
+    assert np.allclose(slots[:, 0], force, rtol=2e-3)
+    assert np.allclose(slots[:, 1], 0.0, atol=1e-6 * force)
+    share = b.direction[0, :, 2]
+    size = force / 5e8 + gap
+    assert np.allclose(share, 1 - gap / size, rtol=2e-3)
+    assert np.allclose(np.abs(b.direction[0, :, 1]), 1.0, atol=1e-6)
+
+
+def test_a_loose_body_is_named(tmp_path):
+    """Two planets do not centre a floating sun: one clear line."""
+    with pytest.raises(FlexgearError, match=r"nothing holds stage\.sun: "):
+        train_system(stage_train(tmp_path, planets=2, **{"stage.sun.support.radial_n_per_m": "0"}))
+
+
+def test_no_rotation_makes_force(two_stages):
+    """Springs and gear meshes do not see the rolling of the train."""
+    system = train_system(two_stages)
+    assert np.abs(system.stiffness @ system.rolling).max() < 1e-7 * np.abs(system.stiffness).max()
+    from flexgear.analysis.modes import gear_mesh_stiffness
+
+    for angle in (0.0, 0.4):
+        k = gear_mesh_stiffness(system, angle)
+        assert np.abs(k @ system.rolling).max() < 1e-9 * np.abs(k).max()
+
+
+def test_make_system_still_has_one_master():
+    system = make_system()
+    assert system.masters.shape[0] == 1
+    assert system.reactions.tolist() == [1]

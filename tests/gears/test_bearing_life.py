@@ -1,0 +1,110 @@
+"""ISO 281 basic rating life and its ratio between trains."""
+
+import math
+
+import pytest
+from flow_samples import planetary, train
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexgear.gears.bearing_life import (
+    BALL,
+    ROLLER,
+    life_ratio,
+    planet_bearing_life_hours,
+    planet_bearing_life_ratios,
+    rating_life,
+    rating_life_hours,
+)
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import load_case
+
+positive = st.floats(1e-2, 1e7)
+exponents = st.sampled_from([BALL, ROLLER])
+
+
+def test_rating_load_gives_a_million_revolutions():
+    assert rating_life(5.5e6, 5.5e6) == pytest.approx(1e6)
+    assert rating_life(5.5e6, -5.5e6, BALL) == pytest.approx(1e6)
+    # one million revolutions at 33 1/3 r/min last 500 h: how C is defined
+    assert rating_life_hours(1.0, 1.0, 100 / 3 * math.pi / 30) == pytest.approx(500)
+
+
+def test_exponents():
+    assert rating_life(2.0, 1.0, BALL) == pytest.approx(8e6)
+    assert rating_life(2.0, 1.0, ROLLER) == pytest.approx(1e6 * 2 ** (10 / 3))
+    with pytest.raises(ValueError, match="exponent"):
+        rating_life(2.0, 1.0, 3.2)
+
+
+def test_no_load_or_no_motion_never_wears_out():
+    assert rating_life(1.0, 0.0) == math.inf
+    assert rating_life_hours(1.0, 1.0, 0.0) == math.inf
+    with pytest.raises(ValueError, match="dynamic load rating"):
+        rating_life(0.0, 1.0)
+    with pytest.raises(ValueError, match="no life to compare"):
+        life_ratio(0.0, 1.0, 1.0, 1.0)
+
+
+@given(load=positive, speed=positive, other=positive, turning=positive, exponent=exponents)
+def test_a_ratio_is_the_quotient_of_two_lives_in_hours(load, speed, other, turning, exponent):
+    """Whatever C; sign of load and speed do not matter."""
+    hours = rating_life_hours(3e5, load, speed, exponent)
+    against = rating_life_hours(3e5, other, turning, exponent)
+    ratio = life_ratio(-load, speed, other, -turning, exponent)
+    assert ratio == pytest.approx(hours / against)
+    assert ratio * life_ratio(other, turning, load, speed, exponent) == pytest.approx(1)
+
+
+def held_ring(speed: float, power: float):
+    return power_flow(
+        train(
+            planetary(),
+            inputs={"a.carrier": {"speed": speed, "power": power}},
+            output=("a.sun", {}),
+        )
+    )
+
+
+def counter_rotating(carrier: float, power: float):
+    """The ring turns the other way and takes no more than its torque asks for."""
+    return power_flow(
+        train(
+            planetary(held=()),
+            inputs={"a.carrier": {"speed": carrier}, "a.ring": {"speed": -carrier}},
+            output=("a.sun", {"torque": -power / (9 * carrier)}),
+        )
+    )
+
+
+def test_twice_the_speed_at_one_power_lasts_longer_by_two_to_the_exponent_less_one():
+    ratios = planet_bearing_life_ratios(held_ring(2.0, 1e5), held_ring(1.0, 1e5))
+    assert ratios == {"a": pytest.approx(2 ** (ROLLER - 1))}
+
+
+def test_counter_rotation_of_ring_and_carrier():
+    """ω_s = 9 ω_c instead of 5 ω_c (z_r/z_s = 4): loads 5/9, relative speed of planets twice."""
+    one, both = held_ring(1.0, 1e5), counter_rotating(1.0, 1e5)
+    assert both.speed["a.sun"] == pytest.approx(9.0)
+    assert both.stages[0].planet_relative_speed == pytest.approx(
+        2 * one.stages[0].planet_relative_speed
+    )
+    ratio = planet_bearing_life_ratios(both, one, BALL)["a"]
+    assert ratio == pytest.approx((9 / 5) ** 3 / 2)
+
+
+def test_life_in_hours_of_the_bundled_gearbox():
+    """Two bearings a planet halve the load: (C/P)^(10/3) million turns relative to the carrier."""
+    gearbox = load_case("nrel-5mw")
+    flow = power_flow(gearbox)
+    hours = planet_bearing_life_hours(gearbox, flow)
+    assert set(hours) == {"stage_1", "stage_2"}
+    one = flow.stage("stage_1")
+    turns = 1e6 * (5.5e6 / (one.planet_bearing_force / 2)) ** (10 / 3)
+    speed = abs(one.planet_relative_speed) / (2 * math.pi)
+    assert hours["stage_1"] == pytest.approx(turns / speed / 3600)
+    ball = planet_bearing_life_hours(
+        gearbox.with_(**{"stages.0.planet_bearing.rolling": "ball"}), flow
+    )
+    assert ball["stage_2"] == hours["stage_2"]
+    assert ball["stage_1"] < hours["stage_1"]

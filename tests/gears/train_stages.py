@@ -1,0 +1,73 @@
+"""Stages of trains that the tests of gears share, written down in SI without a case file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexgear.model.material import Material
+from flexgear.model.train_stage import TrainStage
+
+STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What gear functions ask of a train: where it comes from and what it is made of."""
+
+    source: str = "my.toml"
+    material: Material = STEEL
+
+
+TRAIN = Surroundings()
+
+
+def planetary(**changes) -> TrainStage:
+    """A spur stage that assembles: 3 planets, 24/30/84 teeth of module 10 mm."""
+    data = {
+        "kind": "planetary", "planets": 3, "normal_module": 0.01,
+        "pressure_angle": math.radians(20), "face_width": 0.1, "planet_bearing": {"radial": 1e9},
+        "sun": {"teeth": 24}, "planet": {"teeth": 30}, "ring": {"teeth": 84}, "carrier": {},
+        **changes,
+    }  # fmt: skip
+    return TrainStage(**data)
+
+
+def helical(**changes) -> TrainStage:
+    """The same with β = 12°."""
+    return planetary(helix_angle=math.radians(12), **changes)
+
+
+def parallel(**changes) -> TrainStage:
+    """Pinion and gear of 24 and 95 teeth with profile shifts, β = 10°, standing at 40°."""
+    data = {
+        "kind": "parallel", "normal_module": 0.014, "pressure_angle": math.radians(20),
+        "helix_angle": math.radians(10), "face_width": 0.36, "position": math.radians(40),
+        "pinion": {"teeth": 24, "profile_shift": 0.48},
+        "gear": {"teeth": 95, "profile_shift": 0.669}, **changes,
+    }  # fmt: skip
+    return TrainStage(**data)
+
+
+def lin_parker(planets: int = 3, **changes) -> TrainStage:
+    """Base diameters as printed by Lin and Parker 1999, which do not fit one another."""
+    changes.setdefault("gear_mesh", {"sun_stiffness": 5e8, "ring_stiffness": 5e8})
+    return planetary(
+        planets=planets, normal_module=0.0028, face_width=0.02, allow_unassemblable=True,
+        center_distance=0.0884, sun_pressure_angle=math.radians(24.6),
+        ring_pressure_angle=math.radians(24.6),
+        sun={"teeth": 27, "base_diameter": 0.07742},
+        planet={"teeth": 35, "base_diameter": 0.10035},
+        ring={"teeth": 99, "base_diameter": 0.27503}, **changes,
+    )  # fmt: skip
+
+
+def pair_indices(path, planet, theta, z=0.0):
+    """Indices of the pairs whose contact line is on the path at z."""
+    s = path.s0[planet] + path.rate * theta + path.slope * z
+    return np.arange(
+        math.ceil((path.s_lo - s) / path.base_pitch),
+        math.floor((path.s_hi - s) / path.base_pitch) + 1,
+    )

@@ -1,0 +1,123 @@
+"""The section ``tolerance``: what can be drawn, and what a user can get wrong in it."""
+
+import math
+
+import pytest
+from small_train import SMALL
+
+from flexgear.model.bundled import bundled_text
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import InputError
+from flexgear.model.gear_errors import GearErrors
+from flexgear.model.tolerance import GearErrorDistributions, TrainErrorDistributions
+from flexgear.model.train_errors import TrainErrors
+
+PIN = "tolerance.errors.pin_radial"
+
+
+def test_every_error_has_a_distribution_of_its_name():
+    assert {*GearErrorDistributions.model_fields} == {*GearErrors.model_fields} - {"seed"}
+    assert {*TrainErrorDistributions.model_fields} == {*TrainErrors.model_fields} - {"seed"}
+
+
+def test_units():
+    case = load_case(
+        "wind-5mw",
+        {f"{PIN}.standard_deviation_um": "20", f"{PIN}.high_mm": "0.05",
+         "tolerance.errors.sun_phase.high_deg": "90"},
+    )  # fmt: skip
+    drawn = case.tolerance.errors.given
+    assert drawn["pin_radial"].standard_deviation == 20e-6
+    assert drawn["pin_radial"].high == 5e-5
+    assert drawn["sun_phase"].high == math.pi / 2
+
+
+def test_a_tolerance_changes_no_run():
+    """Results of a case do not depend on what a tolerance study would draw."""
+    other = {"tolerance.seed": "7", f"{PIN}.standard_deviation_um": "20"}
+    for name in ("wind-5mw", "pitch-drive"):
+        assert load_case(name, other).content_hash() == load_case(name).content_hash()
+
+
+def test_plain_data_and_back():
+    case = load_case("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
+    assert Case.model_validate(case.model_dump()) == case
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({f"{PIN}.high_um": "20"}, "standard_deviation_mm: is missing in a normal distribution"),
+        ({f"{PIN}.standard_deviation": "20"}, "has no unit"),
+        ({f"{PIN}.standard_deviation_um": "0"}, "outside 0"),
+        ({f"{PIN}.standard_deviation_mm": "20"}, "check the unit: standard_deviation_um = 20"),
+        ({f"{PIN}.standard_deviation_mm": "1"}, "lets errors reach 8 mm"),
+        ({f"{PIN}.standard_deviation_um": "1", f"{PIN}.low_um": "50"}, "low_um: leaves out all"),
+        ({f"{PIN}.distribution": "uniform", f"{PIN}.low_um": "2", f"{PIN}.high_um": "2"},
+         "high_um: is not above the low end"),
+        ({f"{PIN}.distribution": "uniform", f"{PIN}.mean_um": "2"}, "low_mm: is missing"),
+        ({f"{PIN}.distribution": "rayleigh", f"{PIN}.standard_deviation_um": "2",
+          f"{PIN}.mean_um": "2"}, "mean_um: has no meaning"),
+        ({f"{PIN}.distribution": "gauss"}, "distribution: 'gauss' is unknown"),
+        ({"tolerance.errors.ring_tooth.standard_deviation_um": "2"}, "this size has no sign"),
+        ({"tolerance.errors.sun_phase.low_deg": "400"}, "is not above the low end"),
+        ({"tolerance.errors.ring_pitc.low_um": "3"}, "did you mean ring_pitch"),
+        ({"tolerance.positions_per_gear_mesh": "3"}, "positions_per_gear_mesh: 3 is outside"),
+        ({"tolerance.confidence": "1.0"}, "confidence: 1 is outside"),
+    ],
+)  # fmt: skip
+def test_refused(settings, words, tmp_path):
+    """In the bundled stage without its own distributions."""
+    before, _, rest = bundled_text("wind-5mw").partition("[tolerance]")
+    path = tmp_path / "stage.toml"
+    path.write_text(before + "[solver]" + rest.partition("[solver]")[2], encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        load_case(path, settings)
+    assert "\n" not in str(caught.value)
+
+
+class TestTrain:
+    @pytest.fixture
+    def path(self, tmp_path):
+        path = tmp_path / "train.toml"
+
+        def write(text):
+            path.write_text(SMALL + text, encoding="utf-8")
+            return path
+
+        return write
+
+    def test_one_stage_has_its_own(self, path):
+        train = load_case(path("""
+[tolerance.errors]
+planet_thickness = { standard_deviation_um = 3 }
+sun_eccentricity = { distribution = "rayleigh", standard_deviation_um = 5 }
+[[tolerance.by_stage]]
+stage = "stage_2"
+errors = { planet_thickness = { standard_deviation_um = 4 } }
+"""))  # fmt: skip
+        first, second = (train.tolerance.of(name) for name in ("stage_1", "stage_2"))
+        assert first["planet_thickness"].standard_deviation == 3e-6
+        assert second["planet_thickness"].standard_deviation == 4e-6
+        assert second["sun_eccentricity"] == first["sun_eccentricity"]
+
+    @pytest.mark.parametrize(
+        ("stage", "key", "words"),
+        [
+            ("stage_3", "sun_tooth", r"by_stage\[0\].stage: no stage is 'stage_3'"),
+            ("stage_2", "ring_offset", r"errors.ring_offset: is an error of a part that a par"),
+        ],
+    )
+    def test_refused(self, path, stage, key, words):
+        text = f"""
+[[tolerance.by_stage]]
+stage = "{stage}"
+errors.{key} = {{ distribution = "rayleigh", standard_deviation_um = 5 }}
+"""
+        with pytest.raises(InputError, match=words):
+            load_case(path(text))
+
+    def test_named_twice(self, path):
+        one = '[[tolerance.by_stage]]\nstage = "stage_1"\nerrors = {}\n'
+        with pytest.raises(InputError, match="stage_1 is named twice"):
+            load_case(path(one + one))

@@ -1,0 +1,169 @@
+"""Reading, overriding, changing and hashing trains."""
+
+import math
+
+import pytest
+from small_train import ALONE, FLEXIBLE, SMALL
+
+from flexgear.model.case import Case, Train, load_case, load_stage
+from flexgear.model.errors import InputError
+from flexgear.model.train_errors import TrainErrors
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text, name="mine.toml"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_the_key_kind_decides(write):
+    assert isinstance(load_case(write(SMALL)), Train)
+    assert isinstance(load_case("wind-5mw"), Case)
+    same = load_case("wind-5mw").content_hash()
+    from flexgear.model.bundled import bundled_text
+
+    stated = write('kind = "stage"\n' + bundled_text("wind-5mw"), "wind.toml")
+    assert load_case(stated).content_hash() == same
+    assert load_stage("wind-5mw").content_hash() == same
+    with pytest.raises(InputError, match="kind: is a train, not a flexible stage"):
+        load_stage(write(SMALL))
+    with pytest.raises(InputError, match="kind: 'trains' is unknown -- did you mean train"):
+        load_case(write(SMALL.replace('"train"', '"trains"')))
+    with pytest.raises(InputError, match=r"kind: is missing in a file with \[\[stages\]\]"):
+        load_case(write(SMALL.replace('kind = "train"', "")))
+
+
+def test_members_and_what_is_held(write):
+    train = load_case(write(SMALL))
+    assert train.name == "mine"
+    assert [s.name for s in train.stages] == ["stage_1", "stage_2"]
+    assert train.member_names() == (
+        "stage_1.sun", "stage_1.ring", "stage_1.carrier", "stage_2.pinion", "stage_2.gear",
+    )  # fmt: skip
+    assert train.held_members() == ("stage_1.ring",)
+    assert train.stage_index("stage_2.gear") == 1
+    assert train.member("stage_1.planet").teeth == 20
+    assert train.kinematics_of("stage_1.planet") == "planar"
+    assert train.stage("stage_2").planet_angles == pytest.approx((math.radians(30),))
+    assert train.inputs[0].given_torque == pytest.approx(1000 / (math.pi / 3))
+
+
+def test_a_star_stage_holds_its_carrier_and_not_its_ring(write):
+    over = {
+        "stage.carrier.kinematics": "fixed",
+        "stage.ring.kinematics": "planar",
+        "inputs.0.member": "stage.sun",
+        "output.member": "stage.ring",
+    }
+    train = load_case(write(ALONE), over)
+    assert train.held_members() == ("stage.carrier",)
+    # no ring that nobody named is added where something else is held already
+    idle = load_case(write(ALONE), {**over, "output.member": "stage.sun",
+                                    "inputs.0.member": "stage.ring"})  # fmt: skip
+    assert idle.held_members() == ("stage.carrier",)
+
+
+def test_one_stage_under_its_short_name(write):
+    alone = write(ALONE)
+    listed = write(ALONE.replace("[stage]", '[[stages]]\nname = "stage"'), "listed.toml")
+    train = load_case(alone)
+    assert train.stages[0].name == "stage"
+    assert train.content_hash() == load_case(listed).content_hash()
+    for key in ("stage.planets", "stages.0.planets", "stages.stage.planets"):
+        assert load_case(alone, {key: "4"}).stages[0].planets == 4
+    assert train.with_(**{"stage.planets": 4}).stages[0].planets == 4
+    with pytest.raises(InputError, match=r"--set: stage\.planets: 0 is outside"):
+        load_case(alone, {"stage.planets": "0"})
+    with pytest.raises(InputError, match=r"mine\.toml: stage\.sun\.teth: is not a known key"):
+        load_case(write(ALONE.replace("sun = { teeth", "sun = { teth")))
+
+
+def test_stages_are_named_by_number_or_name(write):
+    path = write(SMALL)
+    for key in ("stages.1.pinion.teeth", "stages.stage_2.pinion.teeth"):
+        assert load_case(path, {key: "21"}).stages[1].pinion.teeth == 21
+    with pytest.raises(InputError, match=r"stage\.planets: there are 2 stages"):
+        load_case(path, {"stage.planets": "4"})
+    with pytest.raises(InputError, match="no stage is named 'stage_3' -- did you mean stage_"):
+        load_case(path, {"stages.stage_3.planets": "4"})
+
+
+def test_hash_follows_the_content(write):
+    train = load_case(write(SMALL))
+    assert len(train.content_hash()) == 64
+    assert train.with_(name="other", title="x").content_hash() == train.content_hash()
+    wider = train.with_(**{"stages.stage_1.face_width": 0.03})
+    assert wider.content_hash() != train.content_hash()
+    assert wider.content_hash("joints", "output") == train.content_hash("joints", "output")
+    in_metres = load_case(write(SMALL.replace("face_width_mm = 20", "face_width_m = 0.02")))
+    assert in_metres.content_hash() == train.content_hash()
+
+
+@pytest.mark.parametrize("text", [SMALL, ALONE, FLEXIBLE], ids=["small", "alone", "flexible"])
+def test_trains_round_trip_through_plain_data(write, text):
+    train = load_case(write(text))
+    assert Train.model_validate_json(train.model_dump_json(), strict=False) == train
+    assert train.with_() == train
+    assert train.to_dict()["stages"][0]["planets"] == train.stages[0].planets
+
+
+def test_changes_are_checked(write):
+    train = load_case(write(SMALL))
+    assert train.with_(**{"stages.0.sun.mass": 2.0}).stages[0].sun.mass == 2.0
+    support = train.stages[0].carrier.support
+    assert train.with_(**{"stages.0.sun.support": support}).member("stage_1.sun").support == support
+    with pytest.raises(InputError, match=r"with_: joints\[0\]\.first: 'a' is not a member"):
+        train.with_(**{"joints.0.first": "a"})
+
+
+def test_a_stage_is_seen_as_gear_functions_see_a_case(write):
+    train = load_case(write(SMALL))
+    view = train.view("stage_1")
+    assert view.source == f"{train.source}: stage_1"
+    assert view.stage.planet_angles == train.stages[0].planet_angles
+    assert (view.stage.sun.teeth, view.stage.ring.teeth) == (20, 60)
+    assert view.errors is train.stages[0].errors
+    alone = load_case(write(ALONE))
+    assert alone.view("stage").source == alone.source
+
+
+def test_a_flexible_stage_has_the_gears_of_its_case(write):
+    train = load_case(write(FLEXIBLE))
+    case, stage = load_case("wind-5mw"), train.stages[0]
+    assert stage.stage == case.stage
+    assert stage.gear_mesh.model == "per_pair"
+    assert stage.planet_bearing.stiffness == case.bearings.planet.stiffness
+    assert stage.errors.ring_tooth == case.errors.ring_tooth
+    assert stage.errors.carrier_eccentricity == 30e-6
+    assert stage.flexible == case.with_(ring__flexible=False)
+    assert train.kinematics_of("stage_1.ring") == "spatial"
+    assert train.held_members() == ("stage_1.ring",)
+    assert train.view("stage_1").material == case.material
+
+
+def test_a_flexible_stage_is_changed_below_flexible(write):
+    path = write(FLEXIBLE)
+    over = {"stage.flexible.stage.planets": "3", "stage.flexible.shaft.sections.0.length_mm": "500"}
+    train = load_case(path, over)
+    assert (train.stages[0].planets, train.stages[0].flexible.shaft.sections[0].length) == (3, 0.5)
+    assert train.with_(**{"stage.flexible.stage.planets": 4}).stages[0].planets == 4
+    assert train.content_hash() != load_case(path).content_hash()
+
+
+def test_a_flexible_stage_by_file_beside_the_train(write, tmp_path):
+    from flexgear.model.bundled import bundled_text
+
+    (tmp_path / "low.toml").write_text(bundled_text("wind-5mw"), encoding="utf-8")
+    by_file = load_case(write(FLEXIBLE.replace('"wind-5mw"', '"low.toml"')))
+    assert by_file.content_hash() == load_case(write(FLEXIBLE)).content_hash()
+
+
+def test_lists_of_planets_hold_one_for_all_or_one_each():
+    errors = TrainErrors(planet_eccentricity=(1e-5,), planet_thickness=(1e-6, -1e-6, 0.0))
+    assert errors.of_planets("planet_eccentricity", 3) == (1e-5, 1e-5, 1e-5)
+    assert errors.of_planets("planet_thickness", 3) == (1e-6, -1e-6, 0.0)
+    assert errors.of_planets("planet_eccentricity_phase", 2) == (0.0, 0.0)

@@ -1,0 +1,255 @@
+"""What a user can get wrong in a train: one line that names file, key, fault and remedy."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_train import ALONE, FLEXIBLE, SMALL
+
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError, InputError
+
+
+def refused(path, text, old, new, words, over=None):
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        load_case(path, over)
+    line = str(caught.value)
+    assert line.startswith(f"{path}: " if over is None else "--set: ")
+    assert "\n" not in line
+    assert " -- " in line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        # names
+        ('first = "stage_1.sun"', 'first = "stage_1.sum"',
+         r"joints\[0\].first: 'stage_1.sum' is not a member -- did you mean stage_1.sun"),
+        ('first = "stage_1.sun"', 'first = "stage_2.gear"',
+         r"joints\[0\].second: joins stage_2.gear with itself"),
+        ('member = "stage_1.carrier"', 'member = "stage_3.carrier"',
+         r"inputs\[0\].member: 'stage_3.carrier' is not a member"),
+        ('member = "stage_1.carrier"', 'member = "stage_1.planet"', "is not a member"),
+        ('member = "stage_2.pinion"', 'member = "pinion"', "output.member: 'pinion' is not"),
+        ('kind = "train"', 'kind = "train"\nheld = ["stage_1.rim"]',
+         r"held\[0\]: 'stage_1.rim' is not a member -- did you mean stage_1.ring"),
+        ("[output]", '[[loads]]\nmember = "hub"\nforce_kn = [1, 0, 0]\n[output]',
+         r"loads\[0\].member: 'hub' is not a member"),
+        ("planets = 3", 'planets = 3\nname = "stage_2"',
+         r"stages\[1\].name: 'stage_2' is also the name of stage 1"),
+        ("planets = 3", 'planets = 3\nname = "low speed"', r"stages\[0\].name"),
+        # ports
+        ("speed_rpm = 10\n", "", r"inputs\[0\].power_kw: has no speed to go with it"),
+        ("speed_rpm = 10\n", "speed_rpm = 0\n", r"inputs\[0\].power_kw: has speed zero"),
+        ("speed_rpm = 10\n", "speed_rpm = 10\ntorque_nm = 5\n", "power_kw: is given beside torque"),
+        ('member = "stage_2.pinion"', 'member = "stage_1.carrier"',
+         r"output.member: stage_1.carrier is a port already \(inputs.0.member\)"),
+        ('kind = "train"', 'kind = "train"\nheld = ["stage_1.carrier"]',
+         r"held\[0\]: stage_1.carrier is also inputs.0.member -- a held member is no port"),
+        ("[[inputs]]", "[inputs]", "inputs: is not a list -- write"),
+        ('member = "stage_2.pinion"', 'member = "stage_2.pinion"\nbrake_exponent = 0.5',
+         "output.brake_exponent: between 0 and 1"),
+        ('member = "stage_2.pinion"', "", "output.member: is missing"),
+        # parts
+        ("sun = { teeth = 20, mass_kg = 1, inertia_kg_m2 = 1e-3 }", "",
+         r"stages\[0\].sun: is missing in a planetary stage -- add a section for the sun"),
+        ("carrier = { support = { radial_n_per_m = 1e8 } }", "",
+         r"stages\[0\].carrier: is missing"),
+        ("gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }", "",
+         r"stages\[1\].gear: is missing in a parallel stage"),
+        ('kind = "parallel"', "", r"stages\[1\].sun: is missing in a planetary stage"),
+        ("position_deg = 30", "ring = { teeth = 60 }",
+         r"stages\[1\].ring: is no part of a parallel stage -- take it out"),
+        ("position_deg = 30", "planets = 3",
+         r"stages\[1\].planets: a parallel stage has no planets"),
+        ("ring = { teeth = 60", "ring = { teeth = 20", r"stages\[0\].ring.teeth: .*cannot hold"),
+        ("planets = 3", "planets = 3\nplanet_positions_deg = [0, 90]", "2 angles for 3 planets"),
+        ("planets = 3", "planets = 3\ndouble_helical = true",
+         "helix_angle_deg: is zero in a double"),
+        # masses and supports
+        ("inertia_kg_m2 = 1e-3", "inertia_kg_m2 = 1e-3, equivalent_mass_kg = 2",
+         r"stages\[0\].sun.equivalent_mass_kg: is given beside inertia"),
+        ("mass_kg = 1,", "mass_kg = -1,", r"sun.mass_kg: -1 kg is outside 0 … "),
+        (", tangential_n_per_m = 1e9", "",
+         r"stages\[0\].ring.support.tangential_n_per_m: .*nothing takes the torque of the held"),
+        ("carrier = { support = {", "carrier = { support = { tangential_n_per_m = 1e3,",
+         r"carrier.support.tangential_n_per_m: holds the rotation of stage_1.carrier, which turns"),
+        ("pinion = { teeth = 20", 'pinion = { teeth = 20, kinematics = "fixed"',
+         "output.member: stage_2.pinion is fixed"),
+        ("gear = { teeth = 40", 'gear = { teeth = 40, kinematics = "fixed"',
+         r"joints\[0\].second: stage_2.gear is fixed"),
+        ("planet = { teeth = 20 }", 'planet = { teeth = 20, kinematics = "torsional" }',
+         "planet.kinematics: 'torsional' planets cannot follow the carrier"),
+        ("planet = { teeth = 20 }", "planet = { teeth = 20, support = { radial_n_per_m = 1 } }",
+         "planet.support: planets are not supported by the housing -- use planet_bearing"),
+        ("planet_bearing = { radial_n_per_m = 1e8 }", "",
+         "planet_bearing.radial_n_per_m: is zero, so the planet is not held"),
+        ("planet = { teeth = 20 }", 'planet = { teeth = 20, kinematics = "plane" }',
+         "'plane' is unknown -- did you mean planar"),
+        # clearances
+        ("planet_bearing = {", "planet_bearing = { clearance_um = -5,",
+         r"planet_bearing.clearance_um: -5 µm is outside 0 … 5000 µm"),
+        ("planet_bearing = {", "planet_bearing = { clearance_mm = 40,",
+         r"clearance_mm: 40 mm is outside 0 … 5 mm -- check the unit: clearance_um = 40\?"),
+        ("planet_bearing = {", "planet_bearing = { clearance_mm = 2.5,",
+         "clearance_mm: 2.5 mm is as much as the module of 2.5 mm: the teeth would come apart"),
+        ("carrier = { support = {", "carrier = { support = { clearance_mm = 3,",
+         r"stages\[0\].carrier.support.clearance_mm: 3 mm is as much as the module"),
+        ("sun = { teeth = 20", "sun = { support = { clearance_um = 10 }, teeth = 20",
+         "sun.support.clearance_um: is the gap of a support without radial stiffness"),
+        # errors
+        ("planet_eccentricity_um = [10]", "planet_eccentricity_um = [1, 2, 3, 4]",
+         r"errors.planet_eccentricity_um: 4 values for 3 planets: planet 4 does not exist -- give"),
+        ("planet_eccentricity_um = [10]", "planet_eccentricity_phase_deg = [0, 1]",
+         "2 values for 3 planets: some planets have none"),
+        ("planet_eccentricity_um = [10]", "pin_tangential_um = [5]", "pin_tangential_um: 1 values"),
+        ("planet_eccentricity_um = [10]", "planet_eccentricity_mm = [10]",
+         "10 mm is outside 0 … 2 mm"),
+        ("planet_eccentricity_um = [10]", "planet_thickness_um = [-5000]",
+         "-5 mm is outside -2 … 2 mm"),
+        ("planet_eccentricity_um = [10]", "planets_eccentricity_um = [10]",
+         "is not a known key -- did you mean planet_eccentricity"),
+        ("position_deg = 30", "errors = { ring_offset_um = 5 }",
+         r"stages\[1\].errors.ring_offset_um: is an error of a part that a parallel stage"),
+        ("position_deg = 30", "errors = { pin_radial_um = [5] }", "a parallel stage does not have"),
+        # joints
+        ("torsion_nm_per_rad = 1e6", "", r"joints\[0\].torsion_nm_per_rad: is zero, so the joint"),
+        ("torsion_nm_per_rad = 1e6", "length_mm = 100",
+         r"joints\[0\].outer_diameter_mm: is missing -- a shaft needs"),
+        ("torsion_nm_per_rad = 1e6",
+         "torsion_nm_per_rad = 1e6\nlength_mm = 100\nouter_diameter_mm = 20",
+         r"joints\[0\].length_mm: is given beside springs"),
+        ("torsion_nm_per_rad = 1e6",
+         "length_mm = 100\nouter_diameter_mm = 20\ninner_diameter_mm = 20",
+         r"joints\[0\].inner_diameter_mm: is not below outer_diameter"),
+        # the form
+        ("[material]", "[stage]\nplanets = 3\n[material]",
+         r"stage: is given beside \[\[stages\]\] -- keep one"),
+        ("[[joints]]", "[[joint]]", "joint: is not a known key -- did you mean joints"),
+    ],
+)  # fmt: skip
+def test_one_clear_line(tmp_path, old, new, words):
+    refused(tmp_path / "my.toml", SMALL, old, new, words)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("planets = 3", "planets = 0", r"my.toml: stage.planets: 0 is outside"),
+        (
+            "planets = 3",
+            "planets = 3\nnormal_modul_mm = 3",
+            "stage.normal_modul_mm: is not a known",
+        ),
+        ("carrier = {}", "", "stage.carrier: is missing in a planetary stage"),
+        ("[stage]", "[stage.x]", "stage.x: is not a known key"),
+        ('member = "stage.sun"', 'member = "stage_1.sun"', "did you mean stage.sun"),
+    ],
+)
+def test_the_only_stage_is_named_as_it_is_written(tmp_path, old, new, words):
+    refused(tmp_path / "my.toml", ALONE, old, new, words)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nplanets = 3',
+         r"stages\[0\].planets: is given for a flexible stage.*change stages.0.flexible.stage.pl"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nsun = { teeth = 27 }',
+         r"stages\[0\].sun: is given for a flexible stage"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\ngear_mesh = { harmonics = 3 }',
+         r"change stages.0.flexible.gear_mesh"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nplanet_bearing = {}',
+         r"change stages.0.flexible.bearings.planet"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nkind = "parallel"',
+         "kind: has no meaning in a flexible stage"),
+        ('case = "wind-5mw"', "", r"stages\[0\].case: is missing -- name a bundled case"),
+        ('case = "wind-5mw"', "case = 5", r"stages\[0\].case: 5 is not text"),
+        ("carrier_eccentricity_um = 30", "sun_tooth_um = 3",
+         "sun_tooth_um: is given for a flexible stage.*flexible.errors.sun_tooth"),
+        ("carrier_eccentricity_um = 30", "planet_eccentricity_um = [1, 2]",
+         "2 values for 5 planets"),
+        ("flexible = false", 'tie = "glue"', r"stages\[0\].flexible.ring.tie: 'glue' is unknown"),
+        ("flexible = false", "rim_thickness_m = 30",
+         r"flexible.ring.rim_thickness_m: 30 m is outside"),
+        ("[stages.flexible.ring]\nflexible = false", "[stages.flexible.carrier]\nplate_gap_mm = 9",
+         "flexible.carrier.plate_gap_mm: 9 mm leaves no room"),
+    ],
+)  # fmt: skip
+def test_flexible_stages(tmp_path, old, new, words):
+    refused(tmp_path / "my.toml", FLEXIBLE, old, new, words)
+
+
+def test_a_flexible_stage_is_no_train_and_exists(tmp_path):
+    for name, words in (
+        ("lin-parker", "lin-parker: kind: is a train, not a flexible stage"),
+        ("wind-4mw", "wind-4mw: case: is neither a file nor a bundled case.*wind-5mw"),
+        ("no.toml", "no such file"),
+    ):
+        path = tmp_path / "my.toml"
+        path.write_text(FLEXIBLE.replace("wind-5mw", name), encoding="utf-8")
+        with pytest.raises(InputError, match=words):
+            load_case(path)
+
+
+def test_geometry_of_a_flexible_stage_changes_in_one_place_only(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text(FLEXIBLE, encoding="utf-8")
+    with pytest.raises(InputError, match=r"--set: stages.0.sun.teeth: is given for a flexible"):
+        load_case(path, {"stage.sun.teeth": "20"})
+    with pytest.raises(
+        InputError, match=r"with_: stage.planets: .*stages.0.flexible.stage.planets"
+    ):
+        load_case(path).with_(**{"stage.planets": 3})
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    key=st.text(st.sampled_from("aegilnprst_.m01"), max_size=20).map(lambda s: f"stage.{s}")
+    | st.text(st.sampled_from("aegilnprst_.m01"), max_size=20),
+    value=st.one_of(st.text(max_size=10), st.floats().map(str), st.just("[1, 2]")),
+)
+def test_any_override_is_taken_or_refused_in_one_line(key, value):
+    try:
+        load_case("lin-parker", {key: value})
+    except FlexgearError as fault:
+        assert "\n" not in str(fault).replace(value, "")  # noqa: PT017
+
+
+KEYS = [
+    "stage",
+    "stages",
+    "stage.planets",
+    "stage.sun",
+    "stage.ring.support",
+    "stage.planet_bearing.full_si",
+    "stage.errors.planet_eccentricity_um",
+    "stage.errors",
+    "stage.case",
+    "stage.flexible",
+    "stage.name",
+    "stage.planet_positions_deg",
+    "joints",
+    "held",
+    "inputs",
+    "inputs.0.power_kw",
+    "output",
+    "output.member",
+    "loads",
+    "gravity_m_per_s2",
+    "kind",
+    "kinematics",
+    "solver.duration_s",
+]
+VALUES = ["1", "-1", "1e400", "nan", "true", "''", "'x'", "[]", "[1]", "[[1]]", "{}", "[{}]"]
+VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']", "['a']", "[1, 2, 3]"]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_wrong_kinds_of_values_give_no_traceback(key):
+    for value in VALUES:
+        try:
+            load_case("lin-parker", {key: value})
+        except InputError as fault:
+            assert "\n" not in str(fault)  # noqa: PT017

@@ -1,0 +1,99 @@
+"""A small train as TOML text, for tests to change."""
+
+SMALL = """
+kind = "train"
+
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+
+[[stages]]
+planets = 3
+normal_module_mm = 2.5
+pressure_angle_deg = 20
+face_width_mm = 20
+sun = { teeth = 20, mass_kg = 1, inertia_kg_m2 = 1e-3 }
+planet = { teeth = 20 }
+ring = { teeth = 60, support = { radial_n_per_m = 1e8, tangential_n_per_m = 1e9 } }
+carrier = { support = { radial_n_per_m = 1e8 } }
+planet_bearing = { radial_n_per_m = 1e8 }
+errors = { planet_eccentricity_um = [10] }
+
+[[stages]]
+kind = "parallel"
+normal_module_mm = 2
+pressure_angle_deg = 20
+face_width_mm = 20
+position_deg = 30
+pinion = { teeth = 20, support = { radial_n_per_m = 1e8 } }
+gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }
+
+[[joints]]
+first = "stage_1.sun"
+second = "stage_2.gear"
+torsion_nm_per_rad = 1e6
+
+[[inputs]]
+member = "stage_1.carrier"
+speed_rpm = 10
+power_kw = 1
+
+[output]
+member = "stage_2.pinion"
+"""
+
+ALONE = """
+kind = "train"
+
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+
+[stage]
+planets = 3
+normal_module_mm = 2.5
+pressure_angle_deg = 20
+face_width_mm = 20
+sun = { teeth = 20 }
+planet = { teeth = 20 }
+ring = { teeth = 60, kinematics = "fixed" }
+carrier = {}
+planet_bearing = { radial_n_per_m = 1e8 }
+
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 10
+torque_nm = 1e3
+
+[output]
+member = "stage.sun"
+"""
+
+FLEXIBLE = """
+kind = "train"
+kinematics = "spatial"
+
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+
+[[stages]]
+case = "wind-5mw"
+
+[stages.flexible.ring]
+flexible = false
+
+[stages.errors]
+carrier_eccentricity_um = 30
+
+[[inputs]]
+member = "stage_1.carrier"
+speed_rpm = 11.27
+torque_nm = 4e6
+
+[output]
+member = "stage_1.sun"
+"""

@@ -1,0 +1,274 @@
+"""Parameter studies: physics of what they give, gaps where points fail, the same in any order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from small_train import ALONE, FLEXIBLE
+from stage_samples import cheap_stage
+from trains import stage_train
+
+from flexgear.analysis.modes import modes
+from flexgear.coupling.train import train_system
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.dataset import load
+from flexgear.studies import stage_measures, sweep, train_model
+from flexgear.studies.sweep import failures, save_sweep
+from flexgear.studies.sweep_keys import parse_setting
+from flexgear.studies.train_dataset import context_of
+from flexgear.studies.train_model import train_modal
+from flexgear.studies.train_sharing import train_sharing
+
+
+def swept(case, *settings, **options):
+    options.setdefault("workers", 1)
+    return sweep.sweep(case, dict(map(parse_setting, settings)), **options)
+
+
+ROOM = {"stage.ring.addendum": "0.6"}  # no interference of the small ring
+BEARING = "stage.planet_bearing.radial_n_per_m"
+
+
+@pytest.fixture(scope="module")
+def bearings():
+    return swept(
+        "lin-parker", f"{BEARING}=1e6:1e10:9:log", "stage.planets=3,4,5",
+        measures=["frequencies", "frequencies_by_type"], modes=12,
+    )  # fmt: skip
+
+
+class TestGrid:
+    def test_dimensions_are_the_keys_with_their_units(self, bearings):
+        assert bearings["frequency"].dims == (BEARING, "stage.planets", "mode")
+        assert bearings[BEARING].attrs["units"] == "N/m"
+        assert bearings["stage.planets"].attrs["units"] == ""
+        np.testing.assert_allclose(np.diff(np.log10(bearings[BEARING])), 0.5)
+        assert bearings["frequency"].attrs["units"] == "Hz"
+        assert bearings["message"].dims == (BEARING, "stage.planets")
+        assert bearings.attrs["failed"] == 0
+
+    def test_stiffer_bearings_never_lower_a_frequency(self, bearings):
+        """Rayleigh: adding stiffness raises every frequency or leaves it."""
+        rise = bearings["frequency"].diff(BEARING)
+        assert float(rise.min()) > -1e-6
+        assert float(rise.max()) > 100
+
+    def test_a_point_is_the_run_of_its_case(self, bearings):
+        case = load_case("lin-parker", {BEARING: "100000000", "stage.planets": "5"})
+        alone = modes(train_system(case)).frequencies
+        point = bearings["frequency"].sel({"stage.planets": 5}).sel({BEARING: 1e8})
+        np.testing.assert_allclose(point, alone[alone > 0][:12], rtol=1e-12)
+
+    def test_published_frequencies_by_type(self, bearings):
+        """Lin & Parker 1999, Table 2: four planets."""
+        found = bearings["frequency_by_type"].sel({BEARING: 1e8, "stage.planets": 4})
+        table = {
+            "rotational": [1536.6, 1970.6, 2625.7, 7773.6, 13071.1],
+            "translational": [727.0, 1091.0, 1892.8, 2342.5, 7189.9, 10437.6],
+            "planet": [1808.2, 5963.8, 6981.7],
+        }
+        for kind, printed in table.items():
+            ours = found.sel(type=kind).dropna("number")
+            np.testing.assert_allclose(ours, printed, rtol=5e-4)
+
+    def test_fewer_modes_leave_gaps(self, bearings):
+        """Three planets have no planet modes; their type is there for the others."""
+        three = bearings["frequency_by_type"].sel({"stage.planets": 3, "type": "planet"})
+        assert np.isnan(three).all()
+
+
+@pytest.mark.slow
+def test_the_same_with_one_and_two_processes():
+    settings = ("lin-parker", f"{BEARING}=1e7,1e8,1e9", "stage.planets=3,4")
+    one = swept(*settings, workers=1)
+    two = swept(*settings, workers=2)
+    xr.testing.assert_identical(one, two)
+
+
+def test_power_grows_with_torque_and_life_falls_with_its_power():
+    measures = ["powers", "torques", "speeds", "mean_forces", "bearing_life"]
+    data = swept("pitch-drive", "inputs.0.power_kw=3.2,6.4,12.8", measures=measures)
+    power = data["power"].sel(member="stage_1.sun")
+    np.testing.assert_allclose(power, [3200, 6400, 12800])
+    flow = power_flow(load_case("pitch-drive"))
+    at = {"inputs.0.power_kw": 6.4}
+    for member, torque in flow.branch_torque.items():
+        assert float(data["torque"].sel(at).sel(member=member)) == torque
+    force = data["mean_sun_gear_mesh_force"]
+    np.testing.assert_allclose(force / force.sel(at), np.outer([0.5, 1, 2], np.ones(3)))
+    for kind, exponent in (("ball", 3), ("roller", 10 / 3)):
+        ratio = data["life_ratio"].sel(bearing=kind)
+        np.testing.assert_allclose(ratio, np.outer([2**exponent, 1, 2**-exponent], np.ones(3)))
+
+
+def test_speed_ratios_of_a_stage_follow_its_teeth():
+    """Ring held: the sun turns 1 + z_r/z_s times as fast as the carrier."""
+    data = swept("lin-parker", "stage.sun.teeth=24,26,28", measures=["speeds"],
+                 settings={"stage.ring.teeth": "94"})  # fmt: skip
+    speed = data["speed"].sel(member="stage.sun") / data["speed"].sel(member="stage.carrier")
+    np.testing.assert_allclose(speed, 1 + 94 / np.array([24, 26, 28]))
+
+
+class TestFailures:
+    def test_a_failed_point_is_a_gap_with_its_message(self, tmp_path):
+        path = tmp_path / "train.toml"
+        path.write_text(ALONE)
+        data = swept(path, "stage.planets=4,7,5", measures=["speeds"], settings=ROOM)
+        assert data.attrs["failed"] == 1
+        ((where, message),) = failures(data)
+        assert where == "stage.planets = 7"
+        assert "planets" in message
+        assert np.isnan(data["speed"].sel({"stage.planets": 7})).all()
+        assert not np.isnan(data["speed"].sel({"stage.planets": [4, 5]})).any()
+
+    def test_a_value_the_model_refuses_is_a_gap(self):
+        data = swept("lin-parker", "stage.planets=4,99", measures=["speeds"])
+        ((_, message),) = failures(data)
+        assert "99" in message
+
+    def test_if_all_fail_the_first_message_is_the_error(self, tmp_path):
+        path = tmp_path / "train.toml"
+        path.write_text(ALONE)
+        with pytest.raises(FlexgearError, match=r"all 2 points failed; the first, .*7"):
+            swept(path, "stage.planets=7,9", measures=["speeds"], settings=ROOM)
+
+    def test_if_the_model_refuses_all_it_is_bad_input(self):
+        with pytest.raises(InputError, match=r"sweep: stage\.planets: 98"):
+            swept("lin-parker", "stage.planets=98,99")
+
+    def test_unknown_measure(self):
+        with pytest.raises(InputError, match="did you mean frequencies"):
+            swept("lin-parker", "stage.planets=3,4", measures=["frequences"])
+        with pytest.raises(InputError, match="no measure of a flexible stage"):
+            swept("wind-5mw", "stage.face_width_mm=400,430", measures=["bearing_life"])
+
+    def test_set_and_swept(self):
+        with pytest.raises(InputError, match="--set"):
+            swept("lin-parker", "stage.planets=3,4", settings={"stage.planets": "5"})
+
+
+def test_saved_and_read_again(tmp_path, bearings):
+    path = save_sweep(bearings, tmp_path / "a.nc")
+    xr.testing.assert_identical(load(path), bearings)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+class TestFlexibleStage:
+    @pytest.fixture(autouse=True)
+    def cheap(self, monkeypatch):
+        """Bodies of springs; how often they are asked for."""
+        self.made = []
+
+        def bodies(case, progress=None):
+            if progress is not None:
+                self.made.append(case)
+            return cheap_stage(case)
+
+        monkeypatch.setattr(stage_measures, "stage_bodies", bodies)
+        monkeypatch.setattr(sweep, "stage_bodies", bodies)
+
+    def test_all_measures(self):
+        data = swept("wind-5mw", "drive.rated_torque_nm=2e6,4e6",
+                     measures=["frequencies", "frequencies_by_type", "load_sharing",
+                               "tooth_load", "tooth_displacement"], modes=5)  # fmt: skip
+        assert data.attrs["failed"] == 0
+        np.testing.assert_allclose(*data["frequency"].to_numpy(), rtol=1e-12)
+        half, full = data["tooth_load"].to_numpy()
+        assert (half < full).all()
+        assert (data["load_sharing"] >= 1).all()
+        half, full = data["tooth_displacement"].to_numpy()
+        assert (half < full).all()
+        assert data["tooth_displacement"].dims[1:] == ("axis",)
+
+    def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
+        data = swept("wind-5mw", "bearings.planet.radial_n_per_m=1e9,2e9,3e9", modes=3)
+        assert len(self.made) == 1
+        assert data.attrs["reductions"] == 1
+        assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6
+
+    def test_a_flexible_stage_in_a_train(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(train_model, "stage_bodies", stage_measures.stage_bodies)
+        path = tmp_path / "mixed.toml"
+        path.write_text(FLEXIBLE)
+        data = swept(path, "stages.stage_1.flexible.bearings.planet.radial_n_per_m=1e9,4e9",
+                     measures=["frequencies", "gear_mesh_forces"], modes=4)  # fmt: skip
+        assert failures(data) == []
+        assert data.attrs["reductions"] == 1
+        assert float(data["frequency"].diff(data["frequency"].dims[0]).max()) > 1e-3
+        assert list(data["group"].to_numpy()) == ["stage_1 ring", "stage_1 sun"]
+
+    def test_bodies_that_cannot_be_made_are_gaps(self, monkeypatch):
+        def bodies(case, progress=None):
+            if case.material.young_modulus > 2.05e11:
+                raise FlexgearError("the mesh is broken")
+            return cheap_stage(case)
+
+        monkeypatch.setattr(stage_measures, "stage_bodies", bodies)
+        monkeypatch.setattr(sweep, "stage_bodies", bodies)
+        data = swept("wind-5mw", "material.young_modulus_gpa=200,210", modes=3)
+        assert failures(data) == [("material.young_modulus_gpa = 210", "the mesh is broken")]
+
+
+class TestLoadSharing:
+    """Measures of load sharing against theorems and single runs."""
+
+    PIN = "stage.errors.pin_tangential_um.0=0:40:3"
+
+    def test_three_planets_on_a_free_sun_share_evenly_whatever_the_error(self, tmp_path):
+        data = self.pins(tmp_path, 3, "0")
+        np.testing.assert_allclose(data["load_sharing"], 1.0, atol=1e-9)
+
+    def test_four_planets_share_worse_with_the_error(self, tmp_path):
+        data = self.pins(tmp_path, 4, "0")
+        factor = data["load_sharing"].sel(definition="instantaneous")
+        np.testing.assert_allclose(factor[0], 1.0, atol=1e-9)
+        assert float(factor.diff(factor.dims[0]).min()) > 0.01
+        # linear in the error: statics of springs
+        np.testing.assert_allclose(factor[2] - 1, 2 * (factor[1] - 1), rtol=1e-6)
+        force = data["gear_mesh_force_max"]
+        np.testing.assert_allclose(force / force[0], factor, rtol=1e-9)
+
+    def test_a_point_is_the_run_of_its_case(self, tmp_path):
+        data = self.pins(tmp_path, 4, "0")
+        train = stage_train(
+            tmp_path, planets=4, **{"stage.errors.pin_tangential_um": "[40, 0, 0, 0]"}
+        )
+        alone = train_sharing(context_of(train, train_modal(train)), "stage")
+        point = data["load_sharing"].isel({data["load_sharing"].dims[0]: 2})
+        np.testing.assert_array_equal(point, alone["load_sharing_coefficient"])
+
+    def pins(self, folder, planets, sun):
+        stage_train(folder, planets=planets, sun=sun)
+        measures = ["load_sharing", "gear_mesh_forces"]
+        return swept(folder / "train.toml", self.PIN, measures=measures)
+
+    def test_a_runout_moves_a_free_sun_by_itself(self, tmp_path):
+        """A sun that floats on three planets turns its eccentricity away."""
+        stage_train(tmp_path, planets=3)
+        data = swept(tmp_path / "train.toml", "stage.errors.sun_eccentricity_um=0,10,20",
+                     measures=["displacements"])  # fmt: skip
+        sun = data["displacement"].sel(body="stage.sun", statistic="largest")
+        np.testing.assert_allclose(sun[1:] - sun[0], [10e-6, 20e-6], rtol=1e-3)
+
+    def test_transient_of_a_perfect_train_is_its_equilibrium(self, tmp_path):
+        data = swept(
+            "lin-parker", "inputs.0.torque_nm=100,200",
+            settings={"solver.duration_s": "0.05", "solver.settle_s": "0.01"},
+            measures=["transient_sharing", "transient_forces", "transient_displacements",
+                      "mean_forces", "gear_mesh_forces"],
+        )  # fmt: skip
+        assert data.attrs["failed"] == 0
+        np.testing.assert_allclose(data["transient_sharing"], 1.0, atol=1e-4)
+        np.testing.assert_allclose(
+            data["transient_force_max"], data["gear_mesh_force_max"], rtol=1e-4
+        )
+        mean = data["mean_sun_gear_mesh_force"].to_numpy()
+        np.testing.assert_allclose(data["gear_mesh_force_max"].to_numpy(), mean + [[0, 0]])
+        assert float(data["transient_displacement"].max()) < 1e-9
+
+    def test_nothing_to_share(self, tmp_path):
+        with pytest.raises(FlexgearError, match="no stage that turns"):
+            swept("lin-parker", "stage.planets=1", measures=["load_sharing"])

@@ -1,0 +1,276 @@
+"""Tolerance studies: physics of what they give, the same numbers however they are run."""
+
+from __future__ import annotations
+
+import json
+import math
+import zipfile
+
+import load_sharing_theory as theory
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+from small_train import FLEXIBLE
+from stage_samples import cheap_stage
+from trains import stage_train
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.train import train_system
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.load_sharing import load_sharing
+from flexgear.studies import dask_pool, tolerance_setup, train_model
+from flexgear.studies import tolerance as study
+from flexgear.studies.tolerance import finished, forget, tolerance
+from flexgear.studies.tolerance_samples import drawn_errors, sample_values, with_sample
+from flexgear.studies.tolerance_store import batch_store, study_key
+
+PIN = "tolerance.errors.pin_tangential.standard_deviation_um"
+ROOM = {"stage.planet.teeth": "16", "stage.ring.teeth": "58", "stage.ring.addendum": "0.6"}
+HELD = {  # sun that only turns, ring fixed, carrier on its axis
+    **ROOM,
+    "stage.sun.kinematics": "torsional",
+    "stage.ring.kinematics": "fixed",
+    "stage.ring.support.radial_n_per_m": "0",
+    "stage.ring.support.tangential_n_per_m": "0",
+    "stage.carrier.support.radial_n_per_m": "1e14",
+}
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """Batches are kept here."""
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def cheap(monkeypatch):
+    """Bodies of springs in the place of reductions."""
+    monkeypatch.setattr(tolerance_setup, "stage_bodies", lambda case, _: cheap_stage(case))
+
+
+def lumped(tmp_path, **settings):
+    """Four planets on a sprung sun, pins drawn."""
+    more = {PIN: "10", "tolerance.samples": "60", **settings}
+    return stage_train(tmp_path, sun="2e8", **more)
+
+
+class TestPhysics:
+    def test_three_planets_on_a_free_sun_share_evenly_whatever_is_drawn(self, tmp_path):
+        drawn = {
+            PIN: "30",
+            "tolerance.errors.pin_radial.standard_deviation_um": "30",
+            "tolerance.errors.planet_thickness.standard_deviation_um": "20",
+            "tolerance.errors.sun_eccentricity.distribution": "rayleigh",
+            "tolerance.errors.sun_eccentricity.standard_deviation_um": "30",
+            "tolerance.errors.sun_eccentricity_phase.low_deg": "0",
+            "tolerance.samples": "200",
+        }
+        data = tolerance(stage_train(tmp_path, planets=3, **drawn), workers=1)
+        assert np.abs(data["load_sharing_max"] - 1).max() < 1e-9
+        assert np.abs(data["load_sharing_quantile_high"].sel(quantile=0.5) - 1).max() < 1e-9
+
+    @pytest.mark.parametrize("planets", [4, 5])
+    def test_normal_pins_make_normal_forces(self, tmp_path, planets):
+        """Sun held: F_i − F̄ = k (e_i − ē), so its standard deviation is k |t| σ √(1 − 1/N), with
+        the tangential resultant t of both gear meshes of a planet."""
+        sigma, count = 4e-6, 3000
+        train = stage_train(tmp_path, planets=planets, **HELD,
+                            **{PIN: "4", "tolerance.samples": str(count)})  # fmt: skip
+        data = tolerance(train, workers=1)
+        angle = np.radians(20)
+        paths = theory.equal_paths(
+            planets, sun_stiffness=6e8, ring_stiffness=8e8, planet_bearing=5e8,
+            sun_angle=angle, ring_angle=angle, sun_base_radius=0.004 * 26 / 2 * np.cos(angle),
+        )  # fmt: skip
+        torque = 3000 * 26 / 84
+        force = torque / (planets * paths.sun_base_radius)
+        deviation = paths.stiffness[0] * abs(paths.resultant[1]) * sigma
+        deviation *= math.sqrt(1 - 1 / planets) / force
+        share = data["planet_load_factor_mean"].sel(gear_mesh=data["kind"] == "sun") - 1
+        for planet in range(planets):
+            found = share[:, planet].to_numpy()
+            assert stats.kstest(found, stats.norm(0, deviation).cdf).pvalue > 1e-3
+            assert found.std() == pytest.approx(deviation, rel=4 / math.sqrt(2 * count))
+        # and sample by sample
+        for j in range(20):
+            e = theory.path_errors(paths, pin_tangential=data["error_size"][j].to_numpy())
+            expected = theory.fixed_sun(paths, e, torque) / force - 1
+            assert np.allclose(share[j], expected, atol=1e-4 * deviation, rtol=1e-4)
+
+    def test_larger_errors_share_worse(self, tmp_path):
+        """The same directions of the same pins, twice as far."""
+        half, whole = (
+            tolerance(lumped(tmp_path, **{PIN: size}), workers=1) for size in ("5", "10")
+        )
+        assert np.allclose(2 * half["error_size"], whole["error_size"], rtol=1e-12)
+        grown = (whole["load_sharing_max"] - 1) / (half["load_sharing_max"] - 1)
+        assert np.allclose(grown, 2, rtol=1e-6)  # linear contact
+
+    def test_a_sample_is_the_revolution_of_its_case(self, cheap):
+        case = load_case("wind-5mw", {"tolerance.samples": "4"})
+        data = tolerance(case, workers=1)
+        values = sample_values(drawn_errors(case), 1, range(4))
+        seeds = tolerance_setup.pitch_seeds("", 1, range(4))
+        count = 93 * 4
+        for j in (0, 3):
+            modal, _ = tolerance_setup._modal(with_sample(case, values, j, [seeds[j]]), None)
+            found = revolution(modal, 2 * np.pi / count * np.arange(count), 4e6)
+            force = found.pair_load.sum(axis=-1).reshape(count, 4, 5)
+            k = load_sharing(force[:, :2] - force[:, 2:], 8e5)
+            assert np.allclose(data["load_sharing_max"][j], k.max(axis=0), rtol=1e-9)
+            assert np.allclose(data["load_sharing_mean"][j], k.mean(axis=0), rtol=1e-9)
+        assert json.loads(data.attrs["positions"]) == {"ring": count, "sun": count}
+
+    def test_as_stated_is_the_case_itself(self, tmp_path):
+        errors = {"stage.errors.pin_tangential_um": "[12, -7, 3, 20]"}
+        train = lumped(tmp_path, **errors)
+        data = tolerance(train, workers=1)
+        modal = modal_system(train_system(train))
+        force = revolution(modal, np.zeros(1), modal.system.rated_torque).pair_load.sum(axis=-1)[0]
+        k = 4 * force.reshape(2, 4).max(axis=1) / force.reshape(2, 4).sum(axis=1)
+        assert np.allclose(data["load_sharing_as_stated"], k, rtol=1e-9)
+
+    def test_a_flexible_stage_in_a_train_is_that_stage(self, tmp_path, cheap, monkeypatch):
+        """Pins that were drawn in the train, stated in the case alone: the same load sharing."""
+        monkeypatch.setattr(train_model, "stage_bodies", lambda case, _: cheap_stage(case))
+        path = tmp_path / "train.toml"
+        path.write_text(FLEXIBLE.replace("carrier_eccentricity_um = 30", ""))
+        train = load_case(path, {PIN: "20", "tolerance.samples": "3"})
+        data = tolerance(train, workers=1)
+        pins = data["error_size"][2].to_numpy().tolist()
+        alone = load_case("wind-5mw", {"ring.flexible": "false", "tolerance.samples": "2",
+                                       "errors.pin_tangential_m": str(pins)})  # fmt: skip
+        stated = tolerance(alone, workers=1)["load_sharing_as_stated"]
+        assert np.allclose(data["load_sharing_max"][2], stated, rtol=1e-7)
+        assert float(stated.max()) > 1.01
+
+    @pytest.mark.parametrize("name", ["pitch-drive", "nrel-5mw", "herringbone"])
+    def test_bundled_trains(self, name):
+        more = {} if name == "pitch-drive" else {PIN: "10"}
+        data = tolerance(load_case(name, {"tolerance.samples": "3", **more}), workers=1)
+        assert np.isfinite(data["load_sharing_max"]).all()
+        assert (data["load_sharing_max"] > 1 - 1e-9).all()
+        planets = data["planet_load_factor_mean"].groupby("stage").mean()
+        assert np.allclose(planets.mean("sample"), 1.0)
+
+    def test_pitch_deviations_are_drawn_anew(self, tmp_path):
+        settings = {"stage.errors.sun_pitch_um": "4", "tolerance.samples": "5"}
+        data = tolerance(stage_train(tmp_path, sun="2e8", **settings), workers=1)
+        assert len(np.unique(data["load_sharing_max"].to_numpy().round(12), axis=0)) == 5
+        assert "error_size" not in data
+
+
+class TestSameNumbers:
+    def test_batches_of_any_size(self, tmp_path, monkeypatch):
+        whole = tolerance(lumped(tmp_path), workers=1)
+        monkeypatch.setattr(study, "BATCH", 7)
+        xr.testing.assert_identical(tolerance(lumped(tmp_path), workers=1), whole)
+
+    def test_more_samples_begin_with_the_same(self, tmp_path, cheap):
+        few, more = (
+            tolerance(load_case("wind-5mw", {"tolerance.samples": n}), workers=1)
+            for n in ("3", "11")
+        )
+        for name in ("error_size", "load_sharing_max", "planet_load_factor_mean"):
+            assert np.array_equal(few[name], more[name][:3])
+
+    @pytest.mark.slow
+    def test_any_number_of_workers(self, cheap, monkeypatch):
+        monkeypatch.setattr(study, "BATCH", 10)
+        case = load_case("wind-5mw", {"tolerance.samples": "45"})
+        here = tolerance(case, workers=1)
+        xr.testing.assert_identical(tolerance(case, workers=2), here)
+        monkeypatch.setattr(study, "STARTING", -1.0)  # worth while at once
+        xr.testing.assert_identical(tolerance(case), here)
+
+    def test_another_seed_is_another_study(self, tmp_path):
+        a, b = lumped(tmp_path), lumped(tmp_path, **{"tolerance.seed": "2"})
+        assert study_key(a) != study_key(b)
+        found = [tolerance(x, workers=1)["load_sharing_max"].to_numpy() for x in (a, b)]
+        assert not np.isin(found[0], found[1]).any()
+
+
+class TestInterrupted:
+    @pytest.fixture(autouse=True)
+    def small_batches(self, monkeypatch):
+        monkeypatch.setattr(study, "BATCH", 10)
+
+    def stopped(self, monkeypatch, model, after, error=KeyboardInterrupt):
+        """Run until some batches are done; samples solved."""
+        solve, solved = study.sampled, []
+
+        def counted(setup, numbers):
+            if len(solved) == after:
+                raise error
+            solved.append(numbers)
+            return solve(setup, numbers)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(study, "sampled", counted)
+            try:
+                data = tolerance(model, workers=1)
+            except KeyboardInterrupt:
+                data = None
+        return data, solved
+
+    def test_goes_on_where_it_stopped(self, tmp_path, monkeypatch, place):
+        train = lumped(tmp_path)
+        whole = tolerance(train, workers=1)
+        data, first = self.stopped(monkeypatch, train, 2)
+        assert data is None
+        assert finished(train) == 20
+        data, rest = self.stopped(monkeypatch, train, 99)
+        xr.testing.assert_identical(data, whole)
+        assert [*first, *rest] == study.batches_of(60)
+        assert not (place / "tolerance").exists()
+
+    def test_more_samples_go_on_from_fewer(self, tmp_path, monkeypatch):
+        self.stopped(monkeypatch, lumped(tmp_path), 2)
+        longer = lumped(tmp_path, **{"tolerance.samples": "80"})
+        assert finished(longer) == 20
+
+    def test_a_damaged_batch_is_made_again(self, tmp_path, monkeypatch):
+        train = lumped(tmp_path)
+        whole = tolerance(train, workers=1)
+        self.stopped(monkeypatch, train, 3)
+        files = sorted(batch_store(train).folder.iterdir())
+        files[0].write_bytes(b"no archive")
+        with zipfile.ZipFile(files[1], "w") as empty:
+            empty.writestr("sizes.npy", b"")
+        assert finished(train) == 10
+        xr.testing.assert_identical(tolerance(train, workers=1), whole)
+
+    def test_kept_until_forgotten(self, tmp_path):
+        train = lumped(tmp_path)
+        tolerance(train, workers=1, keep_batches=True)
+        assert finished(train) == 60
+        forget(train)
+        assert finished(train) == 0
+
+    def test_failed_batches_are_an_error_and_the_others_stay(self, tmp_path, monkeypatch):
+        train = lumped(tmp_path)
+
+        def lost(function, shared, jobs, **options):
+            for k, job in enumerate(jobs):
+                bad = job.start == 20
+                found = None if bad else function(shared, job)
+                yield k, dask_pool.Outcome(found, "the disk is full" if bad else "")
+
+        monkeypatch.setattr(study, "completed", lost)
+        with pytest.raises(FlexgearError, match=r"1 of 6 .* samples 20 to 29: the disk is full"):
+            tolerance(train, workers=2)
+        assert finished(train) == 50
+
+
+class TestRefused:
+    def test_nothing_to_share(self, tmp_path):
+        with pytest.raises(InputError, match="no stage whose planets share a load"):
+            tolerance(stage_train(tmp_path, planets=1, **{PIN: "10"}))
+
+    def test_nothing_to_draw(self, tmp_path):
+        with pytest.raises(InputError, match="nothing to draw"):
+            tolerance(stage_train(tmp_path))

@@ -1,0 +1,161 @@
+"""Random manufacturing errors: their distributions, and that a sample is its number's alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from small_train import FLEXIBLE, SMALL
+
+from flexgear.model.case import load_case
+from flexgear.model.errors import InputError
+from flexgear.model.tolerance import PhaseDistribution, SizeDistribution
+from flexgear.studies.tolerance_samples import (
+    cut_normal,
+    drawn_errors,
+    inverse,
+    nominal,
+    pitch_seeds,
+    sample_values,
+    with_sample,
+)
+
+ERRORS = "tolerance.errors"
+PIN = {f"{ERRORS}.pin_tangential.standard_deviation_um": "10"}
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    return drawn_errors(load_case("pitch-drive"))
+
+
+class TestStreams:
+    def test_a_sample_is_its_numbers_alone(self, drawn):
+        whole = sample_values(drawn, 5, range(20))
+        for numbers in ([7], [19, 3, 0], range(4, 9)):
+            some = sample_values(drawn, 5, numbers)
+            for key, values in some.items():
+                assert np.array_equal(values, whole[key][list(numbers)])
+
+    def test_an_error_does_not_depend_on_others(self, drawn):
+        alone = sample_values(drawn[3:4], 5, range(20))
+        every = sample_values(drawn, 5, range(20))
+        for key, values in alone.items():
+            assert np.array_equal(values, every[key])
+
+    def test_stages_keys_planets_samples_and_seeds_differ(self, drawn):
+        a, b = (sample_values(drawn, seed, range(50)) for seed in (1, 2))
+        numbers = np.concatenate([v.ravel() for found in (a, b) for v in found.values()])
+        assert len(np.unique(numbers)) == len(numbers)
+        seeds = [s for stage in ("a", "b") for s in pitch_seeds(stage, 1, range(50))]
+        assert len(set(seeds)) == 100
+
+    def test_planets_are_independent(self, drawn):
+        pins = sample_values(drawn, 1, range(4000))["stage_1", "pin_tangential"]
+        assert pins.shape == (4000, 3)
+        correlation = np.corrcoef(pins.T) - np.eye(3)
+        assert np.abs(correlation).max() < 4 / math.sqrt(4000)
+
+
+class TestDistributions:
+    UNIFORM = np.random.default_rng(1).random(20_000)
+
+    def fits(self, distribution, expected):
+        size = inverse(distribution, self.UNIFORM)
+        return stats.kstest(size, expected.cdf).pvalue > 1e-3
+
+    def test_normal(self):
+        d = SizeDistribution(mean=3e-6, standard_deviation=2e-6)
+        assert self.fits(d, stats.norm(3e-6, 2e-6))
+
+    @pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (1.5, 4.0), (-6.0, -1.0)])
+    def test_cut_normal(self, low, high):
+        s = 1e-5
+        d = SizeDistribution(standard_deviation=s, low=low * s, high=high * s)
+        assert self.fits(d, stats.truncnorm(low, high, scale=s))
+        assert low * s <= inverse(d, self.UNIFORM).min()
+        assert inverse(d, self.UNIFORM).max() <= high * s
+
+    def test_far_tails_keep_their_digits(self):
+        u = np.array([0.1, 0.5, 0.9])
+        for a, b in ((5.0, 7.5), (-7.5, -5.0)):
+            assert np.allclose(cut_normal(u, a, b), stats.truncnorm(a, b).ppf(u), rtol=1e-9)
+            assert np.allclose(cut_normal(u, a, b), -cut_normal(1 - u, -b, -a), rtol=1e-12)
+
+    def test_rayleigh_is_the_distance_of_two_normal_coordinates(self):
+        d = SizeDistribution(distribution="rayleigh", standard_deviation=4e-6)
+        assert self.fits(d, stats.rayleigh(scale=4e-6))
+        cut = SizeDistribution(distribution="rayleigh", standard_deviation=4e-6, high=5e-6)
+        size = inverse(cut, self.UNIFORM)
+        assert size.max() <= 5e-6
+        share = np.mean(size < 2e-6)
+        expected = stats.rayleigh(scale=4e-6).cdf(2e-6) / stats.rayleigh(scale=4e-6).cdf(5e-6)
+        assert share == pytest.approx(expected, abs=0.015)
+
+    def test_uniform_and_phases(self):
+        d = SizeDistribution(distribution="uniform", low=-2e-6, high=6e-6)
+        assert self.fits(d, stats.uniform(-2e-6, 8e-6))
+        assert self.fits(PhaseDistribution(), stats.uniform(0, 2 * math.pi))
+
+    def test_ends_are_finite_and_no_size_is_just_zero(self):
+        ends = np.array([0.0, 1 - 2.0**-53])
+        for d in (
+            SizeDistribution(standard_deviation=1e-5),
+            SizeDistribution(distribution="rayleigh", standard_deviation=1e-5),
+            SizeDistribution(distribution="uniform", low=0.0, high=1e-5),
+        ):
+            size = inverse(d, ends)
+            assert np.isfinite(size).all()
+            assert (size != 0).all()
+
+
+class TestModels:
+    def test_values_land_where_they_belong(self, drawn):
+        model = load_case("pitch-drive")
+        values = sample_values(drawn, 1, range(3))
+        changed = with_sample(model, values, 2, [7, 8, 9])
+        for k, stage in enumerate(changed.stages):
+            pins = values[stage.name, "pin_tangential"][2]
+            assert stage.errors.pin_tangential == tuple(pins)
+            assert stage.errors.sun_eccentricity == values[stage.name, "sun_eccentricity"][2, 0]
+            assert stage.errors.seed == 7 + k
+            assert stage.errors.sun_gear_mesh == model.stages[k].errors.sun_gear_mesh
+        assert model.stages[0].errors.pin_tangential == ()
+
+    def test_as_stated(self, drawn):
+        model = load_case("pitch-drive")
+        values = nominal(model, drawn)
+        assert values["stage_1", "planet_eccentricity"].tolist() == [[21e-6] * 3]
+        phases = values["stage_1", "planet_eccentricity_phase"][0]
+        assert np.allclose(phases, np.radians([0, 120, 240]))
+        assert np.abs(values["stage_1", "pin_tangential"]).max() < 1e-20
+
+    def test_a_flexible_stage_has_its_own_tooth_errors(self, tmp_path):
+        path = tmp_path / "train.toml"
+        path.write_text(FLEXIBLE)
+        place = f"{ERRORS}.carrier_eccentricity"
+        radius = {f"{place}.distribution": "rayleigh", f"{place}.standard_deviation_um": "9"}
+        model = load_case(path, {**PIN, **radius})
+        values = sample_values(drawn_errors(model), 1, [4])
+        stage = with_sample(model, values, 0, [3]).stages[0]
+        pins = tuple(values["stage_1", "pin_tangential"][0])
+        assert stage.flexible.errors.pin_tangential == stage.errors.pin_tangential == pins
+        assert stage.flexible.errors.seed == 3
+        assert stage.errors.carrier_eccentricity == values["stage_1", "carrier_eccentricity"][0, 0]
+
+    def test_parallel_stages_have_no_pins(self, tmp_path):
+        path = tmp_path / "train.toml"
+        path.write_text(SMALL)
+        found = drawn_errors(load_case(path, PIN))
+        assert [(e.stage, e.labels) for e in found] == [
+            ("stage_1", tuple(f"stage_1.pin_tangential {i}" for i in (1, 2, 3)))
+        ]
+
+    def test_nothing_to_draw(self):
+        with pytest.raises(InputError, match=r"lin-parker: tolerance\.errors: is empty"):
+            drawn_errors(load_case("lin-parker"))
+
+    def test_pitch_deviations_alone_are_enough(self):
+        assert drawn_errors(load_case("lin-parker", {"stage.errors.sun_pitch_um": "3"})) == ()

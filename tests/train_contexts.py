@@ -1,0 +1,74 @@
+"""Trains put together for the tests of their studies."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from coupled import make_bodies
+from trains import STEEL, stage_train, write
+
+from flexgear.model.case import load_case
+from flexgear.studies.train_dataset import context_of
+from flexgear.studies.train_model import train_modal
+
+BUNDLED = ("lin-parker", "double-rotor-5mw", "nrel-5mw", "herringbone", "pitch-drive")
+
+
+def put_together(train, **options):
+    return context_of(train, train_modal(train, **options))
+
+
+@cache
+def bundled(name):
+    """A bundled train as it is."""
+    return put_together(load_case(name))
+
+
+def one_stage(folder, **overrides):
+    """The spur stage of the tests."""
+    return put_together(stage_train(folder, **overrides))
+
+
+MIXED = (
+    STEEL
+    + """
+[[stages]]
+name = "first"
+case = "wind-5mw"
+[[stages]]
+name = "second"
+kind = "parallel"
+normal_module_mm = 14
+pressure_angle_deg = 20
+helix_angle_deg = 10
+face_width_mm = 360
+[stages.pinion]
+teeth = 24
+support = { radial_n_per_m = 1e9, axial_n_per_m = 1e9, tilt_nm_per_rad = 1e8 }
+[stages.gear]
+teeth = 95
+support = { radial_n_per_m = 1e9, axial_n_per_m = 1e9, tilt_nm_per_rad = 1e8 }
+[[joints]]
+first = "first.sun"
+second = "second.gear"
+torsion_nm_per_rad = 1e8
+axial_n_per_m = 1e7
+[[inputs]]
+member = "first.carrier"
+speed_rpm = 11.27
+torque_knm = 4000
+inertia_kg_m2 = 1e6
+[output]
+member = "second.pinion"
+inertia_kg_m2 = 500
+[solver]
+time_step_s = 2e-4
+output_interval_ms = 1
+"""
+)
+
+
+def mixed(folder):
+    """A train with a flexible stage and its cheap bodies."""
+    train = load_case(write(folder, MIXED, 'kind = "train"\nkinematics = "spatial"\n'))
+    return train, {"first": make_bodies(train.stages[0].flexible)}

@@ -1,0 +1,75 @@
+"""Small trains for tests, written as a user writes them."""
+
+from __future__ import annotations
+
+from flexgear.model.case import load_case
+
+STEEL = """
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+"""
+
+# spur stage that assembles with 3, 4, 5, 6 and 7 planets: (26 + 94) / N, and 7 by position
+STAGE = (
+    STEEL
+    + """
+[stage]
+planets = {planets}
+normal_module_mm = 4
+pressure_angle_deg = 20
+helix_angle_deg = {helix}
+face_width_mm = 60
+allow_unassemblable = true
+[stage.sun]
+teeth = 26
+mass_kg = 3
+inertia_kg_m2 = 0.004
+tilt_inertia_kg_m2 = 0.003
+support = {{ radial_n_per_m = {sun} }}
+[stage.planet]
+teeth = 34
+mass_kg = 4
+inertia_kg_m2 = 0.01
+tilt_inertia_kg_m2 = 0.006
+[stage.ring]
+teeth = 94
+mass_kg = 30
+inertia_kg_m2 = 1.2
+tilt_inertia_kg_m2 = 0.7
+support = {{ radial_n_per_m = 1e9, tangential_n_per_m = 1e10 }}
+[stage.carrier]
+mass_kg = 25
+inertia_kg_m2 = 0.3
+tilt_inertia_kg_m2 = 0.2
+support = {{ radial_n_per_m = 1e9 }}
+[stage.planet_bearing]
+radial_n_per_m = 5e8
+[stage.gear_mesh]
+model = "constant"
+sun_stiffness_n_per_m = 6e8
+ring_stiffness_n_per_m = 8e8
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 100
+torque_nm = 3000
+inertia_kg_m2 = 2
+[output]
+member = "stage.sun"
+inertia_kg_m2 = 0.2
+"""
+)
+
+
+def write(folder, text, head='kind = "train"\n', name="train.toml"):
+    """A train as a file."""
+    path = folder / name
+    path.write_text(head + text, encoding="utf-8")
+    return path
+
+
+def stage_train(folder, *, planets=4, sun="0", helix=0, head='kind = "train"\n', **overrides):
+    """The spur stage as a train; overrides by TOML key."""
+    path = write(folder, STAGE.format(planets=planets, sun=sun, helix=helix), head)
+    return load_case(path, overrides=overrides)

@@ -1,0 +1,252 @@
+"""Pictures of trains: what is drawn, with which unit, and what is left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.train_dataset import GearMeshName, train_dataset
+from flexgear.results.train_sharing import sharing_histories
+from flexgear.views import mode_charts, train_charts
+from flexgear.views.style import planet_colour
+
+SAMPLES = 40
+BODIES = ["one.sun", "one.carrier", "one.planet_1", "two.pinion", "two.gear"]
+NAMES = tuple(
+    [GearMeshName("one", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)]
+    + [GearMeshName("two", "sun", "", 1)]
+)
+
+
+def history(dim: str = "position", uneven: float = 0.1) -> xr.Dataset:
+    """A planetary stage whose planets share unevenly, and a parallel stage."""
+    turn = np.linspace(0, 4 * np.pi, SAMPLES)
+    share = 1 + uneven * np.sin(turn[:, None] + 2 * np.pi * np.arange(3) / 3)
+    force = 1e4 * np.column_stack([share, share, 3 * np.ones(SAMPLES)])
+    moved = np.zeros((SAMPLES, len(BODIES), 6))
+    moved[:, 0, 0], moved[:, 0, 1] = 30e-6 * np.cos(turn), 30e-6 * np.sin(turn)
+    moved[:, 3, 0] = 12e-6
+    return train_dataset(
+        dim,
+        np.linspace(0, 2, SAMPLES) if dim == "time" else np.arange(SAMPLES),
+        {
+            "master_angle": turn[:, None],
+            "gear_mesh_force": force,
+            "body_displacement": moved,
+            **{
+                k: v
+                for k, v in sharing_histories(force, np.full(7, 1e4), NAMES).items()
+                if k == "planet_load_factor"
+            },
+        },
+        {},
+        {"master": ["one.sun"], "body": BODIES},
+        NAMES,
+    )
+
+
+def text_of(figure: Figure) -> str:
+    found = [a.get_title(loc="left") + a.get_xlabel() + a.get_ylabel() for a in figure.axes]
+    return " ".join(found)
+
+
+def colours(ax) -> list[str]:
+    return [line.get_color() for line in ax.get_lines()]
+
+
+class TestSharing:
+    def test_a_panel_for_each_kind_and_a_line_for_each_planet(self):
+        figure = train_charts.sharing_chart(history())
+        assert len(figure.axes) == 2  # the parallel stage has nothing to share
+        for ax in figure.axes:
+            assert colours(ax)[:3] == [planet_colour(i) for i in (1, 2, 3)]
+            assert "largest 1.1" in ax.get_title(loc="left")
+            np.testing.assert_allclose(
+                ax.get_lines()[0].get_ydata(), 1 + 0.1 * np.sin(np.linspace(0, 4 * np.pi, SAMPLES))
+            )
+        assert figure.axes[-1].get_xlabel() == "turns of one, sun (–)"
+        assert figure.axes[-1].get_xlim() == pytest.approx((0, 2))
+
+    def test_over_time(self):
+        figure = train_charts.sharing_chart(history("time"))
+        assert figure.axes[-1].get_xlabel() == "time (s)"
+        with pytest.raises(FlexgearError, match="choose time or master_angle"):
+            train_charts.sharing_chart(history(), x="carrier_angle")
+
+    def test_planets_that_are_alike_are_one_line(self):
+        figure = train_charts.sharing_chart(history(uneven=0.0))
+        for ax in figure.axes:
+            assert colours(ax).count("black") == 1
+            assert "all planets alike" in ax.get_title(loc="left")
+
+    def test_gaps_between_cycles_that_are_far_apart(self):
+        data = history().isel(position=[*range(10), *range(30, 40)])
+        line = train_charts.sharing_chart(data).axes[0].get_lines()[0]
+        assert np.isnan(line.get_xdata()).sum() == 1
+
+    def test_nothing_to_share(self):
+        data = history().isel(gear_mesh=[6])
+        with pytest.raises(FlexgearError, match="more than one planet"):
+            train_charts.sharing_chart(data)
+
+
+def test_forces_are_in_kilonewtons():
+    figure = train_charts.gear_mesh_forces(history())
+    assert len(figure.axes) == 3
+    assert "mean 10 kN, largest 11" in text_of(figure)
+    assert all(ax.get_ylabel() == "force (kN)" for ax in figure.axes)
+
+
+class TestDisplacements:
+    def test_orbit_and_distance_in_micrometres(self):
+        figure = train_charts.displacements_chart(history())
+        orbit, distance, *other = figure.axes
+        np.testing.assert_allclose(orbit.get_lines()[0].get_data()[0][0], 30.0)
+        assert orbit.get_xlabel() == "x of the sun (µm)"
+        assert distance.get_ylabel() == "distance from the axis (µm)"
+        np.testing.assert_allclose(distance.get_lines()[0].get_ydata(), 30.0)
+        assert other[0].get_xlabel() == "x of the pinion (µm)"
+
+    def test_members_that_stay_are_left_out(self):
+        figure = train_charts.displacements_chart(history())
+        labels = [t.get_text() for t in figure.legends[0].get_texts()]
+        assert labels == ["sun", "pinion"]
+
+    def test_nothing_moves(self):
+        data = history()
+        data["body_displacement"] = 0 * data["body_displacement"]
+        figure = train_charts.displacements_chart(data)
+        assert "stay on their axes" in figure.axes[0].texts[0].get_text()
+
+
+class TestPowerFlow:
+    def test_bars_are_speeds_torques_and_powers(self):
+        flow = power_flow(load_case("pitch-drive"))
+        speed, torque, power = train_charts.power_flow_chart(flow).axes
+        widths = [bar.get_width() for bar in speed.patches]
+        np.testing.assert_allclose(
+            widths, [v * 30 / np.pi for v in flow.speed.values()], rtol=1e-12
+        )
+        assert torque.get_xlabel() == "torque on the stage (kN m)"
+        np.testing.assert_allclose(
+            [b.get_width() for b in torque.patches], np.array([*flow.branch_torque.values()]) / 1e3
+        )
+        assert sum(bar.get_width() for bar in power.patches) == pytest.approx(0, abs=1e-9)
+
+    def test_ports_and_held_members_are_marked(self):
+        flow = power_flow(load_case("double-rotor-5mw"))
+        figure = train_charts.power_flow_chart(flow)
+        names = [t.get_text() for t in figure.axes[0].get_yticklabels()]
+        assert sum("(in)" in n for n in names) == 2
+        assert sum("(out)" in n for n in names) == 1
+        assert any("(held)" in n for n in names)
+        assert "2 independent speeds" in figure.get_suptitle()
+
+
+def modes(count: int = 6) -> xr.Dataset:
+    return xr.Dataset(
+        {
+            "frequency": ("mode", np.array([0.0, 100, 100, 200, 300, 300])[:count]),
+            "type": (
+                "mode",
+                ["rigid", "translational", "translational", "rotational", "planet", "planet"][
+                    :count
+                ],
+            ),
+            "motion_energy": (
+                ("mode", "motion"),
+                np.array([[0, 1], [0.6, 0.4], [0.6, 0.4], [0, 1], [0, 1], [0, 1]])[:count],
+            ),
+            "strain_energy": (
+                ("mode", "spring"),
+                np.tile([0.1, 0.2, 0.3, 0.4], (6, 1))[:count],
+            ),
+        },
+        coords={
+            "motion": ["translational", "planet"],
+            "spring": [
+                "a.planet_bearing_1", "a.planet_bearing_2", "a.sun-b.gear", "b sun gear mesh 1"
+            ],
+            "body": ["a.sun", "b.gear"],
+        },
+    )  # fmt: skip
+
+
+class TestModes:
+    def test_repeated_frequencies_are_one_row(self):
+        figure = mode_charts.modes_chart(modes())
+        texts = [t.get_text() for t in figure.axes[0].texts]
+        assert texts == ["0", "100 ×2", "200", "300 ×2"]
+        ticks = [t.get_text() for t in figure.axes[0].get_yticklabels()]
+        assert ticks == ["1", "2", "4", "5"]
+        assert figure.axes[0].get_xlabel() == "natural frequency (Hz)"
+
+    def test_springs_of_a_kind_are_summed(self):
+        strain = mode_charts.modes_chart(modes()).axes[2]
+        bars = {c.get_label(): [b.get_width() for b in c] for c in strain.containers}
+        assert set(bars) == {"planet bearing", "joint", "sun gear mesh"}
+        np.testing.assert_allclose(bars["planet bearing"], 30.0)
+        np.testing.assert_allclose(sum(np.array(v) for v in bars.values()), 100.0)
+
+    def test_too_many_modes_are_cut_and_it_is_said(self):
+        figure = mode_charts.modes_chart(modes(), most=2)
+        assert "lowest 2 of 4" in figure.get_suptitle()
+
+    def test_no_modes(self):
+        with pytest.raises(FlexgearError, match="no modes"):
+            mode_charts.modes_chart(modes(0))
+
+
+def campbell() -> xr.Dataset:
+    factor = np.linspace(0, 1.2, 5)
+    return xr.Dataset(
+        {
+            "campbell_frequency": (
+                ("speed_factor", "mode"),
+                np.column_stack([100 + 20 * factor, 100 - 20 * factor, 0 * factor + 150]),
+            ),
+            "whirl": (("speed_factor", "mode"), np.tile([1.0, -1.0, np.nan], (5, 1))),
+            "excitation_slope": ("excitation", [80.0, 160.0]),
+            "crossing_factor": ("crossing", [0.9, 0.95]),
+            "crossing_frequency": ("crossing", [82.0, 150.0]),
+        },
+        coords={
+            "speed_factor": factor,
+            "excitation_stage": ("excitation", ["stage_1", "stage_1"]),
+            "excitation_order": ("excitation", [1.0, 2.0]),
+        },
+    )
+
+
+class TestCampbell:
+    def test_modes_rays_and_crossings(self):
+        ax = mode_charts.campbell_chart(campbell()).axes[0]
+        lines = ax.get_lines()
+        assert colours(ax)[:3] == [
+            mode_charts.FORWARD, mode_charts.BACKWARD, mode_charts.STRAIGHT
+        ]  # fmt: skip
+        rays = [line for line in lines if line.get_linestyle() == "--"]
+        assert [r.get_ydata()[-1] for r in rays] == pytest.approx([192.0, 96.0])
+        assert sorted(t.get_text() for t in ax.texts) == ["1×", "2×"]
+        assert ax.get_xlabel() == "speed over rated speed (–)"
+        assert ax.get_ylabel() == "frequency (Hz)"
+
+    def test_crossings_near_rated_speed_stand_out(self):
+        ax = mode_charts.campbell_chart(campbell()).axes[0]
+        marked = [line for line in ax.get_lines() if line.get_marker() == "o"]
+        assert [len(line.get_xdata()) for line in marked] == [0, 2]
+
+    def test_without_excitation(self):
+        data = campbell().drop_dims(["excitation", "crossing"])
+        ax = mode_charts.campbell_chart(data, highest=120).axes[0]
+        assert ax.get_ylim() == (0, 120)
+
+
+def test_missing_variable_is_named():
+    with pytest.raises(FlexgearError, match="no variable 'gear_mesh_force'"):
+        train_charts.gear_mesh_forces(xr.Dataset())
