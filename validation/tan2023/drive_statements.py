@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case, load_case
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
@@ -109,7 +110,8 @@ def _steady_forces(runs: Runs, case: Case, modal: ModalSystem) -> Array:
         output_interval=1e-3,
         sink=sink,
     )
-    return np.asarray(collected(modal, sink.arrays(), steps).pair_load[:, 0].sum(axis=-1))
+    load = by_kind(collected(modal, sink.arrays(), steps).pair_load, modal.system.planets)
+    return np.asarray(load[:, 0].sum(axis=-1))
 
 
 def error_sets(runs: Runs) -> dict[str, Case]:

@@ -10,21 +10,8 @@ from tan2023.pictures import PICTURES
 from tan2023.statements import STATEMENTS, Finding, Findings, Statement
 from tan2023.tables import Table, tables
 
-STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1f2937; margin: 2em auto; max-width: 75em;
-  padding: 0 1em; }
-table { border-collapse: collapse; width: 100%; font-size: 0.87em; }
-th, td { text-align: left; vertical-align: top; padding: 0.4em 0.6em;
-  border-bottom: 1px solid #e5e7eb; }
-th { background: #f3f4f6; }
-td:first-child, td:nth-child(5) { white-space: nowrap; }
-.met { color: #117733; font-weight: 600; }
-.not-met { color: #c5221f; font-weight: 600; }
-.disagrees { color: #b45309; font-weight: 600; }
-.reported { color: #6b7280; }
-figure { margin: 1.5em 0; }
-img { max-width: 100%; border: 1px solid #e5e7eb; }
-""".strip()
+STYLE = (Path(__file__).parents[1] / "page.css").read_text("utf-8")
+WRAPPING = "td:first-child, td:nth-child(5) { white-space: nowrap; }"
 
 
 def verdict(one: Statement, found: Finding) -> str:
@@ -95,7 +82,8 @@ def write_page(folder: Path, findings: Findings) -> Path:
     studies = "".join(html_table(t) for t in tables(runs))
     text = (
         '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Tan et al. 2023'
-        f"</title><style>{STYLE}</style></head><body><h1>Tan et al. 2023, Figures 7–25</h1>{head}"
+        f"</title><style>{STYLE}{WRAPPING}</style></head><body>"
+        f"<h1>Tan et al. 2023, Figures 7–25</h1>{head}"
         "<table><thead><tr><th>Figure</th><th>Published</th><th>Computed</th><th>Tolerance</th>"
         f"<th>Verdict</th><th>Why</th></tr></thead><tbody>{''.join(rows)}</tbody></table>"
         f"<h2>Studies</h2>{studies}<h2>Pictures</h2>{pictures}</body></html>"

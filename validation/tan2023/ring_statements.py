@@ -21,8 +21,9 @@ def pair_curves(runs: Runs) -> dict[str, dict[str, Array]]:
     for g, name in enumerate(("ring", "sun")):
         position = pairs.table_start[g] + pairs.table_step[g] * np.arange(pairs.k_table.shape[1])
         use = pairs.k_table[g] > 0
-        error = pairs.error_amplitude[g, 0] * np.sin(
-            2 * np.pi * position / pairs.pitch[g] + pairs.error_phase[g, 0]
+        first = g * runs.case.stage.planets  # gear mesh of planet 1
+        error = pairs.error_amplitude[first] * np.sin(
+            2 * np.pi * position / pairs.pitch[first] + pairs.error_phase[first]
         )
         curves[name] = {
             "position": position[use],

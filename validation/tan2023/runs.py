@@ -215,8 +215,8 @@ class Runs:
         """Rated torque on the loaded stage at rest (Figure 10)."""
         modal = self.modal(FLEXIBLE)
         system, torque = modal.system, self.case.drive.rated_torque
-        inertia = float(system.rolling @ system.mass @ system.rolling)
-        ratio = float(system.output @ system.rolling)
+        inertia = float(system.rolling[:, 0] @ system.mass @ system.rolling[:, 0])
+        ratio = float(system.output @ system.rolling[:, 0])
         damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
         sink = Collector()
         steps = transient(
@@ -229,7 +229,7 @@ class Runs:
             sink=sink,
         )
         run = collected(modal, sink.arrays(), steps)
-        speed = np.gradient(run.eta @ modal.rolling / inertia, run.time)
+        speed = np.gradient(run.eta @ modal.rolling[:, 0] / inertia, run.time)
         return Decay(transient_of(self.case, run), speed, inertia, damping)
 
     @cached_property

@@ -1,0 +1,110 @@
+"""Every paper's rows and pictures, made once a session and kept for the common page.
+
+What a session finds for a paper is written to `<folder>/<paper>/rows.json`; the page shows papers
+that were not run from there, with the time they were found. A paper without either is missing.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import traceback
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from rows import Picture, Row
+
+from flexgear.views.files import atomic_file
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A package of validation/: where its rows and pictures are; ``detail``: its own page."""
+
+    name: str
+    statements: str = "statements"
+    pictures: str = "pictures"
+    detail: str = ""
+    by_fidelity: bool = False
+
+    @property
+    def title(self) -> str:
+        """First sentence of the package's docstring: authors, year, DOI."""
+        text = importlib.import_module(self.name).__doc__ or self.name
+        return text.strip().splitlines()[0].removesuffix(".")
+
+
+PAPERS = (
+    Paper("lin_parker1999"),
+    Paper("yang2019"),
+    Paper("ren2021"),
+    Paper("hu2023"),
+    Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known of a paper; ``trouble``: why it could not be computed; ``made``: ISO time."""
+
+    name: str
+    title: str
+    rows: tuple[Row, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    made: str = ""
+    trouble: str = ""
+
+
+@dataclass
+class Ledger:
+    """Rows and pictures of all papers, each computed at its first use only."""
+
+    folder: Path
+    fidelity: str
+    found: dict[str, Entry] = field(default_factory=dict)
+
+    def entry(self, name: str) -> Entry:
+        """The paper's rows and pictures, or what went wrong, computed once a session."""
+        if name not in self.found:
+            self.found[name] = self._computed(next(p for p in PAPERS if p.name == name))
+            self._save(self.found[name])
+        return self.found[name]
+
+    def entries(self) -> list[Entry]:
+        """All papers as of now: of this session, else saved by an earlier one, else missing."""
+        return [self.found.get(p.name) or self._saved(p.name) for p in PAPERS]
+
+    def _computed(self, paper: Paper) -> Entry:
+        made = datetime.now().astimezone().isoformat(timespec="minutes")
+        title, rows, pictures = paper.name, (), ()
+        try:
+            title = paper.title
+            given = (self.fidelity,) if paper.by_fidelity else ()
+            statements = importlib.import_module(f"{paper.name}.{paper.statements}")
+            rows = tuple(statements.rows(*given))
+            folder = self.folder / paper.name
+            folder.mkdir(parents=True, exist_ok=True)
+            drawing = importlib.import_module(f"{paper.name}.{paper.pictures}")
+            pictures = tuple(drawing.draw(folder, *given))
+        except Exception:  # the page must still be written, and says so
+            return Entry(paper.name, title, rows, pictures, made, traceback.format_exc(limit=-3))
+        trouble = "" if rows else "no rows"
+        return Entry(paper.name, title, rows, pictures, made, trouble)
+
+    def _file(self, name: str) -> Path:
+        return self.folder / name / "rows.json"
+
+    def _save(self, entry: Entry) -> None:
+        self._file(entry.name).parent.mkdir(parents=True, exist_ok=True)
+        with atomic_file(self._file(entry.name)) as temporary:
+            temporary.write_text(json.dumps(asdict(entry), indent=1), encoding="utf-8")
+
+    def _saved(self, name: str) -> Entry:
+        try:
+            raw = json.loads(self._file(name).read_text("utf-8"))
+            rows = tuple(Row(**row) for row in raw.pop("rows"))
+            pictures = tuple(Picture(**one) for one in raw.pop("pictures"))
+            return Entry(rows=rows, pictures=pictures, **raw)
+        except (OSError, ValueError, TypeError, KeyError):
+            return Entry(name, name, trouble="not computed yet")

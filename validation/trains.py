@@ -1,0 +1,62 @@
+"""Runs of a bundled train by the package, as forces of gear meshes in the papers' order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.transient import Collector, Drive, Transient, collected, transient
+from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.train import train_system
+from flexgear.model.train import Train
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrainRun:
+    """A train put together: its modal system and the numbers of its gear meshes."""
+
+    train: Train
+    modal: ModalSystem
+
+    def columns(self, stage: int, kind: str, side: str = "") -> list[int]:
+        """Gear meshes of "sun" or "ring" (loaded flanks) of a stage and half, planet by planet."""
+        labels = self.modal.system.gear_meshes
+        front = np.asarray(self.modal.system.pairs.front)
+        found = {
+            label.planet: m
+            for m, label in enumerate(labels)
+            if label.stage == stage and label.side == side
+            and label.kind.removesuffix("_back") == kind and front[m]
+        }  # fmt: skip
+        return [found[i] for i in sorted(found)]
+
+    def at(self, positions: Array, torque: float | None = None) -> Equilibrium:
+        """Equilibria at rotations (rad) of the member whose speed is given; rated torque if none
+        is given."""
+        rated = self.modal.system.rated_torque
+        return revolution(self.modal, positions, rated if torque is None else torque)
+
+    def over_time(self, duration: float, time_step: float, every: float) -> Transient:
+        """Rated running from equilibrium at time 0."""
+        system, sink = self.modal.system, Collector()
+        drive = Drive(lambda t: np.full_like(t, system.rated_torque))
+        steps = transient(
+            self.modal, drive, duration=duration, time_step=time_step, output_interval=every,
+            sink=sink,
+        )  # fmt: skip
+        return collected(self.modal, sink.arrays(), steps)
+
+
+def put_together(train: Train) -> TrainRun:
+    """The train with all its modes."""
+    return TrainRun(train, modal_system(train_system(train)))
+
+
+def gear_mesh_forces(found: Equilibrium | Transient) -> Array:
+    """Forces (positions, M) along the 3D normals, N."""
+    return np.asarray(found.pair_load.sum(axis=2))
