@@ -3,8 +3,9 @@ PY := .venv/bin/python
 CASE ?= wind-5mw
 OUT ?= results/$(CASE)
 WORKERS ?= 2
+BENCH ?=
 
-.PHONY: run test check lint format-check rules types layers validate validate-quick install install-dev clean
+.PHONY: run test check lint format-check rules types layers validate validate-quick bench install install-dev clean
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
@@ -29,12 +30,19 @@ types: install-dev
 layers: install-dev
 	.venv/bin/lint-imports
 
+# Every published figure beside the computed one: results/validation/index.html.
 validate: install-dev
 	$(PY) -m pytest validation
 
-# The same statements about Tan et al. 2023 on coarse FE meshes: what CI has time for.
+# The same on coarse FE meshes, without the study of FE meshes: what CI has time for.
 validate-quick: install-dev
-	$(PY) -m pytest validation/tan2023 --fidelity quick
+	$(PY) -m pytest validation --fidelity quick --ignore validation/fe_convergence
+
+# Ratios of speed against other ways and programs: writes docs/benchmarks.md with its pictures.
+# BENCH=--quick tries it out; peers that cannot be installed are named as skipped.
+bench: install
+	@bash .ci/setup bench || echo "bench: goes on without the optional peers"
+	PYTHONPATH=tests $(PY) -m benchmarks $(BENCH)
 
 install:
 	@bash .ci/setup
