@@ -11,7 +11,9 @@ from flexgear.model.units import Frequency, Time
 class TrainSolver(Section):
     """time_step, output_interval, duration: of transients (duration: one period of the slowest
     stage if left out). settle: start-up left out of load sharing. positions_per_gear_mesh:
-    quasi-static positions a gear-mesh cycle. modes_to: highest frequency kept; all if left out."""
+    quasi-static positions a gear-mesh cycle. modes_to: highest frequency kept. modes_accuracy:
+    error of the contact's flexibility that is allowed up to modes_band, a fraction. Given both,
+    modes_to is an upper bound; given neither, all modes are kept."""
 
     time_step: Time = Field(default=1e-4, ge=1e-9, le=1e-1)
     output_interval: Time = Field(default=1e-3, ge=1e-9, le=1e3)
@@ -19,3 +21,10 @@ class TrainSolver(Section):
     positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
     settle: Time = Field(default=0.0, ge=0.0, le=1e6)
     modes_to: Frequency | None = Field(default=None, ge=1.0, le=1e9)
+    modes_accuracy: float | None = Field(default=None, ge=1e-9, le=0.5)
+    modes_band: Frequency = Field(default=500.0, ge=1.0, le=1e6)
+
+    @property
+    def modes_limit(self) -> float | None:
+        """Highest frequency that may be kept, Hz; None where the accuracy, or nothing, decides."""
+        return self.modes_to

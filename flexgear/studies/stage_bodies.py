@@ -54,7 +54,7 @@ def variant_of(case: Case, rigid: tuple[str, ...] = ()) -> Variant:
 def stage_modal(case: Case, bodies: StageBodies, variant: Variant) -> ModalSystem:
     """Coupled system of a variant in modes up to ``solver.modes_to``."""
     system = build_system(case, bodies.ring, bodies.carrier, variant)
-    return modal_system(system, case.solver.modes_to)
+    return modal_system(system, case.solver.modes_limit)
 
 
 def without_errors(case: Case, bodies: StageBodies, modal: ModalSystem) -> ModalSystem:

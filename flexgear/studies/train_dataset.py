@@ -50,7 +50,7 @@ class TrainContext:
     @cached_property
     def modal(self) -> ModalSystem:
         """The coupled train in modes up to ``solver.modes_to``."""
-        return self.made or modal_system(self.system, self.train.solver.modes_to)
+        return self.made or modal_system(self.system, self.train.solver.modes_limit)
 
 
 def context_of(

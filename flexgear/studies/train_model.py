@@ -75,7 +75,7 @@ def train_modal(
 ) -> ModalSystem:
     """``coupled_train`` in modes up to ``solver.modes_to``."""
     system = coupled_train(train, progress, bodies=bodies, variants=variants)
-    return modal_system(system, train.solver.modes_to)
+    return modal_system(system, train.solver.modes_limit)
 
 
 def without_errors(modal: ModalSystem) -> ModalSystem:
