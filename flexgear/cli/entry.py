@@ -7,8 +7,11 @@
 from __future__ import annotations
 
 import errno
+import signal
 import sys
+import time
 from collections.abc import Sequence
+from types import FrameType
 
 import typer
 
@@ -24,6 +27,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.version import version
 
 INTERRUPTED = 130
+CLOSING = 5.0  # s after Ctrl-C in which another does nothing
 app = typer.Typer(
     name="flexgear",
     help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
@@ -60,7 +64,24 @@ def options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    sys.exit(run(list(sys.argv[1:] if arguments is None else arguments)))
+    signal.signal(signal.SIGINT, _Stop())
+    code = run(list(sys.argv[1:] if arguments is None else arguments))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the interpreter's end takes a moment
+    sys.exit(code)
+
+
+class _Stop:
+    """Ctrl-C once, however often it is pressed: the first is already cleaning up."""
+
+    def __init__(self) -> None:
+        self._heard = -CLOSING
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """KeyboardInterrupt, unless there was one a moment ago."""
+        now = time.monotonic()
+        if now - self._heard >= CLOSING:
+            self._heard = now
+            raise KeyboardInterrupt
 
 
 def run(arguments: list[str]) -> int:
