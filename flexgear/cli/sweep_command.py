@@ -26,8 +26,7 @@ from flexgear.cli.options import (
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.files import make_folder, staged_folder
 from flexgear.studies.stage_measures import STAGE_MEASURES
-from flexgear.studies.sweep import failures, save_sweep
-from flexgear.studies.sweep import sweep as run_sweep
+from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.studies.train_measures import TRAIN_MEASURES
 from flexgear.views import style
@@ -80,14 +79,24 @@ def sweep(
     swept = _keys(keys)
     names = [n.strip() for given in measure or [] for n in given.split(",") if n.strip()]
     target = out or Path("results") / f"sweep-{Path(case).stem}"
-    with _place(target) as (folder, start), progress(quiet) as report:
-        data = run_sweep(
-            case, swept, settings=settings_of(settings), measures=names, modes=modes,
-            workers=workers, scheduler=scheduler, progress=report,
-        )  # fmt: skip
-        save_sweep(data, folder / f"{start}.nc")
-        if pictures:
-            _draw(data, folder, start, report)
+    plan = planned(case, swept, settings=settings_of(settings), measures=names, modes=modes)
+    try:
+        with _place(target) as (folder, start), progress(quiet) as report:
+            data = run_sweep(
+                plan, workers=workers, scheduler=scheduler, progress=report, keep_points=True
+            )
+            save_sweep(data, folder / f"{start}.nc")
+            if pictures:
+                _draw(data, folder, start, report)
+    except KeyboardInterrupt:
+        done = finished(plan)
+        if not done:
+            raise
+        raise FlexgearError(
+            f"stopped with {done} of {len(plan.grid)} points done; the same command goes on from "
+            "there"
+        ) from None
+    plan.store.clear()
     if as_json:
         typer.echo(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False))
     else:

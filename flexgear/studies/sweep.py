@@ -1,13 +1,15 @@
 """Parameter studies: measures of a case over the values of one key, or a grid of several.
 
 Every point is a case of its own. A point that fails leaves gaps and its message in the dataset;
-only when all fail is there an error.
+only when all fail is there an error. Finished points are kept on disk until the sweep's results are
+safe, so that an interrupted sweep goes on where it stopped.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +22,11 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.train import Train
 from flexgear.results.dataset import provenance
 from flexgear.results.files import PathLike, write_bytes
-from flexgear.studies.dask_pool import reach, run_on
-from flexgear.studies.job_pool import Outcome, run_jobs
+from flexgear.studies.dask_pool import reach
+from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measure import Found
 from flexgear.studies.measures import chosen_measures, measured
+from flexgear.studies.outcome import Outcome
 from flexgear.studies.stage_bodies import Progress, silent, stage_bodies
 from flexgear.studies.sweep_keys import (
     WHERE,
@@ -35,13 +38,31 @@ from flexgear.studies.sweep_keys import (
     points,
     swept_key,
 )
+from flexgear.studies.sweep_store import PointStore, point_store
 
 
 @dataclass(frozen=True)
-class Job:
-    """One point: its case, that of the unchanged keys, what to measure, modes to list."""
+class Sweep:
+    """A sweep to be run. base: the case with its keys unchanged; models: the case of every point of
+    the grid, or why there is none; measures: names; modes: how many natural modes are listed."""
 
-    model: Case | Train
+    base: Case | Train
+    keys: tuple[SweptKey, ...]
+    grid: tuple[Point, ...]
+    models: tuple[Case | Train | InputError, ...]
+    measures: tuple[str, ...]
+    modes: int
+
+    @property
+    def store(self) -> PointStore:
+        """Where finished points are kept."""
+        return point_store(self.base, [k.key for k in self.keys], self.measures, self.modes)
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """What all points share."""
+
     reference: Case | Train
     measures: tuple[str, ...]
     modes: int
@@ -60,46 +81,85 @@ def sweep(
 ) -> xr.Dataset:
     """Measures of a case over all values of ``keys`` as one dataset.
 
+    As ``planned`` and ``run_sweep`` in turn.
+    """
+    plan = planned(source, keys, settings=settings, measures=measures, modes=modes)
+    return run_sweep(plan, workers=workers, scheduler=scheduler, progress=progress)
+
+
+def planned(
+    source: str | Path,
+    keys: Mapping[str, Values],
+    *,
+    settings: Mapping[str, str] | None = None,
+    measures: Sequence[str] = (),
+    modes: int = 10,
+) -> Sweep:
+    """A sweep to be run.
+
     source, settings: as for ``load_case``; measures: names (none: the usual ones of that kind of
-    case); modes: how many natural modes are listed; workers: processes (None: as many as pay);
-    scheduler: address of a Dask cluster instead, whose workers see the same cache of bodies.
-    Dimensions are the keys, then those of the measures; ``message`` says why a point failed.
-    InputError for bad keys, values or measures; FlexgearError where every point fails.
+    case); modes: how many natural modes are listed. InputError for bad keys, values or measures.
     """
     if not keys:
         raise InputError(WHERE, "KEY=VALUES", "is missing", "e.g. stage.planets=3,4,5")
-    if scheduler is not None:
-        reach(scheduler)
     base = load_case(source, settings)
-    swept = [swept_key(base, key, values) for key, values in keys.items()]
-    grid = points(swept)
+    swept = tuple(swept_key(base, key, values) for key, values in keys.items())
+    grid = tuple(points(swept))
     chosen = chosen_measures(base, measures)
     for key in swept:
         if key.parent in (settings or {}):
             raise InputError(WHERE, key.key, "is also given by --set", "keep one of them")
-    models = [_model(source, settings, swept, point) for point in grid]
+    models = tuple(_model(source, settings, swept, point) for point in grid)
     if isinstance(models[0], InputError) and all(isinstance(m, InputError) for m in models):
         raise models[0]
-    bodies, broken = _prepared([m for m in models if not isinstance(m, InputError)], progress)
-    outcomes = _outcomes(
-        models, broken, lambda m: Job(m, base, chosen, modes), workers, scheduler, progress
-    )
+    return Sweep(base, swept, grid, models, chosen, modes)
+
+
+def run_sweep(
+    plan: Sweep,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = silent,
+    keep_points: bool = False,
+) -> xr.Dataset:
+    """All points of a sweep as one dataset.
+
+    workers: processes (1: this one; None: as many as pay); scheduler: address of a Dask cluster
+    instead, whose workers see the same cache of bodies; keep_points: leave finished points on disk
+    until ``plan.store.clear()``. Dimensions are the keys, then those of the measures; ``message``
+    says why a point failed. FlexgearError where every point fails.
+    """
+    if scheduler is not None:
+        reach(scheduler)
+    cases = [m for m in plan.models if not isinstance(m, InputError)]
+    bodies, broken = _prepared(cases, progress)
+    outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
-        first = f"{label_of(swept, grid[0])}: {outcomes[0].message}"
-        many = f"all {len(grid)} points failed; the first, " if len(grid) > 1 else ""
+        first = f"{label_of(plan.keys, plan.grid[0])}: {outcomes[0].message}"
+        many = f"all {len(plan.grid)} points failed; the first, " if len(plan.grid) > 1 else ""
         raise FlexgearError(many + first)
-    data = collected(swept, grid, outcomes)
+    data = collected(plan.keys, plan.grid, outcomes)
     data.attrs = provenance(
-        case=base.name,
-        variant="sweep of " + " and ".join(keys),
-        content_hash=base.content_hash(),
-        parameters=base.to_dict(),
-        measures=", ".join(chosen),
-        points=len(grid),
+        case=plan.base.name,
+        variant="sweep of " + " and ".join(k.key for k in plan.keys),
+        content_hash=plan.base.content_hash(),
+        parameters=plan.base.to_dict(),
+        measures=", ".join(plan.measures),
+        points=len(plan.grid),
         failed=sum(o.value is None for o in outcomes),
         reductions=bodies,
     )
+    if not keep_points:
+        plan.store.clear()
     return data
+
+
+def finished(plan: Sweep) -> int:
+    """Points of a sweep that an interrupted run has left on disk."""
+    store = plan.store
+    cases = [m for m in plan.models if not isinstance(m, InputError)]
+    return sum(store.get(case) is not None for case in cases)
 
 
 def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
@@ -157,8 +217,8 @@ def _said(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
-def _measured(job: Job) -> Found:
-    return measured(job.model, job.reference, job.measures, job.modes)
+def _measured(shared: Measuring, model: Case | Train) -> Found:
+    return measured(model, shared.reference, shared.measures, shared.modes)
 
 
 def _model(
@@ -207,34 +267,38 @@ def _body_key(case: Case) -> str:
 
 
 def _outcomes(
-    models: Sequence[Case | Train | InputError],
+    plan: Sweep,
     broken: Mapping[str, str],
-    job: Callable[[Case | Train], Job],
     workers: int | None,
     scheduler: str | None,
     progress: Progress,
 ) -> list[Outcome[Found]]:
-    """What was found at every point, or why nothing."""
-    out: list[Outcome[Found] | None] = []
-    jobs: list[Job] = []
-    for model in models:
+    """What was found at every point, before this or now, or why nothing."""
+    store = plan.store
+    known: dict[int, Outcome[Found]] = {}
+    left: dict[int, Case | Train] = {}
+    for k, model in enumerate(plan.models):
         if isinstance(model, InputError):
-            out.append(Outcome(None, str(model)))
+            known[k] = Outcome(None, str(model))
             continue
-        faults = [broken[k] for k in map(_body_key, _flexible(model)) if k in broken]
-        out.append(Outcome(None, faults[0]) if faults else None)
-        if not faults:
-            jobs.append(job(model))
-    progress("points", 0.0)
-
-    def done(count: int) -> None:
-        progress("points", count / len(jobs))
-
-    if scheduler is None:
-        found = iter(run_jobs(_measured, jobs, workers, done))
-    else:
-        found = iter(run_on(scheduler, _measured, jobs, done))
-    return [next(found) if o is None else o for o in out]
+        faults = [broken[key] for key in map(_body_key, _flexible(model)) if key in broken]
+        if faults:
+            known[k] = Outcome(None, faults[0])
+        elif (kept := store.get(model)) is not None:
+            known[k] = Outcome(kept)
+        else:
+            left[k] = model
+    places, jobs = list(left), list(left.values())
+    progress("points", len(known) / len(plan.models))
+    shared = Measuring(plan.base, plan.measures, plan.modes)
+    runs = run_jobs(_measured, shared, jobs, workers=workers, scheduler=scheduler)
+    with closing(runs):
+        for at, outcome in runs:
+            known[places[at]] = outcome
+            if outcome.value is not None:
+                store.put(jobs[at], outcome.value)
+            progress("points", len(known) / len(plan.models))
+    return [known[k] for k in range(len(plan.models))]
 
 
 def _coordinate(key: SweptKey) -> xr.Variable:

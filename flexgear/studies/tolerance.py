@@ -8,8 +8,8 @@ seed and its number alone: neither batches nor workers change a digit.
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import fields
 
 import numpy as np
@@ -21,8 +21,8 @@ from flexgear.model.stage_case import Case
 from flexgear.model.train import Train
 from flexgear.results.dataset import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
-from flexgear.studies.dask_pool import STARTING, completed, reach
-from flexgear.studies.job_pool import Outcome, processors
+from flexgear.studies.dask_pool import reach
+from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.tolerance_setup import (
     Batch,
@@ -92,13 +92,16 @@ def _all(
     left = [k for k in range(len(batches)) if k not in found]
     faults: dict[int, str] = {}
     progress("samples", len(found) / len(batches))
-    for at, outcome in _outcomes(setup, [batches[k] for k in left], workers, scheduler):
-        if outcome.value is None:
-            faults[left[at]] = outcome.message
-            continue
-        found[left[at]] = outcome.value
-        store.put(batches[left[at]], outcome.value)
-        progress("samples", len(found) / len(batches))
+    jobs = [batches[k] for k in left]
+    runs = run_jobs(sampled, setup, jobs, workers=workers, scheduler=scheduler)
+    with closing(runs):
+        for at, outcome in runs:
+            if outcome.value is None:
+                faults[left[at]] = outcome.message
+                continue
+            found[left[at]] = outcome.value
+            store.put(batches[left[at]], outcome.value)
+            progress("samples", len(found) / len(batches))
     if faults:
         first = batches[min(faults)]
         raise FlexgearError(
@@ -106,27 +109,6 @@ def _all(
             f"{first.stop - 1}: {faults[min(faults)]}; the same study goes on with what is missing"
         )
     return [found[k] for k in range(len(batches))]
-
-
-def _outcomes(
-    setup: ToleranceSetup, jobs: Sequence[range], workers: int | None, scheduler: str | None
-) -> Iterator[tuple[int, Outcome[Batch]]]:
-    """Outcomes of batches as they are done. Few are done here, as starting workers takes time."""
-    done = 0
-    if scheduler is None and workers is None and jobs:
-        began = time.perf_counter()
-        yield 0, Outcome(sampled(setup, jobs[0]))
-        done, left = 1, (time.perf_counter() - began) * (len(jobs) - 1)
-        workers = 1 if left * (1 - 1 / processors()) < STARTING else None
-    if scheduler is None and workers == 1:
-        for k in range(done, len(jobs)):
-            yield k, Outcome(sampled(setup, jobs[k]))
-        return
-    if done == len(jobs):
-        return
-    remote: Callable[[ToleranceSetup, range], Batch] = sampled
-    for k, outcome in completed(remote, setup, jobs[done:], workers=workers, scheduler=scheduler):
-        yield done + k, outcome
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
-from interrupts import hear_interrupts
+from interrupts import interrupted, processes_with, wait_until
 from PIL import Image
 
 from flexgear.results.dataset import load
+from flexgear.studies import sweep as study
 
 KEY = "stage.planet_bearing.radial_n_per_m"
-FLEXGEAR = [sys.executable, "-c", "from flexgear.cli import main; main()"]
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path_factory, monkeypatch):
+    """Finished points are kept here."""
+    folder = tmp_path_factory.mktemp("cache")
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(folder))
+    return folder
 
 
 def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
@@ -132,22 +137,50 @@ def test_a_folder_for_a_file_and_a_file_for_a_folder(flexgear, tmp_path):
         assert name in err
 
 
+def test_stopped_and_taken_up_again(flexgear, tmp_path, monkeypatch, place):
+    """Ctrl-C after two points: one line, and the same command does the others."""
+    measure, done = study.measured, []
+
+    def interrupted(model, *arguments):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(model.stages[0].planets)
+        return measure(model, *arguments)
+
+    out = tmp_path / "out"
+    command = ("sweep", "lin-parker", "stage.planets=3,4,5,99,6", "-q", "--no-pictures",
+               "--out", out, "--workers", 1)  # fmt: skip
+    with monkeypatch.context() as patch:
+        patch.setattr(study, "measured", interrupted)
+        code, _, err = flexgear(*command)
+    assert code == 1
+    assert err == (
+        "flexgear: stopped with 2 of 5 points done; the same command goes on from there\n"
+    )
+    assert list(tmp_path.iterdir()) == []
+    with monkeypatch.context() as patch:
+        patch.setattr(study, "measured", lambda m, *a: done.append(m.stages[0].planets) or
+                      measure(m, *a))  # fmt: skip
+        assert flexgear(*command)[0] == 0
+    assert done == [3, 4, 5, 6]
+    assert list(place.iterdir()) == []
+    resumed = load(out / "sweep.nc")
+    assert flexgear(*command)[0] == 0
+    assert load(out / "sweep.nc").identical(resumed)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
-def test_ctrl_c_leaves_nothing(tmp_path):
-    """Stopped while two processes work: one line, no files."""
-    run = subprocess.Popen(
-        [*FLEXGEAR, "sweep", "pitch-drive", "inputs.0.power_kw=1:9:30", "--workers", "2",
-         "--measure", "transient_sharing", "--out", str(tmp_path / "out")],
-        stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=hear_interrupts,
-    )  # fmt: skip
-    assert run.stderr is not None
-    while "points" not in run.stderr.readline():
-        pass
-    time.sleep(4.0)
-    os.killpg(run.pid, signal.SIGINT)  # as a terminal does, to all of them
-    _, err = run.communicate(timeout=30)
-    assert run.returncode == 1
-    assert err.splitlines()[-1] == "flexgear: stopped; nothing half-written was left"
-    assert "Traceback" not in err
+def test_ctrl_c_while_workers_work(tmp_path, place):
+    """One line beside the progress, no file, no process left, and what was done is kept."""
+    command = ("sweep", "lin-parker", f"{KEY}=1e7:1e9:400", "--workers", 2,
+               "--out", tmp_path / "out")  # fmt: skip
+    code, err = interrupted(command, place, "sweep/*/*.json")
+    assert code == 1
+    lines = [line for line in err.splitlines() if not line.startswith("points")]  # progress
+    assert len(lines) == 1, err
+    assert lines[0].startswith("flexgear: stopped with ")
+    assert lines[0].endswith(" of 400 points done; the same command goes on from there")
     assert list(tmp_path.iterdir()) == []
+    if os.path.isdir("/proc"):
+        wait_until(lambda: not processes_with(f"FLEXGEAR_CACHE={place}"), 20)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -16,11 +18,21 @@ from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.dataset import load
 from flexgear.studies import stage_measures, sweep, train_model
-from flexgear.studies.sweep import failures, save_sweep
+from flexgear.studies.stage_measures import STAGE_MEASURES
+from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import parse_setting
 from flexgear.studies.train_dataset import context_of
+from flexgear.studies.train_measures import TRAIN_MEASURES
 from flexgear.studies.train_model import train_modal
 from flexgear.studies.train_sharing import train_sharing
+
+
+@pytest.fixture(autouse=True, scope="module")
+def cache(tmp_path_factory):
+    """Finished points are kept away from the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXGEAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 def swept(case, *settings, **options):
@@ -86,6 +98,111 @@ def test_the_same_with_one_and_two_processes():
     one = swept(*settings, workers=1)
     two = swept(*settings, workers=2)
     xr.testing.assert_identical(one, two)
+
+
+class TestInterrupted:
+    GRID = ("stage.planets=3,4,5,6", f"{BEARING}=1e7,1e9")
+    MEASURES = ("frequencies", "frequencies_by_type", "load_sharing", "mean_forces")
+
+    @pytest.fixture(autouse=True)
+    def place(self, tmp_path, monkeypatch):
+        """Finished points are kept here."""
+        monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+        return tmp_path / "cache"
+
+    def plan(self, *settings, **options):
+        options.setdefault("measures", self.MEASURES)
+        return planned("lin-parker", dict(map(parse_setting, settings or self.GRID)), **options)
+
+    def run(self, monkeypatch, plan, after, error=KeyboardInterrupt):
+        """Run until some points are measured; what came of it, and how many were measured."""
+        measure, count = sweep.measured, []
+
+        def counted(*arguments):
+            if len(count) == after:
+                raise error
+            count.append(1)
+            return measure(*arguments)
+
+        data = None
+        with monkeypatch.context() as patch, contextlib.suppress(KeyboardInterrupt):
+            patch.setattr(sweep, "measured", counted)
+            data = run_sweep(plan, workers=1)
+        return data, len(count)
+
+    def test_goes_on_where_it_stopped(self, monkeypatch, place):
+        plan = self.plan()
+        whole = run_sweep(plan, workers=1)
+        assert not (place / "sweep").exists()
+        assert self.run(monkeypatch, plan, 3) == (None, 3)
+        assert finished(plan) == 3
+        data, rest = self.run(monkeypatch, plan, 99)
+        assert rest == 5
+        xr.testing.assert_identical(data, whole)
+        assert finished(plan) == 0
+        assert not (place / "sweep").exists()
+
+    def test_more_values_go_on_from_fewer(self, monkeypatch):
+        self.run(monkeypatch, self.plan("stage.planets=3,4,5"), 2)
+        assert finished(self.plan("stage.planets=4:6:3")) == 1
+        assert finished(self.plan("stage.planets=3:8:6")) == 2
+
+    @pytest.mark.parametrize(
+        "other", [{"measures": ("frequencies",)}, {"modes": 9}, {"settings": {BEARING: "2e8"}}]
+    )
+    def test_another_sweep_does_not(self, monkeypatch, other):
+        self.run(monkeypatch, self.plan("stage.planets=3,4,5"), 2)
+        assert finished(self.plan("stage.planets=3,4,5", **other)) == 0
+
+    def test_failed_points_are_tried_again(self, monkeypatch):
+        plan = self.plan("stage.planets=3,4,5")
+        measure = sweep.measured
+
+        def unlucky(model, *arguments):
+            if model.stages[0].planets == 4:
+                raise FlexgearError("out of luck")
+            return measure(model, *arguments)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(sweep, "measured", unlucky)
+            data = run_sweep(plan, workers=1, keep_points=True)
+        assert data.attrs["failed"] == 1
+        data, measured = self.run(monkeypatch, plan, 99)
+        assert (measured, data.attrs["failed"]) == (1, 0)
+
+    def test_damaged_points_are_made_again(self, monkeypatch):
+        plan = self.plan("stage.planets=3,4,5,6,7")
+        whole = run_sweep(plan, workers=1, keep_points=True)
+        for file, text in zip(
+            sorted(plan.store.parts.folder.iterdir()),
+            ("", "{", '{"a": 1}', '{"a": {"dims": ["x"]}}'),
+            strict=False,
+        ):
+            file.write_text(text)  # fmt: skip
+        assert finished(plan) == 1
+        data, measured = self.run(monkeypatch, plan, 99)
+        assert measured == 4
+        xr.testing.assert_identical(data, whole)
+
+    def test_a_disk_that_keeps_nothing_costs_no_point(self, monkeypatch, place):
+        place.write_text("no folder")
+        data, measured = self.run(monkeypatch, self.plan("stage.planets=3,4"), 99)
+        assert (measured, data.attrs["failed"]) == (2, 0)
+
+    @pytest.mark.parametrize(
+        ("case", "key", "known"),
+        [("pitch-drive", "inputs.0.power_kw=3,6", TRAIN_MEASURES),
+         ("wind-5mw", "drive.rated_torque_nm=2e6,4e6", STAGE_MEASURES)],
+    )  # fmt: skip
+    def test_every_measure_survives_the_disk(self, monkeypatch, case, key, known):
+        for module in (stage_measures, sweep):
+            monkeypatch.setattr(module, "stage_bodies", lambda case, _=None: cheap_stage(case))
+        names = [m.name for m in known if not m.name.startswith("transient")]  # too slow
+        plan = planned(case, dict([parse_setting(key)]), measures=names)
+        whole = run_sweep(plan, workers=1, keep_points=True)
+        data, measured = self.run(monkeypatch, plan, 99)
+        assert measured == 0
+        xr.testing.assert_identical(data, whole)
 
 
 def test_power_grows_with_torque_and_life_falls_with_its_power():

@@ -1,0 +1,48 @@
+"""Finished parts of a study on disk, so that an interrupted study goes on where it stopped.
+
+A folder of the cache named by the content of the study holds one file a part, which is there whole
+or not at all. It is removed when the study's results are safe.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flexgear.model.content import content_hash
+from flexgear.results.files import write_bytes
+from flexgear.results.version import version
+from flexgear.structures.store import cache_directory
+
+
+@dataclass(frozen=True)
+class StudyStore:
+    """Parts of one study by their names."""
+
+    folder: Path
+
+    def get(self, name: str) -> bytes | None:
+        """What was kept; None where there is nothing or it cannot be read."""
+        try:
+            return (self.folder / name).read_bytes()
+        except OSError:
+            return None
+
+    def put(self, name: str, data: bytes | memoryview) -> None:
+        """Keep a part. Raises FlexgearError where the disk refuses."""
+        write_bytes(self.folder / name, data)
+
+    def clear(self) -> None:
+        """Forget the study."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        with contextlib.suppress(OSError):  # others' studies are still there
+            self.folder.parent.rmdir()
+
+
+def study_store(kind: str, content: dict[str, Any]) -> StudyStore:
+    """Where parts of a study are kept; content: all that every one of them depends on."""
+    key = content_hash({"version": version(), **content})
+    return StudyStore(cache_directory() / kind / key)

@@ -1,0 +1,64 @@
+"""Finished points of a sweep on disk. A point that failed is not kept: it is tried again."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import xarray as xr
+
+from flexgear.model.errors import FlexgearError
+from flexgear.model.stage_case import Case
+from flexgear.model.train import Train
+from flexgear.studies.measure import Found
+from flexgear.studies.study_store import StudyStore, study_store
+
+FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
+
+
+@dataclass(frozen=True)
+class PointStore:
+    """Points of one sweep by their cases."""
+
+    parts: StudyStore
+
+    def get(self, model: Case | Train) -> Found | None:
+        """What was found at a point; None where nothing was kept or it cannot be read."""
+        kept = self.parts.get(_name(model))
+        if kept is None:
+            return None
+        try:
+            plain = json.loads(kept)
+            return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return None
+
+    def put(self, model: Case | Train, found: Found) -> None:
+        """Keep a point; where the disk refuses, it would only have to be found again."""
+        plain = {name: array.to_dict() for name, array in found.items()}
+        with contextlib.suppress(FlexgearError):
+            self.parts.put(_name(model), json.dumps(plain).encode())
+
+    def clear(self) -> None:
+        """Forget the sweep."""
+        self.parts.clear()
+
+
+def point_store(
+    base: Case | Train, keys: Sequence[str], measures: Sequence[str], modes: int
+) -> PointStore:
+    """Where the points of a sweep are kept: by all that they depend on beside their own cases."""
+    content = {
+        "format": FORMAT,
+        "model": base.content_hash(),
+        "keys": list(keys),
+        "measures": list(measures),
+        "modes": modes,
+    }
+    return PointStore(study_store("sweep", content))
+
+
+def _name(model: Case | Train) -> str:
+    return f"{model.content_hash()}.json"
