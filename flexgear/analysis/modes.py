@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.coupling.mode_choice import row_motions
 from flexgear.coupling.pair_data import PairRows, front_meshes, pair_rows
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
@@ -47,14 +48,9 @@ def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[PairRow
     return rows, n
 
 
-def row_vectors(system: System, rows: object, n: int) -> Array:
+def row_vectors(system: System, rows: PairRows, n: int) -> Array:
     """Rows V in physical coordinates, (n, d)."""
-    out = np.zeros((n, system.size))
-    for i in range(n):
-        for a in range(rows.width[i]):  # type: ignore[attr-defined]
-            base = 6 * rows.blocks[i, a]  # type: ignore[attr-defined]
-            out[i] += rows.coef[i, a] @ system.blocks[base : base + 6]  # type: ignore[attr-defined]
-    return out
+    return row_motions(rows, n, system.blocks)
 
 
 def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None = None) -> Modes:
@@ -63,14 +59,14 @@ def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None 
     Frequencies below 1e-3 of the first elastic one are set to zero exactly where they are rigid.
     """
     k = system.stiffness + gear_mesh_stiffness(system, carrier_angle)
-    values, vectors = linalg.eigh(0.5 * (k + k.T), system.mass)
-    omega = np.sqrt(np.clip(values, 0.0, None))
     free = len(system.masters)
+    values, shapes = _lowest(0.5 * (k + k.T), system.mass, free, limit_hz)
+    omega = np.sqrt(np.clip(values, 0.0, None))
     if len(omega) > free and omega[free - 1] < 1e-3 * omega[free]:
         omega[:free] = 0.0
     frequencies = omega / (2 * np.pi)
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
-    shapes = vectors[:, :keep]
+    shapes = shapes[:, :keep]
     momentum = system.mass @ shapes
     energy = {
         b.name: np.einsum(
@@ -79,3 +75,16 @@ def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None 
         for b in system.bodies
     }
     return Modes(frequencies[:keep], shapes, energy, carrier_angle)
+
+
+def _lowest(
+    stiffness: Array, mass: Array, free: int, limit_hz: float | None
+) -> tuple[Array, Array]:
+    """ω² and shapes up to the limit, and at least those of the rigid motions and one more."""
+    if limit_hz is None:
+        return linalg.eigh(stiffness, mass)  # type: ignore[no-any-return]
+    top = (2 * np.pi * limit_hz) ** 2
+    values, shapes = linalg.eigh(stiffness, mass, subset_by_value=(-np.inf, top))
+    if len(values) <= free < len(mass):
+        values, shapes = linalg.eigh(stiffness, mass, subset_by_index=(0, free))
+    return values, shapes

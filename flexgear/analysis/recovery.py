@@ -65,8 +65,11 @@ class Recovery:
         self.result = result
         self.modal: ModalSystem = result.modal
         self.forces = channel_forces(result)
-        rolled = isinstance(result, Transient)
-        self._roll = result.masters[:, :, 0] if rolled else np.zeros_like(result.masters)
+        self._roll = np.zeros_like(result.eta[:, : len(self.modal.masters)])
+        if isinstance(result, Transient):
+            # rotations of a run are those of its modes; dropped modes wind the train up as well
+            static = self.modal.system.masters @ self.modal.residual_motion
+            self._roll = result.masters[:, :, 0] + self.forces @ static.T
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""

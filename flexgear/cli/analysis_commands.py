@@ -32,7 +32,7 @@ from flexgear.model.case import Train
 from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
 from flexgear.results.harmonics import radial_harmonics, star_angle
-from flexgear.results.summary import RPM, sharing_summary
+from flexgear.results.summary import RPM, finite, sharing_summary
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.single_runs import simulate as run_transient
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
@@ -195,6 +195,7 @@ def simulate(
         "time_s": run.simulated,
         "wall_time_s": run.wall,
         "steps": int(data.attrs["steps"]),
+        "second_reduction": finite(modal.figures),
         "carrier_speed_rpm": _range(data["carrier_speed"], RPM),
         "ring_mesh_force_n_mean": float(data["ring_gear_mesh_force"].mean()),
         "ring_tooth_load_n": _range(data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)),

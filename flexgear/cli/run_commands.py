@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import Report, progress, table
+from flexgear.cli.display import Report, modes_kept, progress, table
 from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
 from flexgear.cli.pictures import Folder, draw
 from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
@@ -72,6 +72,7 @@ def run(
                 k: f"{v:.1f} µm" for k, v in steady["tooth_displacement_peak_um"].items()
             },
             "load sharing": {k: f"{v['mean']:.4f}" for k, v in steady["load_sharing"].items()},
+            "modes kept": {k: modes_kept(v) for k, v in summary["second_reduction"].items()},
             "energy residual": f"{100 * summary['energy_residual']:.3f} %",
             "faster than real time": f"{summary['realtime_factor']:.2f} x",
         },

@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from flexgear.cli.display import Report, progress, table
+from flexgear.cli.display import Report, modes_kept, progress, table
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
@@ -55,6 +55,7 @@ def _told(summary: dict[str, Any]) -> dict[str, Any]:
     difference = summary["harmonic"].get("largest_difference")
     if difference is not None:
         rows["harmonic against transient"] = f"{100 * difference:.3f} % of the largest force apart"
+    rows["modes kept"] = modes_kept(summary["system"])
     rows["faster than real time"] = f"{summary['realtime_factor']:.2f} x"
     return rows
 

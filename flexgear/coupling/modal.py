@@ -1,8 +1,9 @@
 """Modes of the supported system and residual flexibility: the second reduction.
 
 With K φ = ω² M φ of the constant part (no gear meshes), coordinates split into rigid motions and
-elastic modes up to a chosen frequency, which carry inertia, and all other modes, which answer
-statically through the residual flexibility of the loaded channels,
+elastic modes up to a frequency that is given or follows from a wanted accuracy (``mode_choice``),
+which carry inertia, and all other modes, which answer statically through the residual flexibility
+of the loaded channels,
 
     q = Φ η + R f,   R = Σ_{dropped} φ φᵀ B / ω²,
 
@@ -18,8 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimates
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
+from flexgear.model.solver import Solver
+from flexgear.model.train_solver import TrainSolver
 
 Array = NDArray[np.float64]
 
@@ -33,7 +37,8 @@ class ModalSystem:
     residual_motion: (d, n_c) their motion under unit channel forces; angles: (A, n) and masters:
     (F, n) rows of the system in modes; rolling: (n, F) modal coordinates of rolling per radian of
     each independent rotation; gyroscopic,
-    centripetal: (n, n), or (0, 0) where there are none.
+    centripetal: (n, n), or (0, 0) where there are none; choice: how many modes are kept and what
+    that costs, None where it was not judged.
     """
 
     system: System
@@ -50,6 +55,7 @@ class ModalSystem:
     gyroscopic: Array
     centripetal: Array
     dropped: int
+    choice: ModeChoice | None = None
 
     @property
     def angle(self) -> Array:
@@ -60,6 +66,18 @@ class ModalSystem:
     def rigid_count(self) -> int:
         """Number of rigid motions, which come first."""
         return int(self.system.rigid.shape[1])
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What was kept, as results name it: kept_modes with the rigid ones, modes_limit_hz the
+        highest of them, modes_estimate of the error up to modes_band_hz where it was made."""
+        highest = float(self.omega[-1]) / (2 * np.pi) if len(self.omega) else 0.0
+        found = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
+        if self.choice is not None:
+            found |= {"modes_band_hz": self.choice.band_hz, "modes_estimate": self.choice.estimate}
+        elif not self.dropped:
+            found["modes_estimate"] = 0.0
+        return found
 
     def static_receptance(self) -> Array:
         """Elastic flexibility of the channels under self-balanced loads, (n_c, n_c) m/N."""
@@ -90,10 +108,29 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
     return np.sqrt(values), null @ vectors
 
 
-def modal_system(system: System, limit_hz: float | None = None) -> ModalSystem:
-    """Second reduction: keep rigid motions and elastic modes up to ``limit_hz`` (None: all)."""
+def modal_system(
+    system: System,
+    limit_hz: float | None = None,
+    *,
+    accuracy: float | None = None,
+    band_hz: float | None = None,
+) -> ModalSystem:
+    """Second reduction: keep rigid motions and elastic modes up to ``limit_hz`` (None: all).
+
+    accuracy: keep the fewest modes whose estimated error of the contact's flexibility under
+    excitation up to ``band_hz`` is at most this fraction; ``limit_hz`` is then an upper bound.
+    With ``band_hz`` the estimate is made for a given limit too. Raises FlexgearError where a body
+    has no support or the limit does not allow the accuracy.
+    """
+    if accuracy is not None and band_hz is None:
+        raise FlexgearError("an accuracy of the second reduction needs band_hz, e.g. 500")
     omega, phi = elastic_modes(system)
-    keep = len(omega) if limit_hz is None else int(np.sum(omega <= 2 * np.pi * limit_hz))
+    choice = None
+    if band_hz is not None:
+        estimates = mode_estimates(system, omega, phi, band_hz)
+        choice = choose_modes(omega, estimates, band_hz, accuracy=accuracy, limit_hz=limit_hz)
+    limit = np.inf if limit_hz is None else 2 * np.pi * limit_hz
+    keep = int(np.sum(omega <= limit)) if choice is None else choice.kept
     channels = np.vstack([system.blocks, system.port_rows])
     modes = np.hstack([system.rigid, phi[:, :keep]])
     rest = phi[:, keep:]
@@ -119,4 +156,13 @@ def modal_system(system: System, limit_hz: float | None = None) -> ModalSystem:
         gyroscopic=gyroscopic,
         centripetal=centripetal,
         dropped=len(omega) - keep,
+        choice=choice,
     )
+
+
+def chosen_modal(system: System, solver: Solver | TrainSolver) -> ModalSystem:
+    """Second reduction as a case's ``[solver]`` asks for it."""
+    limit, accuracy = solver.modes_limit, solver.modes_accuracy
+    if limit is None and accuracy is None:
+        return modal_system(system)  # nothing is dropped, nothing to estimate
+    return modal_system(system, limit, accuracy=accuracy, band_hz=solver.modes_band)

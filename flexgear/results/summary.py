@@ -40,6 +40,7 @@ REQUIRED: dict[str, Any] = {
     "content_hash": None,
     "fe": {"ring": ("dofs",), "carrier": ("dofs",)},
     "reduction": {"ring": _REDUCTION, "carrier": _REDUCTION},
+    "second_reduction": {"*": ("kept_modes", "modes_limit_hz", "modes_estimate")},
     "kinematics": (
         "carrier_speed_rpm",
         "sun_speed_rpm",
@@ -136,6 +137,11 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
     if faults:
         raise FlexgearError("the summary is incomplete: " + "; ".join(faults))
     return summary
+
+
+def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
+    """Figures with None where one is infinite, which a summary cannot hold."""
+    return {name: value if math.isfinite(value) else None for name, value in figures.items()}
 
 
 def plain(value: Any) -> Any:

@@ -19,7 +19,7 @@ TRAIN_REQUIRED: dict[str, Any] = {
     "version": None,
     "content_hash": None,
     "variant": None,
-    "system": ("bodies", "coordinates", "kept_modes"),
+    "system": ("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"),
     "power_flow": {"mobility": None, "input_power_w": None, "members": None},
     "stages": {"*": ("gear_mesh_frequency_hz", "sun_gear_mesh_force_n")},
     "modes": ("lowest", "types"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.gear_errors import GearErrors
@@ -52,9 +52,9 @@ def variant_of(case: Case, rigid: tuple[str, ...] = ()) -> Variant:
 
 
 def stage_modal(case: Case, bodies: StageBodies, variant: Variant) -> ModalSystem:
-    """Coupled system of a variant in modes up to ``solver.modes_to``."""
+    """Coupled system of a variant in the modes that ``solver`` asks for."""
     system = build_system(case, bodies.ring, bodies.carrier, variant)
-    return modal_system(system, case.solver.modes_limit)
+    return chosen_modal(system, case.solver)
 
 
 def without_errors(case: Case, bodies: StageBodies, modal: ModalSystem) -> ModalSystem:

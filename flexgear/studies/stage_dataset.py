@@ -71,7 +71,7 @@ def _attrs(case: Case, result: Equilibrium | Transient, **more: Any) -> dict[str
         contact_law=case.gear_mesh.contact_law,
         tie=f"{case.ring.tie}, {case.ring.tie_kind}",
         pair_stiffness=case.gear_mesh.pair_stiffness,
-        kept_modes=result.modal.modes.shape[1],
+        **result.modal.figures,
         **system.header,
         **more,
     )

@@ -24,7 +24,13 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.energy_balance import energy_residual
-from flexgear.results.summary import RPM, build_summary, steady_summary, torque_step_summary
+from flexgear.results.summary import (
+    RPM,
+    build_summary,
+    finite,
+    steady_summary,
+    torque_step_summary,
+)
 from flexgear.results.version import version
 from flexgear.studies.single_runs import (
     SETTLING,
@@ -131,6 +137,7 @@ def run_stage(
         content_hash=case.content_hash(),
         fe={n: {"dofs": b.report["fe_dofs"]} for n, b in _bodies(bodies)},
         reduction={n: _reduction(b.report) for n, b in _bodies(bodies)},
+        second_reduction={name: finite(m.figures) for name, m in modal.items()},
         kinematics=kinematics(case),
         steady={
             **steady_summary(

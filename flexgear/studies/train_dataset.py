@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.train import Train
@@ -49,8 +49,8 @@ class TrainContext:
 
     @cached_property
     def modal(self) -> ModalSystem:
-        """The coupled train in modes up to ``solver.modes_to``."""
-        return self.made or modal_system(self.system, self.train.solver.modes_limit)
+        """The coupled train in the modes that ``solver`` asks for."""
+        return self.made or chosen_modal(self.system, self.train.solver)
 
 
 def context_of(
@@ -102,7 +102,7 @@ def _dataset(
             **motions,
             **arrays,
         },
-        train_attrs(context, kept_modes=context.modal.modes.shape[1], **attrs),
+        train_attrs(context, **context.modal.figures, **attrs),
         {**train_labels(context), **labels},
         context.gear_meshes.names,
     )

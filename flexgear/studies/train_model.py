@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.system import System, Variant
 from flexgear.coupling.train import train_system
 from flexgear.model.train import Train
@@ -73,9 +73,9 @@ def train_modal(
     bodies: Bodies | None = None,
     variants: Mapping[str, Variant] | None = None,
 ) -> ModalSystem:
-    """``coupled_train`` in modes up to ``solver.modes_to``."""
+    """``coupled_train`` in the modes that ``solver`` asks for."""
     system = coupled_train(train, progress, bodies=bodies, variants=variants)
-    return modal_system(system, train.solver.modes_limit)
+    return chosen_modal(system, train.solver)
 
 
 def without_errors(modal: ModalSystem) -> ModalSystem:

@@ -16,7 +16,7 @@ from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.train import Train
-from flexgear.results.summary import RPM
+from flexgear.results.summary import RPM, finite
 from flexgear.results.train_summary import (
     displacement_summary,
     force_summary,
@@ -107,7 +107,7 @@ def run_train(
         system={
             "bodies": len(first.system.bodies),
             "coordinates": first.system.size,
-            "kept_modes": first.modal.modes.shape[1],
+            **finite(first.modal.figures),
         },
         power_flow=flow_summary(first.flow),
         stages=stages_summary(first),

@@ -34,6 +34,9 @@ def pieces(make_run):
         "content_hash": "abc",
         "fe": {"ring": {"dofs": np.int64(100_000)}, "carrier": {"dofs": 50_000}},
         "reduction": {"ring": REDUCTION, "carrier": REDUCTION},
+        "second_reduction": {
+            "flexible": {"kept_modes": 96, "modes_limit_hz": 1329.0, "modes_estimate": 0.008}
+        },
         "kinematics": {
             "carrier_speed_rpm": 11.27,
             "sun_speed_rpm": 50.1,

@@ -1,0 +1,308 @@
+"""Modes kept for a wanted accuracy: against full matrices, over counts and limits, in a drop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from coupled import TORQUE, make_case, make_system
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import linalg
+
+from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.reference import damping_matrix
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
+from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
+from flexgear.coupling.system import Damping, Variant
+from flexgear.coupling.train import train_system
+from flexgear.model.case import load_case
+from flexgear.model.errors import FlexgearError, InputError
+
+BAND = 500.0  # Hz
+OTHER = 0.37  # rad, a position that the estimate does not look at
+SHARES = (0.05, 0.3, 0.55, 0.8, 0.95, 1.0)  # of the band
+
+
+@pytest.fixture(scope="module")
+def system():
+    return make_system(**{"gear_mesh.contact_law": "linear"})
+
+
+@pytest.fixture(scope="module")
+def solved(system):
+    return elastic_modes(system)
+
+
+@pytest.fixture(scope="module")
+def estimates(system, solved):
+    return mode_estimates(system, *solved, BAND)
+
+
+def contact(system, angle=OTHER):
+    rows, n = rows_at(system, angle)
+    return row_vectors(system, rows, n), rows.stiffness[:n].copy()
+
+
+def closed(system, angle=OTHER):
+    """M, C and K with the gear meshes closed."""
+    v, k = contact(system, angle)
+    return system.mass, damping_matrix(system), system.stiffness + (v.T * k) @ v
+
+
+def true_flexibility(system, w, angle=OTHER):
+    """Row errors per row force, from the answer of the closed train in full matrices: imposed
+    errors e make forces F = (k − k G k) e, G = V (K_t − w² M + iwC)⁻¹ Vᵀ."""
+    v, k = contact(system, angle)
+    mass, damping, stiffness = closed(system, angle)
+    g = v @ np.linalg.solve(stiffness - w**2 * mass + 1j * w * damping, v.T)
+    return np.linalg.inv(np.diag(k) - k[:, None] * g * k)
+
+
+def kept_flexibility(modal, w, angle=OTHER):
+    """The same of the reduced system, from its own arrays."""
+    rows, n = rows_at(modal.system, angle)
+    c = np.zeros((n, len(modal.channels)))
+    for i in range(n):
+        for a in range(rows.width[i]):
+            at = 6 * rows.blocks[i, a]
+            c[i, at : at + 6] += rows.coef[i, a]
+    p = c @ modal.channel_modes
+    answer = 1 / (modal.omega**2 - w**2 + 1j * w * modal.damping)
+    return np.diag(1 / rows.stiffness[:n]) + (p * answer) @ p.T + c @ modal.residual @ c.T
+
+
+def measure(system, solved, w, angle=OTHER):
+    """C^{−1/2} of the norm in which flexibilities are compared."""
+    omega, phi = solved
+    v, k = contact(system, angle)
+    p = (v @ phi)[:, 2 * omega**2 >= w**2] / omega[2 * omega**2 >= w**2]
+    return linalg.inv(linalg.sqrtm(np.diag(1 / k) + p @ p.T).real)
+
+
+@pytest.mark.parametrize("accuracy", [0.05, 0.01, 0.001])
+def test_the_estimate_bounds_the_true_error_and_is_near_it(system, solved, estimates, accuracy):
+    """All rows and loads of one row seen at another, at a position of its own."""
+    modal = modal_system(system, accuracy=accuracy, band_hz=BAND)
+    scale = measure(system, solved, 2 * np.pi * BAND)
+    errors = []
+    for w in 2 * np.pi * BAND * np.array(SHARES):
+        difference = true_flexibility(system, w) - kept_flexibility(modal, w)
+        errors.append(np.linalg.norm(scale @ difference @ scale, 2))
+    assert modal.choice.estimate == estimates[modal.choice.kept] <= accuracy
+    assert np.all(np.diff(errors) > 0)
+    assert max(errors) < 1.02 * modal.choice.estimate  # rows elsewhere differ by a per cent or so
+    assert modal.choice.estimate < 1.5 * max(errors)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.02])
+def test_forces_err_by_no_more_than_the_estimate_times_their_amplification(system, solved, ratio):
+    """Forces from imposed tooth errors, F = C⁻¹e: δF = Ĉ⁻¹ E F, at resonance and beside it."""
+    system = system.with_(damping=Damping(ratio=ratio))
+    modal = modal_system(system, accuracy=0.02, band_hz=BAND)
+    scale = measure(system, solved, 2 * np.pi * BAND)
+    back = linalg.inv(scale)
+    error = np.random.default_rng(3).normal(size=(len(scale), 5))
+    for w in 2 * np.pi * BAND * np.array(SHARES):
+        true, kept = true_flexibility(system, w), kept_flexibility(modal, w)
+        force, other = (np.linalg.solve(c, error) for c in (true, kept))
+        amplified = np.linalg.norm(back @ np.linalg.solve(kept, back), 2)
+        apart = np.linalg.norm(back @ (other - force), axis=0)
+        allowed = 1.02 * modal.choice.estimate * amplified * np.linalg.norm(back @ force, axis=0)
+        assert np.all(apart < allowed)
+        if w < 2 * np.pi * 100:  # below resonance nothing amplifies
+            assert amplified < 1.2
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 10**6), accuracy=st.sampled_from([0.1, 0.02]))
+def test_coupled_frequencies_in_the_band_rise_by_no_more_than_the_estimate(seed, accuracy):
+    """Dropped modes lose their mass, so that frequencies rise: by half the estimate at most."""
+    stiff = 10 ** np.random.default_rng(seed).uniform(-0.5, 0.5, 3)
+    system = make_system(
+        **{
+            "bearings.planet.radial_n_per_m": f"{3e9 * stiff[0]:.6g}",
+            "bearings.carrier_drive.radial_n_per_m": f"{3e9 * stiff[1]:.6g}",
+            "inertia.drive_kg_m2": f"{2e4 * 10 ** stiff[2]:.6g}",
+        }
+    )
+    modal = modal_system(system, accuracy=accuracy, band_hz=BAND)
+    v, k = contact(system)
+    stiffness = system.stiffness + (v.T * k) @ v
+    _, phi = elastic_modes(system)
+    lost = system.mass @ phi[:, modal.choice.kept :]
+    inverse = np.linalg.inv(linalg.cholesky(stiffness + _rolling(system), lower=True))
+
+    def frequencies(mass):
+        values = np.linalg.eigvalsh(inverse @ mass @ inverse.T)[::-1]
+        return 1 / np.sqrt(values[:200])
+
+    true, kept = frequencies(system.mass), frequencies(system.mass - lost @ lost.T)
+    at = (true > 2 * np.pi * 1.0) & (true < 2 * np.pi * BAND)
+    rise = (kept / true)[at] ** 2 - 1
+    assert at.sum() > 20
+    assert rise.min() > -1e-7
+    assert 0 < rise.max() < 1.1 * modal.choice.estimate
+
+
+def _rolling(system):
+    """Holds the free rolling at a frequency far below the others."""
+    left = system.mass @ system.rolling
+    return (left @ left.T) * (2 * np.pi * 0.1) ** 2 / (system.rolling.T @ left)
+
+
+def test_more_accuracy_keeps_more_modes_and_none_of_it_all(system, solved, estimates):
+    omega, _ = solved
+    kept = [
+        choose_modes(omega, estimates, BAND, accuracy=a).kept
+        for a in (0.1, 0.05, 0.02, 0.005, 1e-3, 1e-5)
+    ]
+    assert np.all(np.diff(kept) >= 0) and kept[-1] > 2 * kept[0]
+    assert np.all(np.diff(estimates[np.isfinite(estimates)]) <= 0)
+    every = choose_modes(omega, estimates, BAND, accuracy=1e-14)
+    assert every.kept == len(omega) and every.estimate == 0.0
+    assert every.limit_hz == pytest.approx(omega[-1] / (2 * np.pi))
+
+
+def test_a_wider_band_needs_more_modes_and_one_above_all_frequencies_all_of_them(system, solved):
+    omega, phi = solved
+    kept = []
+    for band in (100.0, 300.0, 1000.0, 1e5):
+        found = mode_estimates(system, omega, phi, band)
+        assert np.all(np.isinf(found[: np.sum(omega < 2 * np.pi * band)]))
+        kept.append(choose_modes(omega, found, band, accuracy=0.05).kept)
+    assert np.all(np.diff(kept) > 0)
+    assert kept[-1] == len(omega)
+
+
+def test_no_cut_splits_equal_frequencies(solved, estimates):
+    assert cuts(np.array([1.0, 2.0, 2.0 * (1 + 5e-7), 3.0])).tolist() == [0, 1, 3, 4]
+    assert cuts(np.zeros(0)).tolist() == [0]
+    omega, made_up = np.array([1.0, 2.0, 2.0, 2.0, 3.0]), np.array([0.5, 0.4, 0.3, 0.2, 0.1, 0.0])
+    assert [choose_modes(omega, made_up, 0.1, accuracy=a).kept for a in (0.4, 0.3, 0.15)] == [
+        1, 4, 4,
+    ]  # fmt: skip
+    # the five planets of the stage give groups of equal frequencies
+    hz = solved[0] / (2 * np.pi)
+    groups = 0
+    for accuracy in np.geomspace(0.3, 1e-6, 60):
+        n = choose_modes(solved[0], estimates, BAND, accuracy=accuracy).kept
+        if 0 < n < len(hz):
+            assert hz[n] / hz[n - 1] - 1 > 1e-6
+            groups += hz[n - 1] / hz[n - 2] - 1 < 1e-6
+    assert groups > 0
+
+
+def test_a_limit_is_an_upper_bound_of_an_accuracy(system, solved, estimates):
+    free = choose_modes(solved[0], estimates, BAND, accuracy=0.01)
+    same = choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=3000.0)
+    assert same.kept == free.kept and same.limit_hz < 3000.0
+    limit = 0.9 * free.limit_hz
+    with pytest.raises(FlexgearError, match=f"needs modes to {free.limit_hz:.0f} Hz, but") as said:
+        choose_modes(solved[0], estimates, BAND, accuracy=0.01, limit_hz=limit)
+    assert "raise modes_to_hz" in str(said.value)
+    with pytest.raises(FlexgearError, match="needs band_hz"):
+        modal_system(system, accuracy=0.01)
+
+
+def test_a_given_limit_is_judged_too(system, estimates):
+    judged, plain = modal_system(system, 1500.0, band_hz=BAND), modal_system(system, 1500.0)
+    assert plain.choice is None and plain.dropped == judged.dropped
+    assert judged.choice.accuracy is None
+    assert judged.choice.estimate == estimates[judged.choice.kept]
+    assert judged.figures["modes_estimate"] == judged.choice.estimate
+    assert judged.figures["kept_modes"] == judged.rigid_count + judged.choice.kept
+    assert judged.figures["modes_limit_hz"] == pytest.approx(judged.choice.limit_hz)
+    assert "modes_estimate" not in plain.figures
+    assert modal_system(system, 0.5 * BAND, band_hz=BAND).choice.estimate == np.inf
+
+
+def test_a_floating_sun_hides_no_error(system, solved, estimates):
+    """Static flexibility of a mode far below the band says nothing about forces in it: a sun that
+    floats on its soft shaft needs the modes of one that a bearing holds."""
+    omega, phi = solved
+    v, k = contact(system)
+    assert ((v @ phi[:, :2]) ** 2 / omega[:2] ** 2).sum(axis=1).max() > 1e3 / k.min()
+    held = make_system(**{"bearings.sun.radial_n_per_m": "1e8", "gear_mesh.contact_law": "linear"})
+    others, shapes = elastic_modes(held)
+    assert others[0] > 5 * omega[0]
+    floating = choose_modes(omega, estimates, BAND, accuracy=0.01)
+    found = choose_modes(others, mode_estimates(held, others, shapes, BAND), BAND, accuracy=0.01)
+    assert found.kept == floating.kept
+    assert found.estimate == pytest.approx(floating.estimate, rel=0.05)
+
+
+def test_torques_at_ports_count(system, solved, estimates):
+    """A made-up mode that moves no contact, only the rotation where the brake acts."""
+    omega, phi = solved
+    last = int(np.sum(omega < 2 * np.pi * 2000.0))
+    rows = np.vstack([system.blocks, system.port_rows])
+    unit = np.eye(len(rows))[-1]
+    changed = phi.copy()
+    changed[:, last] = np.linalg.lstsq(rows, unit, rcond=None)[0]
+    assert np.abs(rows @ changed[:, last] - unit).max() < 1e-6
+    assert mode_estimates(system, omega, changed, BAND)[last] > 10 * estimates[last]
+
+
+def test_rigid_bodies_and_trains_without_support_rows():
+    for found in (
+        make_system(Variant(False, False, False)),
+        train_system(load_case("lin-parker")),
+        train_system(load_case("double-rotor-5mw")),
+    ):
+        modal = modal_system(found, accuracy=0.02, band_hz=300.0)
+        assert 0 <= modal.choice.estimate <= 0.02
+        assert np.isfinite(modal.choice.estimates[-1])
+
+
+@pytest.mark.parametrize("law", ["linear", "one-sided"])
+def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes(law):
+    system = make_system(**{"gear_mesh.contact_law": law})
+    chosen = modal_system(system, accuracy=0.01, band_hz=BAND)
+    assert len(chosen.omega) < 0.2 * system.size
+    drop = Drive(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), (0.01, 0.03))
+
+    def loads(modal):
+        sink = Collector()
+        steps = transient(
+            modal, drive=drop, duration=0.05, time_step=5e-5, output_interval=1e-4, sink=sink
+        )
+        return collected(modal, sink.arrays(), steps).pair_load
+
+    full, kept = loads(modal_system(system)), loads(chosen)
+    peak = full.max(axis=(0, 2))
+    loaded = peak > 0.1 * peak.max()
+    assert np.abs(kept.max(axis=(0, 2)) / np.where(loaded, peak, np.inf) - loaded).max() < 0.01
+    assert np.abs(kept - full).max() < 0.01 * peak.max()
+
+
+def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are(system):
+    """Dropped modes turn the pins too; without them rolling would be taken off by too little."""
+    rated = Drive(lambda t: np.full_like(t, TORQUE))
+    moved = []
+    for modal in (modal_system(system), modal_system(system, 300.0)):
+        sink = Collector()
+        steps = transient(
+            modal, drive=rated, duration=0.02, time_step=1e-4, output_interval=1e-3, sink=sink
+        )
+        recovery = Recovery(collected(modal, sink.arrays(), steps))
+        planet = recovery.node("planet_1", "planet_1")[:, :3]
+        assert np.abs(recovery.motion(system.masters)).max() < 1e-6 * np.abs(planet).max()
+        moved.append(planet)
+    assert np.abs(moved[1] - moved[0]).max() < 0.01 * np.abs(moved[0]).max()
+
+
+def test_the_solver_section_decides(system):
+    def reduced(**keys):
+        case = make_case(**{f"solver.{k}": v for k, v in keys.items()})
+        return chosen_modal(system, case.solver)
+
+    loose, tight = reduced(modes_accuracy="0.05"), reduced(modes_accuracy="0.001")
+    wide = reduced(modes_accuracy="0.05", modes_band_hz="1000")
+    assert loose.choice.accuracy == 0.05 and loose.choice.band_hz == 500.0
+    assert len(loose.omega) < min(len(tight.omega), len(wide.omega))
+    with pytest.raises(FlexgearError, match="modes_to is 900 Hz"):
+        reduced(modes_accuracy="0.001", modes_to_hz="900")
+    with pytest.raises(InputError, match=r"solver\.modes_accuracy"):
+        make_case(**{"solver.modes_accuracy": "1.5"})
