@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import modal_system
+from flexgear.coupling.modal import chosen_modal
 from flexgear.coupling.system import System, Variant
 from flexgear.results.contact_share import contact_share, expected_contact_share
 from flexgear.results.stiffness_split import stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
-from tan2023.runs import FLEXIBLE, MODES_TO, RIGID, Runs, validation_case
+from tan2023.runs import FLEXIBLE, RIGID, Runs, validation_case
 from tan2023.statements import Finding, reference, statement
 
 LATE = (
@@ -255,7 +255,7 @@ def drive_inertia_drops(runs: Runs) -> dict[str, xr.Dataset]:
     for inertia in ("2e4", "3.8e7"):
         case = validation_case(runs.fidelity, **{"inertia.drive_kg_m2": inertia})
         system = build_system(case, runs.bodies.ring, runs.bodies.carrier, FLEXIBLE)
-        found[inertia] = runs.short_drop(case, modal_system(system, MODES_TO), 2e5)
+        found[inertia] = runs.short_drop(case, chosen_modal(system, case.solver), 2e5)
     return found
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
 from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.model.case import Case, load_case
@@ -37,7 +37,6 @@ DROPS = (2e6, 4e5, 2e5)  # N m, the paper's
 MAIN_DROP = 4e5  # N m, Figures 20-25
 SHORT_START = 0.05  # s, when the torque drops in short runs
 PER_PITCH = 60  # equilibria over a ring tooth pitch
-MODES_TO = 3000.0  # Hz
 
 
 def validation_case(fidelity: str, **changes: str) -> Case:
@@ -109,7 +108,7 @@ class Runs:
         """Modal system of a variant, errors of the case."""
         if variant not in self._modal:
             system = build_system(self.case, self.bodies.ring, self.bodies.carrier, variant)
-            self._modal[variant] = modal_system(system, MODES_TO)
+            self._modal[variant] = chosen_modal(system, self.case.solver)
         return self._modal[variant]
 
     def perfect(self, variant: Variant) -> ModalSystem:
@@ -152,7 +151,7 @@ class Runs:
         if change is None and case is self.perfect_case:
             return equilibria(case, self.perfect(variant), angles)[1]
         system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
-        modal = modal_system(change(system) if change else system, MODES_TO)
+        modal = chosen_modal(change(system) if change else system, case.solver)
         return equilibria(case, modal, angles)[1]
 
     @cached_property
@@ -254,7 +253,7 @@ class Runs:
         carrier = self.quick_carrier
         system = build_system(case, ring_body(case), carrier, FLEXIBLE)
         angles = np.linspace(0, 2 * math.pi / 5, 241)
-        return equilibria(case, modal_system(system, MODES_TO), angles)[1]
+        return equilibria(case, chosen_modal(system, case.solver), angles)[1]
 
     @cached_property
     def quick_carrier(self) -> ReducedBody:
