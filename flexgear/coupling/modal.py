@@ -71,7 +71,7 @@ class ModalSystem:
     def figures(self) -> dict[str, float]:
         """What was kept, as results name it: kept_modes with the rigid ones, modes_limit_hz the
         highest of them, modes_estimate of the error up to modes_band_hz where it was made."""
-        highest = float(self.omega[-1]) / (2 * np.pi) if len(self.omega) else 0.0
+        highest = float(self.omega.max(initial=0.0)) / (2 * np.pi)
         found = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
         if self.choice is not None:
             found |= {"modes_band_hz": self.choice.band_hz, "modes_estimate": self.choice.estimate}
