@@ -10,7 +10,8 @@ __all__ = ["main"]
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    signal.signal(signal.SIGINT, _leave)  # while libraries are loaded, which takes a second or two
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as a shell's background jobs have
+        signal.signal(signal.SIGINT, _leave)  # while libraries are loaded, a second or two
     from flexgear.cli import entry
 
     entry.main(arguments)
