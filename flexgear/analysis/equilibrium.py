@@ -181,6 +181,7 @@ def _solve_position(
 def _work(modal: ModalSystem) -> tuple[PairRows, tuple[NDArray[Any], ...]]:
     rows = pair_rows(modal.system.pairs)
     size = len(rows.kind) + modal.rigid_count + len(modal.masters) + 1
+    size += -size % 8  # whole blocks of 8
     nb = len(modal.system.blocks) // 6
     nc = len(modal.channels)
     work = (

@@ -5,10 +5,12 @@ and d = 2ζω,
 
     a⁺ = D (p⁺ − d v* − ω² η*),  η⁺ = η* + β h² a⁺,  v⁺ = v* + γ h a⁺,
 
-so unit channel forces move the channels by G_d = Φ βh² D Φᵀ + R and change their velocity by
-G_v = Φ γh D Φᵀ, constant for a step size. A step builds the rows of the pairs in mesh at the
+so unit channel forces move the channels by G = Φ βh² D Φᵀ + R and change their velocity by
+(γ/βh) (G − R), constant for a step size. A step builds the rows of the pairs in mesh at the
 angles of the new time, solves one small contact problem and projects the forces back. Forces of a
 turning frame, G v − C q, act with motion extrapolated to the new time, second order.
+
+Steps of several sizes, each twice the one before, may take turns: see ``ladder.py``.
 """
 
 from __future__ import annotations
@@ -20,31 +22,37 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.backs import look_at_backs
-from flexgear.analysis.contact import (
-    local_blocks,
-    look_along,
-    release,
-    right_side,
-    row_products,
-    row_values,
-    solve_active,
-)
+from flexgear.analysis.contact import look_along, right_side, solve_active
 from flexgear.analysis.energy import settle
+from flexgear.analysis.ladder import after_step, choose_rung, step_error
+from flexgear.analysis.near import (
+    FAST,
+    answered,
+    copy_all,
+    moved,
+    near_forces,
+    near_products,
+    near_values,
+    place_rows,
+    pushed,
+    spread,
+)
 from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows
 
 Array = NDArray[np.float64]
 BETA, GAMMA = 0.25, 0.5
 STICK = 1e-3  # share of rated speed below which a constant brake torque fades
+LOOK = 4  # steps between two looks at the back flanks
 
 
 class StepData(NamedTuple):
-    """Constant arrays of a step size h; n modes, n_c channels (6 a block, then P ports)."""
+    """Constant arrays of L step sizes; n modes, n_c channels (6 a block, then P ports)."""
 
-    h: float
+    h: Array  # (L,) rising
     omega2: Array  # (n,)
     damping: Array  # (n,) 2ζω
-    inverse: Array  # (n,) D
+    inverse: Array  # (L, n) D
     angles: Array  # (A, n)
     masters: Array  # (F, n)
     gyroscopic: Array  # (n, n) or (0, 0)
@@ -52,8 +60,7 @@ class StepData(NamedTuple):
     ports: int  # P, the braked one last
     channel_modes: Array  # (n_c, n)
     residual: Array  # (n_c, n_c)
-    g_displacement: Array  # (n_c, n_c)
-    g_velocity: Array  # (n_c, n_c)
+    displacement: Array  # (L, n_c, n_c) G
     brake_torque: float
     brake_speed: float
     brake_exponent: float
@@ -67,9 +74,33 @@ class State(NamedTuple):
     acceleration: Array  # (n,)
     touched: NDArray[np.uint8]  # (M, 8) pair was loaded at the last step, by index mod 8
     wanted: NDArray[np.int64]  # (M,) gear meshes to look at
-    forces: Array  # (n_c,) channel forces of the last step, valid on the blocks then in contact
     torques: Array  # (P,) given torques and the brake's of the last step
     energy: Array  # (8,) in the order of ENERGIES
+
+
+class Work(NamedTuple):
+    """Work space of a step; R rows with room for one more unknown."""
+
+    matrix: Array  # (R, R)
+    matrix_r: Array  # (R, R)
+    small: Array  # (R, R)
+    right: Array  # (R,)
+    x: Array  # (R,)
+    delta: Array  # (R,)
+    rate: Array  # (R,)
+    damping: Array  # (R,)
+    brake: Array  # (R,)
+    brake_r: Array  # (R,)
+    active: NDArray[np.int64]  # (R,)
+    theta: Array  # (A,)
+    torques: Array  # (P,)
+    acceleration: Array  # (n,)
+    free: Array  # (n,)
+    free_v: Array  # (n,)
+    push: Array  # (n,)
+    turning: Array  # (n,)
+    error: Array  # (n,)
+    motion: Array  # (n_c,)
 
 
 class Samples(NamedTuple):
@@ -91,79 +122,71 @@ class Samples(NamedTuple):
 
 
 @njit(cache=True)
-def brake_line(data, speed):
+def brake_line(brake_torque, brake_speed, exponent, speed):
     """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
 
     A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
     never drives a train at rest.
     """
-    ratio = abs(speed) / data.brake_speed
+    if exponent == 1.0:
+        slope = brake_torque / brake_speed
+        return slope * speed, slope
+    ratio = abs(speed) / brake_speed
     sign = 1.0 if speed >= 0.0 else -1.0
-    n = data.brake_exponent
-    if n == 1.0:
-        slope = data.brake_torque / data.brake_speed
+    if exponent == 0.0 and ratio < STICK:
+        slope = brake_torque / (STICK * brake_speed)
         return slope * speed, slope
-    if n == 0.0 and ratio < STICK:
-        slope = data.brake_torque / (STICK * data.brake_speed)
-        return slope * speed, slope
-    torque = sign * data.brake_torque * ratio**n
-    slope = 0.0 if ratio == 0.0 else n * data.brake_torque / data.brake_speed * ratio ** (n - 1.0)
+    torque = sign * brake_torque * ratio**exponent
+    slope = 0.0
+    if ratio != 0.0:
+        slope = exponent * brake_torque / brake_speed * ratio ** (exponent - 1.0)
     return torque, slope
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def _channels(data, blocks, m, vector, out):
-    """out = channel_modes @ vector on the local blocks and the ports."""
-    nc, n = data.channel_modes.shape
-    for c in range(m):
-        for p in range(6):
-            row = data.channel_modes[6 * blocks[c] + p]
-            total = 0.0
-            for j in range(n):
-                total += row[j] * vector[j]
-            out[6 * blocks[c] + p] = total
-    for c in range(nc - data.ports, nc):
-        row = data.channel_modes[c]
+@njit(cache=True, fastmath=FAST)
+def _predict(
+    h, omega2, damping, inverse, angles, output, ports, eta, velocity, acceleration, turning,
+    torques, theta, a0, free, free_v,
+):  # fmt: skip
+    """Motion without contact forces and brake; angles of the new time; guess of output speed."""
+    nm = eta.shape[0]
+    given = torques.shape[0] - 1
+    for j in range(nm):
+        a, v, q = acceleration[j], velocity[j], eta[j]
+        star = q + h * v + (0.5 - BETA) * h * h * a
+        star_v = v + (1.0 - GAMMA) * h * a
+        push = -damping[j] * star_v - omega2[j] * star - turning[j]
+        for t in range(given):
+            push += ports[t, j] * torques[t]
+        a0[j] = inverse[j] * push
+        free[j] = star + BETA * h * h * a0[j]
+        free_v[j] = star_v + GAMMA * h * a0[j]
+    guess = 0.0
+    for t in range(theta.shape[0]):
         total = 0.0
-        for j in range(n):
-            total += row[j] * vector[j]
-        out[c] = total
+        for j in range(nm):
+            total += angles[t, j] * (eta[j] + h * velocity[j])
+        theta[t] = total
+    for j in range(nm):
+        guess += output[j] * velocity[j]
+    # elastic accelerations would carry the rule's own oscillation into the geometry
+    for j in range(nm):
+        if omega2[j] == 0.0:
+            rigid = h * acceleration[j]
+            guess += output[j] * rigid
+            for t in range(theta.shape[0]):
+                theta[t] += 0.5 * h * angles[t, j] * rigid
+    return guess
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def _project(data, blocks, m, forces, out):
-    """out = channel_modesᵀ @ forces, forces being zero outside the local blocks and torques."""
-    nc, n = data.channel_modes.shape
-    for j in range(n):
-        out[j] = 0.0
-    for c in range(m + 1):
-        first, count = (6 * blocks[c], 6) if c < m else (nc - data.ports, data.ports)
-        for p in range(count):
-            f = forces[first + p]
-            if f != 0.0:
-                row = data.channel_modes[first + p]
-                for j in range(n):
-                    out[j] += f * row[j]
-
-
-@njit(cache=True)
-def _spread(rows, n, x, blocks, m, torques, forces):
-    """Channel forces of pair forces x and of torques (P,), the last one braking."""
-    nc = forces.shape[0]
-    ports = torques.shape[0]
-    for c in range(m):
-        for p in range(6):
-            forces[6 * blocks[c] + p] = 0.0
-    for i in range(n):
-        if x[i] == 0.0:
-            continue
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                forces[base + p] -= x[i] * rows.coef[i, a, p]
-    for q in range(ports):
-        forces[nc - ports + q] = torques[q]
-    forces[nc - 1] = -torques[ports - 1]
+@njit(cache=True, fastmath=FAST)
+def _product(matrix, vector, sign, out):
+    """out += sign · matrix @ vector."""
+    for i in range(out.shape[0]):
+        total = 0.0
+        for j in range(vector.shape[0]):
+            total += matrix[i, j] * vector[j]
+        out[i] += sign * total
 
 
 @njit(cache=True)
@@ -178,23 +201,15 @@ def _damping_of_rows(pairs, rows, n, n_pairs, state, c):
                 c[rows.pair_row[q]] = 0.0
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def local_motion(data, blocks, m, eta, forces, out):
-    """Channel displacement Φ η + R f on the local blocks and the ports."""
-    _channels(data, blocks, m, eta, out)
-    nc = out.shape[0]
-    for c in range(m + 1):
-        first, count = (6 * blocks[c], 6) if c < m else (nc - data.ports, data.ports)
-        for p in range(count):
-            line = data.residual[first + p]
-            total = 0.0
-            for q in range(nc - data.ports, nc):
-                total += line[q] * forces[q]
-            for b in range(m):
-                at = 6 * blocks[b]
-                for q in range(6):
-                    total += line[at + q] * forces[at + q]
-            out[first + p] += total
+@njit(cache=True, fastmath=FAST)
+def _assemble(matrix, matrix_r, stiffness, c, share, n):
+    """matrix ← I + (k + f) V G Vᵀ − f V R Vᵀ, f = share · c, row by row."""
+    for i in range(n):
+        f = share * c[i]
+        k = stiffness[i] + f
+        for j in range(n):
+            matrix[i, j] = k * matrix[i, j] - f * matrix_r[i, j]
+        matrix[i, i] += 1.0
 
 
 @njit(cache=True)
@@ -226,77 +241,8 @@ def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
     samples.wanted[at] = state.wanted
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def forces_at_state(data, pairs, rows, state, theta, torques, scratch, x):
-    """Pair forces of a given state (η, v): the contact problem with frozen modes.
-
-    Returns (rows, pairs, local blocks, status). Used for consistent accelerations.
-    """
-    (matrix, _, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
-    n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
-    m = local_blocks(rows, n, place, blocks)
-    nc = data.channel_modes.shape[0]
-    _channels(data, blocks, m, state.eta, motion)
-    for b in range(m):
-        for p in range(6):
-            at = 6 * blocks[b] + p
-            for q in range(data.ports - 1):
-                motion[at] += data.residual[at, nc - data.ports + q] * torques[q]
-            motion[at] -= data.residual[at, nc - 1] * torques[data.ports - 1]
-    row_values(rows, n, motion, delta)
-    _channels(data, blocks, m, state.velocity, motion)
-    row_values(rows, n, motion, rate)
-    row_products(rows, n, data.residual, place, blocks, wide, matrix)
-    _damping_of_rows(pairs, rows, n, n_pairs, state, c)
-    for i in range(n):
-        k = rows.stiffness[i]
-        right[i] = right_side(rows, i, delta[i], rate[i], c[i])
-        for j in range(n):
-            matrix[i, j] *= k
-        matrix[i, i] += 1.0
-        active[i] = 1
-    status = solve_active(matrix, right, rows, n, 0, active, work, x)
-    return n, n_pairs, m, status
-
-
 @njit(cache=True)
-def consistent_acceleration(data, pairs, rows, state, drive, scratch, x, ledger):
-    """Set accelerations (and stored forces) so that the equation of motion holds now.
-
-    drive (P − 1,): given torques. A jump of the torque moves the quasi-static part at once; the
-    ledger books it as a step of no duration.
-    """
-    blocks, place = scratch[10], scratch[9]
-    nc = data.channel_modes.shape[0]
-    theta = np.zeros(data.angles.shape[0])
-    for a in range(theta.shape[0]):
-        theta[a] = np.dot(data.angles[a], state.eta)
-    torques = np.zeros(data.ports)
-    torques[: data.ports - 1] = drive
-    brake, _ = brake_line(data, np.dot(data.channel_modes[nc - 1], state.velocity))
-    torques[data.ports - 1] = brake
-    n, n_pairs, m, status = forces_at_state(data, pairs, rows, state, theta, torques, scratch, x)
-    if status < 0:
-        release(place, blocks, m)
-        return -1
-    state.forces[:] = 0.0
-    _spread(rows, n, x, blocks, m, torques, state.forces)
-    _project(data, blocks, m, state.forces, state.acceleration)
-    for j in range(state.eta.shape[0]):
-        state.acceleration[j] -= data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
-    if data.gyroscopic.shape[0] > 0:
-        state.acceleration[:] -= data.gyroscopic @ state.velocity
-        state.acceleration[:] += data.centripetal @ state.eta
-    if ledger.now.shape[0] > 0:
-        settle(data, pairs, rows, n, x, state, torques, ledger)
-    state.torques[:] = torques
-    _remember(rows, n, n_pairs, x, state)
-    release(place, blocks, m)
-    return 0
-
-
-@njit(cache=True)
-def _remember(rows, n, n_pairs, x, state):
+def _remember(rows, n_pairs, x, state):
     """Note which pairs carry load, by index."""
     state.touched[:] = 0
     for q in range(n_pairs):
@@ -304,122 +250,258 @@ def _remember(rows, n, n_pairs, x, state):
             state.touched[rows.pair_mesh[q], rows.pair_index[q] % 8] = 1
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def advance(data, pairs, rows, state, torque, save_every, first_step, samples, scratch, ledger):
-    """Take len(torque) steps with the given torques (steps, P − 1) of each new time; save some.
+@njit(cache=True)
+def _motion_before(near, eta, ports):
+    """Motion at the last step of channels that came at hand at this one."""
+    for k in range(near.counts[0]):
+        c = ports + 6 * near.fresh[k]
+        for p in range(c, c + 6):
+            near.motion[p] = np.dot(near.modes[p], eta) + np.dot(near.residual[p], near.forces)
 
-    ledger: work space of the energy account (see ``energy.py``), or length-0 arrays to skip it.
-    Returns (status, samples saved): status 0, or the 1-based step that failed.
+
+@njit(cache=True)
+def consistent_acceleration(data, rung, pairs, rows, state, drive, near, work, ledger):
+    """Set accelerations (and stored forces) so that the equation of motion holds now.
+
+    The contact problem is solved with modes as they are. drive (P − 1,): given torques. A jump of
+    the torque moves the quasi-static part at once; the ledger books it as a step of no duration.
+    Returns 0, or −1 without a solution.
     """
-    (matrix, matrix_v, work, wide, right, delta, rate, c, motion, place, blocks, active) = scratch
-    nm = state.eta.shape[0]
-    nc = data.channel_modes.shape[0]
-    h = data.h
-    ports, out_row = data.ports, nc - 1
+    ports, nc, channels = data.ports, data.channel_modes.shape[0], near.modes.shape[0]
+    copy_all(near, data.channel_modes, data.displacement[rung], data.residual, ports)
+    for a in range(work.theta.shape[0]):
+        work.theta[a] = np.dot(data.angles[a], state.eta)
+    torques, x, c = work.torques, work.x, work.damping
+    torques[: ports - 1] = drive
+    speed = np.dot(data.channel_modes[nc - 1], state.velocity)
+    brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
+    torques[ports - 1] = brake
+    n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
+    place_rows(
+        near, rows.blocks, rows.width, n, data.channel_modes, data.displacement[rung],
+        data.residual, ports,
+    )  # fmt: skip
+    low = ports + 6 * near.first
+    high = low + 6 * near.used
+    tracked = ledger.booked.shape[0] > 0
+    if tracked:
+        _motion_before(near, state.eta, ports)
+    moved(
+        near.modes,
+        ports,
+        near.first,
+        near.used,
+        near.rigid,
+        near.elastic,
+        state.eta,
+        state.velocity,
+        near.free,
+        near.rate,
+    )
+    for d in range(channels):
+        near.line_2[d] = near.free[d]
+        for q in range(ports - 1):
+            near.line_2[d] += near.residual[d, q] * torques[q]
+        near.line_2[d] -= near.residual[d, ports - 1] * brake
+    near_values(near.at, rows.coef, rows.width, n, near.line_2, near.rate, work.delta, work.rate)
+    near_products(
+        near.residual, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
+        ports - 1, near.line, near.image, work.matrix, work.brake,
+    )  # fmt: skip
+    _damping_of_rows(pairs, rows, n, n_pairs, state, c)
+    _assemble(work.matrix, work.matrix, rows.stiffness, c, 0.0, n)
+    for i in range(n):
+        work.right[i] = right_side(rows, i, work.delta[i], work.rate[i], c[i])
+        work.active[i] = 1
+    if solve_active(work.matrix, work.right, rows, n, 0, work.active, work.small, x) < 0:
+        return -1
+    near_forces(near.at, rows.coef, rows.width, n, x, near.forces)
+    near.forces[:ports] = torques
+    near.forces[ports - 1] = -brake
+    pushed(
+        near.modes,
+        ports,
+        near.first,
+        near.used,
+        near.rigid,
+        near.elastic,
+        near.forces,
+        state.acceleration,
+    )
+    for j in range(state.eta.shape[0]):
+        state.acceleration[j] -= data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
+    if data.gyroscopic.shape[0] > 0:
+        _product(data.gyroscopic, state.velocity, -1.0, state.acceleration)
+        _product(data.centripetal, state.eta, 1.0, state.acceleration)
+    if tracked:
+        answered(near.residual, ports, near.first, near.used, near.forces, near.line)
+        for d in range(channels):
+            near.line_2[d] = near.free[d] + near.line[d]
+        settle(
+            data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, state.eta,
+            state.velocity, state.torques, torques, near, work.motion, state.energy, ledger,
+        )  # fmt: skip
+    state.torques[:] = torques
+    _remember(rows, n_pairs, x, state)
+    return 0
+
+
+@njit(cache=True, nogil=True, fastmath=FAST)
+def advance(
+    data, pairs, rows, state, torque, save_every, first, samples, near, work, ledger, control
+):
+    """Go len(torque) ticks of h₀ on with the given torques (ticks, P − 1) of each new time.
+
+    A sample is saved at every ``save_every``-th tick, counted from ``first`` ticks before. ledger:
+    work space of the energy account (see ``energy.py``), of length 0 to skip it. Returns (status,
+    samples saved): status 0, or the 1-based tick of the step that failed.
+    """
+    ports, out = data.ports, data.ports - 1
+    nm, nc, channels = state.eta.shape[0], data.channel_modes.shape[0], near.modes.shape[0]
     first_port = nc - ports
-    theta = np.zeros(data.angles.shape[0])
-    torques = np.zeros(ports)
-    turning = np.zeros(nm)
-    x = np.zeros(right.shape[0])
-    free = np.zeros(nm)
-    free_v = np.zeros(nm)
-    push = np.zeros(nm)
-    saved = 0
-    bb_v = data.g_velocity[out_row, out_row]
-    for step in range(torque.shape[0]):
-        torques[: ports - 1] = torque[step]
-        theta[:] = 0.0
-        speed_guess = 0.0
+    port_modes, output = data.channel_modes[first_port:], data.channel_modes[nc - 1]
+    torques, theta, x, c = work.torques, work.theta, work.x, work.damping
+    low = ports + 6 * near.first
+    high = low.copy()
+    tracked = ledger.booked.shape[0] > 0
+    clearances = pairs.clearance_stiffness.shape[0] > 0
+    saved, tick, loaded = 0, 0, -1
+    while tick < torque.shape[0]:
+        rung = choose_rung(control, first + tick, torque.shape[0] - tick, save_every)
+        h = data.h[rung]
+        if rung != loaded:
+            copy_all(near, data.channel_modes, data.displacement[rung], data.residual, ports)
+            loaded = rung
+        end = tick + (1 << rung)
+        torques[:out] = torque[end - 1]
+        torques[out] = 0.0
         if data.gyroscopic.shape[0] > 0:
-            turning[:] = data.gyroscopic @ (state.velocity + h * state.acceleration)
-            turning[:] -= data.centripetal @ (state.eta + h * state.velocity)
-        for j in range(nm):
-            a, v, q = state.acceleration[j], state.velocity[j], state.eta[j]
-            # elastic accelerations would carry the rule's own oscillation into the geometry
-            rigid = h * a if data.omega2[j] == 0.0 else 0.0
-            ahead = q + h * v + 0.5 * h * rigid
-            for t in range(theta.shape[0]):
-                theta[t] += data.angles[t, j] * ahead
-            speed_guess += data.channel_modes[out_row, j] * (v + rigid)
-            star = q + h * v + (0.5 - BETA) * h * h * a
-            star_v = v + (1.0 - GAMMA) * h * a
-            push_0 = -data.damping[j] * star_v - data.omega2[j] * star - turning[j]
-            for t in range(ports - 1):
-                push_0 += data.channel_modes[first_port + t, j] * torques[t]
-            a0 = data.inverse[j] * push_0
-            state.acceleration[j] = a0
-            free[j] = star + BETA * h * h * a0
-            free_v[j] = star_v + GAMMA * h * a0
+            work.turning[:] = 0.0
+            for j in range(nm):
+                work.free_v[j] = state.velocity[j] + h * state.acceleration[j]
+                work.free[j] = state.eta[j] + h * state.velocity[j]
+            _product(data.gyroscopic, work.free_v, 1.0, work.turning)
+            _product(data.centripetal, work.free, -1.0, work.turning)
+        guess = _predict(
+            h, data.omega2, data.damping, data.inverse[rung], data.angles, output, port_modes,
+            state.eta, state.velocity, state.acceleration, work.turning, torques, theta,
+            work.acceleration, work.free, work.free_v,
+        )  # fmt: skip
         n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
-        m = local_blocks(rows, n, place, blocks)
-        _channels(data, blocks, m, free, motion)
-        for b in range(m):
-            for p in range(6):
-                at = 6 * blocks[b] + p
-                for t in range(ports - 1):
-                    motion[at] += data.residual[at, first_port + t] * torques[t]
-        row_values(rows, n, motion, delta)
-        _channels(data, blocks, m, free_v, motion)
-        free_speed = motion[out_row]
-        row_values(rows, n, motion, rate)
-        row_products(rows, n, data.g_displacement, place, blocks, wide, matrix)
-        row_products(rows, n, data.g_velocity, place, blocks, wide, matrix_v)
+        place_rows(
+            near, rows.blocks, rows.width, n, data.channel_modes, data.displacement[rung],
+            data.residual, ports,
+        )  # fmt: skip
+        high[:] = low + 6 * near.used
+        if tracked:
+            _motion_before(near, state.eta, ports)
+        moved(
+            near.modes,
+            ports,
+            near.first,
+            near.used,
+            near.rigid,
+            near.elastic,
+            work.free,
+            work.free_v,
+            near.free,
+            near.rate,
+        )
+        for t in range(out):
+            if torques[t] != 0.0:
+                for d in range(channels):
+                    near.free[d] += near.residual[d, t] * torques[t]
+        near_values(near.at, rows.coef, rows.width, n, near.free, near.rate, work.delta, work.rate)
+        near_products(
+            near.displacement, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
+            out, near.line, near.image, work.matrix, work.brake,
+        )  # fmt: skip
+        near_products(
+            near.residual, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
+            out, near.line, near.image, work.matrix_r, work.brake_r,
+        )  # fmt: skip
         _damping_of_rows(pairs, rows, n, n_pairs, state, c)
-        torque0, slope = brake_line(data, speed_guess)
+        share = GAMMA / (BETA * h)
+        _assemble(work.matrix, work.matrix_r, rows.stiffness, c, share, n)
+        brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
         for i in range(n):
-            k = rows.stiffness[i]
-            right[i] = right_side(rows, i, delta[i], rate[i], c[i])
-            for j in range(n):
-                matrix[i, j] = k * matrix[i, j] + c[i] * matrix_v[i, j]
-            matrix[i, i] += 1.0
+            work.right[i] = right_side(rows, i, work.delta[i], work.rate[i], c[i])
             # pair forces and brake torque act through −V F and −T
-            gd = 0.0
-            gv = 0.0
-            for a in range(rows.width[i]):
-                base = 6 * rows.blocks[i, a]
-                for p in range(6):
-                    gd += rows.coef[i, a, p] * data.g_displacement[out_row, base + p]
-                    gv += rows.coef[i, a, p] * data.g_velocity[out_row, base + p]
-            matrix[i, n] = k * gd + c[i] * gv
-            matrix[n, i] = slope * gv
-            active[i] = 1
+            f = share * c[i]
+            work.matrix[i, n] = (rows.stiffness[i] + f) * work.brake[i] - f * work.brake_r[i]
+            work.matrix[n, i] = slope * share * (work.brake[i] - work.brake_r[i])
+            work.active[i] = 1
         if pairs.one_sided:
             for q in range(n_pairs):
-                mesh = rows.pair_mesh[q]
-                if pairs.model[mesh] == PER_PAIR:
-                    loaded = state.touched[mesh, rows.pair_index[q] % 8] == 1
-                    active[rows.pair_row[q]] = 1 if loaded or pairs.front[mesh] == 1 else 0
-        matrix[n, n] = 1.0 + slope * bb_v
-        right[n] = torque0 + slope * (free_speed - speed_guess)
-        status = solve_active(matrix, right, rows, n, 1, active, work, x)
+                m = rows.pair_mesh[q]
+                if pairs.model[m] == PER_PAIR:
+                    touched = state.touched[m, rows.pair_index[q] % 8] == 1
+                    work.active[rows.pair_row[q]] = 1 if touched or pairs.front[m] == 1 else 0
+        moves = share * (near.displacement[out, out] - near.residual[out, out])
+        work.matrix[n, n] = 1.0 + slope * moves
+        work.right[n] = brake + slope * (near.rate[out] - guess)
+        status = solve_active(work.matrix, work.right, rows, n, 1, work.active, work.small, x)
         if status < 0:
-            release(place, blocks, m)
-            return step + 1, saved
+            return end, saved
         # given torques are in the free motion already: only the brake is projected
-        torques[: ports - 1] = 0.0
-        torques[ports - 1] = x[n]
-        _spread(rows, n, x, blocks, m, torques, state.forces)
-        _project(data, blocks, m, state.forces, push)
-        torques[: ports - 1] = torque[step]
-        for t in range(ports - 1):
-            state.forces[first_port + t] = torques[t]
+        near_forces(near.at, rows.coef, rows.width, n, x, near.line_2)
+        near.line_2[out] = -x[n]
+        pushed(
+            near.modes,
+            ports,
+            near.first,
+            near.used,
+            near.rigid,
+            near.elastic,
+            near.line_2,
+            work.push,
+        )
         for j in range(nm):
-            extra = data.inverse[j] * push[j]
-            state.acceleration[j] += extra
-            state.eta[j] = free[j] + BETA * h * h * extra
-            state.velocity[j] = free_v[j] + GAMMA * h * extra
-        clearances = pairs.clearance_stiffness.shape[0] > 0
-        if clearances or ((first_step + step) % 4 == 0 and pairs.one_sided):
-            local_motion(data, blocks, m, state.eta, state.forces, motion)
-            look_at_backs(pairs, rows, n_pairs, theta, motion, state.wanted)
-        if ledger.now.shape[0] > 0:
-            settle(data, pairs, rows, n, x, state, torques, ledger)
+            work.push[j] *= data.inverse[rung, j]
+        if control.tolerance > 0.0:
+            error = step_error(
+                h, data.inverse[rung], state.acceleration, work.acceleration, work.push,
+                control.load, near, ports, rows, n, work.active, work.error, work.delta,
+                work.rate,
+            )  # fmt: skip
+            if not after_step(control, rung, error):
+                near.counts[1] -= 1  # the same step again
+                continue
+        torques[out] = x[n]
+        if tracked or clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
+            answered(near.displacement, ports, near.first, near.used, near.line_2, near.line)
+            for d in range(channels):
+                near.line[d] += near.free[d]
+            if not tracked:
+                near.motion[:] = near.line
+                spread(near, near.motion, ports, work.motion)
+        near.forces[:] = near.line_2
+        near.forces[:out] = torques[:out]
+        for j in range(nm):
+            work.acceleration[j] += work.push[j]
+            work.free[j] += BETA * h * h * work.push[j]
+            work.free_v[j] += GAMMA * h * work.push[j]
+        if tracked:
+            near.line_2[:] = near.line
+            answered(near.residual, ports, near.first, near.used, near.forces, near.line)
+            settle(
+                data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, work.free,
+                work.free_v, state.torques, torques, near, work.motion, state.energy, ledger,
+            )  # fmt: skip
+        for j in range(nm):
+            state.acceleration[j] = work.acceleration[j]
+            state.eta[j] = work.free[j]
+            state.velocity[j] = work.free_v[j]
+        if clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
+            look_at_backs(pairs, rows, n_pairs, theta, work.motion, state.wanted)
         state.torques[:] = torques
-        _remember(rows, n, n_pairs, x, state)
-        release(place, blocks, m)
-        if (first_step + step + 1) % save_every == 0:
+        _remember(rows, n_pairs, x, state)
+        control.counts[2] += 1
+        control.taken[rung] += 1
+        tick = end
+        if (first + tick) % save_every == 0:
             _save(samples, saved, data, rows, n, n_pairs, x, state, theta, torques)
             saved += 1
         if clearances:
-            look_along(pairs, rows, motion)
+            look_along(pairs, rows, work.motion)
     return 0, saved

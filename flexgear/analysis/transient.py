@@ -23,11 +23,14 @@ from flexgear.analysis.kernel import (
     Samples,
     State,
     StepData,
+    Work,
     advance,
     consistent_acceleration,
 )
+from flexgear.analysis.ladder import control
+from flexgear.analysis.near import Near, near_channels
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows, pair_rows
+from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -128,14 +131,16 @@ class Transient:
         return np.asarray(self.torques[:, -1])
 
 
-def step_data(modal: ModalSystem, h: float) -> StepData:
-    """Constant arrays of the step size h (s): modal factors and channel receptances."""
-    omega2 = modal.omega**2
-    inverse = 1.0 / (1.0 + GAMMA * h * modal.damping + BETA * h * h * omega2)
-    p = modal.channel_modes
-    brake = modal.system.brake
+def step_data(modal: ModalSystem, sizes: float | Sequence[float]) -> StepData:
+    """Constant arrays of one step size or a ladder of them (s): modal factors, receptances."""
+    h = np.atleast_1d(np.asarray(sizes, dtype=float))
+    omega2, p, brake = modal.omega**2, modal.channel_modes, modal.system.brake
+    inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
+    displacement = np.empty((len(h), *modal.residual.shape))
+    for r, size in enumerate(h):
+        displacement[r] = (p * (BETA * size**2 * inverse[r])) @ p.T + modal.residual
     return StepData(
-        h=float(h),
+        h=h,
         omega2=omega2,
         damping=modal.damping,
         inverse=inverse,
@@ -146,8 +151,7 @@ def step_data(modal: ModalSystem, h: float) -> StepData:
         ports=len(modal.system.ports),
         channel_modes=np.ascontiguousarray(p),
         residual=modal.residual,
-        g_displacement=np.ascontiguousarray((p * (BETA * h * h * inverse)) @ p.T + modal.residual),
-        g_velocity=np.ascontiguousarray((p * (GAMMA * h * inverse)) @ p.T),
+        displacement=displacement,
         brake_torque=brake.rated_torque,
         brake_speed=brake.rated_speed,
         brake_exponent=brake.exponent,
@@ -183,8 +187,7 @@ def start_state(
             share *= brake.rated_speed / float(system.output @ system.rolling @ speeds)
     else:
         share = carrier_speed / speeds[0]
-    n, nc = modal.modes.shape[1], len(modal.channels)
-    count = len(pairs.s0)
+    n, count = modal.modes.shape[1], len(pairs.s0)
     touched = np.zeros((count, 8), dtype=np.uint8)
     for m in range(count):
         base = pairs.s0[m] + pairs.rate[m] * at_rest.theta[0, pairs.angle[m]]
@@ -198,44 +201,50 @@ def start_state(
         acceleration=np.zeros(n),
         touched=touched,
         wanted=at_rest.wanted[0].copy(),
-        forces=np.zeros(nc),
         torques=np.zeros(len(system.ports)),
         energy=np.zeros(len(ENERGIES)),
     )
 
 
-def _scratch(modal: ModalSystem) -> tuple[Array, ...]:
-    size = len(pair_rows(modal.system.pairs).kind) + 2
-    nb, nc = len(modal.system.blocks) // 6, len(modal.channels)
-    square = [np.zeros((size, size)) for _ in range(3)]
-    return (
-        *square,
-        np.zeros(6 * nb),
-        *[np.zeros(size) for _ in range(4)],
-        np.zeros(nc),
-        np.full(nb, -1, dtype=np.int64),
-        np.zeros(nb, dtype=np.int64),
-        np.zeros(size, dtype=np.int64),
-    )
+@dataclass(frozen=True)
+class Space:
+    """Work space of the steps of one run; arrays are overwritten."""
+
+    rows: PairRows
+    near: Near
+    work: Work
+    ledger: Ledger
 
 
-def _ledger(modal: ModalSystem, track: bool) -> Ledger:
-    nc, n = (len(modal.channels), modal.modes.shape[1]) if track else (0, 0)
+def work_space(modal: ModalSystem, track_energy: bool = False) -> Space:
+    """Empty work space, with the account of energy or without."""
     rows = pair_rows(modal.system.pairs)
-    size = len(rows.kind)
-    return Ledger(
-        rows=rows,
-        booked=np.array([-1], dtype=np.int64),
-        now=np.zeros(nc),
-        old=np.zeros(nc),
-        forces=np.zeros(nc),
-        damping_load=np.zeros(size),
-        eta=np.zeros(n),
-        velocity=np.zeros(n),
-        old_forces=np.zeros(nc),
-        place=np.full(len(modal.system.blocks) // 6, -1, dtype=np.int64),
-        blocks=np.zeros(len(modal.system.blocks) // 6, dtype=np.int64),
+    count, nc, n = len(rows.kind), len(modal.channels), modal.modes.shape[1]
+    size, ports = count + 2 + -(count + 2) % 8, len(modal.system.ports)  # whole blocks of 8
+    near = near_channels(modal, *rows.blocks.shape)
+    work = Work(
+        **{name: np.zeros((size, size)) for name in ("matrix", "matrix_r", "small")},
+        **{
+            name: np.zeros(size)
+            for name in ("right", "x", "delta", "rate", "damping", "brake", "brake_r")
+        },
+        active=np.zeros(size, dtype=np.int64),
+        theta=np.zeros(len(modal.angles)),
+        torques=np.zeros(ports),
+        **{
+            name: np.zeros(n)
+            for name in ("acceleration", "free", "free_v", "push", "turning", "error")
+        },
+        motion=np.zeros(nc),
     )
+    ledger = Ledger(
+        rows=pair_rows(modal.system.pairs),
+        booked=np.full(1 if track_energy else 0, -1, dtype=np.int64),
+        old=np.zeros(nc),
+        damping_load=np.zeros(count),
+        fresh=np.zeros(count),
+    )
+    return Space(rows, near, work, ledger)
 
 
 def _samples(modal: ModalSystem, count: int) -> Samples:
@@ -324,13 +333,11 @@ def transient(
     """
     if start is None:
         start = start_state(modal, _start_torque(modal, drive))
-    rows, scratch = pair_rows(modal.system.pairs), _scratch(modal)
-    ledger = _ledger(modal, track_energy)
-    x = np.zeros(len(scratch[4]))
+    pairs, space = modal.system.pairs, work_space(modal, track_energy)
     known: dict[float, StepData] = {}
-    taken = 0
+    ladder = control(1)
     segments = plan_segments(duration, time_step, drive.jumps, windows)
-    total = sum(s.steps for s in segments)
+    total, taken = sum(s.steps for s in segments), 0
     for segment in segments:
         h = segment.time_step
         data = known.setdefault(h, step_data(modal, h))
@@ -341,7 +348,7 @@ def transient(
         inside[-1] -= BESIDE * h
         torque = given_torques(modal, drive, inside)
         if consistent_acceleration(
-            data, modal.system.pairs, rows, start, torque[0], scratch, x, ledger
+            data, 0, pairs, space.rows, start, torque[0], space.near, space.work, space.ledger
         ):
             raise FlexgearError(f"no consistent contact state at t = {segment.start:.6f} s")
         every = min(max(1, round(output_interval / h)), segment.steps)
@@ -350,8 +357,8 @@ def transient(
             saves = last // every - first // every
             samples = _samples(modal, saves)
             status, saved = advance(
-                data, modal.system.pairs, rows, start, torque[first + 1 : last + 1], every, first,
-                samples, scratch, ledger,
+                data, pairs, space.rows, start, torque[first + 1 : last + 1], every, first,
+                samples, space.near, space.work, space.ledger, ladder,
             )  # fmt: skip
             if status:
                 raise FlexgearError(

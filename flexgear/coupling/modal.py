@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
+from scipy.sparse.csgraph import connected_components
 
 from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimates
 from flexgear.coupling.system import System
@@ -32,10 +33,11 @@ Array = NDArray[np.float64]
 class ModalSystem:
     """A system in kept modes; channels are the contact-block dofs, then the ports.
 
-    modes: (d, n), rigid first; omega: (n,) rad/s; damping: (n,) 2ζω; channels: (n_c, d);
-    channel_modes: (n_c, n) = channels @ modes; residual: (n_c, n_c) m/N of dropped modes;
-    residual_motion: (d, n_c) their motion under unit channel forces; angles: (A, n) and masters:
-    (F, n) rows of the system in modes; rolling: (n, F) modal coordinates of rolling per radian of
+    modes: (d, n), rigid first, then elastic ones part by part (``independent_parts``), rising
+    within a part; omega: (n,) rad/s; damping: (n,) 2ζω; channels: (n_c, d); channel_modes:
+    (n_c, n) = channels @ modes; residual: (n_c, n_c) m/N of dropped modes; residual_motion:
+    (d, n_c) their motion under unit channel forces; angles: (A, n) and masters: (F, n) rows of the
+    system in modes; rolling: (n, F) modal coordinates of rolling per radian of
     each independent rotation; gyroscopic,
     centripetal: (n, n), or (0, 0) where there are none; choice: how many modes are kept and what
     that costs, None where it was not judged.
@@ -90,14 +92,46 @@ class ModalSystem:
         return eta @ self.modes.T + forces @ self.residual_motion.T
 
 
+def independent_parts(system: System) -> list[NDArray[np.int64]]:
+    """Coordinates of parts that neither stiffness, mass nor rolling ties to one another.
+
+    Without gear meshes a ring on a fixed housing and the train inside it are two such parts.
+    """
+    tied = (system.stiffness != 0.0) | (system.mass != 0.0)
+    count, label = connected_components(tied, directed=False)
+    parts = [np.flatnonzero(label == c).astype(np.int64) for c in range(count)]
+    rigid = system.rigid
+    ranks = [np.linalg.matrix_rank(rigid[p]) if rigid.shape[1] else 0 for p in parts]
+    if sum(ranks) > rigid.shape[1]:  # rolling that moves several together
+        return [np.arange(len(label), dtype=np.int64)]
+    return parts
+
+
 def elastic_modes(system: System) -> tuple[Array, Array]:
-    """All elastic modes of the constant part: ω (m,) rad/s rising, Φ (d, m), ΦᵀMΦ = I."""
-    rigid, mass = system.rigid, system.mass
+    """All elastic modes of the constant part: ω (m,) rad/s rising, Φ (d, m), ΦᵀMΦ = I.
+
+    Each belongs to one of the ``independent_parts`` and is exactly zero in the others.
+    """
+    omegas, modes = [np.zeros(0)], [np.zeros((len(system.mass), 0))]
+    for part in independent_parts(system):
+        omega, phi = _modes_of_part(system, part)
+        wide = np.zeros((len(system.mass), len(omega)))
+        wide[part] = phi
+        omegas.append(omega)
+        modes.append(wide)
+    omega = np.concatenate(omegas)
+    order = np.argsort(omega, kind="stable")
+    return omega[order], np.hstack(modes)[:, order]
+
+
+def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Array]:
+    own = np.ix_(part, part)
+    mass, rigid = system.mass[own], system.rigid[part]
     # complement of the rigid motions, M-orthogonal: exact zero modes need no search
-    null = linalg.null_space((mass @ rigid).T)
-    k, m = null.T @ system.stiffness @ null, null.T @ mass @ null
+    null = linalg.null_space((mass @ rigid).T) if rigid.any() else np.eye(len(part))
+    k, m = null.T @ system.stiffness[own] @ null, null.T @ mass @ null
     if not len(k):
-        return np.zeros(0), np.zeros((len(mass), 0))
+        return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
     if values[0] <= 1e-9 * values[-1] * 1e-6:
         raise FlexgearError(
@@ -132,7 +166,8 @@ def modal_system(
     limit = np.inf if limit_hz is None else 2 * np.pi * limit_hz
     keep = int(np.sum(omega <= limit)) if choice is None else choice.kept
     channels = np.vstack([system.blocks, system.port_rows])
-    modes = np.hstack([system.rigid, phi[:, :keep]])
+    order = _by_parts(system, phi[:, :keep])
+    modes = np.hstack([system.rigid, phi[:, order]])
     rest = phi[:, keep:]
     motion = (rest / omega[keep:] ** 2) @ (channels @ rest).T
     residual = channels @ motion
@@ -140,7 +175,7 @@ def modal_system(
     if system.gyroscopic is not None and system.centripetal is not None:
         gyroscopic = np.ascontiguousarray(modes.T @ system.gyroscopic @ modes)
         centripetal = np.ascontiguousarray(modes.T @ system.centripetal @ modes)
-    kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[:keep]])
+    kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
     return ModalSystem(
         system=system,
         modes=modes,
@@ -158,6 +193,14 @@ def modal_system(
         dropped=len(omega) - keep,
         choice=choice,
     )
+
+
+def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
+    """Order in which modes Φ (d, n) of one part follow each other, rising within."""
+    part = np.zeros(phi.shape[1], dtype=np.int64)
+    for number, coordinates in enumerate(independent_parts(system)):
+        part[phi[coordinates].any(axis=0)] = number
+    return np.argsort(part, kind="stable").astype(np.int64)
 
 
 def chosen_modal(system: System, solver: Solver | TrainSolver) -> ModalSystem:

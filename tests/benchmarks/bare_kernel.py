@@ -51,7 +51,7 @@ def bare_data(modal: ModalSystem, time_step: float) -> BareData:
     data = step_data(modal, time_step)
     return BareData(
         np.ascontiguousarray(data.channel_modes[channels]),
-        np.ascontiguousarray(data.g_displacement[np.ix_(channels, channels)]),
+        np.ascontiguousarray(data.displacement[0][np.ix_(channels, channels)]),
         place,
         width,
         rows.coef[:n].copy(),

@@ -10,11 +10,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis import transient as running
 from flexgear.analysis.kernel import consistent_acceleration
-from flexgear.analysis.transient import State, step_data
+from flexgear.analysis.transient import State, step_data, work_space
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import pair_rows
 
 
 class Integrator:
@@ -23,23 +21,20 @@ class Integrator:
     def __init__(self, modal: ModalSystem, torque: float, method: str, rtol: float) -> None:
         self.modal, self.method, self.rtol = modal, method, rtol
         self.torque = np.array([torque])
-        self.rows = pair_rows(modal.system.pairs)
-        self.scratch = running._scratch(modal)
-        self.ledger = running._ledger(modal, False)
-        self.force = np.zeros(len(self.scratch[4]))
+        self.space = work_space(modal)
         self.data = step_data(modal, 1e-4)  # the step size plays no part in an acceleration
         self.evaluations = 0
 
     def run(self, start: State, span: float) -> np.ndarray:
         """Modal coordinates after a span of time, s."""
         state, n = copied(start), len(start.eta)
-        pairs = self.modal.system.pairs
+        pairs, space = self.modal.system.pairs, self.space
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             state.eta[:], state.velocity[:] = y[:n], y[n:]
             if consistent_acceleration(
-                self.data, pairs, self.rows, state, self.torque, self.scratch, self.force,
-                self.ledger,
+                self.data, 0, pairs, space.rows, state, self.torque, space.near, space.work,
+                space.ledger,
             ):  # fmt: skip
                 raise ArithmeticError("no contact state")
             return np.concatenate([state.velocity, state.acceleration])

@@ -1,0 +1,405 @@
+"""Channels at hand: those of the blocks in contact, copied side by side.
+
+Of hundreds of tooth nodes only a few are in contact at a time. Their rows of modes and receptances
+stand in contiguous *slots*, which later steps find again: the ports come first, then the blocks
+that are no teeth, for good, then teeth as they come into contact. A tooth that has left keeps its
+slot until another one needs it, and at least one step, which energy accounts look back over.
+Products of contact rows then run over short contiguous lines.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import SLOTS, PairData
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+FAST = {"reassoc", "contract", "nsz"}
+
+
+class Near(NamedTuple):
+    """Work space; C near channels, P ports first, then 6 a slot.
+
+    Blocks and modes of *groups* do not move one another (ring and train, where they meet in gear
+    meshes only): a group has slots in a row, and products leave out what is zero.
+    """
+
+    slot: IntArray  # (n_blocks,) slot of a block, −1 none
+    group: IntArray  # (n_blocks,) its group
+    block: IntArray  # (S,) block of a slot, −1 none
+    seen: IntArray  # (S,) step at which a slot was last in contact
+    fresh: IntArray  # (S,) slots filled at this step
+    counts: IntArray  # (2,) slots filled at this step, number of the step
+    first: IntArray  # (G,) first slot of a group
+    used: IntArray  # (G,) slots in use
+    rigid: IntArray  # (G,) rigid modes it moves in: all or none
+    elastic: IntArray  # (G, 2) range of its elastic modes
+    modes: Array  # (C, n)
+    displacement: Array  # (C, C) receptance of a step
+    residual: Array  # (C, C)
+    at: IntArray  # (R, B) first channel of each block of a row
+    part: IntArray  # (R, B) group of each block of a row
+    reach: IntArray  # (R,) channels that rows from this one on touch
+    image: Array  # (C, R) work
+    line: Array  # (C,) work
+    line_2: Array  # (C,) work
+    free: Array  # (C,) motion without contact forces
+    rate: Array  # (C,) and its rate
+    forces: Array  # (C,) of the last step
+    motion: Array  # (C,) of the last step, where it was asked for
+
+
+def near_channels(modal: ModalSystem, rows: int, width: int) -> Near:
+    """Work space for a system and so many rows of so many blocks; slots of teeth are empty."""
+    pairs = modal.system.pairs
+    blocks, ports = len(modal.system.blocks) // 6, len(modal.system.ports)
+    teeth = tooth_blocks(pairs, blocks)
+    group, rigid, elastic = groups(modal, teeth)
+    held = [np.flatnonzero(~teeth & (group == g)) for g in range(len(rigid))]
+    # twice the teeth in contact at once: those of the last step stay
+    room = [
+        min(
+            int((teeth & (group == g)).sum()),
+            2 * SLOTS * int((pairs.per_tooth * (group[pairs.gear_block] == g)).sum()),
+        )
+        for g in range(len(rigid))
+    ]
+    first = np.concatenate([[0], np.cumsum([len(h) + r for h, r in zip(held, room, strict=True)])])
+    slots = int(first[-1])
+    slot = np.full(blocks, -1, dtype=np.int64)
+    block = np.full(slots, -1, dtype=np.int64)
+    seen = np.full(slots, -2, dtype=np.int64)
+    for g, own in enumerate(held):
+        at = slice(first[g], first[g] + len(own))
+        slot[own], block[at] = np.arange(at.start, at.stop), own
+        seen[at] = np.iinfo(np.int64).max
+    channels = ports + 6 * slots
+    channels += -channels % 8  # whole cache lines, an odd number: their sets then all differ
+    channels += 8 * (channels // 8 % 2 == 0)
+    return Near(
+        slot=slot,
+        group=group,
+        block=block,
+        seen=seen,
+        fresh=np.zeros(slots, dtype=np.int64),
+        counts=np.zeros(2, dtype=np.int64),
+        first=first[:-1].astype(np.int64),
+        used=np.array([len(h) for h in held], dtype=np.int64),
+        rigid=rigid,
+        elastic=elastic,
+        modes=np.zeros((channels, modal.modes.shape[1])),
+        displacement=np.zeros((channels, channels)),
+        residual=np.zeros((channels, channels)),
+        at=np.zeros((rows, width), dtype=np.int64),
+        part=np.zeros((rows, width), dtype=np.int64),
+        reach=np.zeros(rows, dtype=np.int64),
+        image=np.zeros((channels, rows + -rows % 8)),
+        line=np.zeros(channels),
+        line_2=np.zeros(channels),
+        free=np.zeros(channels),
+        rate=np.zeros(channels),
+        forces=np.zeros(channels),
+        motion=np.zeros(channels),
+    )
+
+
+def groups(modal: ModalSystem, teeth: NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:
+    """Group of every block (n_blocks,), those without teeth first, and modes of the groups.
+
+    Elastic modes of a group must stand in a row; where they do not, all is one group.
+    """
+    n, r = modal.modes.shape[1], modal.rigid_count
+    blocks = len(modal.channels) // 6
+    moves = np.abs(modal.channel_modes[: 6 * blocks]).reshape(blocks, 6, n).max(axis=1) > 0
+    known = np.abs(modal.residual[: 6 * blocks, : 6 * blocks]).reshape(blocks, 6, blocks, 6)
+    linked = (moves.astype(float) @ moves.T.astype(float) > 0) | (known.max(axis=(1, 3)) > 0)
+    count, found = connected_components(linked, directed=False)
+    order = sorted(range(count), key=lambda g: (bool(teeth[found == g].any()), g))
+    ranges, rigid = [], []
+    for g in order:
+        mine = moves[found == g].any(axis=0)
+        at = np.flatnonzero(mine[r:]) + r
+        ranges.append((at[0], at[-1] + 1) if len(at) else (r, r))
+        rigid.append(r if mine[:r].any() else 0)
+        if len(at) and len(at) != at[-1] + 1 - at[0]:
+            one = np.zeros(blocks, dtype=np.int64)
+            return one, np.array([r], dtype=np.int64), np.array([[r, n]], dtype=np.int64)
+    place = np.argsort(order)
+    return place[found].astype(np.int64), np.array(rigid, np.int64), np.array(ranges, np.int64)
+
+
+def tooth_blocks(pairs: PairData, blocks: int) -> NDArray[np.bool_]:
+    """(n_blocks,) whether a block is one tooth of a gear."""
+    out = np.zeros(blocks, dtype=bool)
+    for m in np.flatnonzero(pairs.per_tooth):
+        out[pairs.gear_block[m] : pairs.gear_block[m] + pairs.gear_teeth[m]] = True
+    return out
+
+
+@njit(cache=True)
+def _copy(near, s, t, displacement, residual, ports):
+    """Receptances between slots s and t; −1 stands for the ports."""
+    first_port = residual.shape[0] - ports
+    rows, columns = (ports if s < 0 else 6), (ports if t < 0 else 6)
+    c, g = (0, first_port) if s < 0 else (ports + 6 * s, 6 * near.block[s])
+    d, h = (0, first_port) if t < 0 else (ports + 6 * t, 6 * near.block[t])
+    for p in range(rows):
+        for q in range(columns):
+            near.displacement[c + p, d + q] = displacement[g + p, h + q]
+            near.residual[c + p, d + q] = residual[g + p, h + q]
+
+
+@njit(cache=True)
+def copy_all(near, channel_modes, displacement, residual, ports):
+    """Fill the ports and every slot in use: at the start, or with another step's receptance."""
+    near.modes[:ports] = channel_modes[channel_modes.shape[0] - ports :]
+    _copy(near, -1, -1, displacement, residual, ports)
+    for g in range(near.first.shape[0]):
+        for s in range(near.first[g], near.first[g] + near.used[g]):
+            _fill(near, s, channel_modes, displacement, residual, ports)
+
+
+@njit(cache=True)
+def _fill(near, s, channel_modes, displacement, residual, ports):
+    """Copy the channels of the block in slot s, receptances both ways."""
+    c, b = ports + 6 * s, 6 * near.block[s]
+    near.modes[c : c + 6] = channel_modes[b : b + 6]
+    _copy(near, s, -1, displacement, residual, ports)
+    _copy(near, -1, s, displacement, residual, ports)
+    for g in range(near.first.shape[0]):
+        for t in range(near.first[g], near.first[g] + near.used[g]):
+            _copy(near, s, t, displacement, residual, ports)
+            _copy(near, t, s, displacement, residual, ports)
+
+
+@njit(cache=True)
+def place_rows(near, blocks, width, n, channel_modes, displacement, residual, ports):
+    """Slots for the blocks of rows (n), and where they are: at, part, reach. Fills new slots.
+
+    ``near.fresh`` lists the slots that were filled.
+    """
+    near.counts[0] = 0
+    near.counts[1] += 1
+    now = near.counts[1]
+    for i in range(n):
+        for a in range(width[i]):
+            s = near.slot[blocks[i, a]]
+            if s >= 0 and near.seen[s] < now:
+                near.seen[s] = now
+    for i in range(n):
+        for a in range(width[i]):
+            b = blocks[i, a]
+            if near.slot[b] < 0:
+                g = near.group[b]
+                s = near.first[g]
+                while near.seen[s] >= now - 1:  # in contact now or at the step before
+                    s += 1
+                if near.block[s] >= 0:
+                    near.slot[near.block[s]] = -1
+                near.block[s], near.slot[b], near.seen[s] = b, s, now
+                near.used[g] = max(near.used[g], s + 1 - near.first[g])
+                near.fresh[near.counts[0]] = s
+                near.counts[0] += 1
+                near.forces[ports + 6 * s : ports + 6 * s + 6] = 0.0
+                _fill(near, s, channel_modes, displacement, residual, ports)
+    reach = ports
+    for i in range(n - 1, -1, -1):
+        for a in range(width[i]):
+            b = blocks[i, a]
+            c = ports + 6 * near.slot[b]
+            near.at[i, a] = c
+            near.part[i, a] = near.group[b]
+            reach = max(reach, c + 6)
+        near.reach[i] = reach
+
+
+# Loops below run from 0 over slices: compiled indices that might be negative are not vectorised.
+
+
+@njit(cache=True, fastmath=FAST)
+def _moved(modes, low, high, start, stop, a, b, out_a, out_b):
+    """out += modes[:, start:stop] @ (a, b)[start:stop] for channels low … high − 1."""
+    part_a, part_b = a[start:stop], b[start:stop]
+    for c in range(low, high):
+        row = modes[c, start:stop]
+        sum_a = 0.0
+        sum_b = 0.0
+        for j in range(stop - start):
+            sum_a += row[j] * part_a[j]
+            sum_b += row[j] * part_b[j]
+        out_a[c] += sum_a
+        out_b[c] += sum_b
+
+
+@njit(cache=True, fastmath=FAST)
+def moved(modes, ports, first, used, rigid, elastic, a, b, out_a, out_b):
+    """out_a = modes @ a and out_b = modes @ b over the channels in use."""
+    for c in range(modes.shape[0]):
+        out_a[c] = 0.0
+        out_b[c] = 0.0
+    _moved(modes, 0, ports, 0, modes.shape[1], a, b, out_a, out_b)
+    for g in range(first.shape[0]):
+        low = ports + 6 * first[g]
+        high = low + 6 * used[g]
+        if rigid[g] > 0:
+            _moved(modes, low, high, 0, rigid[g], a, b, out_a, out_b)
+        _moved(modes, low, high, elastic[g, 0], elastic[g, 1], a, b, out_a, out_b)
+
+
+@njit(cache=True, fastmath=FAST)
+def _pushed(modes, low, high, start, stop, forces, out):
+    """out[start:stop] += modes[low:high, start:stop]ᵀ @ forces[low:high], six rows at once."""
+    part = out[start:stop]
+    for c in range(low, high, 6):
+        f0, f1, f2 = forces[c], forces[c + 1], forces[c + 2]
+        f3, f4, f5 = forces[c + 3], forces[c + 4], forces[c + 5]
+        if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and f3 == 0.0 and f4 == 0.0 and f5 == 0.0:
+            continue
+        m0, m1, m2 = modes[c, start:stop], modes[c + 1, start:stop], modes[c + 2, start:stop]
+        m3, m4, m5 = modes[c + 3, start:stop], modes[c + 4, start:stop], modes[c + 5, start:stop]
+        for j in range(stop - start):
+            part[j] += f0 * m0[j] + f1 * m1[j] + f2 * m2[j] + f3 * m3[j] + f4 * m4[j] + f5 * m5[j]
+
+
+@njit(cache=True, fastmath=FAST)
+def pushed(modes, ports, first, used, rigid, elastic, forces, out):
+    """out = modesᵀ @ forces over the channels in use."""
+    n = modes.shape[1]
+    for j in range(n):
+        out[j] = 0.0
+    for c in range(ports):
+        f = forces[c]
+        if f != 0.0:
+            for j in range(n):
+                out[j] += f * modes[c, j]
+    for g in range(first.shape[0]):
+        low = ports + 6 * first[g]
+        high = low + 6 * used[g]
+        if rigid[g] > 0:
+            _pushed(modes, low, high, 0, rigid[g], forces, out)
+        _pushed(modes, low, high, elastic[g, 0], elastic[g, 1], forces, out)
+
+
+@njit(cache=True, fastmath=FAST)
+def answered(matrix, ports, first, used, forces, out):
+    """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
+    for c in range(out.shape[0]):
+        out[c] = 0.0
+    for d in range(ports):
+        f = forces[d]
+        if f != 0.0:
+            for c in range(out.shape[0]):
+                out[c] += f * matrix[d, c]
+    for g in range(first.shape[0]):
+        low = ports + 6 * first[g]
+        high = low + 6 * used[g]
+        part = out[low:high]
+        for d in range(low, high):
+            f = forces[d]
+            if f != 0.0:
+                line = matrix[d, low:high]
+                for c in range(high - low):
+                    part[c] += f * line[c]
+                for c in range(ports):
+                    out[c] += f * matrix[d, c]
+
+
+@njit(cache=True, fastmath=FAST)
+def near_values(at, coef, width, n, a, b, out_a, out_b):
+    """out_a[i] = V_iᵀ a and out_b[i] = V_iᵀ b for two vectors of near channels."""
+    for i in range(n):
+        sum_a = 0.0
+        sum_b = 0.0
+        for k in range(width[i]):
+            d = at[i, k]
+            for p in range(6):
+                sum_a += coef[i, k, p] * a[d + p]
+                sum_b += coef[i, k, p] * b[d + p]
+        out_a[i] = sum_a
+        out_b[i] = sum_b
+
+
+@njit(cache=True, fastmath=FAST)
+def near_products(
+    matrix, at, part, coef, width, reach, low, high, n, column, y, image, out, out_column
+):
+    """out[i, j] = V_iᵀ G V_j, out_column[i] = V_iᵀ G e_column; G symmetric.
+
+    low, high: (G,) channels of the groups; y (C,) and image (C, R), G V, are work space. Every
+    inner loop runs over contiguous numbers.
+    """
+    for j in range(n):
+        for c in range(reach[j]):
+            y[c] = 0.0
+        total = 0.0
+        for a in range(width[j]):
+            d, g = at[j, a], part[j, a]
+            start, stop = low[g], min(high[g], reach[j])
+            v0, v1, v2 = coef[j, a, 0], coef[j, a, 1], coef[j, a, 2]
+            v3, v4, v5 = coef[j, a, 3], coef[j, a, 4], coef[j, a, 5]
+            m0, m1, m2 = matrix[d, start:stop], matrix[d + 1, start:stop], matrix[d + 2, start:stop]
+            m3, m4, m5 = (
+                matrix[d + 3, start:stop], matrix[d + 4, start:stop], matrix[d + 5, start:stop],
+            )  # fmt: skip
+            own = y[start:stop]
+            for c in range(stop - start):
+                own[c] += (
+                    v0 * m0[c] + v1 * m1[c] + v2 * m2[c] + v3 * m3[c] + v4 * m4[c] + v5 * m5[c]
+                )
+            for p in range(6):
+                total += coef[j, a, p] * matrix[d + p, column]
+        out_column[j] = total
+        for c in range(reach[j]):
+            image[c, j] = y[c]
+    for i in range(n):
+        for j in range(i + 1):
+            out[i, j] = 0.0
+        for a in range(width[i]):
+            d = at[i, a]
+            v0, v1, v2 = coef[i, a, 0], coef[i, a, 1], coef[i, a, 2]
+            v3, v4, v5 = coef[i, a, 3], coef[i, a, 4], coef[i, a, 5]
+            for j in range(i + 1):
+                out[i, j] += (
+                    v0 * image[d, j]
+                    + v1 * image[d + 1, j]
+                    + v2 * image[d + 2, j]
+                    + v3 * image[d + 3, j]
+                    + v4 * image[d + 4, j]
+                    + v5 * image[d + 5, j]
+                )
+    for i in range(n):
+        for j in range(i):
+            out[j, i] = out[i, j]
+
+
+@njit(cache=True, fastmath=FAST)
+def near_forces(at, coef, width, n, x, forces):
+    """forces = −Σ V_i x_i on the near channels."""
+    for c in range(forces.shape[0]):
+        forces[c] = 0.0
+    for i in range(n):
+        if x[i] != 0.0:
+            for a in range(width[i]):
+                d = at[i, a]
+                for p in range(6):
+                    forces[d + p] -= x[i] * coef[i, a, p]
+
+
+@njit(cache=True)
+def spread(near, values, ports, out):
+    """Values of near channels to the places of all channels, out (n_c,)."""
+    first_port = out.shape[0] - ports
+    for t in range(ports):
+        out[first_port + t] = values[t]
+    for s in range(near.block.shape[0]):
+        b, c = 6 * near.block[s], ports + 6 * s
+        if b >= 0:
+            for p in range(6):
+                out[b + p] = values[c + p]
