@@ -80,7 +80,15 @@ class CyclicCondensation:
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
-        return self._each(right, lambda g: self.solver.solve(g)[0])
+        return self.fixed_solve_with_reactions(right)[0]
+
+    def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
+        """The same, and the reactions (b, k)."""
+        out, reactions = np.empty_like(right), np.empty((self.interface.size, right.shape[1]))
+        for block in self.blocks(right.shape[1]):
+            x, reactions[:, block] = self.solver.solve(self._form(right[:, block]))
+            out[:, block] = x.reshape(self.dofs, -1)
+        return out, reactions
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
@@ -103,12 +111,20 @@ class CyclicCondensation:
             out[:, block] = -self.solver.reactions(load)
         return out
 
-    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+    def projected(
+        self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
+
+        reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
+        """
         coupling = np.empty((modes.shape[1], self.interface.size))
-        for block in self.blocks(len(coupling)):
-            load = self.fe_mass.product(self._form(modes[:, block]))
-            coupling[block] = -self.solver.reactions(load).T
+        if reactions is not None:
+            coupling[:] = -reactions.T
+        else:
+            for block in self.blocks(len(coupling)):
+                load = self.fe_mass.product(self._form(modes[:, block]))
+                coupling[block] = -self.solver.reactions(load).T
         own = project_constraint_modes(self.solver, self.ties, self.fe_mass, self._block, recovery)
         return own, coupling
 

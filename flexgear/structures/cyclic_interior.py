@@ -12,6 +12,7 @@ factor, which stays in the processor's cache, serves columns of all sectors and 
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -50,21 +51,30 @@ class Interior:
     def forward(self, x: Array) -> None:
         """x = [g_i; g_b] (i + b, k) becomes [L^{-1} g_i; g_b - V^T L^{-1} g_i]."""
         starts, borders = self._starts, self._borders
+        rest = self._room(x.shape[1])
         for k, (inverse, below) in enumerate(self._factors):
             own = x[starts[k] : starts[k + 1]]
             own[:] = inverse @ own
             if len(borders[k]):
-                x[borders[k]] -= below @ own
+                lost = np.matmul(below, own, out=rest[: len(borders[k])])
+                _subtract(x, borders[k], lost)
 
     def backward(self, x: Array) -> None:
         """x = [f; x_b] (i + b, k) becomes [L^{-T} (f - V x_b); x_b]."""
         starts, borders = self._starts, self._borders
+        rest = self._room(x.shape[1])
         for k in range(len(self._factors) - 1, -1, -1):
             inverse, below = self._factors[k]
             own = x[starts[k] : starts[k + 1]]
             if len(borders[k]):
-                own -= below.T @ x[borders[k]]
+                # "clip" writes into the room straight away, "raise" by way of a copy
+                near = np.take(x, borders[k], 0, out=rest[: len(borders[k])], mode="clip")
+                own -= below.T @ near
             own[:] = inverse.T @ own
+
+    def _room(self, columns: int) -> Array:
+        """For the rows of the largest border."""
+        return np.empty((max(map(len, self._borders), default=0), columns))
 
     def _with_reach(self, matrix: sp.csr_matrix, tree: Elimination) -> list[Ints]:
         """Later dofs that each front's elimination couples, those beyond the interior included."""
@@ -116,3 +126,12 @@ class Interior:
                 at = border - size
                 rest[np.ix_(at, at)] += update
         return factors, np.tril(rest) + np.tril(rest, -1).T
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _subtract(x: Array, at: Ints, lost: Array) -> None:  # pragma: no cover - compiled
+    """x[at] -= lost, without a copy of x[at]."""
+    for i in range(len(at)):
+        row = at[i]
+        for c in range(x.shape[1]):
+            x[row, c] -= lost[i, c]

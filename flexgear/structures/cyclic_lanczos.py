@@ -9,7 +9,8 @@ and one M,
 
 and older vectors, which rounding lets in again little by little, are taken off two steps running
 every few steps: as often as what is found there asks for. When the basis is full it is cut to the
-best Ritz vectors. Vectors are rows of the basis, so that only what is filled takes memory.
+best Ritz vectors. Vectors are rows of the basis, so that only what is filled takes memory. What T
+gives beside its image (reactions) is linear in P and follows the vectors.
 Source: Grimes, Lewis, Simon 1994, SIAM J. Matrix Anal. Appl. 15:228; partial
 reorthogonalisation: Simon 1984, Math. Comput. 42:115; thick restart: Wu, Simon 2000, SIAM J.
 Matrix Anal. Appl. 22:602.
@@ -28,6 +29,7 @@ from flexgear.structures.lanczos import Eigenpairs, Operator
 from flexgear.structures.tall import dot, times_in_place
 
 Array = NDArray[np.float64]
+Solve = Callable[[Array], tuple[Array, Array]]
 
 _CHECKED = 24  # new vectors between looks at convergence
 _LEVEL = 1e-10  # share of older vectors in a new one that calls for passes more often
@@ -38,7 +40,7 @@ _STEPS = 5000
 
 
 def lowest_modes(
-    solve: Operator,
+    solve: Solve,
     mass: Operator,
     start: Array,
     count: int,
@@ -48,13 +50,14 @@ def lowest_modes(
 ) -> Eigenpairs:
     """The `count` largest nu; start (n, p) gives block size and seed, most: rows of the basis.
 
+    solve: T x (n, p) and something beside it (r, p), both linear in x (n, p).
     tolerance: residual over nu; the error of nu is of the order of its square.
     """
     n, block = start.shape
     if not count + 3 * block <= most <= n - block:
         raise FlexgearError("the eigenvalue iteration wants a larger basis: ask for fewer modes")
     basis = _Basis(most + block, n, mass)
-    q, p, _ = basis.normalised(solve(mass(start)))
+    q, p, _ = basis.normalised(solve(mass(start))[0])
     square = np.zeros((most + block, most + block))
     before: tuple[Array, Array] | None = None  # Q_{j-1}, B_j
     passes = _Passes(3)
@@ -62,7 +65,8 @@ def lowest_modes(
     while applied < _STEPS:
         at = slice(basis.filled, basis.filled + block)
         basis.append(q)
-        w = solve(p)
+        w, beside = solve(p)
+        basis.note(beside)
         applied += block
         own = dot(p, w)
         _less(w, q, own)
@@ -96,7 +100,8 @@ def lowest_modes(
             progress(float(good.sum()) / count)
         if good.all():
             basis.recombine(vectors[:, :count])
-            return Eigenpairs(values[:count], basis.taken().T, residuals[:count], applied)
+            vectors, beside = basis.taken()
+            return Eigenpairs(values[:count], vectors.T, residuals[:count], applied, beside)
         if full:
             keep = (count + most) // 2
             basis.recombine(vectors[:, :keep])
@@ -148,13 +153,22 @@ class _Basis:
     def __init__(self, rows: int, n: int, mass: Operator) -> None:
         self._vectors = np.empty((rows, n))
         self._mass = mass
+        self._beside: list[Array] = []
         self.filled = 0
 
     def append(self, q: Array) -> None:
         """Columns of q (n, p) as the next vectors."""
         end = self.filled + q.shape[1]
-        self._vectors[self.filled : end] = q.T
+
+        def part(at: slice) -> None:
+            self._vectors[self.filled : end, at] = q[at].T
+
+        shared(len(q), part, _CHUNK)
         self.filled = end
+
+    def note(self, beside: Array) -> None:
+        """What came beside the images of the vectors last appended (r, p)."""
+        self._beside.append(beside)
 
     def freed(self, w: Array) -> tuple[Array, Array]:
         """C (filled, p) and M w of w <- w - V^T C with V M w = 0."""
@@ -191,14 +205,15 @@ class _Basis:
             self._vectors[:count, at] = transposed @ self._vectors[: self.filled, at]
 
         shared(self._vectors.shape[1], part, _CHUNK)
+        self._beside = [np.hstack(self._beside) @ vectors]
         self.filled = count
 
-    def taken(self) -> Array:
-        """The vectors (filled, n); the rest of the memory is given back."""
+    def taken(self) -> tuple[Array, Array]:
+        """The vectors (filled, n) and what came beside; the rest of the memory is given back."""
         vectors = self._vectors
         del self._vectors
         vectors.resize((self.filled, vectors.shape[1]), refcheck=False)
-        return vectors
+        return vectors, np.hstack(self._beside)
 
     def _dot(self, p: Array) -> Array:
         """V p (filled, k), summed in a fixed order."""

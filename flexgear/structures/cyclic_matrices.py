@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -22,6 +23,9 @@ from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.fem import FeModel
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+_STRIP = 256  # columns of a product taken together: a few rows of them stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +45,17 @@ class Circulant:
         rows, b = self.ahead.shape
         border = slice(len(x) - 3 * b if self.scalar else len(x) - b, None)
         shape = (rows, -1)
-        out = np.empty_like(x)
+        out = np.empty(x.shape)
         near = np.flatnonzero(np.diff(self.ahead.indptr))
         coupling = self.ahead[near]
         next_border = self._turned(np.roll(x[border], -1, axis=1), forward=True)
-        flat, flat_out = x.reshape(shape), out.reshape(shape)
+        flat, flat_out = np.ascontiguousarray(x).reshape(shape), out.reshape(shape)
+        here = self.here
 
         def part(columns: slice) -> None:
-            flat_out[:, columns] = self.here @ np.ascontiguousarray(flat[:, columns])
+            _product(
+                here.indptr, here.indices, here.data, flat, flat_out, columns.start, columns.stop
+            )
 
         shared(flat.shape[1], part)
         flat_out[near] += coupling @ next_border.reshape(b, -1)
@@ -142,3 +149,27 @@ def from_sectors(x: Array, sectors: Sectors, nodes: int) -> Array:
 def _cos_sin(sectors: Sectors) -> tuple[Array, Array]:
     angle = sectors.pitch * np.arange(sectors.count)
     return np.cos(angle)[:, None], np.sin(angle)[:, None]
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _product(
+    indptr: Ints, indices: Ints, data: Array, x: Array, out: Array, begin: int, end: int
+) -> None:  # pragma: no cover - compiled
+    """out = A x for columns begin to end, in strips, without copies of them."""
+    for start in range(begin, end, _STRIP):
+        stop = min(start + _STRIP, end)
+        for i in range(len(indptr) - 1):
+            row = out[i, start:stop]
+            row[:] = 0.0
+            first, last = indptr[i], indptr[i + 1]
+            fours = first + (last - first) // 4 * 4
+            for at in range(first, fours, 4):  # four entries a pass over the row
+                d0, d1, d2, d3 = data[at], data[at + 1], data[at + 2], data[at + 3]
+                x0, x1 = x[indices[at], start:stop], x[indices[at + 1], start:stop]
+                x2, x3 = x[indices[at + 2], start:stop], x[indices[at + 3], start:stop]
+                for c in range(stop - start):
+                    row[c] += (d0 * x0[c] + d1 * x1[c]) + (d2 * x2[c] + d3 * x3[c])
+            for at in range(fours, last):
+                entry, other = data[at], x[indices[at], start:stop]
+                for c in range(stop - start):
+                    row[c] += entry * other[c]

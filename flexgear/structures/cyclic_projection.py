@@ -81,19 +81,28 @@ def _recover(
 ) -> None:
     """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
     nodes = ties.sectors.nodes[rows[::3] // 3]  # (v, z)
-    z, t = ties.sectors.count, periodic.shape[2]
+    z = ties.sectors.count
     turns = ties.sectors.turns()
     columns = ties.periodic_dofs.reshape(-1, 3, z).transpose(0, 2, 1).ravel()  # (t/3, z, 3)
+    cos, sin = turns[:, 0, 0], turns[:, 1, 0]
 
     def part(which: slice) -> None:
         for s in range(which.start, which.stop):
             field = np.ascontiguousarray(other[:, s]) @ share
             behind = (s - np.arange(z)) % z  # sector 0's field as sector j's
-            mine = periodic[:, behind].reshape(len(rows), z, t // 3, 3)
-            mine = np.matmul(mine.transpose(2, 1, 0, 3), turns.swapaxes(1, 2))  # (t/3, z, r, 3)
-            field[:, columns] += mine.transpose(2, 0, 1, 3).reshape(len(rows), -1)
-            turned = np.matmul(turns[s], field.reshape(len(nodes), 3, -1))
-            dofs = (3 * nodes[:, s, None] + np.arange(3)).ravel()
-            recovery[dofs] = turned.reshape(len(dofs), -1)
+            mine = periodic[:, behind].transpose(0, 2, 1).reshape(-1, 3, z)
+            _turn(mine, cos, sin)
+            field[:, columns] += mine.swapaxes(1, 2).reshape(len(rows), -1)
+            parts = field.reshape(len(nodes), 3, -1)
+            _turn(parts, cos[s], sin[s])
+            whole = recovery.reshape(-1, 3, recovery.shape[1])
+            whole[nodes[:, s]] = parts
 
     shared(z, part, chunk=1)
+
+
+def _turn(x: Array, cos: Array, sin: Array) -> None:
+    """Components x (n, 3, ...) turned about z, in place; cos and sin of the last axis or of all."""
+    first = cos * x[:, 0] - sin * x[:, 1]
+    x[:, 1] = sin * x[:, 0] + cos * x[:, 1]
+    x[:, 0] = first

@@ -117,10 +117,9 @@ def _cell_image(cells: Ints, image: Ints) -> Ints | None:
 
 def _smallest(model: FeModel, count: int, image: Ints, cell_image: Ints) -> Sectors | None:
     """Of several choices of the first sector's cells, the one with the smallest border."""
-    nodes = _orbits(np.arange(len(image)), image, count)
     best = None
     for cells in _choices(model, count, cell_image):
-        sectors = _sectors(model.basis.element_dofs[:, cells], count, image, nodes, cells)
+        sectors = _sectors(model.basis.element_dofs[:, cells], count, image, cells)
         if sectors is not None and (best is None or sectors.border < best.border):
             best = sectors
     return best
@@ -137,23 +136,26 @@ def _orbits(start: Ints, image: Ints, count: int) -> Ints:
 
 def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
     """Cells of a first sector: lowest numbers (as generators count), then windows of angle."""
-    orbits = _orbits(np.arange(len(cell_image)), cell_image, count)
-    lowest = np.flatnonzero(orbits.min(axis=1) == np.arange(len(orbits)))
-    if len(lowest) * count != len(orbits):  # some cell turns into itself before a full turn
+    every = np.arange(len(cell_image))
+    at, least = every, every
+    for _ in range(1, count):
+        at = cell_image[at]
+        least = np.minimum(least, at)
+    lowest = np.flatnonzero(least == every)
+    if len(lowest) * count != len(every):  # some cell turns into itself before a full turn
         return
     yield lowest
+    orbits = _orbits(lowest, cell_image, count)
     centre = model.nodes[model.basis.element_dofs].mean(axis=0)
-    angle = np.arctan2(centre[:, 1], centre[:, 0])[orbits[lowest]]
+    angle = np.arctan2(centre[:, 1], centre[:, 0])[orbits]
     pitch = 2 * np.pi / count
     for window in range(_WINDOWS):
         # an odd share keeps borders away from the symmetry lines where centres lie
         begin = (window + 0.4567) * pitch / _WINDOWS
-        yield orbits[lowest, np.argmin((angle - begin) % (2 * np.pi), axis=1)]
+        yield orbits[every[: len(orbits)], np.argmin((angle - begin) % (2 * np.pi), axis=1)]
 
 
-def _sectors(
-    element_dofs: Ints, count: int, image: Ints, orbits: Ints, cells: Ints
-) -> Sectors | None:
+def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sectors | None:
     """Sectors from the nodes of the first one's cells; None where more than neighbours meet."""
     touched = np.zeros(len(image), dtype=bool)
     touched[element_dofs] = True
@@ -167,7 +169,9 @@ def _sectors(
     if own.sum() * count != len(image) or (border & ~own).any():
         return None
     local = np.concatenate([np.flatnonzero(own & ~border), np.flatnonzero(border)])
-    nodes = orbits[local]
-    if len(np.unique(nodes)) != len(image) or border.sum() in (0, own.sum()):
+    nodes = _orbits(local, image, count)
+    reached = np.zeros(len(image), dtype=bool)
+    reached[nodes] = True
+    if not reached.all() or border.sum() in (0, own.sum()):
         return None
     return Sectors(count, nodes, int(border.sum()), cells)

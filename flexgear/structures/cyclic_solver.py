@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.cyclic_harmonics import Harmonics
@@ -45,11 +46,11 @@ Ints = NDArray[np.int64]
 class _Pass:
     """On the way through a solution of k vectors.
 
-    work: (i + 2b + t + v, z, k) f and the borders', ties' and even others' rows; d: (t, z, k);
-    border: x_b (b, z, k); q0, mu: (m, k).
+    pieces: some sectors and f in the first rows of (i + 2b + t + v, sectors k) each, or none where
+    f = 0; d: (t, z, k); border: x_b (b, z, k); q0, mu: (m, k).
     """
 
-    work: Array
+    pieces: list[tuple[slice, Array]]
     d: Array
     border: Array
     q0: Array
@@ -166,8 +167,10 @@ class CyclicSolver:
         along = np.zeros((z, m, self._t))  # F = Z_o^T Z_t of every sector
         flexibility = np.zeros((m, m))
         self._uneven: dict[int, _Uneven] = {}
-        for s, (at, rows) in enumerate(ties.uneven):
-            local = self._pulled(rows.T.toarray())
+        locals_ = self._pulled(sp.vstack([rows for _, rows in ties.uneven]).T.toarray())
+        begin = np.cumsum([0] + [len(at) for at, _ in ties.uneven])
+        for s, (at, _) in enumerate(ties.uneven):
+            local = locals_[:, begin[s] : begin[s + 1]]
             # an even tie's share in the body's axes is C^T R_s^T
             both = np.hstack([even @ turns[s].T, local])
             every = np.concatenate([np.arange(v), at])
@@ -211,21 +214,26 @@ class CyclicSolver:
         return self._begin_local(load, local, columns)
 
     def _begin_local(self, load: Array | None, q: Array | None, k: int) -> _Pass:
-        work, pulled = self._eliminate(load, k)
-        _, ends, tie, even = self._rows
         b, z, t = self._b, self.count, self._t
-        drive = work[tie] if q is None else work[tie] + q  # D d
+        rest = np.zeros((2 * b + t + self._v, z, k))
+        pieces, pulled = ([], {}) if load is None else self._eliminate(load, rest)
+        drive, even = rest[2 * b : 2 * b + t], rest[2 * b + t :]
+        if q is not None:
+            drive = drive + q  # D d
         d = (self._d_inverse @ drive.reshape(t, z * k)).reshape(t, z, k)
-        pull = work[ends] + (self._hat.T @ d.reshape(t, z * k)).reshape(2 * b, z, k)
-        border = self._harmonics.solve(pull[:b] + np.roll(pull[b:], 1, axis=1))
+        pull = rest[: 2 * b]
+        pull += (self._hat.T @ d.reshape(t, z * k)).reshape(2 * b, z, k)
+        pull[:b, 1:] += pull[b:, :-1]
+        pull[:b, 0] += pull[b:, -1]
+        border = self._harmonics.solve(pull[:b])
         q0 = self._other_hat.T @ border.reshape(b * z, k)
-        share = np.tensordot(self._even_e, drive, axes=(0, 0)) - work[even]
+        share = np.tensordot(self._even_e, drive, axes=(0, 0)) - even
         q0[: self._v] += self._ties.turned(share, back=False).sum(axis=1)
         for s, tied in self._uneven.items():
             q0[tied.at] += tied.e.T @ drive[:, s]
             if s in pulled:
                 q0[tied.at] += pulled[s]
-        return _Pass(work, d, border, q0, np.zeros_like(q0))
+        return _Pass(pieces, d, border, q0, np.zeros_like(q0))
 
     def _held(self, run: _Pass, q: Array | None) -> _Pass:
         """The others at their motion too."""
@@ -261,45 +269,58 @@ class CyclicSolver:
         far = (self._gain[:, b:] @ flat).reshape(shape)
         return near + np.roll(far, -1, axis=1)
 
-    def _eliminate(self, load: Array | None, k: int) -> tuple[Array, dict[int, Array]]:
-        """work (i + 2b + t + v, z, k), and Z^T f of uneven ties by sector."""
-        size = self._rows[-1].stop
-        if load is None:
-            return np.zeros((size, self.count, k)), {}
-        work = np.empty((size, self.count, k))
+    def _eliminate(
+        self, load: Array, rest: Array
+    ) -> tuple[list[tuple[slice, Array]], dict[int, Array]]:
+        """Pieces of a pass, and Z^T f of uneven ties by sector; rest: rows beyond the interior."""
+        k, size = load.shape[2], self._rows[-1].stop
         flat = load.reshape(self._n, self.count * k)
-        out = work.reshape(size, self.count * k)
-        inside, pulled = self._rows[0], {}
+        beyond = rest.reshape(len(rest), self.count * k)
+        inside = self._rows[0]
+        pieces: dict[int, tuple[slice, Array]] = {}
+        pulled: dict[int, Array] = {}
 
         def part(sectors: slice) -> None:
             columns = slice(sectors.start * k, sectors.stop * k)
-            x = np.zeros((size, columns.stop - columns.start))
+            x = np.empty((size, columns.stop - columns.start))
             x[: self._n] = flat[:, columns]
-            if x.any():
+            x[self._n :] = 0.0
+            if x[0].all():
                 self._interior.forward(x)
+            else:
+                used = x[: self._n].any(axis=0)  # loads on a few teeth leave most sectors out
+                some = np.ascontiguousarray(x[:, used])
+                self._interior.forward(some)
+                x[:, used] = some
             for s in range(sectors.start, sectors.stop):
                 if s in self._uneven:
                     mine = x[inside, (s - sectors.start) * k : (s + 1 - sectors.start) * k]
                     pulled[s] = self._uneven[s].z.T @ mine
-            out[:, columns] = x
+            beyond[:, columns] = x[inside.stop :]
+            pieces[sectors.start] = sectors, x
 
         shared(self.count, part, chunk=max(1, CHUNK // k))
-        return work, pulled
+        return list(pieces.values()), pulled
 
     def _field(self, run: _Pass) -> Array:
-        """x (3n, z, k) from f, x_b, lambda and mu; uses the work up."""
-        inside, ends, tie, even = self._rows
-        k, work = run.mu.shape[1], run.work
-        work[ends.start : ends.start + self._b] = run.border
-        work[ends.start + self._b : ends.stop] = np.roll(run.border, -1, axis=1)
-        work[tie] = -self._multipliers(run)
-        work[even] = self._even_forces(run)
-        flat = work.reshape(len(work), self.count * k)
+        """x (3n, z, k) from f, x_b, lambda and mu; uses the pieces up."""
+        inside, ends, _, even = self._rows
+        k, b = run.mu.shape[1], self._b
+        beyond = np.empty((even.stop - ends.start, self.count, k))
+        beyond[:b] = run.border
+        beyond[b : 2 * b, :-1] = run.border[:, 1:]
+        beyond[b : 2 * b, -1] = run.border[:, 0]
+        np.negative(self._multipliers(run), out=beyond[2 * b : 2 * b + self._t])
+        beyond[2 * b + self._t :] = self._even_forces(run)
+        beyond = beyond.reshape(len(beyond), self.count * k)
         out = np.empty((self._n, self.count * k))
 
-        def part(sectors: slice) -> None:
+        def part(sectors: slice, x: Array | None = None) -> None:
             columns = slice(sectors.start * k, sectors.stop * k)
-            x = np.ascontiguousarray(flat[:, columns])
+            if x is None:
+                x = np.empty((even.stop, columns.stop - columns.start))
+                x[inside] = 0.0
+            x[inside.stop :] = beyond[:, columns]
             for s in range(sectors.start, sectors.stop):
                 if s in self._uneven:
                     mine = slice((s - sectors.start) * k, (s + 1 - sectors.start) * k)
@@ -307,5 +328,14 @@ class CyclicSolver:
             self._interior.backward(x)
             out[:, columns] = x[: self._n]
 
-        shared(self.count, part, chunk=max(1, CHUNK // k))
+        if run.pieces:
+            pieces, run.pieces = run.pieces, []
+
+            def each(which: slice) -> None:
+                for piece in pieces[which]:
+                    part(*piece)
+
+            shared(len(pieces), each, chunk=1)
+        else:
+            shared(self.count, part, chunk=max(1, CHUNK // k))
         return out.reshape(self._n, self.count, k)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from flexgear.structures.tall import THREADS
 
-CHUNK = 256  # columns a thread takes at a time
+CHUNK = 384  # columns a thread takes at a time
 
 
 def shared(count: int, part: Callable[[slice], None], chunk: int = CHUNK) -> None:

@@ -70,8 +70,13 @@ def compare_static(
     equivalent = np.zeros_like(exact)
     nodes = [interface.node_names.index(load.node) for load in loads]
     for start in range(0, len(loads), _BLOCK):
-        forces = [load.sample.load(load.forces) for load in loads[start : start + _BLOCK]]
-        exact[:, start : start + _BLOCK] = condensation.constraint_load(np.stack(forces, axis=1))
+        some = loads[start : start + _BLOCK]
+        forces = np.zeros((3 * some[0].sample.interpolation.shape[1], len(some)))
+        for column, load in enumerate(some):
+            nodal = load.sample.load(load.forces)
+            at = np.flatnonzero(nodal)  # few of many rows
+            forces[at, column] = nodal[at]
+        exact[:, start : start + _BLOCK] = condensation.constraint_load(forces)
     for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
         equivalent[6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
     q = np.linalg.solve(condensation.stiffness + supports, np.hstack([exact, equivalent]))

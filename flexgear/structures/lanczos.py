@@ -27,12 +27,16 @@ Operator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class Eigenpairs:
-    """nu (k,) falling, vectors (n, k) with V^T M V = I, residual estimates |A v - nu v|_M (k,)."""
+    """nu (k,) falling, vectors (n, k) with V^T M V = I, residual estimates |A v - nu v|_M (k,).
+
+    beside (r, k): what the operator gave beside its image of M V, where it gives something.
+    """
 
     values: NDArray[np.float64]
     vectors: NDArray[np.float64]
     residuals: NDArray[np.float64]
     applications: int
+    beside: NDArray[np.float64] | None = None
 
 
 def largest_eigenpairs(

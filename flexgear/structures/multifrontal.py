@@ -97,7 +97,7 @@ class Multifrontal:
         self, matrix: sp.csr_matrix
     ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Inverse of L11 and L21 of every front."""
-        permuted = matrix[self._order][:, self._order].tocsr()
+        permuted = sp.triu(matrix[self._order][:, self._order], format="csr")
         local = np.zeros(len(self._order), dtype=np.int64)
         waiting: dict[int, list[tuple[NDArray[np.int64], NDArray[np.float64]]]] = {}
         factors = []
@@ -109,8 +109,7 @@ class Multifrontal:
             front = np.zeros((own + len(border), own + len(border)), order="F")
             rows = permuted[begin:end]
             first = np.repeat(np.arange(own), np.diff(rows.indptr))
-            later = rows.indices >= begin
-            front[local[rows.indices[later]], first[later]] = rows.data[later]
+            front[local[rows.indices], first] = rows.data
             for index, update in waiting.pop(k, ()):
                 _extend(front, local[index], update)
             diagonal, info = dpotrf(front[:own, :own], lower=1, clean=1)

@@ -105,18 +105,22 @@ def test_lowest_modes_with_multiplicities_and_restarts(most):
     mass, flexibility, values = pencil()
     start = np.random.default_rng(1).standard_normal((90, 4))
     heard = []
-    found = lowest_modes(
-        lambda g: flexibility @ g, lambda x: mass @ x, start, 12, most, progress=heard.append
-    )
+    beside = np.random.default_rng(2).standard_normal((5, 90))
+
+    def solve(g):
+        return flexibility @ g, beside @ g
+
+    found = lowest_modes(solve, lambda x: mass @ x, start, 12, most, progress=heard.append)
     assert np.allclose(found.values, np.sort(values)[::-1][:12], rtol=1e-12)
     v = found.vectors
     assert np.abs(v.T @ mass @ v - np.eye(12)).max() < 1e-9
     residual = flexibility @ (mass @ v) - v * found.values
     assert np.abs(residual).max() < 1e-6 * found.values.max()
+    assert np.allclose(found.beside, beside @ (mass @ v), atol=1e-9 * np.abs(found.beside).max())
     assert heard[-1] == 1.0 and found.applications >= 12
 
 
 def test_a_basis_too_small_is_refused():
     mass, flexibility, _ = pencil()
     with pytest.raises(FlexgearError, match="fewer modes"):
-        lowest_modes(lambda g: flexibility @ g, lambda x: mass @ x, np.ones((90, 4)), 12, 20)
+        lowest_modes(lambda g: (flexibility @ g, g), lambda x: mass @ x, np.ones((90, 4)), 12, 20)

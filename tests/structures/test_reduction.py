@@ -12,6 +12,7 @@ from plain_meshes import annulus, box
 from scipy.sparse.linalg import eigsh, spsolve
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures import condensation
 from flexgear.structures.estimate import compare_frequencies, compare_static
 from flexgear.structures.factorisation import factorise
 from flexgear.structures.fem import (
@@ -282,3 +283,38 @@ def test_factors_solve(ring, supported, solver):
     x = factorise(matrix, model.nodes, solver).solve(right)
     scale = np.abs(matrix).max() * np.abs(x).max()
     assert np.abs(matrix @ x - right).max() < 1e-13 * scale
+
+
+def test_constraint_modes_that_are_not_held_give_the_same(ring, supports, monkeypatch):
+    model, interface, held = ring
+    monkeypatch.setattr(condensation, "_HELD_BYTES", 0.0)
+    made = reduce(model, interface, MODES)
+    assert made.condensation.constraint_modes is None
+    for name in ("stiffness", "mass"):
+        expected = getattr(held.body, name)
+        scale = np.sqrt(np.abs(np.diag(expected)))
+        b = interface.size  # fixed modes of equal frequency are not unique
+        error = (getattr(made.body, name) - expected) / scale / scale[:, None]
+        assert np.abs(error[:b, :b]).max() < 1e-8
+    assert np.allclose(made.frequencies, held.frequencies, rtol=1e-10)
+    assert np.abs(interface.rows @ made.fixed_modes).max() < 1e-10 * np.abs(made.fixed_modes).max()
+    force = np.random.default_rng(3).standard_normal((model.dofs, 2))
+    for name, arguments in {
+        "constraint_motion": (np.eye(interface.size),),
+        "constraint_load": (force,),
+        "fixed_solve": (force,),
+        "supported_solve": (force, supports),
+    }.items():
+        expected = getattr(held.condensation, name)(*arguments)
+        found = getattr(made.condensation, name)(*arguments)
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    b = interface.size
+    shift = (2 * np.pi * 300.0) ** 2
+    expected, found = (
+        np.linalg.inv(whole - shift * body.mass)[:b, :b]
+        for body in (held.body, made.body)
+        for whole in [body.stiffness + np.pad(supports, (0, MODES))]
+    )
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    span = np.abs(held.body.recovery).max()
+    assert np.abs(made.body.recovery[:, :b] - held.body.recovery[:, :b]).max() < 1e-6 * span

@@ -34,16 +34,20 @@ _CHUNK = 1024  # elements whose matrices are held at once
 class FeModel:
     """An unreduced elastic body.
 
-    stiffness, mass: (3n, 3n) symmetric CSR, N/m and kg; scalar_mass: (n, n) CSR with
-    mass = scalar_mass (x) I_3; nodes: (n, 3) m, vertices of the mesh first, then edge midpoints.
+    stiffness: (3n, 3n) symmetric CSR, N/m; scalar_mass: (n, n) CSR, kg; nodes: (n, 3) m, vertices
+    of the mesh first, then edge midpoints.
     """
 
     fe_mesh: FeMeshLike
     basis: CellBasis = field(repr=False)
     nodes: NDArray[np.float64] = field(repr=False)
     stiffness: sp.csr_matrix = field(repr=False)
-    mass: sp.csr_matrix = field(repr=False)
     scalar_mass: sp.csr_matrix = field(repr=False)
+
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """(3n, 3n) CSR, kg: scalar_mass (x) I_3."""
+        return sp.kron(self.scalar_mass, sp.identity(3), format="csr")
 
     @property
     def dofs(self) -> int:
@@ -116,12 +120,12 @@ def assemble(
     scalar_mass = sp.csr_matrix(
         (m_blocks[:, 0], pattern.indices, pattern.indptr), shape=(basis.N, basis.N)
     )
+    scalar_mass = 0.5 * (scalar_mass + scalar_mass.T.tocsr())  # exactly symmetric
     return FeModel(
         fe_mesh=fe_mesh,
         basis=basis,
         nodes=np.ascontiguousarray(basis.doflocs.T),
         stiffness=pattern.matrix(k_blocks.reshape(-1, 3, 3)),
-        mass=pattern.matrix(m_blocks[:, :, None] * np.eye(3)),
         scalar_mass=scalar_mass,
     )
 

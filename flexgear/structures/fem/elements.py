@@ -13,7 +13,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import CellBasis, ElementHexS2, ElementTetP2, MeshHex, MeshTet
+from skfem import CellBasis, Element, ElementHexS2, ElementTetP2, Mesh, MeshHex, MeshTet
+from skfem.assembly.basis.abstract_basis import AbstractBasis
 
 INTEGRATION_ORDER = 4
 _MESHES = {"hex": MeshHex, "tet": MeshTet}
@@ -40,13 +41,24 @@ class FeMeshLike(Protocol):
         """Patch name -> vertex numbers (k, 4) or (k, 3)."""
 
 
-def scalar_basis(fe_mesh: FeMeshLike, order: int = INTEGRATION_ORDER) -> CellBasis:
+def scalar_basis(fe_mesh: FeMeshLike) -> CellBasis:
     """Scalar quadratic basis on the cells; node n of it carries dofs 3n, 3n+1, 3n+2 (x, y, z).
 
-    Vertices come first and keep their numbers, edge midpoints follow. order: of the integration.
+    Vertices come first and keep their numbers, edge midpoints follow.
     """
+    return CellBasis(*_mesh_and_element(fe_mesh), intorder=INTEGRATION_ORDER)
+
+
+def numbering(fe_mesh: FeMeshLike) -> AbstractBasis:
+    """Numbers and places of the same basis's nodes, its functions not evaluated anywhere."""
+    nowhere = (np.zeros((3, 0)), np.zeros(0))
+    basis = AbstractBasis(*_mesh_and_element(fe_mesh), quadrature=nowhere)
+    basis.nelems = basis.mesh.nelements
+    return basis
+
+
+def _mesh_and_element(fe_mesh: FeMeshLike) -> tuple[Mesh, Element]:
     kind = fe_mesh.kind
     cells = np.ascontiguousarray(np.asarray(fe_mesh.cells).T)
     points = np.ascontiguousarray(np.asarray(fe_mesh.points, dtype=float).T)
-    geometry = _MESHES[kind](points, cells)
-    return CellBasis(geometry, _ELEMENTS[kind](), intorder=order)
+    return _MESHES[kind](points, cells), _ELEMENTS[kind]()

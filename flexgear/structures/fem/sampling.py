@@ -182,22 +182,37 @@ def _inverse_map(
     points: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Reference coordinates (m, c, 3) of point m in each of its candidate cells (m, c)."""
-    vertex_element = model.basis.mesh.elem()
+    corner = model.basis.elem.refdom.p.T  # (v, 3), zeros and ones
     vertices = corners[cells]  # (m, c, v, 3)
     tet = model.fe_mesh.kind == "tet"
     x = np.full(cells.shape + (3,), 0.25 if tet else 0.5)
     for _ in range(2 if tet else 12):
-        shape = [vertex_element.lbasis(np.moveaxis(x, -1, 0), i) for i in range(vertices.shape[2])]
-        value = np.stack([np.broadcast_to(s[0], x.shape[:2]) for s in shape], axis=-1)
-        slope = np.stack(
-            [np.stack([np.broadcast_to(d, x.shape[:2]) for d in s[1]], axis=-1) for s in shape],
-            axis=-1,
-        )  # (m, c, 3, v)
+        value, slope = (_tet_shape if tet else _hex_shape)(x, corner)  # (m, c, v), (m, c, 3, v)
         residual = points[:, None] - np.einsum("mcv,mcvi->mci", value, vertices)
-        jacobian = np.einsum("mcjv,mcvi->mcij", slope, vertices)
-        step = np.linalg.solve(jacobian, residual[..., None])[..., 0]
+        jacobian = slope @ vertices  # (m, c, j, i)
+        step = np.linalg.solve(jacobian.swapaxes(2, 3), residual[..., None])[..., 0]
         x = np.clip(x + step, -1.0, 2.0)
     return x
+
+
+def _tet_shape(
+    x: NDArray[np.float64], corner: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Linear functions (..., 4) and slopes (..., 3, 4) at x (..., 3)."""
+    slope = np.broadcast_to((corner - (corner.sum(axis=1) == 0)[:, None]).T, (*x.shape, 4))
+    first = 1.0 - x.sum(axis=-1, keepdims=True)
+    return x @ corner.T + first * (corner.sum(axis=1) == 0), slope
+
+
+def _hex_shape(
+    x: NDArray[np.float64], corner: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Trilinear functions (..., 8) and slopes (..., 3, 8) at x (..., 3)."""
+    sign = 2.0 * corner - 1.0
+    parts = (1.0 - corner + sign * x[..., None, :]).swapaxes(-1, -2)  # x or 1 - x, (..., 3, 8)
+    a, b, c = parts[..., 0, :], parts[..., 1, :], parts[..., 2, :]
+    slope = np.stack([b * c, a * c, a * b], axis=-2) * sign.T
+    return a * b * c, slope
 
 
 def _interpolation(

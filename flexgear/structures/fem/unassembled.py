@@ -10,9 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.fem.assembly import FeModel, assemble
-from flexgear.structures.fem.elements import FeMeshLike, scalar_basis
-
-_ONE_POINT = 1  # integration order of a basis that only numbers nodes
+from flexgear.structures.fem.elements import FeMeshLike, numbering
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class UnassembledModel(FeModel):
     def __init__(
         self, fe_mesh: FeMeshLike, young_modulus: float, poisson_ratio: float, density: float
     ) -> None:
-        basis = scalar_basis(fe_mesh, _ONE_POINT)
+        basis = numbering(fe_mesh)
         put = object.__setattr__  # the class is frozen
         put(self, "fe_mesh", fe_mesh)
         put(self, "basis", basis)
@@ -47,11 +45,6 @@ class UnassembledModel(FeModel):
     def stiffness(self) -> sp.csr_matrix:  # type: ignore[override]
         """K (3n, 3n)."""
         return self.whole.stiffness
-
-    @property
-    def mass(self) -> sp.csr_matrix:  # type: ignore[override]
-        """M (3n, 3n)."""
-        return self.whole.mass
 
     @property
     def scalar_mass(self) -> sp.csr_matrix:  # type: ignore[override]

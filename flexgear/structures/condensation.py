@@ -1,0 +1,230 @@
+r"""Static condensation of a whole body on its interface, by one factor of its matrix.
+
+With K_s = K + B^T S B and F = B K_s^{-1} B^T of `reduction.py`, constraint modes
+Psi = K_s^{-1} B^T F^{-1} (dofs times interface dofs) are held where they take little room;
+elsewhere every use of them is a solve of its own, block by block:
+
+    Psi q = K_s^{-1} B^T (F^{-1} q),   Psi^T f = F^{-1} B K_s^{-1} f.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.factorisation import Factor, Solver, factorise
+from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.spd import scaled_inverse
+from flexgear.structures.tall import dot, times, times_in_place
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+SOLVE_BLOCK = 96  # right-hand sides a solve
+_HELD_BYTES = 1e9  # of constraint modes that are held
+
+
+@dataclass(frozen=True, eq=False)
+class Condensation:
+    """Static condensation of a body on its interface.
+
+    rows: B (b, d); inverse: F^{-1} (b, b); constraint_modes: Psi (d, b), None where they are not
+    held; stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties;
+    fe_mass: (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is rigid.
+    """
+
+    interface: Interface
+    rows: sp.csr_matrix = field(repr=False)
+    fe_stiffness: sp.csr_matrix = field(repr=False)
+    fe_mass: sp.csr_matrix | None = field(repr=False)
+    scalar_mass: sp.csr_matrix | None = field(repr=False)
+    factor: Factor = field(repr=False)
+    inverse: Array = field(repr=False)
+    constraint_modes: Array | None = field(repr=False)
+    stiffness: Array = field(repr=False)
+    rigid_residual: float
+    path: str
+
+    @property
+    def name(self) -> str:
+        """Of the solver."""
+        return self.factor.name
+
+    @property
+    def dofs(self) -> int:
+        """Length of a field: dofs left after rigid ties."""
+        return int(self.fe_stiffness.shape[0])
+
+    def mass_product(self, x: Array) -> Array:
+        """M x (d, k); the scalar mass matrix takes x, y and z together."""
+        x = np.ascontiguousarray(x)
+        if self.fe_mass is not None:
+            return np.asarray(self.fe_mass @ x)
+        assert self.scalar_mass is not None
+        return (self.scalar_mass @ x.reshape(self.scalar_mass.shape[0], -1)).reshape(x.shape)
+
+    def stiffness_product(self, x: Array) -> Array:
+        """K x (d, k)."""
+        return self.fe_stiffness @ np.ascontiguousarray(x)
+
+    def interface_motion(self, x: Array) -> Array:
+        """B x (b, k)."""
+        return self.rows @ x
+
+    def constraint_motion(self, q: Array) -> Array:
+        """Psi q (d, k)."""
+        if self.constraint_modes is not None:
+            return times(self.constraint_modes, q)
+        return self._under(self.inverse @ q)
+
+    def constraint_load(self, forces: Array) -> Array:
+        """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
+        if self.interface.expansion is not None:
+            forces = self.interface.expansion.T @ forces
+        if self.constraint_modes is None:
+            return np.asarray(self.inverse @ (self.rows @ self.factor.solve(forces)))
+        at = np.flatnonzero(forces.any(axis=1))
+        return self.constraint_modes[at].T @ forces[at]
+
+    def dofs_of(self, x: Array, count: int) -> Array:
+        """The mesh's first dofs (count, k) of fields x (d, k)."""
+        if self.interface.expansion is None:
+            return x[:count]
+        return self.interface.expansion[:count] @ x
+
+    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+        b, psi = self.interface.size, self.constraint_modes
+        own, coupling = np.zeros((b, b)), np.zeros((modes.shape[1], b))
+        for block in _blocks(b):
+            some = self.constraint_motion(np.eye(b)[:, block]) if psi is None else psi[:, block]
+            weighted = self.mass_product(some)
+            if psi is None:
+                own[:, block] = self.inverse @ (self.rows @ self.factor.solve(weighted))
+            else:
+                own[:, block] = dot(psi, weighted)
+            coupling[:, block] = dot(modes, weighted)
+            recovery[:, block] = self.dofs_of(some, len(recovery))
+        return 0.5 * (own + own.T), coupling
+
+    def fixed_solve(self, right: Array) -> Array:
+        """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        y = self.factor.solve(right)
+        y -= self.constraint_motion(self.rows @ y)
+        return y
+
+    def supported_solve(self, right: Array, supports: Array) -> Array:
+        """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
+        y = self.factor.solve(right)
+        at = self.rows @ y
+        q = np.linalg.solve(
+            self.stiffness + supports, self.inverse @ at
+        )  # F^{-1} B y = Psi^T right
+        y += self.constraint_motion(q - at)
+        return y
+
+    def _under(self, forces: Array) -> Array:
+        """K_s^{-1} B^T forces (d, k), block by block."""
+        out = np.empty((self.dofs, forces.shape[1]))
+        for block in _blocks(forces.shape[1]):
+            out[:, block] = self.factor.solve(self.rows.T @ np.ascontiguousarray(forces[:, block]))
+        return out
+
+
+def _blocks(columns: int) -> Iterator[slice]:
+    """Slices of right-hand sides."""
+    for start in range(0, columns, SOLVE_BLOCK):
+        yield slice(start, min(start + SOLVE_BLOCK, columns))
+
+
+def condense_whole(
+    model: FeModel, interface: Interface, progress: Progress, solver: Solver, path: str
+) -> Condensation:
+    """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
+    stiffness, mass = model.stiffness, None
+    if interface.expansion is not None:
+        t = interface.expansion
+        stiffness = (t.T @ stiffness @ t).tocsr()
+        mass = (t.T @ model.mass @ t).tocsr()
+    rows = interface.rows
+    springs = _temporary_springs(interface, stiffness)
+    held = rows.T @ sp.diags_array(springs) @ rows
+    factor = factorise((stiffness + held).tocsr(), interface.coordinates, solver)
+    progress("constraint modes", 0.0)
+    dofs, b = stiffness.shape[0], interface.size
+    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
+    flexibility = np.empty((b, b))
+    for block in _blocks(b):
+        some = factor.solve(rows[block].T.toarray())
+        flexibility[:, block] = rows @ some
+        if modes is not None:
+            modes[:, block] = some
+        progress("constraint modes", 0.9 * block.stop / b)
+    inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
+    if modes is not None:
+        times_in_place(modes, inverse)
+    stiffness_b, residual = free(inverse - np.diag(springs), interface)
+    progress("constraint modes", 1.0)
+    scalar_mass = model.scalar_mass if mass is None else None
+    return Condensation(
+        interface,
+        rows,
+        stiffness,
+        mass,
+        scalar_mass,
+        factor,
+        inverse,
+        modes,
+        stiffness_b,
+        residual,
+        path,
+    )
+
+
+def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:
+    """Diagonal of S (b,): springs at up to three nodes with small patches, far apart."""
+    counts = np.diff(interface.rows.indptr).reshape(-1, 6).sum(axis=1)
+    small = np.flatnonzero(counts <= 1.5 * counts.min())
+    chosen = [int(small[0])]
+    while len(chosen) < min(3, len(small)):
+        distance = np.min(
+            [
+                np.linalg.norm(interface.positions[small] - interface.positions[c], axis=1)
+                for c in chosen
+            ],
+            axis=0,
+        )
+        if distance.max() == 0.0:
+            break
+        chosen.append(int(small[np.argmax(distance)]))
+    span = np.ptp(interface.coordinates, axis=0).max()
+    scale = float(np.median(stiffness.diagonal()))
+    springs = np.zeros(interface.size)
+    for node in chosen:
+        springs[6 * node : 6 * node + 3] = scale
+        springs[6 * node + 3 : 6 * node + 6] = scale * (0.1 * span) ** 2
+    return springs
+
+
+def free(stiffness: Array, interface: Interface) -> tuple[Array, float]:
+    """K_bb with rounding at rigid motions projected away, and how large that rounding was."""
+    length = np.linalg.norm(interface.positions, axis=1).max()
+    scale = np.tile([1.0, 1.0, 1.0] + 3 * [1 / length], len(interface.node_names))
+    scaled = scale[:, None] * stiffness * scale
+    rigid = np.linalg.qr(interface.rigid_modes() / scale[:, None])[0]
+    force = scaled @ rigid
+    residual = float(np.linalg.norm(force, 2) / np.linalg.norm(scaled, 2))
+    if residual > 1e-6:
+        raise FlexgearError(
+            f"the reduced body does not move freely as a rigid one (residual {residual:.1e}): "
+            "its mesh may consist of several pieces"
+        )
+    scaled = scaled - rigid @ force.T
+    scaled = scaled - (scaled @ rigid) @ rigid.T
+    scaled = 0.5 * (scaled + scaled.T)
+    return scaled / scale[:, None] / scale, residual
