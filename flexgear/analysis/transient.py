@@ -7,7 +7,7 @@ acceleration rule keeps its order; windows around jumps may use a finer step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -27,7 +27,7 @@ from flexgear.analysis.kernel import (
     advance,
     consistent_acceleration,
 )
-from flexgear.analysis.ladder import control
+from flexgear.analysis.ladder import Control, control
 from flexgear.analysis.near import Near, near_channels
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
@@ -89,8 +89,8 @@ class Transient:
     independent rotations, rad, and their speeds, rad/s; torques (t, P) given torques and the
     brake's, N·m; output_speed rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
     pair_tooth 0-based, −1 none; support_load (t, extra rows); direction (t, n_c, 3) of bearings
-    with clearance; wanted (t, M); energy: name -> (t,) J (zero if not tracked); steps: number of
-    steps taken.
+    with clearance; wanted (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of
+    which size.
     """
 
     modal: ModalSystem
@@ -108,7 +108,7 @@ class Transient:
     direction: Array
     wanted: NDArray[np.int64]
     energy: dict[str, Array]
-    steps: int
+    steps: Steps
 
     @property
     def carrier_angle(self) -> Array:
@@ -131,7 +131,7 @@ class Transient:
         return np.asarray(self.torques[:, -1])
 
 
-def step_data(modal: ModalSystem, sizes: float | Sequence[float]) -> StepData:
+def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
     """Constant arrays of one step size or a ladder of them (s): modal factors, receptances."""
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
     omega2, p, brake = modal.omega**2, modal.channel_modes, modal.system.brake
@@ -312,6 +312,43 @@ def plan_segments(
     return segments
 
 
+@dataclass(frozen=True)
+class Adaptive:
+    """Step sizes chosen by an error estimate (``ladder.py``).
+
+    tolerance: error of a pair's load that one step may make, as a share of the largest load at
+    rated torque; shortest, longest: s. Sizes are the longest one halved some times.
+    """
+
+    tolerance: float
+    shortest: float
+    longest: float
+
+    def sizes(self, span: float, interval: float) -> tuple[Array, int]:
+        """Step sizes (L,) s rising, of which samples every ``interval`` s and a span are whole
+        multiples; and the number of shortest steps between two samples."""
+        between = span / max(1, round(span / interval))
+        longest = between / int(np.ceil(between / self.longest - 1e-9))
+        halved = max(0, int(np.ceil(np.log2(longest / self.shortest) - 1e-9)))
+        sizes: Array = longest / 2.0 ** np.arange(halved, -1, -1, dtype=np.float64)
+        return sizes, round(between / longest) << halved
+
+
+def largest_rated_load(modal: ModalSystem, angle: float = 0.0) -> float:
+    """Largest load of a tooth pair in equilibrium at rated torque, N."""
+    rated = modal.system.rated_torque
+    return float(revolution(modal, np.array([angle]), rated).pair_load.max())
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps taken, steps taken again at half the size, and how many of each size (s)."""
+
+    taken: int
+    refused: int
+    by_size: dict[float, int]
+
+
 def transient(
     modal: ModalSystem,
     drive: Drive,
@@ -320,65 +357,118 @@ def transient(
     time_step: float,
     output_interval: float,
     windows: Sequence[FineWindow] = (),
+    adaptive: Adaptive | None = None,
     start: State | None = None,
     sink: Sink,
     track_energy: bool = False,
     progress: Callable[[float], None] | None = None,
-) -> int:
+) -> Steps:
     """Run from 0 to ``duration`` s; samples go to ``sink`` about every ``output_interval`` s.
 
-    There is a sample at least once between two jumps or window edges.
-
-    Returns the number of steps taken. Raises FlexgearError where a step has no solution.
+    There is a sample at least once between two jumps or window edges. adaptive: chooses step
+    sizes, ``time_step`` and windows then play no part. Raises FlexgearError where a step has no
+    solution.
     """
     if start is None:
         start = start_state(modal, _start_torque(modal, drive))
-    pairs, space = modal.system.pairs, work_space(modal, track_energy)
-    known: dict[float, StepData] = {}
-    ladder = control(1)
-    segments = plan_segments(duration, time_step, drive.jumps, windows)
-    total, taken = sum(s.steps for s in segments), 0
-    for segment in segments:
-        h = segment.time_step
-        data = known.setdefault(h, step_data(modal, h))
-        times: Array = segment.start + h * np.arange(segment.steps + 1, dtype=np.float64)
-        # the torque just after a jump, and just before the next one
-        inside = times.copy()
-        inside[0] += BESIDE * h
-        inside[-1] -= BESIDE * h
-        torque = given_torques(modal, drive, inside)
+    run = _Run(modal, drive, start, work_space(modal, track_energy), sink)
+    if adaptive is None:
+        pieces = plan_segments(duration, time_step, drive.jumps, windows)
+        plans = [_fixed(s, output_interval) for s in pieces]
+    else:
+        pieces = plan_segments(duration, duration, drive.jumps, ())
+        load = largest_rated_load(modal)
+        plans = [_laddered(s, output_interval, adaptive, load) for s in pieces]
+    total, done, refused = sum(p.ticks for p in plans), 0, 0
+    by_size: dict[float, int] = {}
+    for plan in plans:
+        for ticks in run.through(plan):
+            done += ticks
+            if progress is not None:
+                progress(done / total)
+        refused += int(plan.control.counts[3])
+        for h, count in zip(plan.sizes, plan.control.taken, strict=True):
+            by_size[float(h)] = by_size.get(float(h), 0) + int(count)
+    return Steps(sum(by_size.values()), refused, by_size)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A piece of time without a jump: ticks of the shortest size, a sample every so many."""
+
+    start: float
+    sizes: Array
+    ticks: int
+    every: int
+    control: Control
+
+    @property
+    def chunk(self) -> int:
+        """Ticks that are run at once."""
+        return CHUNK << (len(self.sizes) - 1)
+
+
+def _fixed(segment: Segment, interval: float) -> _Plan:
+    h = segment.time_step
+    every = min(max(1, round(interval / h)), segment.steps)
+    return _Plan(segment.start, np.array([h]), segment.steps, every, control(1))
+
+
+def _laddered(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> _Plan:
+    span = segment.time_step * segment.steps
+    sizes, every = adaptive.sizes(span, interval)
+    ladder = control(len(sizes), adaptive.tolerance, load)
+    return _Plan(segment.start, sizes, round(span / sizes[0]), every, ladder)
+
+
+class _Run:
+    """What goes on from one piece of time to the next."""
+
+    def __init__(
+        self, modal: ModalSystem, drive: Drive, state: State, space: Space, sink: Sink
+    ) -> None:
+        self.modal, self.drive, self.state, self.space, self.sink = modal, drive, state, space, sink
+        self.known: dict[tuple[float, ...], StepData] = {}
+
+    def through(self, plan: _Plan) -> Iterator[int]:
+        """Run a piece; yields ticks as they are done."""
+        pairs, space, h = self.modal.system.pairs, self.space, float(plan.sizes[0])
+        key = tuple(float(f"{size:.12g}") for size in plan.sizes)
+        if key not in self.known:
+            self.known[key] = step_data(self.modal, plan.sizes)
+        data = self.known[key]
+        first = given_torques(self.modal, self.drive, np.array([plan.start + BESIDE * h]))
         if consistent_acceleration(
-            data, 0, pairs, space.rows, start, torque[0], space.near, space.work, space.ledger
+            data, 0, pairs, space.rows, self.state, first[0], space.near, space.work, space.ledger
         ):
-            raise FlexgearError(f"no consistent contact state at t = {segment.start:.6f} s")
-        every = min(max(1, round(output_interval / h)), segment.steps)
-        for first in range(0, segment.steps, CHUNK):
-            last = min(first + CHUNK, segment.steps)
-            saves = last // every - first // every
-            samples = _samples(modal, saves)
+            raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
+        for begin in range(0, plan.ticks, plan.chunk):
+            end = min(begin + plan.chunk, plan.ticks)
+            times = plan.start + h * np.arange(begin + 1, end + 1, dtype=np.float64)
+            before = times.copy()
+            if end == plan.ticks:
+                before[-1] -= BESIDE * h  # the torque just before the next jump
+            samples = _samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
-                data, pairs, space.rows, start, torque[first + 1 : last + 1], every, first,
-                samples, space.near, space.work, space.ledger, ladder,
+                data, pairs, space.rows, self.state, given_torques(self.modal, self.drive, before),
+                plan.every, begin, samples, space.near, space.work, space.ledger, plan.control,
             )  # fmt: skip
             if status:
                 raise FlexgearError(
-                    f"the contact problem has no solution at t = {times[first + status]:.6f} s; "
+                    f"the contact problem has no solution at t = {times[status - 1]:.6f} s; "
                     "a smaller time step may help"
                 )
             if saved:
-                index = (np.arange(first // every, last // every) + 1) * every
-                sink.append(_named(times[index], samples))
-            taken += last - first
-            if progress is not None:
-                progress(taken / total)
-    return taken
+                index = (np.arange(begin // plan.every, end // plan.every) + 1) * plan.every
+                self.sink.append(_named(plan.start + h * index.astype(np.float64), samples))
+            yield end - begin
 
 
 def _named(time: Array, samples: Samples) -> dict[str, Array]:
     return {**samples._asdict(), "time": time}
 
 
-def collected(modal: ModalSystem, arrays: dict[str, Array], steps: int) -> Transient:
+def collected(modal: ModalSystem, arrays: dict[str, Array], steps: Steps) -> Transient:
     """A ``Transient`` from the arrays of a ``Collector`` (or of a stored run)."""
     a = dict(arrays)
     energy = a.pop("energy")

@@ -27,6 +27,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.fields import field_dataset
 from flexgear.studies.stage_bodies import Progress, StageBodies, silent
 from flexgear.studies.stage_dataset import equilibrium_of, transient_of
+from flexgear.studies.stepping import adaptive_steps
 
 SETTLING = 0.2  # s after a torque step during which the fine time step is kept
 AFTER = 1.0  # s that a torque-drop run goes on after the torque is back
@@ -82,7 +83,8 @@ def simulate(
 ) -> TimedRun:
     """Transient under the case's drive (or another) for its duration or one revolution.
 
-    Within 0.2 s after every jump of the torque the fine time step is used.
+    Within 0.2 s after every jump of the torque the fine time step is used, unless the case asks
+    for steps by a tolerance.
     """
     drive, solver = drive or case.drive, case.solver
     span = duration or solver.duration or revolution_time(case)
@@ -98,6 +100,7 @@ def simulate(
         time_step=solver.time_step,
         output_interval=min(output_interval or solver.output_interval, span),
         windows=windows,
+        adaptive=adaptive_steps(solver),
         sink=sink,
         track_energy=energy,
         progress=lambda share: progress(label, share),

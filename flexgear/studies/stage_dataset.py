@@ -20,6 +20,7 @@ from flexgear.coupling.pair_data import KINDS, by_kind
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case
 from flexgear.results.dataset import equilibrium_dataset, provenance, transient_dataset
+from flexgear.studies.stepping import step_attributes
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ def transient_of(case: Case, result: Transient, **attrs: Any) -> xr.Dataset:
         arrays |= {f"energy_{name}": value for name, value in result.energy.items()}
     return transient_dataset(
         time=result.time,
-        attrs=_attrs(case, result, steps=result.steps, **attrs),
+        attrs=_attrs(case, result, **step_attributes(result.steps), **attrs),
         rated_mean_force=stage_kinematics(case).ring_mesh_force,
         planet_angle=case.stage.planet_angles,
         **arrays,

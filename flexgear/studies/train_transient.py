@@ -17,6 +17,7 @@ from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.train_dataset import variable
 from flexgear.results.train_sharing import sharing_coefficients
 from flexgear.studies.stage_bodies import Progress, silent
+from flexgear.studies.stepping import adaptive_steps, step_attributes
 from flexgear.studies.train_angles import stage_motions
 from flexgear.studies.train_dataset import TrainContext, train_labels, transient_data
 
@@ -85,6 +86,7 @@ def simulate_train(
         duration=span,
         time_step=solver.time_step,
         output_interval=min(solver.output_interval, span),
+        adaptive=adaptive_steps(solver),
         sink=sink,
         track_energy=energy,
         progress=lambda share: progress(label, share),
@@ -93,7 +95,7 @@ def simulate_train(
     result = collected(modal, sink.arrays(), steps)
     refuse_runaway(context, result)
     data = transient_data(
-        context, result, steps=steps, settle_s=solver.settle, torque_share=torque_share
+        context, result, settle_s=solver.settle, torque_share=torque_share, **step_attributes(steps)
     )
     data = data.assign(_coefficients(context, result, torque_share))
     data = data.assign_coords(definition=train_labels(context)["definition"])

@@ -1,0 +1,22 @@
+"""How a case's ``[solver]`` wants its time steps chosen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexgear.analysis.transient import Adaptive, Steps
+from flexgear.model.solver import Solver
+from flexgear.model.train_solver import TrainSolver
+
+
+def adaptive_steps(solver: Solver | TrainSolver) -> Adaptive | None:
+    """Step sizes by an error estimate, or None where they are given."""
+    if solver.step_tolerance == 0.0:
+        return None
+    return Adaptive(solver.step_tolerance, solver.shortest_time_step, solver.longest_time_step)
+
+
+def step_attributes(steps: Steps) -> dict[str, Any]:
+    """Attributes of a dataset: steps taken, steps refused, and how many of which size."""
+    sizes = ", ".join(f"{h:.4g} s: {count}" for h, count in sorted(steps.by_size.items()))
+    return {"steps": steps.taken, "steps_refused": steps.refused, "step_sizes": sizes}
