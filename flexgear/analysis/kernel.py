@@ -28,7 +28,8 @@ from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.near import (
     FAST,
     answered,
-    copy_all,
+    begin,
+    fill_rung,
     moved,
     near_forces,
     near_products,
@@ -260,7 +261,7 @@ def _motion_before(near, eta, ports):
 
 
 @njit(cache=True)
-def consistent_acceleration(data, rung, pairs, rows, state, drive, near, work, ledger):
+def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger):
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
     The contact problem is solved with modes as they are. drive (P − 1,): given torques. A jump of
@@ -268,7 +269,7 @@ def consistent_acceleration(data, rung, pairs, rows, state, drive, near, work, l
     Returns 0, or −1 without a solution.
     """
     ports, nc, channels = data.ports, data.channel_modes.shape[0], near.modes.shape[0]
-    copy_all(near, data.channel_modes, data.displacement[rung], data.residual, ports)
+    begin(near, data.channel_modes, data.displacement, data.residual, ports)
     for a in range(work.theta.shape[0]):
         work.theta[a] = np.dot(data.angles[a], state.eta)
     torques, x, c = work.torques, work.x, work.damping
@@ -277,10 +278,7 @@ def consistent_acceleration(data, rung, pairs, rows, state, drive, near, work, l
     brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
     torques[ports - 1] = brake
     n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
-    place_rows(
-        near, rows.blocks, rows.width, n, data.channel_modes, data.displacement[rung],
-        data.residual, ports,
-    )  # fmt: skip
+    place_rows(near, rows.blocks, rows.width, n, data.channel_modes, data.residual, ports)
     low = ports + 6 * near.first
     high = low + 6 * near.used
     tracked = ledger.booked.shape[0] > 0
@@ -365,13 +363,10 @@ def advance(
     high = low.copy()
     tracked = ledger.booked.shape[0] > 0
     clearances = pairs.clearance_stiffness.shape[0] > 0
-    saved, tick, loaded = 0, 0, -1
+    saved, tick = 0, 0
     while tick < torque.shape[0]:
         rung = choose_rung(control, first + tick, torque.shape[0] - tick, save_every)
         h = data.h[rung]
-        if rung != loaded:
-            copy_all(near, data.channel_modes, data.displacement[rung], data.residual, ports)
-            loaded = rung
         end = tick + (1 << rung)
         torques[:out] = torque[end - 1]
         torques[out] = 0.0
@@ -388,10 +383,8 @@ def advance(
             work.acceleration, work.free, work.free_v,
         )  # fmt: skip
         n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
-        place_rows(
-            near, rows.blocks, rows.width, n, data.channel_modes, data.displacement[rung],
-            data.residual, ports,
-        )  # fmt: skip
+        place_rows(near, rows.blocks, rows.width, n, data.channel_modes, data.residual, ports)
+        fill_rung(near, rung, data.displacement[rung], ports)
         high[:] = low + 6 * near.used
         if tracked:
             _motion_before(near, state.eta, ports)
@@ -413,8 +406,8 @@ def advance(
                     near.free[d] += near.residual[d, t] * torques[t]
         near_values(near.at, rows.coef, rows.width, n, near.free, near.rate, work.delta, work.rate)
         near_products(
-            near.displacement, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
-            out, near.line, near.image, work.matrix, work.brake,
+            near.displacement[rung], near.at, near.part, rows.coef, rows.width, near.reach, low,
+            high, n, out, near.line, near.image, work.matrix, work.brake,
         )  # fmt: skip
         near_products(
             near.residual, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
@@ -437,7 +430,7 @@ def advance(
                 if pairs.model[m] == PER_PAIR:
                     touched = state.touched[m, rows.pair_index[q] % 8] == 1
                     work.active[rows.pair_row[q]] = 1 if touched or pairs.front[m] == 1 else 0
-        moves = share * (near.displacement[out, out] - near.residual[out, out])
+        moves = share * (near.displacement[rung, out, out] - near.residual[out, out])
         work.matrix[n, n] = 1.0 + slope * moves
         work.right[n] = brake + slope * (near.rate[out] - guess)
         status = solve_active(work.matrix, work.right, rows, n, 1, work.active, work.small, x)
@@ -469,7 +462,7 @@ def advance(
                 continue
         torques[out] = x[n]
         if tracked or clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
-            answered(near.displacement, ports, near.first, near.used, near.line_2, near.line)
+            answered(near.displacement[rung], ports, near.first, near.used, near.line_2, near.line)
             for d in range(channels):
                 near.line[d] += near.free[d]
             if not tracked:

@@ -36,13 +36,14 @@ class Near(NamedTuple):
     block: IntArray  # (S,) block of a slot, −1 none
     seen: IntArray  # (S,) step at which a slot was last in contact
     fresh: IntArray  # (S,) slots filled at this step
+    filled: IntArray  # (L, S) whether ``displacement`` holds the block of a slot
     counts: IntArray  # (2,) slots filled at this step, number of the step
     first: IntArray  # (G,) first slot of a group
     used: IntArray  # (G,) slots in use
     rigid: IntArray  # (G,) rigid modes it moves in: all or none
     elastic: IntArray  # (G, 2) range of its elastic modes
     modes: Array  # (C, n)
-    displacement: Array  # (C, C) receptance of a step
+    displacement: Array  # (L, C, C) receptance of a step of each size
     residual: Array  # (C, C)
     at: IntArray  # (R, B) first channel of each block of a row
     part: IntArray  # (R, B) group of each block of a row
@@ -56,8 +57,11 @@ class Near(NamedTuple):
     motion: Array  # (C,) of the last step, where it was asked for
 
 
-def near_channels(modal: ModalSystem, rows: int, width: int) -> Near:
-    """Work space for a system and so many rows of so many blocks; slots of teeth are empty."""
+def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> Near:
+    """Work space for a system, so many rows of so many blocks, and so many step sizes.
+
+    Slots of teeth are empty.
+    """
     pairs = modal.system.pairs
     blocks, ports = len(modal.system.blocks) // 6, len(modal.system.ports)
     teeth = tooth_blocks(pairs, blocks)
@@ -89,13 +93,14 @@ def near_channels(modal: ModalSystem, rows: int, width: int) -> Near:
         block=block,
         seen=seen,
         fresh=np.zeros(slots, dtype=np.int64),
+        filled=np.zeros((sizes, slots), dtype=np.int64),
         counts=np.zeros(2, dtype=np.int64),
         first=first[:-1].astype(np.int64),
         used=np.array([len(h) for h in held], dtype=np.int64),
         rigid=rigid,
         elastic=elastic,
         modes=np.zeros((channels, modal.modes.shape[1])),
-        displacement=np.zeros((channels, channels)),
+        displacement=np.zeros((sizes, channels, channels)),
         residual=np.zeros((channels, channels)),
         at=np.zeros((rows, width), dtype=np.int64),
         part=np.zeros((rows, width), dtype=np.int64),
@@ -144,43 +149,57 @@ def tooth_blocks(pairs: PairData, blocks: int) -> NDArray[np.bool_]:
 
 
 @njit(cache=True)
-def _copy(near, s, t, displacement, residual, ports):
-    """Receptances between slots s and t; −1 stands for the ports."""
-    first_port = residual.shape[0] - ports
+def _copy(target, source, near_block, s, t, ports):
+    """The part of a channel matrix between slots s and t, both ways; −1 stands for the ports."""
+    first_port = source.shape[0] - ports
     rows, columns = (ports if s < 0 else 6), (ports if t < 0 else 6)
-    c, g = (0, first_port) if s < 0 else (ports + 6 * s, 6 * near.block[s])
-    d, h = (0, first_port) if t < 0 else (ports + 6 * t, 6 * near.block[t])
+    c, g = (0, first_port) if s < 0 else (ports + 6 * s, 6 * near_block[s])
+    d, h = (0, first_port) if t < 0 else (ports + 6 * t, 6 * near_block[t])
     for p in range(rows):
         for q in range(columns):
-            near.displacement[c + p, d + q] = displacement[g + p, h + q]
-            near.residual[c + p, d + q] = residual[g + p, h + q]
+            target[c + p, d + q] = source[g + p, h + q]
+            target[d + q, c + p] = source[h + q, g + p]
 
 
 @njit(cache=True)
-def copy_all(near, channel_modes, displacement, residual, ports):
-    """Fill the ports and every slot in use: at the start, or with another step's receptance."""
+def _copy_slot(target, source, near_block, first, used, s, ports):
+    """The part of a channel matrix between slot s and all in use."""
+    _copy(target, source, near_block, s, -1, ports)
+    for g in range(first.shape[0]):
+        for t in range(first[g], first[g] + used[g]):
+            _copy(target, source, near_block, s, t, ports)
+
+
+@njit(cache=True)
+def begin(near, channel_modes, displacement, residual, ports):
+    """Fill the ports and every slot in use; receptances (L, n_c, n_c) of steps when they come."""
+    near.filled[:] = 0
     near.modes[:ports] = channel_modes[channel_modes.shape[0] - ports :]
-    _copy(near, -1, -1, displacement, residual, ports)
+    for r in range(displacement.shape[0]):
+        _copy(near.displacement[r], displacement[r], near.block, -1, -1, ports)
+    _copy(near.residual, residual, near.block, -1, -1, ports)
     for g in range(near.first.shape[0]):
         for s in range(near.first[g], near.first[g] + near.used[g]):
-            _fill(near, s, channel_modes, displacement, residual, ports)
+            c, b = ports + 6 * s, 6 * near.block[s]
+            near.modes[c : c + 6] = channel_modes[b : b + 6]
+            _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
 
 
 @njit(cache=True)
-def _fill(near, s, channel_modes, displacement, residual, ports):
-    """Copy the channels of the block in slot s, receptances both ways."""
-    c, b = ports + 6 * s, 6 * near.block[s]
-    near.modes[c : c + 6] = channel_modes[b : b + 6]
-    _copy(near, s, -1, displacement, residual, ports)
-    _copy(near, -1, s, displacement, residual, ports)
+def fill_rung(near, rung, displacement, ports):
+    """Bring the receptance of a step size (n_c, n_c) up to date with the slots in use."""
     for g in range(near.first.shape[0]):
-        for t in range(near.first[g], near.first[g] + near.used[g]):
-            _copy(near, s, t, displacement, residual, ports)
-            _copy(near, t, s, displacement, residual, ports)
+        for s in range(near.first[g], near.first[g] + near.used[g]):
+            if near.filled[rung, s] == 0:
+                near.filled[rung, s] = 1
+                _copy_slot(
+                    near.displacement[rung], displacement, near.block, near.first, near.used, s,
+                    ports,
+                )  # fmt: skip
 
 
 @njit(cache=True)
-def place_rows(near, blocks, width, n, channel_modes, displacement, residual, ports):
+def place_rows(near, blocks, width, n, channel_modes, residual, ports):
     """Slots for the blocks of rows (n), and where they are: at, part, reach. Fills new slots.
 
     ``near.fresh`` lists the slots that were filled.
@@ -207,8 +226,11 @@ def place_rows(near, blocks, width, n, channel_modes, displacement, residual, po
                 near.used[g] = max(near.used[g], s + 1 - near.first[g])
                 near.fresh[near.counts[0]] = s
                 near.counts[0] += 1
-                near.forces[ports + 6 * s : ports + 6 * s + 6] = 0.0
-                _fill(near, s, channel_modes, displacement, residual, ports)
+                near.filled[:, s] = 0
+                c = ports + 6 * s
+                near.forces[c : c + 6] = 0.0
+                near.modes[c : c + 6] = channel_modes[6 * b : 6 * b + 6]
+                _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
     reach = ports
     for i in range(n - 1, -1, -1):
         for a in range(width[i]):

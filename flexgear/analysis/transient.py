@@ -216,12 +216,12 @@ class Space:
     ledger: Ledger
 
 
-def work_space(modal: ModalSystem, track_energy: bool = False) -> Space:
-    """Empty work space, with the account of energy or without."""
+def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
+    """Empty work space for so many step sizes, with the account of energy or without."""
     rows = pair_rows(modal.system.pairs)
     count, nc, n = len(rows.kind), len(modal.channels), modal.modes.shape[1]
     size, ports = count + 2 + -(count + 2) % 8, len(modal.system.ports)  # whole blocks of 8
-    near = near_channels(modal, *rows.blocks.shape)
+    near = near_channels(modal, *rows.blocks.shape, sizes)
     work = Work(
         **{name: np.zeros((size, size)) for name in ("matrix", "matrix_r", "small")},
         **{
@@ -371,7 +371,6 @@ def transient(
     """
     if start is None:
         start = start_state(modal, _start_torque(modal, drive))
-    run = _Run(modal, drive, start, work_space(modal, track_energy), sink)
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
         plans = [_fixed(s, output_interval) for s in pieces]
@@ -379,6 +378,8 @@ def transient(
         pieces = plan_segments(duration, duration, drive.jumps, ())
         load = largest_rated_load(modal)
         plans = [_laddered(s, output_interval, adaptive, load) for s in pieces]
+    sizes = max((len(p.sizes) for p in plans), default=1)
+    run = _Run(modal, drive, start, work_space(modal, track_energy, sizes), sink)
     total, done, refused = sum(p.ticks for p in plans), 0, 0
     by_size: dict[float, int] = {}
     for plan in plans:
@@ -439,7 +440,7 @@ class _Run:
         data = self.known[key]
         first = given_torques(self.modal, self.drive, np.array([plan.start + BESIDE * h]))
         if consistent_acceleration(
-            data, 0, pairs, space.rows, self.state, first[0], space.near, space.work, space.ledger
+            data, pairs, space.rows, self.state, first[0], space.near, space.work, space.ledger
         ):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Section
+from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Frequency, Time
 
 MODES_TO = 3000.0  # Hz, where neither a limit nor an accuracy is given
@@ -16,11 +16,12 @@ MOST_RUNGS = 12  # step sizes of a ladder; each keeps a receptance of its own
 
 
 def check_ladder(tolerance: float, shortest: float, longest: float) -> None:
-    """ValueError where shortest and longest time step (s) make no ladder."""
+    """Refusal where shortest and longest time step (s) make no ladder."""
     if tolerance > 0.0 and not shortest <= longest <= shortest * 2**MOST_RUNGS:
-        raise ValueError(
-            f"shortest_time_step_s ({shortest:g}) has to be at most longest_time_step_s "
-            f"({longest:g}) and not below 1/{2**MOST_RUNGS} of it"
+        raise Refusal(
+            "shortest_time_step",
+            f"{shortest:g} s is no ladder's start to steps of {longest:g} s",
+            f"at most longest_time_step_s, and at least 1/{2**MOST_RUNGS} of it",
         )
 
 

@@ -33,7 +33,7 @@ class Integrator:
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             state.eta[:], state.velocity[:] = y[:n], y[n:]
             if consistent_acceleration(
-                self.data, 0, pairs, space.rows, state, self.torque, space.near, space.work,
+                self.data, pairs, space.rows, state, self.torque, space.near, space.work,
                 space.ledger,
             ):  # fmt: skip
                 raise ArithmeticError("no contact state")
