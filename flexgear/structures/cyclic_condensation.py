@@ -145,7 +145,7 @@ class CyclicCondensation:
     @property
     def _block(self) -> int:
         """Vectors that are worked on at once."""
-        return max(4, int(_BLOCK_BYTES / (8 * self.dofs)))
+        return max(8, int(_BLOCK_BYTES / (8 * self.dofs)))  # a step of the Lanczos iteration whole
 
     def blocks(self, columns: int) -> Iterator[slice]:
         """Slices of vectors that are worked on at once."""

@@ -185,8 +185,9 @@ class CyclicSolver:
             if len(at):
                 self._uneven[s] = _Uneven(at, np.ascontiguousarray(local[inside]), e[v:].T)
         self._even_e = (-even[tie].T @ self._d_inverse).T  # E^T (t, v) in sector axes
-        self._other_hat = hat.reshape(b * z, m)
+        self._other_hat = sp.csr_matrix(hat.reshape(b * z, m))  # a bolt's on a sector or two
         self._other_border = self._harmonics.solve(hat).reshape(b * z, m)  # Y_b
+        del hat
         flexibility += self._other_hat.T @ self._other_border
         self.flexibility = 0.5 * (flexibility + flexibility.T)
         self.inverse = scaled_inverse(self.flexibility)

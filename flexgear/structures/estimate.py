@@ -18,7 +18,7 @@ start is of the order e (f / f_fixed)^4 (the tests compare with Lanczos on the f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +34,8 @@ from flexgear.structures.reduction import (
 )
 from flexgear.structures.tall import dot, times
 
-_BLOCK = 32  # vectors taken together
+_BLOCK = 32  # vectors taken together at most
+_BLOCK_BYTES = 128e6
 _GUARD = 1.15  # reduced modes up to this times the limit start the reference
 
 
@@ -113,12 +114,12 @@ def compare_frequencies(
         return FrequencyComparison(np.zeros(0), np.zeros(0), 0.0)
     count = len(values)
     field = np.empty((condensation.dofs, 2 * count))
-    field[:, :count] = condensation.constraint_motion(vectors[:b])
-    field[:, :count] += times(reduction.fixed_modes, vectors[b:])
-    for start in range(0, count, _BLOCK):
-        block = slice(start, min(start + _BLOCK, count))
+    for block in _blocks(condensation, count):
+        field[:, block] = condensation.constraint_motion(vectors[:b, block])
+        field[:, block] += times(reduction.fixed_modes, vectors[b:, block])
         image = condensation.supported_solve(condensation.mass_product(field[:, block]), supports)
-        field[:, count + start : count + block.stop] = image * values[block]
+        image *= values[block]
+        field[:, count + block.start : count + block.stop] = image
         progress("frequency check", 0.8 * block.stop / count)
     # U and A U nearly agree: take their difference, scaled, as the second half
     change = field[:, count:]
@@ -141,8 +142,7 @@ def _ritz_values(
     at_nodes = condensation.interface_motion(field)
     k = at_nodes.T @ supports @ at_nodes
     m = np.empty((count, count))
-    for start in range(0, count, _BLOCK):
-        block = slice(start, min(start + _BLOCK, count))
+    for block in _blocks(condensation, count):
         part = np.ascontiguousarray(field[:, block])
         k[:, block] += dot(field, condensation.stiffness_product(part))
         m[:, block] = dot(field, condensation.mass_product(part))
@@ -152,3 +152,10 @@ def _ritz_values(
     size, basis = sla.eigh(m)
     basis = basis[:, size > 1e-11] / np.sqrt(size[size > 1e-11])
     return sla.eigh(basis.T @ k @ basis, eigvals_only=True)
+
+
+def _blocks(condensation: AnyCondensation, columns: int) -> Iterator[slice]:
+    """Slices of fields that are worked on at once."""
+    step = max(8, min(_BLOCK, int(_BLOCK_BYTES / (8 * condensation.dofs))))
+    for start in range(0, columns, step):
+        yield slice(start, min(start + step, columns))

@@ -13,7 +13,13 @@ from flexgear.structures.fem import FeModel, Interface, assemble
 from flexgear.structures.interfaces import ring_interface
 
 # name -> fidelity of the section, number of bands that cut the middle of the face into layers
-SIZES = {"37k": ("quick", 0), "57k": ("quick", 3), "133k": ("standard", 0), "314k": ("fine", 0)}
+SIZES = {
+    "37k": ("quick", 0),
+    "57k": ("quick", 3),
+    "133k": ("standard", 0),
+    "314k": ("fine", 0),
+    "1M": ("fine", 18),
+}
 
 
 def ring_case(fidelity: str = "quick") -> Case:
