@@ -6,8 +6,10 @@ import math
 
 from numba import njit
 
+from flexgear.coupling.compiled import INNER
 
-@njit(cache=True)
+
+@njit(**INNER)
 def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
     """Watch the back flanks of a gear mesh whose gap at the pitch point has nearly closed.
 

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
+from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.pair_data import LOAD
 
 MAX_SETS = 50
@@ -19,7 +20,7 @@ SMALL_PIVOT = 0.5  # below which a matrix is not what elimination without pivoti
 LOOSE = 1e-4  # share of its stiffness that a bearing inside its clearance keeps
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath=FAST)
 def solve_dense(a, b, n):
     """Gaussian elimination with partial pivoting of the leading n × n block, in place; b := x."""
     for i in range(n):
@@ -50,7 +51,7 @@ def solve_dense(a, b, n):
     return True
 
 
-@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+@njit(**INNER, fastmath=FAST)
 def eliminate(a, n, x):
     """x with A x = b, columns 0 … n of ``a`` being [A b], without pivoting; ``a`` is used up.
 
@@ -82,7 +83,7 @@ def eliminate(a, n, x):
     return True
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _gather(matrix, right, index, m, work, rhs):
     whole = m == index.shape[0]
     for a in range(m):
@@ -97,7 +98,7 @@ def _gather(matrix, right, index, m, work, rhs):
         work[a, m] = rhs[a]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def solve_active(matrix, right, rows, n, extra, active, work, x):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
@@ -110,7 +111,7 @@ def solve_active(matrix, right, rows, n, extra, active, work, x):
     return _solve_set(matrix, right, rows.sided, n, extra, active, work, x)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _solve_set(matrix, right, sided, n, extra, active, work, x):
     total = n + extra
     index = np.empty(total, dtype=np.int64)
@@ -155,7 +156,7 @@ def _solve_set(matrix, right, sided, n, extra, active, work, x):
     return -1
 
 
-@njit(cache=True)
+@njit(**INNER)
 def local_blocks(rows, n, place, blocks):
     """List the blocks that rows touch: blocks (m,), place[block] = position or −1. Returns m.
 
@@ -175,14 +176,14 @@ def local_blocks(rows, n, place, blocks):
     return m
 
 
-@njit(cache=True)
+@njit(**INNER)
 def release(place, blocks, m):
     """Undo ``local_blocks``."""
     for j in range(m):
         place[blocks[j]] = -1
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath=FAST)
 def row_products(rows, n, matrix, place, blocks, y, out):
     """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
 
@@ -216,7 +217,7 @@ def row_products(rows, n, matrix, place, blocks, y, out):
             out[j, i] = total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def right_side(rows, i, delta, rate, c):
     """k (δ + e) + c δ̇ of row i, or the force itself where it is given."""
     if rows.kind[i] == LOAD:
@@ -224,7 +225,7 @@ def right_side(rows, i, delta, rate, c):
     return rows.stiffness[i] * (delta + rows.offset[i]) + c * rate
 
 
-@njit(cache=True)
+@njit(**INNER)
 def row_values(rows, n, vector, out):
     """out[i] = V_iᵀ u for a channel vector u."""
     for i in range(n):
@@ -236,7 +237,7 @@ def row_values(rows, n, vector, out):
         out[i] = total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def look_along(pairs, rows, motion):
     """Turn clearance rows to where their bearings are displaced; largest change."""
     change = 0.0

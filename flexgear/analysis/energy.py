@@ -18,7 +18,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.near import FAST, spread
+from flexgear.analysis.lines import put
+from flexgear.analysis.near import spread
+from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.pair_data import PairRows
 
 Array = NDArray[np.float64]
@@ -44,7 +46,7 @@ class Ledger(NamedTuple):
     fresh: Array  # (R,) the same of this step
 
 
-@njit(cache=True)
+@njit(**INNER)
 def row_energy(rows, n, motion):
     """Σ ½ k ⟨δ⟩² over rows at a channel motion."""
     total = 0.0
@@ -60,7 +62,7 @@ def row_energy(rows, n, motion):
     return total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _damping_loads(rows, n, x, motion, out):
     """F − k⟨δ⟩ of every row."""
     for i in range(n):
@@ -74,7 +76,7 @@ def _damping_loads(rows, n, x, motion, out):
         out[i] = x[i] - rows.stiffness[i] * delta
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _damping_work(rows, n, load, now, old):
     """Σ load · Vᵀ (u⁺ − u)."""
     total = 0.0
@@ -90,7 +92,7 @@ def _damping_work(rows, n, load, now, old):
     return total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _copy_rows(source, n, target):
     for i in range(n):
         target.kind[i] = source.kind[i]
@@ -104,7 +106,7 @@ def _copy_rows(source, n, target):
                 target.coef[i, a, p] = source.coef[i, a, p]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _modal(omega2, damping, eta, velocity, old_eta, old_velocity):
     """Kinetic and elastic energy of modes, and what modal damping took."""
     kinetic = 0.0
@@ -118,7 +120,7 @@ def _modal(omega2, damping, eta, velocity, old_eta, old_velocity):
     return kinetic, elastic, dissipated
 
 
-@njit(cache=True)
+@njit(**INNER)
 def settle(
     omega2, damping, ports, rows, n, x, old_eta, old_velocity, eta, velocity, old_torques, torques,
     near, now, energy, ledger,
@@ -133,7 +135,7 @@ def settle(
     old = ledger.old
     spread(near, near.motion, ports, old)
     spread(near, near.line_2, ports, now)
-    near.motion[:] = near.line_2
+    put(near.motion, near.line_2)
     kinetic, elastic, dissipated = _modal(omega2, damping, eta, velocity, old_eta, old_velocity)
     for c in range(near.line.shape[0]):
         elastic += 0.5 * near.forces[c] * near.line[c]  # ½ fᵀ R f

@@ -30,6 +30,8 @@ from flexgear.analysis.contact import (
     row_values,
     solve_active,
 )
+from flexgear.analysis.lines import dot, fill, put
+from flexgear.coupling.compiled import FAST, INNER, OUTER
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
 from flexgear.coupling.pairs import build_rows
@@ -84,7 +86,7 @@ class Equilibrium:
         return np.asarray(-self.torques[:, -1])
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER, nogil=True)
 def _solve_position(
     pairs, rows, theta, known, reactions, forward, wanted, rigid, flex, master_rigid, master_flex,
     work, out,
@@ -161,7 +163,10 @@ def _solve_position(
         forces[first + q] = known[q]
     for f in range(free):
         forces[first + reactions[f]] -= out[n + r + f]
-    motion[:] = flex @ forces + rigid @ out[n : n + r].copy()
+    for c in range(nc):
+        motion[c] = dot(flex[c], forces)
+        for e in range(r):
+            motion[c] += rigid[c, e] * out[n + e]
     row_values(rows, n, motion, delta)
     largest, worst = 1e-300, 0.0
     for i in range(n):
@@ -171,10 +176,14 @@ def _solve_position(
         largest = max(largest, abs(out[i]))
         worst = max(worst, abs(force - out[i]))
     closure = worst / largest
-    if r > 0:
-        balance = rigid.T @ forces
-        scale = np.abs(rigid.T) @ np.abs(forces)
-        closure = max(closure, np.abs(balance).max() / max(scale.max(), 1e-300))
+    left, scale = 0.0, 1e-300
+    for e in range(r):
+        balance, size = 0.0, 0.0
+        for c in range(nc):
+            balance += rigid[c, e] * forces[c]
+            size += abs(rigid[c, e] * forces[c])
+        left, scale = max(left, abs(balance)), max(scale, size)
+    closure = max(closure, left / scale)
     return status, n, n_pairs, closure
 
 
@@ -282,7 +291,21 @@ def revolution(
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER, fastmath=FAST)
+def modal_part(elastic, forces, omega2, first, eta):
+    """eta[first:] = Φᵀ f / ω² from the channels' elastic modes (n_c, n)."""
+    part = eta[first:]
+    fill(part, 0.0)
+    for c in range(forces.shape[0]):
+        f = forces[c]
+        if f != 0.0:
+            for j in range(part.shape[0]):
+                part[j] += f * elastic[c, j]
+    for j in range(part.shape[0]):
+        part[j] /= omega2[j]
+
+
+@njit(**OUTER, nogil=True)
 def _solve_positions(
     pairs, rows, theta, known, reactions, rated, rigid, flex, master_rigid, master_flex, elastic,
     omega2, work, out, start, stop, places,
@@ -294,10 +317,10 @@ def _solve_positions(
     first = nc - known.shape[1]
     forces = np.zeros(nc)
     for p in range(start, stop):
-        forward = np.dot(known[p], rated) >= 0.0
+        forward = dot(known[p], rated) >= 0.0
         wanted = pairs.front.copy()
         if not forward:
-            wanted[:] = 1
+            fill(wanted, 1)
         n, n_pairs, error = 0, 0, 0.0
         for _ in range(LOOKS):
             status, n, n_pairs, error = _solve_position(
@@ -315,10 +338,11 @@ def _solve_positions(
                     agreed = agreed and wanted[m] == seen[m]
             if look_along(pairs, rows, work[5]) < 1e-10 and agreed:
                 break
-        watched[p] = wanted
+        put(watched[p], wanted)
         closure[p] = error
-        direction[p] = rows.direction
-        forces[:] = 0.0
+        for c in range(direction.shape[1]):
+            put(direction[p, c], rows.direction[c])
+        fill(forces, 0.0)
         for i in range(n):
             for a in range(rows.width[i]):
                 base = 6 * rows.blocks[i, a]
@@ -326,14 +350,16 @@ def _solve_positions(
                     forces[base + q] -= out[i] * rows.coef[i, a, q]
         for f in range(free):
             torques[p, reactions[f]] = -out[n + r + f]
-        forces[first:] = torques[p]
-        eta[p, :r] = out[n : n + r]
-        eta[p, r:] = (forces @ elastic) / omega2
+        for q in range(nc - first):
+            forces[first + q] = torques[p, q]
+        for e in range(r):
+            eta[p, e] = out[n + e]
+        modal_part(elastic, forces, omega2, r, eta[p])
         _store(rows, n, n_pairs, out, load[p], tooth[p], stiffness[p], position[p], supports[p])
     return 0, stop
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _store(rows, n, n_pairs, x, load, tooth, stiffness, position, supports):
     for q in range(n_pairs):
         m, slot = rows.pair_mesh[q], rows.pair_slot[q]

@@ -25,8 +25,8 @@ from flexgear.analysis.backs import look_at_backs
 from flexgear.analysis.contact import look_along, right_side, solve_active
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
+from flexgear.analysis.lines import dot, fill, put
 from flexgear.analysis.near import (
-    FAST,
     answered,
     begin,
     fill_rung,
@@ -38,6 +38,7 @@ from flexgear.analysis.near import (
     pushed,
     spread,
 )
+from flexgear.coupling.compiled import FAST, INNER, OUTER
 from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows
 
@@ -122,7 +123,7 @@ class Samples(NamedTuple):
     wanted: NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def brake_line(brake_torque, brake_speed, exponent, speed):
     """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
 
@@ -144,7 +145,7 @@ def brake_line(brake_torque, brake_speed, exponent, speed):
     return torque, slope
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _predict(
     h, omega2, damping, inverse, angles, output, ports, eta, velocity, acceleration, turning,
     torques, theta, a0, free, free_v,
@@ -180,7 +181,7 @@ def _predict(
     return guess
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _product(matrix, vector, sign, out):
     """out += sign · matrix @ vector."""
     for i in range(out.shape[0]):
@@ -190,7 +191,7 @@ def _product(matrix, vector, sign, out):
         out[i] += sign * total
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _damping_of_rows(pairs, rows, n, n_pairs, state, c):
     """Row damping; under one-sided contact a pair damps once it has been loaded for a step."""
     for i in range(n):
@@ -202,7 +203,7 @@ def _damping_of_rows(pairs, rows, n, n_pairs, state, c):
                 c[rows.pair_row[q]] = 0.0
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _assemble(matrix, matrix_r, stiffness, c, share, n):
     """matrix ← I + (k + f) V G Vᵀ − f V R Vᵀ, f = share · c, row by row."""
     for i in range(n):
@@ -213,21 +214,17 @@ def _assemble(matrix, matrix_r, stiffness, c, share, n):
         matrix[i, i] += 1.0
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
-    """Copy one sample."""
-    samples.eta[at] = state.eta
-    samples.theta[at] = theta
+    """Copy one sample; pairs that are not in contact stay as they were made."""
+    put(samples.eta[at], state.eta)
+    put(samples.theta[at], theta)
     for f in range(data.masters.shape[0]):
-        samples.masters[at, f, 0] = np.dot(data.masters[f], state.eta)
-        samples.masters[at, f, 1] = np.dot(data.masters[f], state.velocity)
-    samples.torques[at] = torques
+        samples.masters[at, f, 0] = dot(data.masters[f], state.eta)
+        samples.masters[at, f, 1] = dot(data.masters[f], state.velocity)
+    put(samples.torques[at], torques)
     nc = data.channel_modes.shape[0]
-    samples.output_speed[at] = np.dot(data.channel_modes[nc - 1], state.velocity)
-    samples.pair_load[at] = 0.0
-    samples.pair_tooth[at] = -1
-    samples.pair_stiffness[at] = 0.0
-    samples.pair_position[at] = 0.0
+    samples.output_speed[at] = dot(data.channel_modes[nc - 1], state.velocity)
     for q in range(n_pairs):
         m, slot = rows.pair_mesh[q], rows.pair_slot[q]
         samples.pair_load[at, m, slot] = rows.pair_share[q] * x[rows.pair_row[q]]
@@ -237,30 +234,32 @@ def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
     for r in range(n):
         if rows.kind[r] < 0:
             samples.support_load[at, rows.owner[r]] = x[r]
-    samples.direction[at] = rows.direction
-    samples.energy[at] = state.energy
-    samples.wanted[at] = state.wanted
+    for r in range(rows.direction.shape[0]):
+        put(samples.direction[at, r], rows.direction[r])
+    put(samples.energy[at], state.energy)
+    put(samples.wanted[at], state.wanted)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _remember(rows, n_pairs, x, state):
     """Note which pairs carry load, by index."""
-    state.touched[:] = 0
+    for m in range(state.touched.shape[0]):
+        fill(state.touched[m], 0)
     for q in range(n_pairs):
         if x[rows.pair_row[q]] > 0.0:
             state.touched[rows.pair_mesh[q], rows.pair_index[q] % 8] = 1
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _motion_before(near, eta, ports):
     """Motion at the last step of channels that came at hand at this one."""
     for k in range(near.counts[0]):
         c = ports + 6 * near.fresh[k]
         for p in range(c, c + 6):
-            near.motion[p] = np.dot(near.modes[p], eta) + np.dot(near.residual[p], near.forces)
+            near.motion[p] = dot(near.modes[p], eta) + dot(near.residual[p], near.forces)
 
 
-@njit(cache=True)
+@njit(**OUTER)
 def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger):
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
@@ -271,10 +270,10 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     ports, nc, channels = data.ports, data.channel_modes.shape[0], near.modes.shape[0]
     begin(near, data.channel_modes, data.displacement, data.residual, ports)
     for a in range(work.theta.shape[0]):
-        work.theta[a] = np.dot(data.angles[a], state.eta)
+        work.theta[a] = dot(data.angles[a], state.eta)
     torques, x, c = work.torques, work.x, work.damping
-    torques[: ports - 1] = drive
-    speed = np.dot(data.channel_modes[nc - 1], state.velocity)
+    put(torques, drive)
+    speed = dot(data.channel_modes[nc - 1], state.velocity)
     brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
     torques[ports - 1] = brake
     n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
@@ -314,7 +313,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     if solve_active(work.matrix, work.right, rows, n, 0, work.active, work.small, x) < 0:
         return -1
     near_forces(near.at, rows.coef, rows.width, n, x, near.forces)
-    near.forces[:ports] = torques
+    put(near.forces, torques)
     near.forces[ports - 1] = -brake
     pushed(
         near.modes,
@@ -339,12 +338,12 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
             data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, state.eta,
             state.velocity, state.torques, torques, near, work.motion, state.energy, ledger,
         )  # fmt: skip
-    state.torques[:] = torques
+    put(state.torques, torques)
     _remember(rows, n_pairs, x, state)
     return 0
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(**OUTER, nogil=True, fastmath=FAST)
 def advance(
     data, pairs, rows, state, torque, save_every, first, samples, near, work, ledger, control
 ):
@@ -368,10 +367,10 @@ def advance(
         rung = choose_rung(control, first + tick, torque.shape[0] - tick, save_every)
         h = data.h[rung]
         end = tick + (1 << rung)
-        torques[:out] = torque[end - 1]
+        put(torques, torque[end - 1])
         torques[out] = 0.0
         if data.gyroscopic.shape[0] > 0:
-            work.turning[:] = 0.0
+            fill(work.turning, 0.0)
             for j in range(nm):
                 work.free_v[j] = state.velocity[j] + h * state.acceleration[j]
                 work.free[j] = state.eta[j] + h * state.velocity[j]
@@ -385,7 +384,8 @@ def advance(
         n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
         place_rows(near, rows.blocks, rows.width, n, data.channel_modes, data.residual, ports)
         fill_rung(near, rung, data.displacement[rung], ports)
-        high[:] = low + 6 * near.used
+        for g in range(low.shape[0]):
+            high[g] = low[g] + 6 * near.used[g]
         if tracked:
             _motion_before(near, state.eta, ports)
         moved(
@@ -466,16 +466,17 @@ def advance(
             for d in range(channels):
                 near.line[d] += near.free[d]
             if not tracked:
-                near.motion[:] = near.line
+                put(near.motion, near.line)
                 spread(near, near.motion, ports, work.motion)
-        near.forces[:] = near.line_2
-        near.forces[:out] = torques[:out]
+        put(near.forces, near.line_2)
+        for t in range(out):
+            near.forces[t] = torques[t]
         for j in range(nm):
             work.acceleration[j] += work.push[j]
             work.free[j] += BETA * h * h * work.push[j]
             work.free_v[j] += GAMMA * h * work.push[j]
         if tracked:
-            near.line_2[:] = near.line
+            put(near.line_2, near.line)
             answered(near.residual, ports, near.first, near.used, near.forces, near.line)
             settle(
                 data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, work.free,
@@ -487,7 +488,7 @@ def advance(
             state.velocity[j] = work.free_v[j]
         if clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
             look_at_backs(pairs, rows, n_pairs, theta, work.motion, state.wanted)
-        state.torques[:] = torques
+        put(state.torques, torques)
         _remember(rows, n_pairs, x, state)
         control.counts[2] += 1
         control.taken[rung] += 1

@@ -21,7 +21,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.near import FAST, moved, near_values
+from flexgear.analysis.near import moved, near_values
+from flexgear.coupling.compiled import FAST, INNER, OUTER
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one
 PATIENCE = 4  # such steps in a row
@@ -44,7 +45,7 @@ def control(rungs: int, tolerance: float = 0.0, load: float = 1.0) -> Control:
     )
 
 
-@njit(cache=True)
+@njit(**OUTER)
 def choose_rung(control, at, left, save_every):
     """Largest rung wanted that starts at tick ``at`` and passes neither the end nor a sample."""
     rung = control.counts[0]
@@ -54,7 +55,7 @@ def choose_rung(control, at, left, save_every):
     return rung
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def step_error(
     h, inverse, before, without, push, load, near, ports, rows, n, active, e, value, spare
 ):
@@ -76,7 +77,7 @@ def step_error(
     return worst / load
 
 
-@njit(cache=True)
+@njit(**OUTER)
 def after_step(control, rung, error):
     """Whether the step stands; chooses the size of the next one."""
     counts = control.counts

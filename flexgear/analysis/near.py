@@ -16,12 +16,13 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.analysis.lines import fill, put
+from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-FAST = {"reassoc", "contract", "nsz"}
 
 
 class Near(NamedTuple):
@@ -148,7 +149,7 @@ def tooth_blocks(pairs: PairData, blocks: int) -> NDArray[np.bool_]:
     return out
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _copy(target, source, near_block, s, t, ports):
     """The part of a channel matrix between slots s and t, both ways; −1 stands for the ports."""
     first_port = source.shape[0] - ports
@@ -161,7 +162,7 @@ def _copy(target, source, near_block, s, t, ports):
             target[d + q, c + p] = source[h + q, g + p]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _copy_slot(target, source, near_block, first, used, s, ports):
     """The part of a channel matrix between slot s and all in use."""
     _copy(target, source, near_block, s, -1, ports)
@@ -170,22 +171,25 @@ def _copy_slot(target, source, near_block, first, used, s, ports):
             _copy(target, source, near_block, s, t, ports)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def begin(near, channel_modes, displacement, residual, ports):
     """Fill the ports and every slot in use; receptances (L, n_c, n_c) of steps when they come."""
-    near.filled[:] = 0
-    near.modes[:ports] = channel_modes[channel_modes.shape[0] - ports :]
+    for r in range(near.filled.shape[0]):
+        fill(near.filled[r], 0)
+    for t in range(ports):
+        put(near.modes[t], channel_modes[channel_modes.shape[0] - ports + t])
     for r in range(displacement.shape[0]):
         _copy(near.displacement[r], displacement[r], near.block, -1, -1, ports)
     _copy(near.residual, residual, near.block, -1, -1, ports)
     for g in range(near.first.shape[0]):
         for s in range(near.first[g], near.first[g] + near.used[g]):
             c, b = ports + 6 * s, 6 * near.block[s]
-            near.modes[c : c + 6] = channel_modes[b : b + 6]
+            for p in range(6):
+                put(near.modes[c + p], channel_modes[b + p])
             _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
 
 
-@njit(cache=True)
+@njit(**INNER)
 def fill_rung(near, rung, displacement, ports):
     """Bring the receptance of a step size (n_c, n_c) up to date with the slots in use."""
     for g in range(near.first.shape[0]):
@@ -198,7 +202,7 @@ def fill_rung(near, rung, displacement, ports):
                 )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(**INNER)
 def place_rows(near, blocks, width, n, channel_modes, residual, ports):
     """Slots for the blocks of rows (n), and where they are: at, part, reach. Fills new slots.
 
@@ -226,10 +230,12 @@ def place_rows(near, blocks, width, n, channel_modes, residual, ports):
                 near.used[g] = max(near.used[g], s + 1 - near.first[g])
                 near.fresh[near.counts[0]] = s
                 near.counts[0] += 1
-                near.filled[:, s] = 0
+                for r in range(near.filled.shape[0]):
+                    near.filled[r, s] = 0
                 c = ports + 6 * s
-                near.forces[c : c + 6] = 0.0
-                near.modes[c : c + 6] = channel_modes[6 * b : 6 * b + 6]
+                for p in range(6):
+                    near.forces[c + p] = 0.0
+                    put(near.modes[c + p], channel_modes[6 * b + p])
                 _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
     reach = ports
     for i in range(n - 1, -1, -1):
@@ -245,7 +251,7 @@ def place_rows(near, blocks, width, n, channel_modes, residual, ports):
 # Loops below run from 0 over slices: compiled indices that might be negative are not vectorised.
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _moved(modes, low, high, start, stop, a, b, out_a, out_b):
     """out += modes[:, start:stop] @ (a, b)[start:stop] for channels low … high − 1."""
     part_a, part_b = a[start:stop], b[start:stop]
@@ -260,7 +266,7 @@ def _moved(modes, low, high, start, stop, a, b, out_a, out_b):
         out_b[c] += sum_b
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def moved(modes, ports, first, used, rigid, elastic, a, b, out_a, out_b):
     """out_a = modes @ a and out_b = modes @ b over the channels in use."""
     for c in range(modes.shape[0]):
@@ -275,7 +281,7 @@ def moved(modes, ports, first, used, rigid, elastic, a, b, out_a, out_b):
         _moved(modes, low, high, elastic[g, 0], elastic[g, 1], a, b, out_a, out_b)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def _pushed(modes, low, high, start, stop, forces, out):
     """out[start:stop] += modes[low:high, start:stop]ᵀ @ forces[low:high], six rows at once."""
     part = out[start:stop]
@@ -290,7 +296,7 @@ def _pushed(modes, low, high, start, stop, forces, out):
             part[j] += f0 * m0[j] + f1 * m1[j] + f2 * m2[j] + f3 * m3[j] + f4 * m4[j] + f5 * m5[j]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def pushed(modes, ports, first, used, rigid, elastic, forces, out):
     """out = modesᵀ @ forces over the channels in use."""
     n = modes.shape[1]
@@ -309,7 +315,7 @@ def pushed(modes, ports, first, used, rigid, elastic, forces, out):
         _pushed(modes, low, high, elastic[g, 0], elastic[g, 1], forces, out)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def answered(matrix, ports, first, used, forces, out):
     """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
     for c in range(out.shape[0]):
@@ -333,7 +339,7 @@ def answered(matrix, ports, first, used, forces, out):
                     out[c] += f * matrix[d, c]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def near_values(at, coef, width, n, a, b, out_a, out_b):
     """out_a[i] = V_iᵀ a and out_b[i] = V_iᵀ b for two vectors of near channels."""
     for i in range(n):
@@ -348,7 +354,7 @@ def near_values(at, coef, width, n, a, b, out_a, out_b):
         out_b[i] = sum_b
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def near_products(
     matrix, at, part, coef, width, reach, low, high, n, column, y, image, out, out_column
 ):
@@ -401,7 +407,7 @@ def near_products(
             out[j, i] = out[i, j]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INNER, fastmath=FAST)
 def near_forces(at, coef, width, n, x, forces):
     """forces = −Σ V_i x_i on the near channels."""
     for c in range(forces.shape[0]):
@@ -414,7 +420,7 @@ def near_forces(at, coef, width, n, x, forces):
                     forces[d + p] -= x[i] * coef[i, a, p]
 
 
-@njit(cache=True)
+@njit(**INNER)
 def spread(near, values, ports, out):
     """Values of near channels to the places of all channels, out (n_c,)."""
     first_port = out.shape[0] - ports

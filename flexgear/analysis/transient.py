@@ -221,7 +221,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     rows = pair_rows(modal.system.pairs)
     count, nc, n = len(rows.kind), len(modal.channels), modal.modes.shape[1]
     size, ports = count + 2 + -(count + 2) % 8, len(modal.system.ports)  # whole blocks of 8
-    near = near_channels(modal, *rows.blocks.shape, sizes)
+    near = near_channels(modal, rows.blocks.shape[0], rows.blocks.shape[1], sizes)
     work = Work(
         **{name: np.zeros((size, size)) for name in ("matrix", "matrix_r", "small")},
         **{

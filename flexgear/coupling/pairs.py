@@ -23,6 +23,7 @@ import math
 
 from numba import njit
 
+from flexgear.coupling.compiled import INNER, OUTER
 from flexgear.coupling.pair_data import (
     CLEARANCE,
     LOAD,
@@ -33,7 +34,7 @@ from flexgear.coupling.pair_data import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _between(start, step, n, x):
     """Where x lies in a table of n samples: index j and the weight of sample j + 1."""
     y = (x - start) / step
@@ -45,13 +46,13 @@ def _between(start, step, n, x):
     return j, y - j
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _value(table, t, j, w):
     """Table t between samples j and j + 1."""
     return (1.0 - w) * table[t, j] + w * table[t, min(j + 1, table.shape[1] - 1)]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _periodic(table, t, share):
     """Value at ``share`` of a period; the table's samples divide the period evenly."""
     n = table.shape[1]
@@ -61,7 +62,7 @@ def _periodic(table, t, share):
     return (1.0 - w) * table[t, j % n] + w * table[t, (j + 1) % n]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _planet_end(coef, n, nx, ny, nz, cx, cy, cz, arm):
     """−[N; C × N] in planet axes; the moment about the axis is the same all along the path."""
     coef[n, 0, 0] = -nx
@@ -72,7 +73,7 @@ def _planet_end(coef, n, nx, ny, nz, cx, cy, cz, arm):
     coef[n, 0, 5] = -arm
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _gear_end(coef, n, a, weight, nx, ny, nz, x, y, z, arm):
     """+[N; (C − X) × N] in the gear's frame, (x, y, z) = C − X."""
     coef[n, a, 0] = weight * nx
@@ -83,7 +84,7 @@ def _gear_end(coef, n, a, weight, nx, ny, nz, x, y, z, arm):
     coef[n, a, 5] = weight * arm
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _turned(coef, n, a, w, angle):
     """Components of the 6-vector w along axes turned by ``angle`` about z."""
     ca, sa = math.cos(angle), math.sin(angle)
@@ -93,7 +94,7 @@ def _turned(coef, n, a, w, angle):
         coef[n, a, o + 2] = w[o + 2]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _runout(amplitude, rate, phase, angle, m, theta):
     total = 0.0
     for h in range(amplitude.shape[1]):
@@ -103,7 +104,7 @@ def _runout(amplitude, rate, phase, angle, m, theta):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _wrapped(tooth, teeth):
     if tooth >= teeth:
         return tooth - teeth
@@ -231,7 +232,7 @@ def _rows_of_pairs(d, rows, theta, pairs):
     return n
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INNER, error_model="numpy")
 def _bearing_ends(coef, n, blocks, turn, c, x, y):
     """Coefficients of a bearing row along (x, y) in the row's axes; number of its blocks."""
     m = 0
@@ -300,7 +301,7 @@ def _other_rows(d, rows, theta, n):
     return n
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**OUTER, error_model="numpy")
 def build_rows(d, rows, theta, wanted):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; return (number of rows, number of pairs).
 
@@ -312,7 +313,7 @@ def build_rows(d, rows, theta, wanted):
     return n, pairs
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**OUTER, error_model="numpy")
 def contact_forces(d, rows, theta, wanted, pair_load, other_load, out):
     """Generalised contact forces −Σ V F on the blocks, (6 n_blocks,), from stored pair loads.
 
