@@ -1,10 +1,14 @@
 r"""Static condensation of a whole body on its interface, by one factor of its matrix.
 
-With K_s = K + B^T S B and F = B K_s^{-1} B^T of `reduction.py`, constraint modes
-Psi = K_s^{-1} B^T F^{-1} (dofs times interface dofs) are held where they take little room;
-elsewhere every use of them is a solve of its own, block by block:
+With K_s = K + B^T S B = L L^T and W = L^{-1} B^T, which has few entries, for a patch couples only
+what lies above it in the elimination tree,
 
-    Psi q = K_s^{-1} B^T (F^{-1} q),   Psi^T f = F^{-1} B K_s^{-1} f.
+    F = W^T W,   Psi = L^{-T} W F^{-1},   Psi^T f = F^{-1} W^T L^{-1} f,
+    K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
+
+constraint modes Psi (dofs times interface dofs) are never held. A factor without halves (SuperLU,
+MUMPS) holds them where they take little room; elsewhere every use of them is a solve of its own,
+Psi q = K_s^{-1} B^T F^{-1} q.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.factorisation import Factor, Solver, factorise
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.multifrontal import Multifrontal
 from flexgear.structures.spd import scaled_inverse
 from flexgear.structures.tall import dot, times, times_in_place
 
@@ -26,16 +31,16 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
-_HELD_BYTES = 1e9  # of constraint modes that are held
+_HELD_BYTES = 1e9  # of constraint modes that are held where a factor has no halves
 
 
 @dataclass(frozen=True, eq=False)
 class Condensation:
     """Static condensation of a body on its interface.
 
-    rows: B (b, d); inverse: F^{-1} (b, b); constraint_modes: Psi (d, b), None where they are not
-    held; stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties;
-    fe_mass: (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is rigid.
+    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order, constraint_modes:
+    Psi (d, b), each where it is held; stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs
+    left after rigid ties; fe_mass: (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is.
     """
 
     interface: Interface
@@ -45,6 +50,7 @@ class Condensation:
     scalar_mass: sp.csr_matrix | None = field(repr=False)
     factor: Factor = field(repr=False)
     inverse: Array = field(repr=False)
+    ties: sp.csr_matrix | None = field(repr=False)
     constraint_modes: Array | None = field(repr=False)
     stiffness: Array = field(repr=False)
     rigid_residual: float
@@ -78,18 +84,16 @@ class Condensation:
 
     def constraint_motion(self, q: Array) -> Array:
         """Psi q (d, k)."""
-        if self.constraint_modes is not None:
-            return times(self.constraint_modes, q)
-        return self._under(self.inverse @ q)
+        out = np.empty((self.dofs, q.shape[1]))
+        for block in _blocks(q.shape[1]):
+            out[:, block] = self._moved(None, q[:, block])
+        return out
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
         if self.interface.expansion is not None:
             forces = self.interface.expansion.T @ forces
-        if self.constraint_modes is None:
-            return np.asarray(self.inverse @ (self.rows @ self.factor.solve(forces)))
-        at = np.flatnonzero(forces.any(axis=1))
-        return self.constraint_modes[at].T @ forces[at]
+        return self._load(forces)
 
     def dofs_of(self, x: Array, count: int) -> Array:
         """The mesh's first dofs (count, k) of fields x (d, k)."""
@@ -99,41 +103,53 @@ class Condensation:
 
     def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
         """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
-        b, psi = self.interface.size, self.constraint_modes
+        b = self.interface.size
         own, coupling = np.zeros((b, b)), np.zeros((modes.shape[1], b))
         for block in _blocks(b):
-            some = self.constraint_motion(np.eye(b)[:, block]) if psi is None else psi[:, block]
-            weighted = self.mass_product(some)
-            if psi is None:
-                own[:, block] = self.inverse @ (self.rows @ self.factor.solve(weighted))
-            else:
-                own[:, block] = dot(psi, weighted)
-            coupling[:, block] = dot(modes, weighted)
+            some = self.constraint_motion(np.eye(b)[:, block])
             recovery[:, block] = self.dofs_of(some, len(recovery))
+            weighted = self.mass_product(some)
+            coupling[:, block] = dot(modes, weighted)
+            own[:, block] = self._load(weighted)
         return 0.5 * (own + own.T), coupling
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
-        y = self.factor.solve(right)
-        y -= self.constraint_motion(self.rows @ y)
-        return y
+        begun, at = self._begun(right)
+        return self._moved(begun, -at)
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
-        y = self.factor.solve(right)
-        at = self.rows @ y
-        q = np.linalg.solve(
-            self.stiffness + supports, self.inverse @ at
-        )  # F^{-1} B y = Psi^T right
-        y += self.constraint_motion(q - at)
-        return y
+        begun, at = self._begun(right)
+        q = np.linalg.solve(self.stiffness + supports, self.inverse @ at)  # F^{-1} B y = Psi^T g
+        return self._moved(begun, q - at)
 
-    def _under(self, forces: Array) -> Array:
-        """K_s^{-1} B^T forces (d, k), block by block."""
-        out = np.empty((self.dofs, forces.shape[1]))
-        for block in _blocks(forces.shape[1]):
-            out[:, block] = self.factor.solve(self.rows.T @ np.ascontiguousarray(forces[:, block]))
-        return out
+    def _load(self, forces: Array) -> Array:
+        """Psi^T f (b, k) of forces (d, k)."""
+        if self.constraint_modes is not None:
+            return dot(self.constraint_modes, forces)
+        return np.asarray(self.inverse @ self._begun(forces)[1])
+
+    def _begun(self, right: Array) -> tuple[Array, Array]:
+        """y = K_s^{-1} right, or L^{-1} right where there are halves; and B y (b, k)."""
+        if self.ties is not None:
+            begun = self.factor.forward(right)  # type: ignore[attr-defined]
+            return begun, np.asarray(self.ties.T @ begun)
+        begun = self.factor.solve(right)
+        return begun, np.asarray(self.rows @ begun)
+
+    def _moved(self, begun: Array | None, q: Array) -> Array:
+        """y + Psi q (d, k); uses up what was begun."""
+        if self.ties is not None:
+            motion = self.ties @ (self.inverse @ q)
+            if begun is not None:
+                motion += begun
+            return np.asarray(self.factor.backward(motion))  # type: ignore[attr-defined]
+        if self.constraint_modes is not None:
+            motion = times(self.constraint_modes, q)
+        else:
+            motion = self.factor.solve(self.rows.T @ (self.inverse @ q))
+        return motion if begun is None else begun + motion
 
 
 def _blocks(columns: int) -> Iterator[slice]:
@@ -156,15 +172,7 @@ def condense_whole(
     held = rows.T @ sp.diags_array(springs) @ rows
     factor = factorise((stiffness + held).tocsr(), interface.coordinates, solver)
     progress("constraint modes", 0.0)
-    dofs, b = stiffness.shape[0], interface.size
-    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
-    flexibility = np.empty((b, b))
-    for block in _blocks(b):
-        some = factor.solve(rows[block].T.toarray())
-        flexibility[:, block] = rows @ some
-        if modes is not None:
-            modes[:, block] = some
-        progress("constraint modes", 0.9 * block.stop / b)
+    flexibility, ties, modes = _tied(factor, rows, progress)
     inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
     if modes is not None:
         times_in_place(modes, inverse)
@@ -179,11 +187,35 @@ def condense_whole(
         scalar_mass,
         factor,
         inverse,
+        ties,
         modes,
         stiffness_b,
         residual,
         path,
     )
+
+
+def _tied(
+    factor: Factor, rows: sp.csr_matrix, progress: Progress
+) -> tuple[Array, sp.csr_matrix | None, Array | None]:
+    """F (b, b), and W (d, b) or K_s^{-1} B^T (d, b) where one is to be held."""
+    b, dofs = rows.shape
+    if isinstance(factor, Multifrontal):
+        parts = []
+        for block in _blocks(b):
+            parts.append(sp.csc_matrix(factor.forward(rows[block].T.toarray())))
+            progress("constraint modes", 0.9 * block.stop / b)
+        ties = sp.hstack(parts, format="csr")
+        return (ties.T @ ties).toarray(), ties, None
+    flexibility = np.empty((b, b))
+    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
+    for block in _blocks(b):
+        some = factor.solve(rows[block].T.toarray())
+        flexibility[:, block] = rows @ some
+        if modes is not None:
+            modes[:, block] = some
+        progress("constraint modes", 0.9 * block.stop / b)
+    return flexibility, None, modes
 
 
 def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:

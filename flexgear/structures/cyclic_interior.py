@@ -12,7 +12,6 @@ factor, which stays in the processor's cache, serves columns of all sectors and 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.dissection import Elimination
+from flexgear.structures.multifrontal import subtract_rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -57,7 +57,7 @@ class Interior:
             own[:] = inverse @ own
             if len(borders[k]):
                 lost = np.matmul(below, own, out=rest[: len(borders[k])])
-                _subtract(x, borders[k], lost)
+                subtract_rows(x, borders[k], lost)
 
     def backward(self, x: Array) -> None:
         """x = [f; x_b] (i + b, k) becomes [L^{-T} (f - V x_b); x_b]."""
@@ -67,7 +67,7 @@ class Interior:
             inverse, below = self._factors[k]
             own = x[starts[k] : starts[k + 1]]
             if len(borders[k]):
-                # "clip" writes into the room straight away, "raise" by way of a copy
+                # "clip" writes straight into the room, "raise" by way of a copy
                 near = np.take(x, borders[k], 0, out=rest[: len(borders[k])], mode="clip")
                 own -= below.T @ near
             own[:] = inverse.T @ own
@@ -126,12 +126,3 @@ class Interior:
                 at = border - size
                 rest[np.ix_(at, at)] += update
         return factors, np.tril(rest) + np.tril(rest, -1).T
-
-
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _subtract(x: Array, at: Ints, lost: Array) -> None:  # pragma: no cover - compiled
-    """x[at] -= lost, without a copy of x[at]."""
-    for i in range(len(at)):
-        row = at[i]
-        for c in range(x.shape[1]):
-            x[row, c] -= lost[i, c]

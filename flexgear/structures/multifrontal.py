@@ -13,6 +13,7 @@ Source: Duff, Reid 1983, ACM TOMS 9:302.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -29,6 +30,7 @@ from flexgear.structures.tall import THREADS, single_threaded_blas
 
 _LEAF = 96  # nodes of three dofs in a front that is not cut further
 _NODE = 3
+Way = Callable[[NDArray[np.float64]], None]
 _LEAST_COLUMNS = 32  # right-hand sides worth a thread
 
 
@@ -61,37 +63,70 @@ class Multifrontal:
         return sum(a.size + b.size for a, b in self._factors)
 
     def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
-        """x (3n, k) with A x = right; columns are shared out among threads."""
-        columns = np.asarray(right, dtype=float).reshape(len(self._order), -1)
-        out = np.empty(columns.shape)
+        """x (3n, k) with A x = right."""
+        return self.backward(self.forward(right))
+
+    def forward(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        """f = L^{-1} right (3n, k), rows in the order of elimination."""
+        x = np.asarray(right, dtype=float)[self._order]
+        return self._by_columns(x, self._up)
+
+    def backward(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """x = L^{-T} f (3n, k)."""
+        out = np.empty(f.shape)
+        out[self._order] = self._by_columns(f, self._down)
+        return out
+
+    def _by_columns(self, x: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
+        """way on x (3n, k), whose columns are shared out among threads; uses x up."""
+        columns = x.reshape(len(x), -1)
         count = columns.shape[1]
         parts = max(1, min(THREADS, count // _LEAST_COLUMNS))
+        if parts == 1:
+            columns = np.ascontiguousarray(columns)
+            with single_threaded_blas():
+                way(columns)
+            return columns.reshape(x.shape)
         borders = [count * p // parts for p in range(parts + 1)]
-        slices = [slice(a, b) for a, b in pairwise(borders)]
-        with single_threaded_blas():
-            if parts == 1:
-                self._solve_part(columns, out)
-            else:
-                with ThreadPoolExecutor(parts) as pool:
-                    list(pool.map(lambda s: self._solve_part(columns[:, s], out[:, s]), slices))
-        return out.reshape(right.shape)
 
-    def _solve_part(self, right: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-        """L y = b up the tree, L^T x = y down it; diagonal blocks are held inverted."""
-        x = np.ascontiguousarray(right[self._order])
+        def part(at: slice) -> None:
+            mine = np.ascontiguousarray(columns[:, at])
+            way(mine)
+            columns[:, at] = mine
+
+        with single_threaded_blas(), ThreadPoolExecutor(parts) as pool:
+            list(pool.map(part, [slice(a, b) for a, b in pairwise(borders)]))
+        return columns.reshape(x.shape)
+
+    def _up(self, x: NDArray[np.float64]) -> None:
+        """L y = x up the tree; diagonal blocks are held inverted."""
         starts, borders = self._starts, self._borders
+        rest = self._room(x.shape[1])
         for k, (inverse, below) in enumerate(self._factors):
             own = x[starts[k] : starts[k + 1]]
+            if not own.any():  # loads on a few patches reach few fronts
+                continue
             own[:] = inverse @ own
             if len(borders[k]):
-                x[borders[k]] -= below @ own
+                lost = np.matmul(below, own, out=rest[: len(borders[k])])
+                subtract_rows(x, borders[k], lost)
+
+    def _down(self, x: NDArray[np.float64]) -> None:
+        """L^T y = x down the tree."""
+        starts, borders = self._starts, self._borders
+        rest = self._room(x.shape[1])
         for k in range(len(self._factors) - 1, -1, -1):
             inverse, below = self._factors[k]
             own = x[starts[k] : starts[k + 1]]
             if len(borders[k]):
-                own -= below.T @ x[borders[k]]
+                # "clip" writes straight into the room, "raise" by way of a copy
+                near = np.take(x, borders[k], 0, out=rest[: len(borders[k])], mode="clip")
+                own -= below.T @ near
             own[:] = inverse.T @ own
-        out[self._order] = x
+
+    def _room(self, columns: int) -> NDArray[np.float64]:
+        """For the rows of the largest border."""
+        return np.empty((max(map(len, self._borders), default=0), columns))
 
     def _factorise(
         self, matrix: sp.csr_matrix
@@ -135,3 +170,14 @@ def _extend(
         column = at[j]
         for i in range(j, len(at)):
             front[at[i], column] += update[i, j]
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def subtract_rows(
+    x: NDArray[np.float64], at: NDArray[np.int64], lost: NDArray[np.float64]
+) -> None:  # pragma: no cover - compiled
+    """x[at] -= lost, without a copy of x[at]."""
+    for i in range(len(at)):
+        row = at[i]
+        for c in range(x.shape[1]):
+            x[row, c] -= lost[i, c]
