@@ -21,6 +21,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SOURCES = ("sun", "planet", "ring", "housing")  # pinion and gear count as sun and planet
+CANDIDATES = 64  # multipliers that are tried for an even spread
 HORIZON = 10**8  # gear-mesh cycles; beyond, angles in double precision lose the phase
 
 
@@ -171,13 +173,26 @@ def _sampled(count: int, step: Fraction, per: int, most: int | None) -> AngleSam
 
 
 def spread(count: int, most: int) -> NDArray[np.int64]:
-    """``most`` different numbers below ``count``, rising: i g mod count, g prime to count."""
+    """``most`` different numbers below ``count``, rising: i g mod count, g prime to count.
+
+    g is the first beside count/φ whose largest gap is below three mean ones, or the best of many:
+    what is prime to count next to the golden section may lie next to a simple fraction, too.
+    """
     golden = round(count * (math.sqrt(5) - 1) / 2)
-    g = next(
-        x for d in range(count) for x in (golden + d, golden - d)
+    near = (
+        x for d in range(count) for x in dict.fromkeys((golden + d, golden - d))
         if x > 0 and math.gcd(x, count) == 1
     )  # fmt: skip
-    return np.sort(np.array([i * g % count for i in range(most)], dtype=np.int64))
+    steps = np.arange(most, dtype=np.int64)
+    best, widest = steps, math.inf
+    for g in islice(near, CANDIDATES):
+        found = np.sort(steps * g % count)
+        gap = float(np.diff(np.append(found, found[0] + count)).max())
+        if gap < widest:
+            best, widest = found, gap
+        if gap * most < 3 * count:
+            break
+    return best
 
 
 def _teeth(stage: Stage | TrainStage) -> dict[str, int]:
