@@ -15,134 +15,29 @@ Steps of several sizes, each twice the one before, may take turns: see ``ladder.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from flexgear.analysis.backs import look_at_backs
+from flexgear.analysis.brake import brake_line
 from flexgear.analysis.contact import look_along, right_side, solve_active
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
-from flexgear.analysis.near import (
+from flexgear.analysis.near import begin, fill_rung, place_rows, spread
+from flexgear.analysis.near_products import (
     answered,
-    begin,
-    fill_rung,
     moved,
     near_forces,
     near_products,
     near_values,
-    place_rows,
     pushed,
-    spread,
 )
 from flexgear.coupling.compiled import FAST, INNER, OUTER
 from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows
 
-Array = NDArray[np.float64]
 BETA, GAMMA = 0.25, 0.5
-STICK = 1e-3  # share of rated speed below which a constant brake torque fades
 LOOK = 4  # steps between two looks at the back flanks
-
-
-class StepData(NamedTuple):
-    """Constant arrays of L step sizes; n modes, n_c channels (6 a block, then P ports)."""
-
-    h: Array  # (L,) rising
-    omega2: Array  # (n,)
-    damping: Array  # (n,) 2ζω
-    inverse: Array  # (L, n) D
-    angles: Array  # (A, n)
-    masters: Array  # (F, n)
-    gyroscopic: Array  # (n, n) or (0, 0)
-    centripetal: Array  # (n, n) or (0, 0)
-    ports: int  # P, the braked one last
-    channel_modes: Array  # (n_c, n)
-    residual: Array  # (n_c, n_c)
-    displacement: Array  # (L, n_c, n_c) G
-    brake_torque: float
-    brake_speed: float
-    brake_exponent: float
-
-
-class State(NamedTuple):
-    """What a step carries on; arrays are updated in place."""
-
-    eta: Array  # (n,)
-    velocity: Array  # (n,)
-    acceleration: Array  # (n,)
-    touched: NDArray[np.uint8]  # (M, 8) pair was loaded at the last step, by index mod 8
-    wanted: NDArray[np.int64]  # (M,) gear meshes to look at
-    torques: Array  # (P,) given torques and the brake's of the last step
-    energy: Array  # (8,) in the order of ENERGIES
-
-
-class Work(NamedTuple):
-    """Work space of a step; R rows with room for one more unknown."""
-
-    matrix: Array  # (R, R)
-    matrix_r: Array  # (R, R)
-    small: Array  # (R, R)
-    right: Array  # (R,)
-    x: Array  # (R,)
-    delta: Array  # (R,)
-    rate: Array  # (R,)
-    damping: Array  # (R,)
-    brake: Array  # (R,)
-    brake_r: Array  # (R,)
-    active: NDArray[np.int64]  # (R,)
-    theta: Array  # (A,)
-    torques: Array  # (P,)
-    acceleration: Array  # (n,)
-    free: Array  # (n,)
-    free_v: Array  # (n,)
-    push: Array  # (n,)
-    turning: Array  # (n,)
-    error: Array  # (n,)
-    motion: Array  # (n_c,)
-
-
-class Samples(NamedTuple):
-    """Where a chunk of saved samples goes, (n_saved, …)."""
-
-    eta: Array
-    theta: Array  # (…, A) angles used for the pairs' geometry
-    masters: Array  # (…, F, 2) independent rotations and their speeds
-    torques: Array  # (…, P) given torques, and the brake's
-    output_speed: Array
-    pair_load: Array  # (…, M, SLOTS)
-    pair_tooth: NDArray[np.int16]
-    pair_stiffness: Array
-    pair_position: Array
-    support_load: Array  # (…, extra rows)
-    direction: Array  # (…, n_c, 3)
-    energy: Array  # (…, 8)
-    wanted: NDArray[np.int64]
-
-
-@njit(**INNER)
-def brake_line(brake_torque, brake_speed, exponent, speed):
-    """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
-
-    A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
-    never drives a train at rest.
-    """
-    if exponent == 1.0:
-        slope = brake_torque / brake_speed
-        return slope * speed, slope
-    ratio = abs(speed) / brake_speed
-    sign = 1.0 if speed >= 0.0 else -1.0
-    if exponent == 0.0 and ratio < STICK:
-        slope = brake_torque / (STICK * brake_speed)
-        return slope * speed, slope
-    torque = sign * brake_torque * ratio**exponent
-    slope = 0.0
-    if ratio != 0.0:
-        slope = exponent * brake_torque / brake_speed * ratio ** (exponent - 1.0)
-    return torque, slope
 
 
 @njit(**INNER, fastmath=FAST)

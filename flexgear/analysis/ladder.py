@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.near import moved, near_values
+from flexgear.analysis.near_products import moved, near_values
 from flexgear.coupling.compiled import FAST, INNER, OUTER
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -17,25 +16,23 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.energy import ENERGIES, Ledger
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.kernel import (
-    BETA,
-    GAMMA,
-    Samples,
-    State,
-    StepData,
-    Work,
-    advance,
-    consistent_acceleration,
-)
-from flexgear.analysis.ladder import Control, control
+from flexgear.analysis.kernel import BETA, GAMMA, advance, consistent_acceleration
 from flexgear.analysis.near import Near, near_channels
+from flexgear.analysis.step_arrays import Samples, State, StepData, Work
+from flexgear.analysis.step_plan import (
+    Adaptive,
+    FineWindow,
+    Plan,
+    fixed_plan,
+    laddered_plan,
+    plan_segments,
+)
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 Torque = Callable[[Array], Array]
-CHUNK = 500
 BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
 
 
@@ -46,15 +43,6 @@ class Drive:
 
     torque: Torque
     jumps: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True)
-class FineWindow:
-    """A span of time with a finer step, s."""
-
-    start: float
-    stop: float
-    time_step: float
 
 
 class Sink(Protocol):
@@ -284,56 +272,6 @@ def _start_torque(modal: ModalSystem, drive: Drive) -> float | Array:
     return float(torque) if np.ndim(torque) == 0 else np.append(torque, 0.0)
 
 
-@dataclass(frozen=True)
-class Segment:
-    """Equal steps between two times without a jump inside."""
-
-    start: float
-    time_step: float
-    steps: int
-
-
-def plan_segments(
-    duration: float, time_step: float, jumps: Sequence[float], windows: Sequence[FineWindow]
-) -> list[Segment]:
-    """Cut [0, duration] at jumps and window edges; each piece gets a whole number of steps."""
-    cuts = {0.0, duration, *jumps}
-    for w in windows:
-        cuts.update((w.start, w.stop))
-    edges = sorted(c for c in cuts if 0.0 <= c <= duration)
-    segments = []
-    for a, b in pairwise(edges):
-        if b - a < 1e-12:
-            continue
-        middle = 0.5 * (a + b)
-        h = min([time_step, *(w.time_step for w in windows if w.start <= middle <= w.stop)])
-        steps = max(1, int(np.ceil((b - a) / h - 1e-9)))
-        segments.append(Segment(a, (b - a) / steps, steps))
-    return segments
-
-
-@dataclass(frozen=True)
-class Adaptive:
-    """Step sizes chosen by an error estimate (``ladder.py``).
-
-    tolerance: error of a pair's load that one step may make, as a share of the largest load at
-    rated torque; shortest, longest: s. Sizes are the longest one halved some times.
-    """
-
-    tolerance: float
-    shortest: float
-    longest: float
-
-    def sizes(self, span: float, interval: float) -> tuple[Array, int]:
-        """Step sizes (L,) s rising, of which samples every ``interval`` s and a span are whole
-        multiples; and the number of shortest steps between two samples."""
-        between = span / max(1, round(span / interval))
-        longest = between / int(np.ceil(between / self.longest - 1e-9))
-        halved = max(0, int(np.ceil(np.log2(longest / self.shortest) - 1e-9)))
-        sizes: Array = longest / 2.0 ** np.arange(halved, -1, -1, dtype=np.float64)
-        return sizes, round(between / longest) << halved
-
-
 def largest_rated_load(modal: ModalSystem, angle: float = 0.0) -> float:
     """Largest load of a tooth pair in equilibrium at rated torque, N."""
     rated = modal.system.rated_torque
@@ -373,11 +311,11 @@ def transient(
         start = start_state(modal, _start_torque(modal, drive))
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
-        plans = [_fixed(s, output_interval) for s in pieces]
+        plans = [fixed_plan(s, output_interval) for s in pieces]
     else:
         pieces = plan_segments(duration, duration, drive.jumps, ())
         load = largest_rated_load(modal)
-        plans = [_laddered(s, output_interval, adaptive, load) for s in pieces]
+        plans = [laddered_plan(s, output_interval, adaptive, load) for s in pieces]
     sizes = max((len(p.sizes) for p in plans), default=1)
     run = _Run(modal, drive, start, work_space(modal, track_energy, sizes), sink)
     total, done, refused = sum(p.ticks for p in plans), 0, 0
@@ -393,35 +331,6 @@ def transient(
     return Steps(sum(by_size.values()), refused, by_size)
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """A piece of time without a jump: ticks of the shortest size, a sample every so many."""
-
-    start: float
-    sizes: Array
-    ticks: int
-    every: int
-    control: Control
-
-    @property
-    def chunk(self) -> int:
-        """Ticks that are run at once."""
-        return CHUNK << (len(self.sizes) - 1)
-
-
-def _fixed(segment: Segment, interval: float) -> _Plan:
-    h = segment.time_step
-    every = min(max(1, round(interval / h)), segment.steps)
-    return _Plan(segment.start, np.array([h]), segment.steps, every, control(1))
-
-
-def _laddered(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> _Plan:
-    span = segment.time_step * segment.steps
-    sizes, every = adaptive.sizes(span, interval)
-    ladder = control(len(sizes), adaptive.tolerance, load)
-    return _Plan(segment.start, sizes, round(span / sizes[0]), every, ladder)
-
-
 class _Run:
     """What goes on from one piece of time to the next."""
 
@@ -431,7 +340,7 @@ class _Run:
         self.modal, self.drive, self.state, self.space, self.sink = modal, drive, state, space, sink
         self.known: dict[tuple[float, ...], StepData] = {}
 
-    def through(self, plan: _Plan) -> Iterator[int]:
+    def through(self, plan: Plan) -> Iterator[int]:
         """Run a piece; yields ticks as they are done."""
         pairs, space, h = self.modal.system.pairs, self.space, float(plan.sizes[0])
         key = tuple(float(f"{size:.12g}") for size in plan.sizes)

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.step_plan import FineWindow
 from flexgear.analysis.transient import (
     Collector,
     Drive,
-    FineWindow,
     Transient,
     collected,
     transient,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexgear.analysis.transient import Adaptive, Steps
+from flexgear.analysis.step_plan import Adaptive
+from flexgear.analysis.transient import Steps
 from flexgear.model.solver import Solver
 from flexgear.model.train_solver import TrainSolver
 

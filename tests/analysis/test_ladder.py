@@ -5,7 +5,8 @@ import pytest
 from coupled import TORQUE
 
 from flexgear.analysis.ladder import PATIENCE, after_step, choose_rung, control
-from flexgear.analysis.transient import Adaptive, Collector, Drive, collected, transient
+from flexgear.analysis.step_plan import Adaptive
+from flexgear.analysis.transient import Collector, Drive, collected, transient
 
 JUMPS = (0.05, 0.15)
 

@@ -6,12 +6,11 @@ from coupled import TORQUE, make_system, shaped
 
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.reference import reference_transient
+from flexgear.analysis.step_plan import FineWindow, plan_segments
 from flexgear.analysis.transient import (
     Collector,
     Drive,
-    FineWindow,
     collected,
-    plan_segments,
     start_state,
     transient,
 )

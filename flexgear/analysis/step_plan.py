@@ -1,0 +1,105 @@
+"""How the time of a run is cut into pieces without a jump, and into steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.ladder import Control, control
+
+Array = NDArray[np.float64]
+CHUNK = 500
+
+
+@dataclass(frozen=True)
+class FineWindow:
+    """A span of time with a finer step, s."""
+
+    start: float
+    stop: float
+    time_step: float
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Equal steps between two times without a jump inside."""
+
+    start: float
+    time_step: float
+    steps: int
+
+
+def plan_segments(
+    duration: float, time_step: float, jumps: Sequence[float], windows: Sequence[FineWindow]
+) -> list[Segment]:
+    """Cut [0, duration] at jumps and window edges; each piece gets a whole number of steps."""
+    cuts = {0.0, duration, *jumps}
+    for w in windows:
+        cuts.update((w.start, w.stop))
+    edges = sorted(c for c in cuts if 0.0 <= c <= duration)
+    segments = []
+    for a, b in pairwise(edges):
+        if b - a < 1e-12:
+            continue
+        middle = 0.5 * (a + b)
+        h = min([time_step, *(w.time_step for w in windows if w.start <= middle <= w.stop)])
+        steps = max(1, int(np.ceil((b - a) / h - 1e-9)))
+        segments.append(Segment(a, (b - a) / steps, steps))
+    return segments
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Step sizes chosen by an error estimate (``ladder.py``).
+
+    tolerance: error of a pair's load that one step may make, as a share of the largest load at
+    rated torque; shortest, longest: s. Sizes are the longest one halved some times.
+    """
+
+    tolerance: float
+    shortest: float
+    longest: float
+
+    def sizes(self, span: float, interval: float) -> tuple[Array, int]:
+        """Step sizes (L,) s rising, of which samples every ``interval`` s and a span are whole
+        multiples; and the number of shortest steps between two samples."""
+        between = span / max(1, round(span / interval))
+        longest = between / int(np.ceil(between / self.longest - 1e-9))
+        halved = max(0, int(np.ceil(np.log2(longest / self.shortest) - 1e-9)))
+        sizes: Array = longest / 2.0 ** np.arange(halved, -1, -1, dtype=np.float64)
+        return sizes, round(between / longest) << halved
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A piece of time without a jump: ticks of the shortest size, a sample every so many."""
+
+    start: float
+    sizes: Array
+    ticks: int
+    every: int
+    control: Control
+
+    @property
+    def chunk(self) -> int:
+        """Ticks that are run at once."""
+        return CHUNK << (len(self.sizes) - 1)
+
+
+def fixed_plan(segment: Segment, interval: float) -> Plan:
+    """Steps of the segment's size, a sample about every ``interval`` s."""
+    h = segment.time_step
+    every = min(max(1, round(interval / h)), segment.steps)
+    return Plan(segment.start, np.array([h]), segment.steps, every, control(1))
+
+
+def laddered_plan(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> Plan:
+    """Steps on a ladder of sizes, judged by a share of ``load``, N."""
+    span = segment.time_step * segment.steps
+    sizes, every = adaptive.sizes(span, interval)
+    ladder = control(len(sizes), adaptive.tolerance, load)
+    return Plan(segment.start, sizes, round(span / sizes[0]), every, ladder)
