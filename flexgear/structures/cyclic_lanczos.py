@@ -7,10 +7,11 @@ and one M,
 
     W = T P_j - Q_j A_j - Q_{j-1} B_j^T,   A_j = P_j^T T P_j,   W = Q_{j+1} B_{j+1},
 
-and older vectors, which rounding lets in again little by little, are taken off two steps running
-every few steps: as often as what is found there asks for. When the basis is full it is cut to the
-best Ritz vectors. Vectors are rows of the basis, so that only what is filled takes memory. What T
-gives beside its image (reactions) is linear in P and follows the vectors.
+and older vectors, which rounding lets in again little by little, are taken off Q_j and W together
+every few steps, in one sweep through the basis: as often as what is found there asks for. When
+the basis is full it is cut to the best Ritz vectors. Vectors are rows of the basis, so that only
+what is filled takes memory. What T gives beside its image (reactions) is linear in P and follows
+the vectors.
 Source: Grimes, Lewis, Simon 1994, SIAM J. Matrix Anal. Appl. 15:228; partial
 reorthogonalisation: Simon 1984, Math. Comput. 42:115; thick restart: Wu, Simon 2000, SIAM J.
 Matrix Anal. Appl. 22:602.
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.lanczos import Eigenpairs, Operator
-from flexgear.structures.tall import dot, times_in_place
+from flexgear.structures.tall import dot, subtract, times_in_place
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], tuple[Array, Array]]
@@ -69,9 +70,9 @@ def lowest_modes(
         basis.note(beside)
         applied += block
         own = dot(p, w)
-        _less(w, q, own)
+        subtract(w, q, own)
         if before is not None:
-            _less(w, before[0], before[1].T)
+            subtract(w, before[0], before[1].T)
             square[at.start - block : at.start, at] = before[1].T
         square[at, at] = own
         if before is None and at.start:  # just cut: all Ritz vectors that were kept are neighbours
@@ -79,8 +80,7 @@ def lowest_modes(
             square[: at.start, at] = kept[: at.start]
             _, p = basis.freed(w)
         elif passes.due():
-            found, p = basis.freed(w)
-            passes.found(found, w, p)
+            p = basis.freed_two(q, p, w, passes)
         else:
             p = mass(w)
         q_next, p, coupling = basis.normalised(w, p)
@@ -112,39 +112,26 @@ def lowest_modes(
     raise FlexgearError("the eigenvalue iteration did not converge: ask for fewer modes")
 
 
-def _less(w: Array, q: Array, c: Array) -> None:
-    """w <- w - Q C."""
-
-    def part(at: slice) -> None:
-        w[at] -= q[at] @ c
-
-    shared(len(w), part, _CHUNK)
-
-
 class _Passes:
-    """When to take older vectors off: two steps running, then none for a few."""
+    """When to take older vectors off: at one step, then at none for a few."""
 
     def __init__(self, free: int) -> None:
         """free: steps without at first."""
         self._free = free
-        self._left = free + 1
+        self._left = free
 
     def due(self) -> bool:
         """Whether this step takes a pass."""
         self._left -= 1
-        return self._left <= 0
+        return self._left < 0
 
-    def found(self, share: Array, w: Array, p: Array) -> None:
-        """What the pass took off w; p = M w now."""
-        if self._left < 0:  # the second of two
-            self._left = self._free + 1
-            return
-        length = np.sqrt(max(float(np.einsum("ij,ij->j", w, p).min()), 1e-300))
-        level = float(np.abs(share).max()) / length
+    def found(self, level: float) -> None:
+        """Largest share of an older vector in a new one of unit length."""
         if level > _LEVEL:
             self._free = self._free // 2
         elif level < 1e-2 * _LEVEL:
             self._free = min(_SELDOM, self._free + 1)
+        self._left = self._free
 
 
 class _Basis:
@@ -159,11 +146,7 @@ class _Basis:
     def append(self, q: Array) -> None:
         """Columns of q (n, p) as the next vectors."""
         end = self.filled + q.shape[1]
-
-        def part(at: slice) -> None:
-            self._vectors[self.filled : end, at] = q[at].T
-
-        shared(len(q), part, _CHUNK)
+        self._put(q, slice(self.filled, end))
         self.filled = end
 
     def note(self, beside: Array) -> None:
@@ -175,6 +158,23 @@ class _Basis:
         column = self._dot(self._mass(w))
         self._take(w, column)
         return column, self._mass(w)
+
+    def freed_two(self, q: Array, p: Array, w: Array, passes: _Passes) -> Array:
+        """M w of w <- w - V^T C with V M w = 0, where the last vectors q are freed likewise first.
+
+        p: M q. Both blocks go through the basis together.
+        """
+        block, p_w = q.shape[1], self._mass(w)
+        length = np.sqrt(max(float(np.diag(dot(w, p_w)).min()), 1e-300))
+        last = slice(self.filled - block, self.filled)
+        column = self._dot(np.hstack([p, p_w]))
+        column[last, :block] = 0.0  # q itself
+        both = np.hstack([q, w])
+        self._take(both, column)
+        q[:], w[:] = both[:, :block], both[:, block:]
+        self._put(q, last)
+        passes.found(float(np.abs(column[:, block:]).max()) / length)
+        return self._mass(w)
 
     def normalised(self, w: Array, p: Array | None = None) -> tuple[Array, Array, Array]:
         """Q, P = M Q, R with w = Q R, Q^T M Q = I, orthogonal to the basis as w is.
@@ -214,6 +214,12 @@ class _Basis:
         del self._vectors
         vectors.resize((self.filled, vectors.shape[1]), refcheck=False)
         return vectors, np.hstack(self._beside)
+
+    def _put(self, q: Array, rows: slice) -> None:
+        def part(at: slice) -> None:
+            self._vectors[rows, at] = q[at].T
+
+        shared(len(q), part, _CHUNK)
 
     def _dot(self, p: Array) -> Array:
         """V p (filled, k), summed in a fixed order."""

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from flexgear.structures.narrow import WIDTH, combine, gram
+
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-_ROWS = 4096  # rows a thread takes at a time
+_ROWS = 4096  # rows a thread takes at a time, at least
+_ENTRIES = 1 << 18  # entries it takes at a time where rows are short: less would cost calls
 
 
 @contextmanager
@@ -33,36 +36,57 @@ def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]
     def part(rows: slice) -> None:
         np.matmul(a[rows], b, out=out[rows])
 
-    _share(len(a), part)
+    _share(a, part)
     return out
 
 
 def times_in_place(a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
     """a <- a b of a tall a (n, k) and b (k, k)."""
+    square = np.ascontiguousarray(b)
 
     def part(rows: slice) -> None:
-        a[rows] = a[rows] @ b
+        if a.shape[1] == WIDTH:
+            combine(a[rows], square, a[rows], 0.0)
+        else:
+            a[rows] = a[rows] @ b
 
-    _share(len(a), part)
+    _share(a, part)
+
+
+def subtract(w: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+    """w <- w - a b of tall w (n, p), a (n, k) and b (k, p)."""
+    narrow = w.shape[1] == a.shape[1] == WIDTH
+    minus = -np.ascontiguousarray(b)
+
+    def part(rows: slice) -> None:
+        if narrow:
+            combine(a[rows], minus, w[rows], 1.0)
+        else:
+            w[rows] += a[rows] @ minus
+
+    _share(w, part)
 
 
 def dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """a^T b (k, p) of tall a (n, k) and b (n, p); summed in a fixed order."""
     parts: dict[int, NDArray[np.float64]] = {}
+    narrow = a.shape[1] == b.shape[1] == WIDTH
 
     def part(rows: slice) -> None:
-        parts[rows.start] = a[rows].T @ b[rows]
+        parts[rows.start] = gram(a[rows], b[rows]) if narrow else a[rows].T @ b[rows]
 
-    _share(len(a), part)
+    _share(a, part)
     total = np.zeros((a.shape[1], b.shape[1]))
     for start in sorted(parts):
         total += parts[start]
     return total
 
 
-def _share(count: int, part: Callable[[slice], None]) -> None:
-    """Call part(rows) for all rows, on all threads where there are many rows."""
-    slices = [slice(a, min(a + _ROWS, count)) for a in range(0, count, _ROWS)]
+def _share(tall: NDArray[np.float64], part: Callable[[slice], None]) -> None:
+    """Call part(rows) for all rows of a matrix, on all threads where there are many rows."""
+    count, width = tall.shape
+    step = max(_ROWS, _ENTRIES // max(width, 1))
+    slices = [slice(a, min(a + step, count)) for a in range(0, count, step)]
     if THREADS == 1 or len(slices) < 4:
         for rows in slices:
             part(rows)
