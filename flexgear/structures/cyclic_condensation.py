@@ -84,6 +84,9 @@ class CyclicCondensation:
 
     def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
         """The same, and the reactions (b, k)."""
+        if right.shape[1] <= self._block:
+            x, reactions = self.solver.solve(self._form(right))
+            return x.reshape(self.dofs, -1), reactions
         out, reactions = np.empty_like(right), np.empty((self.interface.size, right.shape[1]))
         for block in self.blocks(right.shape[1]):
             x, reactions[:, block] = self.solver.solve(self._form(right[:, block]))
@@ -125,7 +128,7 @@ class CyclicCondensation:
             for block in self.blocks(len(coupling)):
                 load = self.fe_mass.product(self._form(modes[:, block]))
                 coupling[block] = -self.solver.reactions(load).T
-        own = project_constraint_modes(self.solver, self.ties, self.fe_mass, self._block, recovery)
+        own = project_constraint_modes(self.solver, self.ties, self.fe_mass, recovery)
         return own, coupling
 
     def field_of(self, dofs: Array) -> Array:
@@ -154,6 +157,8 @@ class CyclicCondensation:
 
     def _each(self, x: Array, way: object) -> Array:
         """way(x) block by block."""
+        if x.shape[1] <= self._block:
+            return way(self._form(x)).reshape(self.dofs, -1)  # type: ignore[operator,no-any-return]
         out = np.empty_like(x)
         for block in self.blocks(x.shape[1]):
             out[:, block] = way(self._form(x[:, block])).reshape(self.dofs, -1)  # type: ignore[operator]

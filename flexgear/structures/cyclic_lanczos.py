@@ -156,7 +156,7 @@ class _Basis:
     def freed(self, w: Array) -> tuple[Array, Array]:
         """C (filled, p) and M w of w <- w - V^T C with V M w = 0."""
         column = self._dot(self._mass(w))
-        self._take(w, column)
+        self._take(column, w)
         return column, self._mass(w)
 
     def freed_two(self, q: Array, p: Array, w: Array, passes: _Passes) -> Array:
@@ -167,11 +167,9 @@ class _Basis:
         block, p_w = q.shape[1], self._mass(w)
         length = np.sqrt(max(float(np.diag(dot(w, p_w)).min()), 1e-300))
         last = slice(self.filled - block, self.filled)
-        column = self._dot(np.hstack([p, p_w]))
+        column = self._dot(p, p_w)
         column[last, :block] = 0.0  # q itself
-        both = np.hstack([q, w])
-        self._take(both, column)
-        q[:], w[:] = both[:, :block], both[:, block:]
+        self._take(column, q, w)
         self._put(q, last)
         passes.found(float(np.abs(column[:, block:]).max()) / length)
         return self._mass(w)
@@ -221,25 +219,30 @@ class _Basis:
 
         shared(len(q), part, _CHUNK)
 
-    def _dot(self, p: Array) -> Array:
-        """V p (filled, k), summed in a fixed order."""
+    def _dot(self, *p: Array) -> Array:
+        """V [p_1 p_2 ...] (filled, k), summed in a fixed order."""
         parts: dict[int, Array] = {}
 
         def part(at: slice) -> None:
-            parts[at.start] = self._vectors[: self.filled, at] @ p[at]
+            side_by_side = np.hstack([one[at] for one in p])
+            parts[at.start] = self._vectors[: self.filled, at] @ side_by_side
 
-        shared(len(p), part, _CHUNK)
-        total = np.zeros((self.filled, p.shape[1]))
+        shared(len(p[0]), part, _CHUNK)
+        total = np.zeros((self.filled, sum(one.shape[1] for one in p)))
         for start in sorted(parts):
             total += parts[start]
         return total
 
-    def _take(self, w: Array, column: Array) -> None:
-        """w <- w - V^T C."""
+    def _take(self, column: Array, *w: Array) -> None:
+        """[w_1 w_2 ...] <- [w_1 w_2 ...] - V^T C."""
 
         rows = np.ascontiguousarray(column.T)
 
         def part(at: slice) -> None:
-            w[at] -= (rows @ self._vectors[: self.filled, at]).T
+            share = (rows @ self._vectors[: self.filled, at]).T
+            begin = 0
+            for one in w:
+                one[at] -= share[:, begin : begin + one.shape[1]]
+                begin += one.shape[1]
 
-        shared(len(w), part, _CHUNK)
+        shared(len(w[0]), part, _CHUNK)

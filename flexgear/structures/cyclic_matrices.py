@@ -64,11 +64,12 @@ class Circulant:
         return out
 
     def extended(self) -> sp.csr_matrix:
-        """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A."""
-        b = self.ahead.shape[1]
-        return sp.bmat(
-            [[self.here, self.ahead], [self.ahead.T, sp.csr_matrix((b, b))]], format="csr"
-        )
+        """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A; on dofs."""
+        here, ahead = self.here, self.ahead
+        if self.scalar:
+            here, ahead = sp.kron(here, np.eye(3)), sp.kron(ahead, self.ahead_turn)
+        b = ahead.shape[1]
+        return sp.bmat([[here, ahead], [ahead.T, sp.csr_matrix((b, b))]], format="csr")
 
     def _turned(self, x: Array, forward: bool) -> Array:
         """Border components in the axes of the sector before (forward) or back in their own."""

@@ -5,23 +5,31 @@ With Psi = Psi_t [I 0] + Y N, N = G^{-1} [-H I], H and G of `cyclic_solver.py`, 
     Psi^T M Psi = J^T A J + J^T B N + N^T B^T J + N^T C N,
     A = Psi_t^T M Psi_t,  B = Psi_t^T M Y,  C = Y^T M Y.
 
-A is block-circulant: the fields of sector 0's ties give all. B and C come block by block of Y from
-what M Y does to the ties, for Psi_t^T g = -lambda and Y^T g = q0 of a solution under g.
+A is block-circulant: the fields of sector 0's ties give all. A sector without loads moves by its
+ends alone, x(s) = R e(s) + U(s) c(s), see `CyclicSolver.shapes`, so mass meets ends and no field
+of Y is ever made: with E one sector's part of M,
+
+    x^T M y = sum_s e_x^T g_y + c_x^T (U^T E R e_y + U^T E U c_y),   g = R^T E R e + R^T E U c.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import scipy.fft
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.cyclic_matrices import Circulant
 from flexgear.structures.cyclic_solver import CyclicSolver
 from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.cyclic_ties import SectorTies
+from flexgear.structures.tall import THREADS
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Ints = NDArray[np.int64]
+
+_COLUMNS = 32  # of Y worked on at once
 
 
 def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
@@ -33,34 +41,81 @@ def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
 
 
 def project_constraint_modes(
-    solver: CyclicSolver, ties: SectorTies, mass: Circulant, block: int, recovery: Singles
+    solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovery: Singles
 ) -> Array:
-    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b).
-
-    block: columns of Y worked on at once.
-    """
+    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
     vertices = ties.sectors.nodes[:, 0] < len(recovery) // 3
     rows = np.flatnonzero(np.repeat(vertices, 3))
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
 
-    periodic = solver.periodic_motion()
-    own = -solver.tied(mass.product(periodic))[0].transpose(0, 2, 1)
-    periodic = periodic[rows]
-    across, others = np.empty((t * z, m)), np.empty((m, m))
-    other = np.empty((len(rows), z, m))
-    for start in range(0, m, block):
-        columns = slice(start, min(start + block, m))
-        y = solver.other_motion(columns)
-        other[:, :, columns] = y[rows]
-        reactions, others[:, columns] = solver.tied(mass.product(y))
-        across[:, columns] = -reactions.reshape(t * z, -1)
+    shapes, uneven = solver.shapes()
+    inertia, mixed = _sector_mass(shapes, uneven, mass.extended())
+    shapes = shapes[rows]
+    periodic = solver.periodic_ends()
+    own = _correlated(periodic, _times(inertia, periodic)).transpose(0, 2, 1)
+    ends = solver.other_ends()
+    other = _times(shapes, ends)
+    others, across = np.empty((m, m)), np.empty((t * z, m))
+    flat = ends.reshape(len(ends) * z, m)
+    for start in range(0, m, _COLUMNS):
+        columns = slice(start, min(start + _COLUMNS, m))
+        momentum = _times(inertia, ends[:, :, columns])
+        for s, (at, _) in uneven.items():
+            here = (at >= columns.start) & (at < columns.stop)
+            momentum[:, s, at[here] - start] += mixed[s][0][:, here]
+        across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
+        others[:, columns] = flat.T @ momentum.reshape(len(flat), -1)
+    for s, (at, fields) in uneven.items():
+        beside, both = mixed[s]
+        others[at] += beside.T @ ends[:, s]
+        others[np.ix_(at, at)] += both
+        other[:, s, at] += fields[rows]
+    del ends, flat
 
     share = solver.other_share()
-    mixed = np.vstack([across, np.zeros((m, m))]) @ share
-    out = mixed + mixed.T + share.T @ others @ share
+    cross = np.vstack([across, np.zeros((m, m))]) @ share
+    out = cross + cross.T + share.T @ others @ share
     out[: t * z, : t * z] += circulant(own)
-    _recover(ties, rows, periodic, other, ties.joined_rows(share), recovery)
+    moved = _times(shapes, periodic)
+    _recover(ties, rows, moved, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
+
+
+def _sector_mass(
+    shapes: Array, uneven: dict[int, tuple[Ints, Array]], mass: sp.csr_matrix
+) -> tuple[Array, dict[int, tuple[Array, Array]]]:
+    """R^T E R, and by sector R^T E U and U^T E U."""
+    inertia = np.empty((shapes.shape[1], shapes.shape[1]))
+
+    def part(columns: slice) -> None:
+        inertia[:, columns] = shapes.T @ (mass @ np.ascontiguousarray(shapes[:, columns]))
+
+    shared(shapes.shape[1], part)
+    mixed = {}
+    for s, (_, fields) in uneven.items():
+        loads = mass @ fields
+        mixed[s] = shapes.T @ loads, fields.T @ loads
+    return inertia, mixed
+
+
+def _times(a: Array, x: Array) -> Array:
+    """a (r, n) times x (n, z, k)."""
+    flat = x.reshape(len(x), -1)
+    out = np.empty((len(a), flat.shape[1]))
+
+    def part(columns: slice) -> None:
+        out[:, columns] = a @ flat[:, columns]
+
+    shared(flat.shape[1], part)
+    return out.reshape(len(a), *x.shape[1:])
+
+
+def _correlated(x: Array, y: Array) -> Array:
+    """sum_s x(s - j)^T y(s) (a, z, c) over all j of x (n, z, a) and y (n, z, c)."""
+    transforms = (scipy.fft.rfft(f, axis=1, workers=THREADS).transpose(1, 0, 2) for f in (x, y))
+    first, second = transforms
+    product = first.conj().transpose(0, 2, 1) @ second
+    return scipy.fft.irfft(product, x.shape[1], axis=0).transpose(1, 0, 2)
 
 
 def circulant(blocks: Array) -> Array:

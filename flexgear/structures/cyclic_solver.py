@@ -37,6 +37,7 @@ from flexgear.structures.cyclic_interior import Interior
 from flexgear.structures.cyclic_threads import CHUNK, shared
 from flexgear.structures.cyclic_ties import SectorTies
 from flexgear.structures.spd import scaled_inverse
+from flexgear.structures.tall import times
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -135,17 +136,43 @@ class CyclicSolver:
         run = self._begin(load, None)
         return self._multipliers(run), run.q0
 
-    def periodic_motion(self) -> Array:
-        """Fields (3n, z, t) under unit motion of sector 0's ties, those of others at rest."""
-        return self._field(self._begin_local(None, self._unit_motion(), self._t))
+    def periodic_ends(self) -> Array:
+        """Ends (2b + t + v, z, t) of the motion under sector 0's ties; see `shapes`."""
+        return self._ends(self._begin_local(None, self._unit_motion(), self._t))
 
-    def other_motion(self, columns: slice) -> Array:
-        """Y (3n, z, k): fields under unit loads on other ties, periodic ones held."""
-        k = columns.stop - columns.start
-        run = self._begin_local(None, np.zeros((self._t, self.count, k)), k)
-        run.mu[range(columns.start, columns.stop), range(k)] = -1.0
+    def other_ends(self) -> Array:
+        """Ends (2b + t + v, z, m) of Y, the motion under unit loads on other ties."""
+        m = self._ties.other_size
+        run = self._begin_local(None, np.zeros((self._t, self.count, m)), m)
+        run.mu[:] = -np.eye(m)
         self._release(run)
-        return self._field(run)
+        return self._ends(run)
+
+    def shapes(self) -> tuple[Array, dict[int, tuple[Ints, Array]]]:
+        """R (i + 2b, 2b + t + v), and for some sectors U (i + 2b, r) and which of the m it is of.
+
+        Without loads a sector moves by R (its ends) - U mu, the next border included; ends are
+        both borders, -lambda and its share of mu.
+        """
+        inside, size = self._rows[0], self._rows[-1].stop
+        kept, ends = self._rows[1].stop, size - inside.stop
+        out = np.zeros((kept, ends))
+
+        def part(columns: slice) -> None:
+            x = np.zeros((size, columns.stop - columns.start))
+            at = np.arange(columns.start, columns.stop)
+            x[inside.stop + at, at - columns.start] = 1.0
+            self._interior.backward(x)
+            out[:, columns] = x[:kept]
+
+        shared(ends, part)
+        uneven = {}
+        for s, tied in self._uneven.items():
+            x = np.zeros((size, len(tied.at)))
+            x[inside] = tied.z
+            self._interior.backward(x)
+            uneven[s] = tied.at, x[:kept]
+        return out, uneven
 
     # -- building
 
@@ -245,7 +272,7 @@ class CyclicSolver:
 
     def _release(self, run: _Pass) -> None:
         """Forces -mu of the other ties upon x_b and d."""
-        run.border -= (self._other_border @ run.mu).reshape(run.border.shape)
+        run.border -= times(self._other_border, run.mu).reshape(run.border.shape)
         run.d += np.tensordot(self._even_e, self._even_forces(run), axes=(1, 0))
         for s, tied in self._uneven.items():
             run.d[:, s] += tied.e @ run.mu[tied.at]
@@ -303,17 +330,21 @@ class CyclicSolver:
         shared(self.count, part, chunk=max(1, CHUNK // k))
         return list(pieces.values()), pulled
 
+    def _ends(self, run: _Pass) -> Array:
+        """[x_b(s); x_b(s + 1); -lambda; mu of even ties] (2b + t + v, z, k)."""
+        b, t = self._b, self._t
+        out = np.empty((2 * b + t + self._v, self.count, run.mu.shape[1]))
+        out[:b] = run.border
+        out[b : 2 * b, :-1] = run.border[:, 1:]
+        out[b : 2 * b, -1] = run.border[:, 0]
+        np.negative(self._multipliers(run), out=out[2 * b : 2 * b + t])
+        out[2 * b + t :] = self._even_forces(run)
+        return out
+
     def _field(self, run: _Pass) -> Array:
         """x (3n, z, k) from f, x_b, lambda and mu; uses the pieces up."""
-        inside, ends, _, even = self._rows
-        k, b = run.mu.shape[1], self._b
-        beyond = np.empty((even.stop - ends.start, self.count, k))
-        beyond[:b] = run.border
-        beyond[b : 2 * b, :-1] = run.border[:, 1:]
-        beyond[b : 2 * b, -1] = run.border[:, 0]
-        np.negative(self._multipliers(run), out=beyond[2 * b : 2 * b + self._t])
-        beyond[2 * b + self._t :] = self._even_forces(run)
-        beyond = beyond.reshape(len(beyond), self.count * k)
+        inside, even, k = self._rows[0], self._rows[-1], run.mu.shape[1]
+        beyond = self._ends(run).reshape(-1, self.count * k)
         out = np.empty((self._n, self.count * k))
 
         def part(sectors: slice, x: Array | None = None) -> None:
