@@ -21,16 +21,24 @@ from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.tall import THREADS
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+_PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
 
 
 class Harmonics:
-    """Inverse of every S_h (b, b)."""
+    """Inverse of every S_h (b, b), the lower triangle by panels of rows.
+
+    Of wide borders the inverses are the largest part of all factors.
+    """
 
     def __init__(self, condensed: Array, count: int) -> None:
         """condensed: (2b, 2b) of one sector; count: z."""
         b = len(condensed) // 2
         self.count = count
-        self._inverse = np.empty((count // 2 + 1, b, b), dtype=complex)
+        self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
+        self._inverse: list[list[Complex]] = [[] for _ in range(count // 2 + 1)]
         diagonal = condensed[:b, :b] + condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = condensed[:b, b:]
@@ -38,7 +46,8 @@ class Harmonics:
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
                 phase = np.exp(2j * np.pi * h / count)
-                self._inverse[h] = _inverse(diagonal + phase * across + np.conj(phase) * across.T)
+                matrix = diagonal + phase * across + np.conj(phase) * across.T
+                self._inverse[h] = _lower_panels(matrix, self._panels)
 
         shared(len(self._inverse), part, chunk=1)
 
@@ -50,20 +59,34 @@ class Harmonics:
         if not right.shape[2]:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
-        x = np.empty_like(r)
+        x = np.empty(r.shape, dtype=complex)
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
-                x[h] = self._inverse[h] @ np.ascontiguousarray(r[h])
+                self._multiply(h, np.ascontiguousarray(r[h]), x[h])
 
         shared(len(self._inverse), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
 
+    def _multiply(self, h: int, r: Complex, x: Complex) -> None:
+        """x <- S_h^{-1} r (b, k)."""
+        adjoint = np.ascontiguousarray(r.conj().T)
+        for rows, panel in zip(self._panels, self._inverse[h], strict=True):
+            x[rows] = panel @ r[: rows.stop]
+            if rows.start:  # what the panel is above the diagonal
+                x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
 
-def _inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Inverse of a Hermitian positive definite matrix."""
+
+def _lower_panels(matrix: Complex, panels: list[slice]) -> list[Complex]:
+    """Rows of the inverse of a Hermitian positive definite matrix up to their diagonal block."""
     factor, info = zpotrf(matrix, lower=1, clean=1)
     if info:
         raise FlexgearError("a sector is not held by the ties of its teeth")
-    inverse, _ = zpotri(factor, lower=1)
-    return np.tril(inverse) + np.tril(inverse, -1).conj().T
+    inverse, _ = zpotri(factor, lower=1, overwrite_c=1)
+    out = []
+    for rows in panels:
+        panel = np.ascontiguousarray(inverse[rows, : rows.stop])
+        block = panel[:, rows.start :]
+        block[:] = np.tril(block) + np.tril(block, -1).conj().T
+        out.append(panel)
+    return out

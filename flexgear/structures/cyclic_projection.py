@@ -14,6 +14,7 @@ of Y is ever made: with E one sector's part of M,
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 import scipy.fft
 import scipy.sparse as sp
@@ -91,10 +92,16 @@ def _sector_mass(
         inertia[:, columns] = shapes.T @ (mass @ np.ascontiguousarray(shapes[:, columns]))
 
     shared(shapes.shape[1], part)
-    mixed = {}
-    for s, (_, fields) in uneven.items():
-        loads = mass @ fields
-        mixed[s] = shapes.T @ loads, fields.T @ loads
+    mixed: dict[int, tuple[Array, Array]] = {}
+    numbers = sorted(uneven)
+
+    def beside(which: slice) -> None:
+        for s in numbers[which]:
+            fields = uneven[s][1]
+            loads = mass @ fields
+            mixed[s] = shapes.T @ loads, fields.T @ loads
+
+    shared(len(numbers), beside, chunk=1)
     return inertia, mixed
 
 
@@ -135,29 +142,48 @@ def _recover(
     ties: SectorTies, rows: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
 ) -> None:
     """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
-    nodes = ties.sectors.nodes[rows[::3] // 3]  # (v, z)
+    nodes = np.ascontiguousarray(ties.sectors.nodes[rows[::3] // 3])  # (v, z)
     z = ties.sectors.count
     turns = ties.sectors.turns()
-    columns = ties.periodic_dofs.reshape(-1, 3, z).transpose(0, 2, 1).ravel()  # (t/3, z, 3)
-    cos, sin = turns[:, 0, 0], turns[:, 1, 0]
+    dofs = np.ascontiguousarray(ties.periodic_dofs)
+    cos, sin = np.ascontiguousarray(turns[:, 0, 0]), np.ascontiguousarray(turns[:, 1, 0])
+    out = recovery.reshape(-1, 3, recovery.shape[1])
 
     def part(which: slice) -> None:
         for s in range(which.start, which.stop):
             field = np.ascontiguousarray(other[:, s]) @ share
-            behind = (s - np.arange(z)) % z  # sector 0's field as sector j's
-            mine = periodic[:, behind].transpose(0, 2, 1).reshape(-1, 3, z)
-            _turn(mine, cos, sin)
-            field[:, columns] += mine.swapaxes(1, 2).reshape(len(rows), -1)
-            parts = field.reshape(len(nodes), 3, -1)
-            _turn(parts, cos[s], sin[s])
-            whole = recovery.reshape(-1, 3, recovery.shape[1])
-            whole[nodes[:, s]] = parts
+            _place(field, periodic, dofs, cos, sin, s, nodes[:, s], out)
 
     shared(z, part, chunk=1)
 
 
-def _turn(x: Array, cos: Array, sin: Array) -> None:
-    """Components x (n, 3, ...) turned about z, in place; cos and sin of the last axis or of all."""
-    first = cos * x[:, 0] - sin * x[:, 1]
-    x[:, 1] = sin * x[:, 0] + cos * x[:, 1]
-    x[:, 0] = first
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _place(
+    field: Array,
+    periodic: Array,
+    dofs: Ints,
+    cos: Array,
+    sin: Array,
+    s: int,
+    nodes: Ints,
+    out: Singles,
+) -> None:  # pragma: no cover - compiled
+    """Sector s of Psi into out (n, 3, b), body's axes, from Y N (r, b) and sector 0's Psi_t.
+
+    Its field is sector j's, j pitches on, with the tie's components in sector j's axes.
+    """
+    z = periodic.shape[1]
+    for v in range(len(nodes)):
+        rows = field[3 * v : 3 * v + 3]
+        for tie in range(0, len(dofs), 3):
+            for j in range(z):
+                for i in range(3):
+                    p = periodic[3 * v + i, (s - j) % z]
+                    rows[i, dofs[tie, j]] += cos[j] * p[tie] - sin[j] * p[tie + 1]
+                    rows[i, dofs[tie + 1, j]] += sin[j] * p[tie] + cos[j] * p[tie + 1]
+                    rows[i, dofs[tie + 2, j]] += p[tie + 2]
+        place = out[nodes[v]]
+        for c in range(field.shape[1]):
+            place[0, c] = cos[s] * rows[0, c] - sin[s] * rows[1, c]
+            place[1, c] = sin[s] * rows[0, c] + cos[s] * rows[1, c]
+            place[2, c] = rows[2, c]

@@ -41,8 +41,8 @@ from flexgear.structures.tall import single_threaded_blas
 
 LANCZOS_BLOCK = 24  # vectors a step
 CYCLIC_LANCZOS_BLOCK = 8  # fewer do where columns of all sectors make the blocks wide
-_BASIS_BYTES = 1.2e9  # of the cyclic path's Lanczos basis, where that is enough for the modes
-_WHOLE_BASIS_BYTES = 1.2e9  # of the general path's
+_BASIS_BYTES = 2.0e9  # of the cyclic path's Lanczos basis, where that is enough for the modes
+_WHOLE_BASIS_BYTES = 2.0e9  # of the general path's
 
 
 def silent(stage: str, fraction: float) -> None:
