@@ -44,23 +44,23 @@ class Circulant:
         """A x in sector form, (3n, z, k)."""
         rows, b = self.ahead.shape
         border = slice(len(x) - 3 * b if self.scalar else len(x) - b, None)
-        shape = (rows, -1)
         out = np.empty(x.shape)
+        flat, flat_out = np.ascontiguousarray(x).reshape(rows, -1), out.reshape(rows, -1)
+        width = flat.shape[1]
         near = np.flatnonzero(np.diff(self.ahead.indptr))
-        coupling = self.ahead[near]
+        here, ahead, behind = self.here, self.ahead[near], self.ahead.T.tocsr()
         next_border = self._turned(np.roll(x[border], -1, axis=1), forward=True)
-        flat, flat_out = np.ascontiguousarray(x).reshape(shape), out.reshape(shape)
-        here = self.here
+        next_flat = next_border.reshape(b, width)
+        far, back = np.empty((len(near), width)), np.empty((b, width))
 
         def part(columns: slice) -> None:
-            _product(
-                here.indptr, here.indices, here.data, flat, flat_out, columns.start, columns.stop
-            )
+            _product(here, flat, flat_out, columns)
+            _product(ahead, next_flat, far, columns)
+            _product(behind, flat, back, columns)
+            flat_out[near, columns] += far[:, columns]
 
-        shared(flat.shape[1], part)
-        flat_out[near] += coupling @ next_border.reshape(b, -1)
-        back = (coupling.T @ flat[near]).reshape(next_border.shape)
-        out[border] += np.roll(self._turned(back, forward=False), 1, axis=1)
+        shared(width, part)
+        out[border] += np.roll(self._turned(back.reshape(next_border.shape), False), 1, axis=1)
         return out
 
     def extended(self) -> sp.csr_matrix:
@@ -152,8 +152,14 @@ def _cos_sin(sectors: Sectors) -> tuple[Array, Array]:
     return np.cos(angle)[:, None], np.sin(angle)[:, None]
 
 
+def _product(matrix: sp.csr_matrix, x: Array, out: Array, columns: slice) -> None:
+    """Columns of out = A x."""
+    a = matrix
+    _csr_product(a.indptr, a.indices, a.data, x, out, columns.start, columns.stop)
+
+
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _product(
+def _csr_product(
     indptr: Ints, indices: Ints, data: Array, x: Array, out: Array, begin: int, end: int
 ) -> None:  # pragma: no cover - compiled
     """out = A x for columns begin to end, in strips, without copies of them."""
