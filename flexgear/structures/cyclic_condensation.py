@@ -27,6 +27,7 @@ from flexgear.structures.cyclic_matrices import (
     to_sectors,
 )
 from flexgear.structures.cyclic_projection import condensed_stiffness, project_constraint_modes
+from flexgear.structures.cyclic_rigid import rigid_fields
 from flexgear.structures.cyclic_sectors import Sectors
 from flexgear.structures.cyclic_solver import CyclicSolver
 from flexgear.structures.cyclic_ties import SectorTies, sector_ties
@@ -176,7 +177,8 @@ def cyclic_parts(
     if ties is None:
         return None
     stiffness, mass = sector_matrices(model, sectors)
-    solver = CyclicSolver(Interior(_bordered(stiffness, ties), tree), ties)
+    rigid = rigid_fields(model.nodes, sectors)
+    solver = CyclicSolver(Interior(_bordered(stiffness, ties), tree), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
     return CyclicCondensation(
         interface, ties, stiffness, mass, solver, condensed_stiffness(solver, ties), path

@@ -64,12 +64,18 @@ class Circulant:
         return out
 
     def extended(self) -> sp.csr_matrix:
-        """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A; on dofs."""
-        here, ahead = self.here, self.ahead
-        if self.scalar:
-            here, ahead = sp.kron(here, np.eye(3)), sp.kron(ahead, self.ahead_turn)
-        b = ahead.shape[1]
-        return sp.bmat([[here, ahead], [ahead.T, sp.csr_matrix((b, b))]], format="csr")
+        """[A_0 A_1; A_1^T 0], a matrix of one sector whose sum over sectors is A."""
+        b = self.ahead.shape[1]
+        return sp.bmat(
+            [[self.here, self.ahead], [self.ahead.T, sp.csr_matrix((b, b))]], format="csr"
+        )
+
+    def on_dofs(self) -> Circulant:
+        """The same with three rows a node where it is scalar."""
+        if not self.scalar:
+            return self
+        ahead = sp.kron(self.ahead, self.ahead_turn).tocsr()
+        return Circulant(sp.kron(self.here, np.eye(3)).tocsr(), ahead)
 
     def _turned(self, x: Array, forward: bool) -> Array:
         """Border components in the axes of the sector before (forward) or back in their own."""

@@ -50,7 +50,7 @@ def project_constraint_modes(
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
 
     shapes, uneven = solver.shapes()
-    inertia, mixed = _sector_mass(shapes, uneven, mass.extended())
+    inertia, mixed = _sector_mass(shapes, uneven, mass.on_dofs().extended())
     shapes = shapes[rows]
     periodic = solver.periodic_ends()
     own = _correlated(periodic, _times(inertia, periodic)).transpose(0, 2, 1)

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 
 from flexgear.structures.cyclic_harmonics import Harmonics
 from flexgear.structures.cyclic_interior import Interior
+from flexgear.structures.cyclic_rigid import with_rigid, without_rigid
 from flexgear.structures.cyclic_threads import CHUNK, shared
 from flexgear.structures.cyclic_ties import SectorTies
 from flexgear.structures.spd import scaled_inverse
@@ -74,8 +75,11 @@ class CyclicSolver:
     coupling: H (m, t, z) motion of the others then; flexibility: G (m, m), inverse: G^{-1}.
     """
 
-    def __init__(self, interior: Interior, ties: SectorTies) -> None:
-        """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others."""
+    def __init__(self, interior: Interior, ties: SectorTies, rigid: Array) -> None:
+        """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
+
+        rigid: R (3n + 3b, 6) of `cyclic_rigid.py`.
+        """
         self._interior, self._ties = interior, ties
         self.count = ties.sectors.count
         self._n = 3 * len(ties.sectors.nodes)
@@ -86,10 +90,13 @@ class CyclicSolver:
         self._rows = [slice(a, e) for a, e in pairwise(ends)]
         rest = interior.rest
         border, tie = slice(0, 2 * b), slice(2 * b, 2 * b + t)
-        self._hat = rest[tie, border]  # B^
+        self._rigid = rigid
+        ends_rigid = rigid[i:]
+        self._hat = with_rigid(rest[tie, border], ends_rigid, ties.rows @ rigid)  # B^
         self._d_inverse = scaled_inverse(-rest[tie, tie])
         self._gain = self._d_inverse @ self._hat
-        self._harmonics = Harmonics(rest[border, border] + self._hat.T @ self._gain, self.count)
+        free = without_rigid(rest[border, border], ends_rigid)
+        self._harmonics = Harmonics(free + self._hat.T @ self._gain, self.count)
         self._tie_others()
         self.stiffness = self._periodic_stiffness()
 
@@ -222,11 +229,14 @@ class CyclicSolver:
         self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
 
     def _pulled(self, columns: Array) -> Array:
-        """[Z; rows] (i + 2b + t + v, k) after elimination of loads on own dofs and next border."""
+        """[Z; rows] (i + 2b + t + v, k) after elimination of ties on own dofs and next border."""
         x = np.zeros((self._rows[-1].stop, columns.shape[1]))
         x[: len(columns)] = columns
         if columns.shape[1]:
             self._interior.forward(x)
+            inside, ends = self._rows[:2]
+            motion = columns.T @ self._rigid[: len(columns)]
+            x[ends] = with_rigid(x[ends].T, self._rigid[inside.stop :], motion).T
         return x
 
     def _periodic_stiffness(self) -> Array:
