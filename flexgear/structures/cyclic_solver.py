@@ -149,9 +149,9 @@ class CyclicSolver:
 
     def other_ends(self) -> Array:
         """Ends (2b + t + v, z, m) of Y, the motion under unit loads on other ties."""
-        m = self._ties.other_size
-        run = self._begin_local(None, np.zeros((self._t, self.count, m)), m)
-        run.mu[:] = -np.eye(m)
+        m, z = self._ties.other_size, self.count
+        d, border = np.zeros((self._t, z, m)), np.zeros((self._b, z, m))
+        run = _Pass([], d, border, np.zeros((m, m)), -np.eye(m))
         self._release(run)
         return self._ends(run)
 
