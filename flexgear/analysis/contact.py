@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from flexgear.coupling.compiled import FAST, INNER
@@ -56,22 +55,32 @@ def eliminate(a, n, x):
     """x with A x = b, columns 0 … n of ``a`` being [A b], without pivoting; ``a`` is used up.
 
     Contact matrices I + k A are positive definite but for their rows' scale, their pivots 1 or
-    more; False where a pivot is too small. Whole lines are subtracted, in blocks of 8 numbers, of
-    which ``a`` must have enough: that is faster than to begin at the pivot.
+    more; False where a pivot is too small. Four pivot rows are subtracted at once, in whole blocks
+    of 8 numbers, of which ``a`` must have enough.
     """
     end = 8 * (n // 8 + 1)
     for i in range(n):
         k = 0
-        while k + 1 < i:  # two pivot rows at once
-            f = a[i, k] * a[k, k]
-            g = (a[i, k + 1] - f * a[k, k + 1]) * a[k + 1, k + 1]
-            for c in range(end):
-                a[i, c] -= f * a[k, c] + g * a[k + 1, c]
-            k += 2
-        if k < i:
-            f = a[i, k] * a[k, k]
-            for c in range(end):
-                a[i, c] -= f * a[k, c]
+        while k + 3 < i:
+            start = 8 * (k // 8)
+            own, p0, p1 = a[i, start:end], a[k, start:end], a[k + 1, start:end]
+            p2, p3 = a[k + 2, start:end], a[k + 3, start:end]
+            f0 = a[i, k] * a[k, k]
+            f1 = (a[i, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
+            f2 = a[i, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]
+            f2 *= a[k + 2, k + 2]
+            f3 = a[i, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]
+            f3 *= a[k + 3, k + 3]
+            for c in range(end - start):
+                own[c] -= f0 * p0[c] + f1 * p1[c] + f2 * p2[c] + f3 * p3[c]
+            k += 4
+        while k < i:
+            start = 8 * (k // 8)
+            own, p0 = a[i, start:end], a[k, start:end]
+            f0 = a[i, k] * a[k, k]
+            for c in range(end - start):
+                own[c] -= f0 * p0[c]
+            k += 1
         if not a[i, i] > SMALL_PIVOT:
             return False
         a[i, i] = 1.0 / a[i, i]
@@ -84,56 +93,44 @@ def eliminate(a, n, x):
 
 
 @njit(**INNER)
-def _gather(matrix, right, index, m, work, rhs):
-    whole = m == index.shape[0]
-    for a in range(m):
-        line = matrix[index[a]]
-        if whole:
-            for b in range(m):
-                work[a, b] = line[b]
+def _laid_out(matrix, right, n, total, active, work, x):
+    """work ← [A b] and x ← b; a row that is not active states x_i = 0."""
+    for i in range(total):
+        line, own = matrix[i], work[i]
+        if i < n and active[i] == 0:
+            for c in range(total):
+                own[c] = 0.0
+            own[i] = 1.0
+            x[i] = 0.0
         else:
-            for b in range(m):
-                work[a, b] = line[index[b]]
-        rhs[a] = right[index[a]]
-        work[a, m] = rhs[a]
+            for c in range(total):
+                own[c] = line[c]
+            x[i] = right[i]
+        if total < work.shape[1]:
+            own[total] = x[i]
 
 
 @njit(**INNER)
-def solve_active(matrix, right, rows, n, extra, active, work, x):
+def solve_set(matrix, right, sided, n, extra, active, work, x):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
     matrix (n + extra,)²: row i < n states F_i + Σ_j (k_i A_ij + c_i V_ij) F_j + … = right_i;
-    extra equations (brake, balance) always hold. ``active`` (n,) is the first guess of loaded
-    rows and returns the answer. Returns the number of sets tried, or −1 without convergence.
-    Every set changes all wrong rows at once; after some tries only the first wrong row, which
-    cannot cycle for a positive definite matrix (Murty's rule).
+    extra equations (brake, balance) always hold. sided (n,): 1 where a row can only push;
+    ``active`` (n,) is the first guess of loaded rows and returns the answer. Returns the number of
+    sets tried, or −1 without convergence. Every set changes all wrong rows at once; after some
+    tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
+    rule).
     """
-    return _solve_set(matrix, right, rows.sided, n, extra, active, work, x)
-
-
-@njit(**INNER)
-def _solve_set(matrix, right, sided, n, extra, active, work, x):
     total = n + extra
-    index = np.empty(total, dtype=np.int64)
-    rhs = np.empty(total)
     for tries in range(4 * MAX_SETS):
-        m = 0
-        for i in range(n):
-            if active[i] == 1:
-                index[m] = i
-                m += 1
-        for e in range(extra):
-            index[m] = n + e
-            m += 1
-        _gather(matrix, right, index, m, work, rhs)
-        if work.shape[1] < 8 * (m // 8 + 1) or not eliminate(work, m, rhs):
-            _gather(matrix, right, index, m, work, rhs)
-            if not solve_dense(work, rhs, m):
+        _laid_out(matrix, right, n, total, active, work, x)
+        if work.shape[1] < 8 * (total // 8 + 1) or not eliminate(work, total, x):
+            _laid_out(matrix, right, n, total, active, work, x)
+            if not solve_dense(work, x, total):
                 return -1
-        for i in range(total):
-            x[i] = 0.0
-        for a in range(m):
-            x[index[a]] = rhs[a]
+        for i in range(n):
+            if active[i] == 0:
+                x[i] = 0.0  # exchange of rows may have left rounding there
         wrong = 0
         for i in range(n):
             if sided[i] == 0:
@@ -143,8 +140,8 @@ def _solve_set(matrix, right, sided, n, extra, active, work, x):
                 bad = x[i] < 0.0
             else:
                 force = right[i]
-                for a in range(m):
-                    force -= matrix[i, index[a]] * rhs[a]
+                for b in range(total):
+                    force -= matrix[i, b] * x[b]
                 bad = force > 0.0
             if bad:
                 wrong += 1

@@ -18,8 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.lines import put
-from flexgear.analysis.near import spread
+from flexgear.analysis.near_products import near_values
 from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.pair_data import PairRows
 
@@ -41,21 +40,19 @@ class Ledger(NamedTuple):
 
     rows: PairRows
     booked: NDArray[np.int64]  # (1,) rows of the last step, −1 before the first
-    old: Array  # (n_c,) motion
+    at: NDArray[np.int64]  # (R, B) near channels of those rows' blocks
     damping_load: Array  # (R,) F − k⟨δ⟩ of the last step
     fresh: Array  # (R,) the same of this step
+    row_now: Array  # (R,) Vᵀ u⁺
+    row_old: Array  # (R,) Vᵀ u
 
 
 @njit(**INNER)
-def row_energy(rows, n, motion):
-    """Σ ½ k ⟨δ⟩² over rows at a channel motion."""
+def _row_energy(rows, n, change):
+    """Σ ½ k ⟨δ⟩² over rows, change (R,) their Vᵀ u."""
     total = 0.0
     for i in range(n):
-        delta = rows.offset[i]
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                delta += rows.coef[i, a, p] * motion[base + p]
+        delta = rows.offset[i] + change[i]
         if rows.sided[i] == 1 and delta < 0.0:
             continue
         total += 0.5 * rows.stiffness[i] * delta * delta
@@ -63,45 +60,36 @@ def row_energy(rows, n, motion):
 
 
 @njit(**INNER)
-def _damping_loads(rows, n, x, motion, out):
+def _damping_loads(rows, n, x, change, out):
     """F − k⟨δ⟩ of every row."""
     for i in range(n):
-        delta = rows.offset[i]
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                delta += rows.coef[i, a, p] * motion[base + p]
+        delta = rows.offset[i] + change[i]
         if rows.sided[i] == 1 and delta < 0.0:
             delta = 0.0
         out[i] = x[i] - rows.stiffness[i] * delta
 
 
 @njit(**INNER)
-def _damping_work(rows, n, load, now, old):
+def _damping_work(n, load, now, old):
     """Σ load · Vᵀ (u⁺ − u)."""
     total = 0.0
     for i in range(n):
-        if load[i] == 0.0:
-            continue
-        change = 0.0
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                change += rows.coef[i, a, p] * (now[base + p] - old[base + p])
-        total += load[i] * change
+        total += load[i] * (now[i] - old[i])
     return total
 
 
 @njit(**INNER)
-def _copy_rows(source, n, target):
+def _copy_rows(source, source_at, n, target, target_at):
     for i in range(n):
-        target.kind[i] = source.kind[i]
         target.sided[i] = source.sided[i]
         target.stiffness[i] = source.stiffness[i]
         target.offset[i] = source.offset[i]
+        target.line[i] = source.line[i]
+        target.along[i] = source.along[i]
+        target.beyond[i] = source.beyond[i]
         target.width[i] = source.width[i]
-        for a in range(source.width[i]):
-            target.blocks[i, a] = source.blocks[i, a]
+        for a in range(source.beyond[i], source.width[i]):
+            target_at[i, a] = source_at[i, a]
             for p in range(6):
                 target.coef[i, a, p] = source.coef[i, a, p]
 
@@ -123,44 +111,47 @@ def _modal(omega2, damping, eta, velocity, old_eta, old_velocity):
 @njit(**INNER)
 def settle(
     omega2, damping, ports, rows, n, x, old_eta, old_velocity, eta, velocity, old_torques, torques,
-    near, now, energy, ledger,
+    near, energy, ledger,
 ):  # fmt: skip
     """Book one step from the old to the new modal state and torques (P,).
 
     near: ``motion`` of the last step, which gets that of this one from ``line_2``; ``line``
-    holds R f of the new ``forces``. now: (n_c,) gets the new motion of channels at hand.
+    holds R f of the new ``forces``. Slots of the last step still stand.
     """
-    first_port = now.shape[0] - ports
     before = ledger.booked[0]
-    old = ledger.old
-    spread(near, near.motion, ports, old)
-    spread(near, near.line_2, ports, now)
-    put(near.motion, near.line_2)
+    now, old, at, top = near.line_2, near.motion, near.at, near.counts[2]
     kinetic, elastic, dissipated = _modal(omega2, damping, eta, velocity, old_eta, old_velocity)
-    for c in range(near.line.shape[0]):
+    for c in range(top):
         elastic += 0.5 * near.forces[c] * near.line[c]  # ½ fᵀ R f
-    _damping_loads(rows, n, x, now, ledger.fresh)
-    energy_now = row_energy(rows, n, now)
+    near_values(
+        rows.line, rows.along, at, rows.coef, rows.width, rows.beyond, ports, n, now, old,
+        ledger.row_now, ledger.row_old,
+    )  # fmt: skip
+    _damping_loads(rows, n, x, ledger.row_now, ledger.fresh)
+    energy_now = _row_energy(rows, n, ledger.row_now)
     if before >= 0:
         for t in range(ports):
-            moved = now[first_port + t] - old[first_port + t]
             account = 3 if t < ports - 1 else 4
-            energy[account] += 0.5 * (torques[t] + old_torques[t]) * moved
+            energy[account] += 0.5 * (torques[t] + old_torques[t]) * (now[t] - old[t])
         energy[5] += dissipated
-        energy[6] += 0.5 * (
-            _damping_work(rows, n, ledger.fresh, now, old)
-            + _damping_work(ledger.rows, before, ledger.damping_load, now, old)
+        energy[6] += 0.5 * _damping_work(n, ledger.fresh, ledger.row_now, ledger.row_old)
+        energy[7] += 0.5 * (energy_now + _row_energy(rows, n, ledger.row_old))
+        last = ledger.rows
+        near_values(
+            last.line, last.along, ledger.at, last.coef, last.width, last.beyond, ports, before,
+            now, old, ledger.row_now, ledger.row_old,
+        )  # fmt: skip
+        energy[6] += 0.5 * _damping_work(
+            before, ledger.damping_load, ledger.row_now, ledger.row_old
         )
-        energy[7] += 0.5 * (
-            energy_now
-            + row_energy(rows, n, old)
-            - row_energy(ledger.rows, before, now)
-            - row_energy(ledger.rows, before, old)
-        )
+        energy[7] -= 0.5 * _row_energy(last, before, ledger.row_now)
+        energy[7] -= 0.5 * _row_energy(last, before, ledger.row_old)
     energy[0] = kinetic
     energy[1] = elastic
     energy[2] = energy_now
     for i in range(n):
         ledger.damping_load[i] = ledger.fresh[i]
-    _copy_rows(rows, n, ledger.rows)
+    _copy_rows(rows, at, n, ledger.rows, ledger.at)
     ledger.booked[0] = n
+    for c in range(top):
+        near.motion[c] = now[c]

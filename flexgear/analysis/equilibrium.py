@@ -28,7 +28,7 @@ from flexgear.analysis.contact import (
     right_side,
     row_products,
     row_values,
-    solve_active,
+    solve_set,
 )
 from flexgear.analysis.lines import dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, OUTER
@@ -95,7 +95,7 @@ def _solve_position(
 
     known (P,): given torques on the ports; reactions (F,): ports whose torque is sought.
     """
-    matrix, small, wide, right, delta, motion, place, blocks, active = work
+    matrix, small, wide, right, delta, motion, place, blocks, active, forces = work
     nc = flex.shape[0]
     r, ports, free = rigid.shape[1], known.shape[0], reactions.shape[0]
     first = nc - ports
@@ -148,12 +148,12 @@ def _solve_position(
             right[n + r + f] -= master_flex[f, first + q] * known[q]
         for g in range(free):
             matrix[n + r + f, n + r + g] = -master_flex[f, first + reactions[g]]
-    status = solve_active(matrix, right, rows, n, extra, active, small, out)
+    status = solve_set(matrix, right, rows.sided, n, extra, active, small, out)
     release(place, blocks, m)
     if status < 0:
         return status, n, n_pairs, 0.0
     # check by substitution: channel forces, motion, pair law and balance
-    forces = np.zeros(nc)
+    fill(forces, 0.0)
     for i in range(n):
         for a in range(rows.width[i]):
             base = 6 * rows.blocks[i, a]
@@ -203,6 +203,7 @@ def _work(modal: ModalSystem) -> tuple[PairRows, tuple[NDArray[Any], ...]]:
         np.full(nb, -1, dtype=np.int64),
         np.zeros(nb, dtype=np.int64),
         np.zeros(size, dtype=np.int64),
+        np.zeros(nc),
     )
     return rows, work
 

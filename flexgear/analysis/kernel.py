@@ -17,23 +17,23 @@ from __future__ import annotations
 
 from numba import njit
 
-from flexgear.analysis.backs import look_at_backs
+from flexgear.analysis.backs import look_from_near
 from flexgear.analysis.brake import brake_line
-from flexgear.analysis.contact import look_along, right_side, solve_active
+from flexgear.analysis.contact import look_along, solve_set
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
 from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     answered,
+    contact_matrix,
     moved,
     near_forces,
-    near_products,
     near_values,
     pushed,
 )
-from flexgear.coupling.compiled import FAST, INNER, OUTER
-from flexgear.coupling.pair_data import PER_PAIR
+from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
+from flexgear.coupling.pair_data import LOAD, PER_PAIR
 from flexgear.coupling.pairs import build_rows
 
 BETA, GAMMA = 0.25, 0.5
@@ -87,26 +87,30 @@ def _product(matrix, vector, sign, out):
 
 
 @njit(**INNER)
-def _damping_of_rows(pairs, rows, n, n_pairs, state, c):
-    """Row damping; under one-sided contact a pair damps once it has been loaded for a step."""
+def _damping_of_rows(
+    one_sided, model, touched, damping, pair_row, pair_mesh, pair_index, n, n_pairs, share, c, f
+):  # fmt: skip
+    """Row damping c and f = share · c; under one-sided contact a pair damps once it has been
+    loaded for a step."""
     for i in range(n):
-        c[i] = rows.damping[i]
-    if pairs.one_sided:
+        c[i] = damping[i]
+    if one_sided:
         for q in range(n_pairs):
-            mesh = rows.pair_mesh[q]
-            if pairs.model[mesh] == PER_PAIR and state.touched[mesh, rows.pair_index[q] % 8] == 0:
-                c[rows.pair_row[q]] = 0.0
+            m = pair_mesh[q]
+            if model[m] == PER_PAIR and touched[m, pair_index[q] % 8] == 0:
+                c[pair_row[q]] = 0.0
+    for i in range(n):
+        f[i] = share * c[i]
 
 
 @njit(**INNER, fastmath=FAST)
-def _assemble(matrix, matrix_r, stiffness, c, share, n):
-    """matrix ← I + (k + f) V G Vᵀ − f V R Vᵀ, f = share · c, row by row."""
+def _right_sides(kind, stiffness, offset, n, delta, rate, c, right):
+    """k (δ + e) + c δ̇ of every row, or the force itself where it is given."""
     for i in range(n):
-        f = share * c[i]
-        k = stiffness[i] + f
-        for j in range(n):
-            matrix[i, j] = k * matrix[i, j] - f * matrix_r[i, j]
-        matrix[i, i] += 1.0
+        right[i] = stiffness[i] * (delta[i] + offset[i]) + c[i] * rate[i]
+    for i in range(n):
+        if kind[i] == LOAD:
+            right[i] = offset[i]
 
 
 @njit(**INNER)
@@ -118,8 +122,7 @@ def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
         samples.masters[at, f, 0] = dot(data.masters[f], state.eta)
         samples.masters[at, f, 1] = dot(data.masters[f], state.velocity)
     put(samples.torques[at], torques)
-    nc = data.channel_modes.shape[0]
-    samples.output_speed[at] = dot(data.channel_modes[nc - 1], state.velocity)
+    samples.output_speed[at] = dot(data.channel_modes[data.output], state.velocity)
     for q in range(n_pairs):
         m, slot = rows.pair_mesh[q], rows.pair_slot[q]
         samples.pair_load[at, m, slot] = rows.pair_share[q] * x[rows.pair_row[q]]
@@ -136,25 +139,26 @@ def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
 
 
 @njit(**INNER)
-def _remember(rows, n_pairs, x, state):
+def _remember(pair_mesh, pair_index, pair_row, n_pairs, x, touched):
     """Note which pairs carry load, by index."""
-    for m in range(state.touched.shape[0]):
-        fill(state.touched[m], 0)
+    for m in range(touched.shape[0]):
+        for k in range(touched.shape[1]):
+            touched[m, k] = 0
     for q in range(n_pairs):
-        if x[rows.pair_row[q]] > 0.0:
-            state.touched[rows.pair_mesh[q], rows.pair_index[q] % 8] = 1
+        if x[pair_row[q]] > 0.0:
+            touched[pair_mesh[q], pair_index[q] % 8] = 1
 
 
 @njit(**INNER)
-def _motion_before(near, eta, ports):
+def _motion_before(near, eta, head):
     """Motion at the last step of channels that came at hand at this one."""
     for k in range(near.counts[0]):
-        c = ports + 6 * near.fresh[k]
+        c = head + 6 * near.fresh[k]
         for p in range(c, c + 6):
             near.motion[p] = dot(near.modes[p], eta) + dot(near.residual[p], near.forces)
 
 
-@njit(**OUTER)
+@njit(**UNCOUNTED)
 def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger):
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
@@ -162,83 +166,83 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     the torque moves the quasi-static part at once; the ledger books it as a step of no duration.
     Returns 0, or −1 without a solution.
     """
-    ports, nc, channels = data.ports, data.channel_modes.shape[0], near.modes.shape[0]
-    begin(near, data.channel_modes, data.displacement, data.residual, ports)
+    ports, head, out = data.ports, data.head, data.ports - 1
+    lines = ports + 2 * pairs.s0.shape[0]
+    begin(near, data.channel_modes, data.displacement, data.residual, head)
     for a in range(work.theta.shape[0]):
         work.theta[a] = dot(data.angles[a], state.eta)
     torques, x, c = work.torques, work.x, work.damping
     put(torques, drive)
-    speed = dot(data.channel_modes[nc - 1], state.velocity)
+    speed = dot(data.channel_modes[data.output], state.velocity)
     brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
-    torques[ports - 1] = brake
+    torques[out] = brake
     n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
-    place_rows(near, rows.blocks, rows.width, n, data.channel_modes, data.residual, ports)
-    low = ports + 6 * near.first
-    high = low + 6 * near.used
+    place_rows(
+        near, rows.blocks, rows.width, rows.beyond, n, data.channel_modes, data.residual, head
+    )
+    top = near.counts[2]
     tracked = ledger.booked.shape[0] > 0
     if tracked:
-        _motion_before(near, state.eta, ports)
-    moved(
-        near.modes,
-        ports,
-        near.first,
-        near.used,
-        near.rigid,
-        near.elastic,
-        state.eta,
-        state.velocity,
-        near.free,
-        near.rate,
-    )
-    for d in range(channels):
+        _motion_before(near, state.eta, head)
+    shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
+    moved(shapes, head, low, high, rigid, elastic, state.eta, near.free)
+    moved(shapes, head, low, high, rigid, elastic, state.velocity, near.rate)
+    for d in range(top):
         near.line_2[d] = near.free[d]
-        for q in range(ports - 1):
-            near.line_2[d] += near.residual[d, q] * torques[q]
-        near.line_2[d] -= near.residual[d, ports - 1] * brake
-    near_values(near.at, rows.coef, rows.width, n, near.line_2, near.rate, work.delta, work.rate)
-    near_products(
-        near.residual, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
-        ports - 1, near.line, near.image, work.matrix, work.brake,
+        for q in range(out):
+            near.line_2[d] += near.residual[q, d] * torques[q]
+        near.line_2[d] -= near.residual[out, d] * brake
+    near_values(
+        rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line_2,
+        near.rate, work.delta, work.rate,
     )  # fmt: skip
-    _damping_of_rows(pairs, rows, n, n_pairs, state, c)
-    _assemble(work.matrix, work.matrix, rows.stiffness, c, 0.0, n)
+    _damping_of_rows(
+        pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row, rows.pair_mesh,
+        rows.pair_index, n, n_pairs, 0.0, c, work.share,
+    )  # fmt: skip
+    contact_matrix(
+        near.residual, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
+        rows.width, rows.beyond, near.since, near.reach, ports, lines, head, low, high, near.linked,
+        n, near.counts[3], out, rows.stiffness, work.share, near.line, work.products,
+        work.products_r, work.matrix, work.brake, work.brake_r,
+    )  # fmt: skip
+    _right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
     for i in range(n):
-        work.right[i] = right_side(rows, i, work.delta[i], work.rate[i], c[i])
         work.active[i] = 1
-    if solve_active(work.matrix, work.right, rows, n, 0, work.active, work.small, x) < 0:
+    if solve_set(work.matrix, work.right, rows.sided, n, 0, work.active, work.small, x) < 0:
         return -1
-    near_forces(near.at, rows.coef, rows.width, n, x, near.forces)
-    put(near.forces, torques)
-    near.forces[ports - 1] = -brake
-    pushed(
-        near.modes,
-        ports,
-        near.first,
-        near.used,
-        near.rigid,
-        near.elastic,
+    near_forces(
+        rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, top, n, x,
         near.forces,
+    )  # fmt: skip
+    put(near.forces, torques)
+    near.forces[out] = -brake
+    pushed(
+        near.modes, ports, lines, low, high, rigid, elastic, near.forces,
         state.acceleration,
-    )
+    )  # fmt: skip
     for j in range(state.eta.shape[0]):
         state.acceleration[j] -= data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
     if data.gyroscopic.shape[0] > 0:
         _product(data.gyroscopic, state.velocity, -1.0, state.acceleration)
         _product(data.centripetal, state.eta, 1.0, state.acceleration)
     if tracked:
-        answered(near.residual, ports, near.first, near.used, near.forces, near.line)
-        for d in range(channels):
+        answered(
+            near.residual, ports, lines, head, low, high, near.linked, top, near.forces,
+            near.line,
+        )  # fmt: skip
+        for d in range(top):
             near.line_2[d] = near.free[d] + near.line[d]
         settle(
             data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, state.eta,
-            state.velocity, state.torques, torques, near, work.motion, state.energy, ledger,
+            state.velocity, state.torques, torques, near, state.energy, ledger,
         )  # fmt: skip
     put(state.torques, torques)
-    _remember(rows, n_pairs, x, state)
+    _remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
     return 0
 
 
-@njit(**OUTER, nogil=True, fastmath=FAST)
+@njit(**UNCOUNTED, nogil=True, fastmath=FAST)
 def advance(
     data, pairs, rows, state, torque, save_every, first, samples, near, work, ledger, control
 ):
@@ -248,13 +252,12 @@ def advance(
     work space of the energy account (see ``energy.py``), of length 0 to skip it. Returns (status,
     samples saved): status 0, or the 1-based tick of the step that failed.
     """
-    ports, out = data.ports, data.ports - 1
-    nm, nc, channels = state.eta.shape[0], data.channel_modes.shape[0], near.modes.shape[0]
-    first_port = nc - ports
-    port_modes, output = data.channel_modes[first_port:], data.channel_modes[nc - 1]
+    ports, head, out, nm = data.ports, data.head, data.ports - 1, state.eta.shape[0]
+    lines = ports + 2 * pairs.s0.shape[0]
+    port_modes = data.channel_modes[data.output - out : data.output + 1]
+    output = data.channel_modes[data.output]
     torques, theta, x, c = work.torques, work.theta, work.x, work.damping
-    low = ports + 6 * near.first
-    high = low.copy()
+    shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
     tracked = ledger.booked.shape[0] > 0
     clearances = pairs.clearance_stiffness.shape[0] > 0
     saved, tick = 0, 0
@@ -277,45 +280,41 @@ def advance(
             work.acceleration, work.free, work.free_v,
         )  # fmt: skip
         n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
-        place_rows(near, rows.blocks, rows.width, n, data.channel_modes, data.residual, ports)
-        fill_rung(near, rung, data.displacement[rung], ports)
-        for g in range(low.shape[0]):
-            high[g] = low[g] + 6 * near.used[g]
-        if tracked:
-            _motion_before(near, state.eta, ports)
-        moved(
-            near.modes,
-            ports,
-            near.first,
-            near.used,
-            near.rigid,
-            near.elastic,
-            work.free,
-            work.free_v,
-            near.free,
-            near.rate,
+        place_rows(
+            near, rows.blocks, rows.width, rows.beyond, n, data.channel_modes, data.residual, head
         )
+        fill_rung(near, rung, data.displacement[rung], head)
+        top, receptance = near.counts[2], near.displacement[rung]
+        if tracked:
+            _motion_before(near, state.eta, head)
+        moved(shapes, head, low, high, rigid, elastic, work.free, near.free)
+        moved(shapes, head, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
-                for d in range(channels):
-                    near.free[d] += near.residual[d, t] * torques[t]
-        near_values(near.at, rows.coef, rows.width, n, near.free, near.rate, work.delta, work.rate)
-        near_products(
-            near.displacement[rung], near.at, near.part, rows.coef, rows.width, near.reach, low,
-            high, n, out, near.line, near.image, work.matrix, work.brake,
+                for d in range(top):
+                    near.free[d] += near.residual[t, d] * torques[t]
+        near_values(
+            rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
+            near.free, near.rate, work.delta, work.rate,
         )  # fmt: skip
-        near_products(
-            near.residual, near.at, near.part, rows.coef, rows.width, near.reach, low, high, n,
-            out, near.line, near.image, work.matrix_r, work.brake_r,
-        )  # fmt: skip
-        _damping_of_rows(pairs, rows, n, n_pairs, state, c)
         share = GAMMA / (BETA * h)
-        _assemble(work.matrix, work.matrix_r, rows.stiffness, c, share, n)
+        _damping_of_rows(
+            pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row,
+            rows.pair_mesh, rows.pair_index, n, n_pairs, share, c, work.share,
+        )  # fmt: skip
+        contact_matrix(
+            receptance, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
+            rows.width, rows.beyond, near.since, near.reach, ports, lines, head, low, high,
+            near.linked, n, near.counts[3], out, rows.stiffness, work.share, near.line,
+            work.products, work.products_r, work.matrix, work.brake, work.brake_r,
+        )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
+        _right_sides(
+            rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right
+        )
         for i in range(n):
-            work.right[i] = right_side(rows, i, work.delta[i], work.rate[i], c[i])
             # pair forces and brake torque act through −V F and −T
-            f = share * c[i]
+            f = work.share[i]
             work.matrix[i, n] = (rows.stiffness[i] + f) * work.brake[i] - f * work.brake_r[i]
             work.matrix[n, i] = slope * share * (work.brake[i] - work.brake_r[i])
             work.active[i] = 1
@@ -325,45 +324,54 @@ def advance(
                 if pairs.model[m] == PER_PAIR:
                     touched = state.touched[m, rows.pair_index[q] % 8] == 1
                     work.active[rows.pair_row[q]] = 1 if touched or pairs.front[m] == 1 else 0
-        moves = share * (near.displacement[rung, out, out] - near.residual[out, out])
+        moves = share * (receptance[out, out] - near.residual[out, out])
         work.matrix[n, n] = 1.0 + slope * moves
         work.right[n] = brake + slope * (near.rate[out] - guess)
-        status = solve_active(work.matrix, work.right, rows, n, 1, work.active, work.small, x)
+        status = solve_set(work.matrix, work.right, rows.sided, n, 1, work.active, work.small, x)
         if status < 0:
             return end, saved
         # given torques are in the free motion already: only the brake is projected
-        near_forces(near.at, rows.coef, rows.width, n, x, near.line_2)
+        near_forces(
+            rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, top, n, x,
+            near.line_2,
+        )  # fmt: skip
         near.line_2[out] = -x[n]
         pushed(
-            near.modes,
-            ports,
-            near.first,
-            near.used,
-            near.rigid,
-            near.elastic,
-            near.line_2,
+            near.modes, ports, lines, low, high, rigid, elastic, near.line_2,
             work.push,
-        )
+        )  # fmt: skip
         for j in range(nm):
             work.push[j] *= data.inverse[rung, j]
         if control.tolerance > 0.0:
             error = step_error(
                 h, data.inverse[rung], state.acceleration, work.acceleration, work.push,
-                control.load, near, ports, rows, n, work.active, work.error, work.delta,
+                control.load, near, ports, head, rows, n, work.active, work.error, work.delta,
                 work.rate,
             )  # fmt: skip
             if not after_step(control, rung, error):
                 near.counts[1] -= 1  # the same step again
                 continue
         torques[out] = x[n]
-        if tracked or clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
-            answered(near.displacement[rung], ports, near.first, near.used, near.line_2, near.line)
-            for d in range(channels):
+        looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
+        if tracked or looks:
+            answered(
+                receptance, ports, lines, head, low, high, near.linked, top, near.line_2,
+                near.line,
+            )  # fmt: skip
+            for d in range(top):
                 near.line[d] += near.free[d]
-            if not tracked:
-                put(near.motion, near.line)
-                spread(near, near.motion, ports, work.motion)
-        put(near.forces, near.line_2)
+        if looks:
+            near_values(
+                rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
+                near.line, near.line, work.delta, work.rate,
+            )  # fmt: skip
+            look_from_near(
+                pairs, rows, near.at, work.delta, ports, n_pairs, theta, near.line, state.wanted
+            )
+            if clearances:
+                spread(near, near.line, head, work.motion)
+        for d in range(top):
+            near.forces[d] = near.line_2[d]
         for t in range(out):
             near.forces[t] = torques[t]
         for j in range(nm):
@@ -371,20 +379,22 @@ def advance(
             work.free[j] += BETA * h * h * work.push[j]
             work.free_v[j] += GAMMA * h * work.push[j]
         if tracked:
-            put(near.line_2, near.line)
-            answered(near.residual, ports, near.first, near.used, near.forces, near.line)
+            for d in range(top):
+                near.line_2[d] = near.line[d]
+            answered(
+                near.residual, ports, lines, head, low, high, near.linked, top, near.forces,
+                near.line,
+            )  # fmt: skip
             settle(
                 data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, work.free,
-                work.free_v, state.torques, torques, near, work.motion, state.energy, ledger,
+                work.free_v, state.torques, torques, near, state.energy, ledger,
             )  # fmt: skip
         for j in range(nm):
             state.acceleration[j] = work.acceleration[j]
             state.eta[j] = work.free[j]
             state.velocity[j] = work.free_v[j]
-        if clearances or ((first + tick) % LOOK == 0 and pairs.one_sided):
-            look_at_backs(pairs, rows, n_pairs, theta, work.motion, state.wanted)
         put(state.torques, torques)
-        _remember(rows, n_pairs, x, state)
+        _remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
         control.counts[2] += 1
         control.taken[rung] += 1
         tick = end

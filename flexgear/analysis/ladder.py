@@ -22,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.near_products import moved, near_values
-from flexgear.coupling.compiled import FAST, INNER, OUTER
+from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one
 PATIENCE = 4  # such steps in a row
@@ -45,7 +45,7 @@ def control(rungs: int, tolerance: float = 0.0, load: float = 1.0) -> Control:
     )
 
 
-@njit(**OUTER)
+@njit(**UNCOUNTED)
 def choose_rung(control, at, left, save_every):
     """Largest rung wanted that starts at tick ``at`` and passes neither the end nor a sample."""
     rung = control.counts[0]
@@ -57,7 +57,7 @@ def choose_rung(control, at, left, save_every):
 
 @njit(**INNER, fastmath=FAST)
 def step_error(
-    h, inverse, before, without, push, load, near, ports, rows, n, active, e, value, spare
+    h, inverse, before, without, push, load, near, ports, head, rows, n, active, e, value, spare
 ):
     """Error of a step as a share of ``load``; e (n,), value and spare (R,) are work space.
 
@@ -65,11 +65,11 @@ def step_error(
     """
     for j in range(e.shape[0]):
         e[j] = h * h / 12.0 * inverse[j] * (without[j] + push[j] - before[j])
-    moved(
-        near.modes, ports, near.first, near.used, near.rigid, near.elastic, e, e, near.line,
-        near.line,
+    moved(near.shapes, head, near.low, near.high, near.rigid, near.elastic, e, near.line)
+    near_values(
+        rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line,
+        near.line, value, spare,
     )  # fmt: skip
-    near_values(near.at, rows.coef, rows.width, n, near.line, near.line, value, spare)
     worst = 0.0
     for i in range(n):
         if active[i] == 1:
@@ -77,7 +77,7 @@ def step_error(
     return worst / load
 
 
-@njit(**OUTER)
+@njit(**UNCOUNTED)
 def after_step(control, rung, error):
     """Whether the step stands; chooses the size of the next one."""
     counts = control.counts

@@ -28,7 +28,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact import MAX_SETS, solve_active, solve_dense
+from flexgear.analysis.contact import MAX_SETS, solve_dense, solve_set
 from flexgear.analysis.equilibrium import CLOSURE, _solve_position, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
 from flexgear.coupling.modal import ModalSystem
@@ -101,7 +101,7 @@ def gear_mesh_forces(
     work = (
         np.zeros((size, size)), np.zeros((size, size)), np.zeros(6 * blocks), np.zeros(size),
         np.zeros(size), np.zeros(channels), np.full(blocks, -1, dtype=np.int64),
-        np.zeros(blocks, dtype=np.int64), np.zeros(size, dtype=np.int64),
+        np.zeros(blocks, dtype=np.int64), np.zeros(size, dtype=np.int64), np.zeros(channels),
     )  # fmt: skip
     force, out = np.zeros((count, len(study.pairs.s0), len(sets))), np.zeros(size)
     waves = waves_of(sets)
@@ -320,7 +320,7 @@ def _solve_whole(places, rows, errors, j, n, extra, work, out, w):
             active[i] = 1
         else:
             right[i] += rows.stiffness[i] * errors[i, j]
-    status = solve_active(matrix, right, rows, n, extra, active, small, out)
+    status = solve_set(matrix, right, rows.sided, n, extra, active, small, out)
     for a in range(len(w)):
         w[a] = out[places[a]] if status > 0 else np.nan
 

@@ -1,10 +1,12 @@
-"""Channels at hand: those of the blocks in contact, copied side by side.
+"""Channels at hand: lines of action and the blocks in contact, copied side by side.
 
-Of hundreds of tooth nodes only a few are in contact at a time. Their rows of modes and receptances
-stand in contiguous *slots*, which later steps find again: the ports come first, then the blocks
-that are no teeth, for good, then teeth as they come into contact. A tooth that has left keeps its
+First comes the *head*, for good: the P ports, and three channels a gear mesh along its line of
+action, which stand for the bodies whose contact vectors do not change (``action_lines.py``). Of
+hundreds of tooth nodes only a few are in contact at a time. Their rows of modes and receptances
+follow in contiguous *slots*, which later steps find again: those of bodies that rows touch by
+other than lines, for good, then teeth as they come into contact. A tooth that has left keeps its
 slot until another one needs it, and at least one step, which energy accounts look back over.
-Products of contact rows then run over short contiguous lines.
+Products of contact rows then run over short contiguous lines of numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +18,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flexgear.analysis.lines import fill, put
+from flexgear.analysis.lines import fill
+from flexgear.analysis.near_products import LINE
+from flexgear.coupling.action_lines import covered
 from flexgear.coupling.compiled import INNER
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairData
@@ -26,7 +30,7 @@ IntArray = NDArray[np.int64]
 
 
 class Near(NamedTuple):
-    """Work space; C near channels, P ports first, then 6 a slot.
+    """Work space; C near channels: P ports, 3 a gear mesh, then 6 a slot.
 
     Blocks and modes of *groups* do not move one another (ring and train, where they meet in gear
     meshes only): a group has slots in a row, and products leave out what is zero.
@@ -38,18 +42,23 @@ class Near(NamedTuple):
     seen: IntArray  # (S,) step at which a slot was last in contact
     fresh: IntArray  # (S,) slots filled at this step
     filled: IntArray  # (L, S) whether ``displacement`` holds the block of a slot
-    counts: IntArray  # (2,) slots filled at this step, number of the step
+    counts: IntArray  # (4,) slots filled at this step, number of the step, channels in use, rows
+    # up to the last with blocks beyond its line
     first: IntArray  # (G,) first slot of a group
     used: IntArray  # (G,) slots in use
+    linked: IntArray  # (G,) 1 where lines of action move with the group
+    low: IntArray  # (G,) first channel of a group
+    high: IntArray  # (G,) one past the last in use
     rigid: IntArray  # (G,) rigid modes it moves in: all or none
     elastic: IntArray  # (G, 2) range of its elastic modes
     modes: Array  # (C, n)
+    shapes: Array  # (n, C) the same the other way
     displacement: Array  # (L, C, C) receptance of a step of each size
     residual: Array  # (C, C)
-    at: IntArray  # (R, B) first channel of each block of a row
-    part: IntArray  # (R, B) group of each block of a row
-    reach: IntArray  # (R,) channels that rows from this one on touch
-    image: Array  # (C, R) work
+    at: IntArray  # (R, B) first channel of each block of a row beyond its line
+    part: IntArray  # (R, B) group of each such block
+    since: IntArray  # (R,) first slot channel that rows from this one on touch, in cache lines
+    reach: IntArray  # (R,) one past the last
     line: Array  # (C,) work
     line_2: Array  # (C,) work
     free: Array  # (C,) motion without contact forces
@@ -58,16 +67,30 @@ class Near(NamedTuple):
     motion: Array  # (C,) of the last step, where it was asked for
 
 
+def head_size(modal: ModalSystem) -> int:
+    """Ports and lines of action, in whole cache lines."""
+    size = len(modal.system.ports) + 3 * len(modal.system.pairs.s0)
+    return size + -size % LINE
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros that begin at a cache line: loops over them take up to half as long again if not."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + LINE)
+    start = -(room.ctypes.data // room.itemsize) % LINE
+    return room[start : start + size].reshape(shape)
+
+
 def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> Near:
     """Work space for a system, so many rows of so many blocks, and so many step sizes.
 
     Slots of teeth are empty.
     """
     pairs = modal.system.pairs
-    blocks, ports = len(modal.system.blocks) // 6, len(modal.system.ports)
-    teeth = tooth_blocks(pairs, blocks)
+    blocks, head = len(modal.system.blocks) // 6, head_size(modal)
+    teeth, others, lined = touched_blocks(pairs, blocks)
     group, rigid, elastic = groups(modal, teeth)
-    held = [np.flatnonzero(~teeth & (group == g)) for g in range(len(rigid))]
+    held = [np.flatnonzero(others & (group == g)) for g in range(len(rigid))]
     # twice the teeth in contact at once: those of the last step stay
     room = [
         min(
@@ -85,9 +108,11 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         at = slice(first[g], first[g] + len(own))
         slot[own], block[at] = np.arange(at.start, at.stop), own
         seen[at] = np.iinfo(np.int64).max
-    channels = ports + 6 * slots
-    channels += -channels % 8  # whole cache lines, an odd number: their sets then all differ
-    channels += 8 * (channels // 8 % 2 == 0)
+    channels = head + 6 * slots
+    channels += -channels % LINE  # an odd number of cache lines: their sets then all differ
+    channels += LINE * (channels // LINE % 2 == 0)
+    used = np.array([len(h) for h in held], dtype=np.int64)
+    low = head + 6 * first[:-1].astype(np.int64)
     return Near(
         slot=slot,
         group=group,
@@ -95,22 +120,26 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         seen=seen,
         fresh=np.zeros(slots, dtype=np.int64),
         filled=np.zeros((sizes, slots), dtype=np.int64),
-        counts=np.zeros(2, dtype=np.int64),
+        counts=np.zeros(4, dtype=np.int64),
         first=first[:-1].astype(np.int64),
-        used=np.array([len(h) for h in held], dtype=np.int64),
+        used=used,
+        linked=np.array([(lined & (group == g)).any() for g in range(len(rigid))], dtype=np.int64),
+        low=low,
+        high=low + 6 * used,
         rigid=rigid,
         elastic=elastic,
-        modes=np.zeros((channels, modal.modes.shape[1])),
-        displacement=np.zeros((sizes, channels, channels)),
-        residual=np.zeros((channels, channels)),
+        modes=aligned(channels, modal.modes.shape[1]),
+        shapes=aligned(modal.modes.shape[1], channels),
+        displacement=aligned(sizes, channels, channels),
+        residual=aligned(channels, channels),
         at=np.zeros((rows, width), dtype=np.int64),
         part=np.zeros((rows, width), dtype=np.int64),
+        since=np.zeros(rows, dtype=np.int64),
         reach=np.zeros(rows, dtype=np.int64),
-        image=np.zeros((channels, rows + -rows % 8)),
-        line=np.zeros(channels),
-        line_2=np.zeros(channels),
-        free=np.zeros(channels),
-        rate=np.zeros(channels),
+        line=aligned(channels),
+        line_2=aligned(channels),
+        free=aligned(channels),
+        rate=aligned(channels),
         forces=np.zeros(channels),
         motion=np.zeros(channels),
     )
@@ -141,21 +170,30 @@ def groups(modal: ModalSystem, teeth: NDArray[np.bool_]) -> tuple[IntArray, IntA
     return place[found].astype(np.int64), np.array(rigid, np.int64), np.array(ranges, np.int64)
 
 
-def tooth_blocks(pairs: PairData, blocks: int) -> NDArray[np.bool_]:
-    """(n_blocks,) whether a block is one tooth of a gear."""
-    out = np.zeros(blocks, dtype=bool)
-    for m in np.flatnonzero(pairs.per_tooth):
-        out[pairs.gear_block[m] : pairs.gear_block[m] + pairs.gear_teeth[m]] = True
-    return out
+def touched_blocks(
+    pairs: PairData, blocks: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """(n_blocks,) each: one tooth of a gear; others that rows touch; those that lines move."""
+    teeth, others, lined = (np.zeros(blocks, dtype=bool) for _ in range(3))
+    gears = covered(pairs) == 2
+    lined[pairs.planet_block] = True
+    lined[pairs.gear_block[gears]] = True
+    for m in np.flatnonzero(~gears):
+        end = pairs.gear_teeth[m] if pairs.per_tooth[m] else 1
+        of = teeth if pairs.per_tooth[m] else others
+        of[pairs.gear_block[m] : pairs.gear_block[m] + end] = True
+    for several in (pairs.support_block, pairs.clearance_block, pairs.load_block):
+        others[several[several >= 0]] = True
+    return teeth, others & ~teeth, lined
 
 
 @njit(**INNER)
-def _copy(target, source, near_block, s, t, ports):
-    """The part of a channel matrix between slots s and t, both ways; −1 stands for the ports."""
-    first_port = source.shape[0] - ports
-    rows, columns = (ports if s < 0 else 6), (ports if t < 0 else 6)
-    c, g = (0, first_port) if s < 0 else (ports + 6 * s, 6 * near_block[s])
-    d, h = (0, first_port) if t < 0 else (ports + 6 * t, 6 * near_block[t])
+def _copy(target, source, near_block, s, t, head):
+    """The part of a channel matrix between slots s and t, both ways; −1 stands for the head."""
+    first = source.shape[0] - head
+    rows, columns = (head if s < 0 else 6), (head if t < 0 else 6)
+    c, g = (0, first) if s < 0 else (head + 6 * s, 6 * near_block[s])
+    d, h = (0, first) if t < 0 else (head + 6 * t, 6 * near_block[t])
     for p in range(rows):
         for q in range(columns):
             target[c + p, d + q] = source[g + p, h + q]
@@ -163,34 +201,55 @@ def _copy(target, source, near_block, s, t, ports):
 
 
 @njit(**INNER)
-def _copy_slot(target, source, near_block, first, used, s, ports):
+def _copy_slot(target, source, near_block, first, used, s, head):
     """The part of a channel matrix between slot s and all in use."""
-    _copy(target, source, near_block, s, -1, ports)
+    _copy(target, source, near_block, s, -1, head)
     for g in range(first.shape[0]):
         for t in range(first[g], first[g] + used[g]):
-            _copy(target, source, near_block, s, t, ports)
+            _copy(target, source, near_block, s, t, head)
 
 
 @njit(**INNER)
-def begin(near, channel_modes, displacement, residual, ports):
-    """Fill the ports and every slot in use; receptances (L, n_c, n_c) of steps when they come."""
+def _copy_modes(near, channel_modes, c, source):
+    """Modes of one near channel, both ways."""
+    for j in range(channel_modes.shape[1]):
+        near.modes[c, j] = channel_modes[source, j]
+        near.shapes[j, c] = channel_modes[source, j]
+
+
+@njit(**INNER)
+def _extent(near, head):
+    """Channels in use."""
+    top = head
+    for g in range(near.first.shape[0]):
+        near.high[g] = near.low[g] + 6 * near.used[g]
+        if near.used[g] > 0:
+            top = max(top, near.high[g])
+    near.counts[2] = top
+
+
+@njit(**INNER)
+def begin(near, channel_modes, displacement, residual, head):
+    """Fill the head and every slot in use; receptances (L, n_c, n_c) of steps when they come."""
     for r in range(near.filled.shape[0]):
         fill(near.filled[r], 0)
-    for t in range(ports):
-        put(near.modes[t], channel_modes[channel_modes.shape[0] - ports + t])
+    first = channel_modes.shape[0] - head
+    for t in range(head):
+        _copy_modes(near, channel_modes, t, first + t)
     for r in range(displacement.shape[0]):
-        _copy(near.displacement[r], displacement[r], near.block, -1, -1, ports)
-    _copy(near.residual, residual, near.block, -1, -1, ports)
+        _copy(near.displacement[r], displacement[r], near.block, -1, -1, head)
+    _copy(near.residual, residual, near.block, -1, -1, head)
     for g in range(near.first.shape[0]):
         for s in range(near.first[g], near.first[g] + near.used[g]):
-            c, b = ports + 6 * s, 6 * near.block[s]
+            c, b = head + 6 * s, 6 * near.block[s]
             for p in range(6):
-                put(near.modes[c + p], channel_modes[b + p])
-            _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
+                _copy_modes(near, channel_modes, c + p, b + p)
+            _copy_slot(near.residual, residual, near.block, near.first, near.used, s, head)
+    _extent(near, head)
 
 
 @njit(**INNER)
-def fill_rung(near, rung, displacement, ports):
+def fill_rung(near, rung, displacement, head):
     """Bring the receptance of a step size (n_c, n_c) up to date with the slots in use."""
     for g in range(near.first.shape[0]):
         for s in range(near.first[g], near.first[g] + near.used[g]):
@@ -198,26 +257,46 @@ def fill_rung(near, rung, displacement, ports):
                 near.filled[rung, s] = 1
                 _copy_slot(
                     near.displacement[rung], displacement, near.block, near.first, near.used, s,
-                    ports,
+                    head,
                 )  # fmt: skip
 
 
 @njit(**INNER)
-def place_rows(near, blocks, width, n, channel_modes, residual, ports):
-    """Slots for the blocks of rows (n), and where they are: at, part, reach. Fills new slots.
+def _places(near, blocks, width, beyond, n, head, now):
+    """Where rows are: at, part, since, reach; whether every block has a slot."""
+    whole = True
+    since, reach = near.modes.shape[0], head
+    near.counts[3] = 0
+    for i in range(n - 1, -1, -1):
+        if beyond[i] < width[i]:
+            near.counts[3] = max(near.counts[3], i + 1)
+        for a in range(beyond[i], width[i]):
+            b = blocks[i, a]
+            s = near.slot[b]
+            if s < 0:
+                whole = False
+                continue
+            c = head + 6 * s
+            near.seen[s] = max(near.seen[s], now)
+            near.at[i, a], near.part[i, a] = c, near.group[b]
+            since, reach = min(since, c - c % LINE), max(reach, c + 6 + -(c + 6) % LINE)
+        near.since[i], near.reach[i] = since, reach
+    return whole
+
+
+@njit(**INNER)
+def place_rows(near, blocks, width, beyond, n, channel_modes, residual, head):
+    """Slots for blocks of rows (n) beyond their lines, and where they are. Fills new slots.
 
     ``near.fresh`` lists the slots that were filled.
     """
     near.counts[0] = 0
     near.counts[1] += 1
     now = near.counts[1]
+    if _places(near, blocks, width, beyond, n, head, now):
+        return
     for i in range(n):
-        for a in range(width[i]):
-            s = near.slot[blocks[i, a]]
-            if s >= 0 and near.seen[s] < now:
-                near.seen[s] = now
-    for i in range(n):
-        for a in range(width[i]):
+        for a in range(beyond[i], width[i]):
             b = blocks[i, a]
             if near.slot[b] < 0:
                 g = near.group[b]
@@ -232,30 +311,20 @@ def place_rows(near, blocks, width, n, channel_modes, residual, ports):
                 near.counts[0] += 1
                 for r in range(near.filled.shape[0]):
                     near.filled[r, s] = 0
-                c = ports + 6 * s
+                c = head + 6 * s
                 for p in range(6):
                     near.forces[c + p] = 0.0
-                    put(near.modes[c + p], channel_modes[6 * b + p])
-                _copy_slot(near.residual, residual, near.block, near.first, near.used, s, ports)
-    reach = ports
-    for i in range(n - 1, -1, -1):
-        for a in range(width[i]):
-            b = blocks[i, a]
-            c = ports + 6 * near.slot[b]
-            near.at[i, a] = c
-            near.part[i, a] = near.group[b]
-            reach = max(reach, c + 6)
-        near.reach[i] = reach
+                    _copy_modes(near, channel_modes, c + p, 6 * b + p)
+                _copy_slot(near.residual, residual, near.block, near.first, near.used, s, head)
+    _extent(near, head)
+    _places(near, blocks, width, beyond, n, head, now)
 
 
 @njit(**INNER)
-def spread(near, values, ports, out):
-    """Values of near channels to the places of all channels, out (n_c,)."""
-    first_port = out.shape[0] - ports
-    for t in range(ports):
-        out[first_port + t] = values[t]
+def spread(near, values, head, out):
+    """Values of slots in use to the places of their blocks in all channels, out (n_c,)."""
     for s in range(near.block.shape[0]):
-        b, c = 6 * near.block[s], ports + 6 * s
+        b, c = 6 * near.block[s], head + 6 * s
         if b >= 0:
             for p in range(6):
                 out[b + p] = values[c + p]

@@ -1,43 +1,55 @@
 """Products with channels at hand (``near.py``): modes, receptances and contact rows.
 
-Loops run from 0 over slices: compiled indices that might be negative are not vectorised.
+A row V_i is w₀ + ζ w₁ on the two channels of its line of action, and six coefficients on each
+block beyond. Channels are c = 0 … C − 1: P ports, lines, slots; those of two groups, or of lines
+and a group that is not linked to them, do not move one another. Loops run from 0 over slices:
+compiled indices that might be negative are not vectorised, nor are loops over many arrays, whose
+overlap would have to be ruled out at every call.
 """
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from flexgear.coupling.compiled import FAST, INNER
 
-
-@njit(**INNER, fastmath=FAST)
-def _moved(modes, low, high, start, stop, a, b, out_a, out_b):
-    """out += modes[:, start:stop] @ (a, b)[start:stop] for channels low … high − 1."""
-    part_a, part_b = a[start:stop], b[start:stop]
-    for c in range(low, high):
-        row = modes[c, start:stop]
-        sum_a = 0.0
-        sum_b = 0.0
-        for j in range(stop - start):
-            sum_a += row[j] * part_a[j]
-            sum_b += row[j] * part_b[j]
-        out_a[c] += sum_a
-        out_b[c] += sum_b
+LINE = 8  # numbers in a cache line: work arrays begin with one, and whole ones are taken
 
 
 @njit(**INNER, fastmath=FAST)
-def moved(modes, ports, first, used, rigid, elastic, a, b, out_a, out_b):
-    """out_a = modes @ a and out_b = modes @ b over the channels in use."""
-    for c in range(modes.shape[0]):
-        out_a[c] = 0.0
-        out_b[c] = 0.0
-    _moved(modes, 0, ports, 0, modes.shape[1], a, b, out_a, out_b)
-    for g in range(first.shape[0]):
-        low = ports + 6 * first[g]
-        high = low + 6 * used[g]
+def _moved(shapes, low, high, start, stop, a, out):
+    """out[low:high] += shapes[start:stop, low:high]ᵀ @ a[start:stop], six modes at once."""
+    to = out[low:high]
+    j = start
+    while j + 5 < stop:
+        a0, a1, a2, a3, a4, a5 = a[j], a[j + 1], a[j + 2], a[j + 3], a[j + 4], a[j + 5]
+        s0, s1, s2 = shapes[j, low:high], shapes[j + 1, low:high], shapes[j + 2, low:high]
+        s3, s4, s5 = shapes[j + 3, low:high], shapes[j + 4, low:high], shapes[j + 5, low:high]
+        for c in range(high - low):
+            to[c] += a0 * s0[c] + a1 * s1[c] + a2 * s2[c] + a3 * s3[c] + a4 * s4[c] + a5 * s5[c]
+        j += 6
+    while j < stop:
+        a0, s0 = a[j], shapes[j, low:high]
+        for c in range(high - low):
+            to[c] += a0 * s0[c]
+        j += 1
+
+
+@njit(**INNER, fastmath=FAST)
+def moved(shapes, head, low, high, rigid, elastic, a, out):
+    """out = modes @ a over the channels in use."""
+    for c in range(head):
+        out[c] = 0.0
+    _moved(shapes, 0, head, 0, shapes.shape[0], a, out)
+    for g in range(low.shape[0]):
+        if high[g] == low[g]:
+            continue
+        for c in range(low[g], high[g]):
+            out[c] = 0.0
         if rigid[g] > 0:
-            _moved(modes, low, high, 0, rigid[g], a, b, out_a, out_b)
-        _moved(modes, low, high, elastic[g, 0], elastic[g, 1], a, b, out_a, out_b)
+            _moved(shapes, low[g], high[g], 0, rigid[g], a, out)
+        _moved(shapes, low[g], high[g], elastic[g, 0], elastic[g, 1], a, out)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -56,8 +68,8 @@ def _pushed(modes, low, high, start, stop, forces, out):
 
 
 @njit(**INNER, fastmath=FAST)
-def pushed(modes, ports, first, used, rigid, elastic, forces, out):
-    """out = modesᵀ @ forces over the channels in use."""
+def pushed(modes, ports, lines, low, high, rigid, elastic, forces, out):
+    """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
     n = modes.shape[1]
     for j in range(n):
         out[j] = 0.0
@@ -66,114 +78,163 @@ def pushed(modes, ports, first, used, rigid, elastic, forces, out):
         if f != 0.0:
             for j in range(n):
                 out[j] += f * modes[c, j]
-    for g in range(first.shape[0]):
-        low = ports + 6 * first[g]
-        high = low + 6 * used[g]
+    for c in range(ports, lines, 2):
+        f0, f1 = forces[c], forces[c + 1]
+        if f0 != 0.0 or f1 != 0.0:
+            m0, m1 = modes[c], modes[c + 1]
+            for j in range(n):
+                out[j] += f0 * m0[j] + f1 * m1[j]
+    for g in range(low.shape[0]):
         if rigid[g] > 0:
-            _pushed(modes, low, high, 0, rigid[g], forces, out)
-        _pushed(modes, low, high, elastic[g, 0], elastic[g, 1], forces, out)
+            _pushed(modes, low[g], high[g], 0, rigid[g], forces, out)
+        _pushed(modes, low[g], high[g], elastic[g, 0], elastic[g, 1], forces, out)
 
 
 @njit(**INNER, fastmath=FAST)
-def answered(matrix, ports, first, used, forces, out):
+def _add_line(matrix, d, f, start, stop, out):
+    """out[start:stop] += f matrix[d, start:stop]."""
+    line, to = matrix[d, start:stop], out[start:stop]
+    for c in range(stop - start):
+        to[c] += f * line[c]
+
+
+@njit(**INNER, fastmath=FAST)
+def answered(matrix, ports, lines, head, low, high, linked, top, forces, out):
     """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
-    for c in range(out.shape[0]):
+    for c in range(top):
         out[c] = 0.0
-    for d in range(ports):
+    for d in range(lines):
         f = forces[d]
         if f != 0.0:
-            for c in range(out.shape[0]):
-                out[c] += f * matrix[d, c]
-    for g in range(first.shape[0]):
-        low = ports + 6 * first[g]
-        high = low + 6 * used[g]
-        part = out[low:high]
-        for d in range(low, high):
-            f = forces[d]
-            if f != 0.0:
-                line = matrix[d, low:high]
-                for c in range(high - low):
-                    part[c] += f * line[c]
-                for c in range(ports):
-                    out[c] += f * matrix[d, c]
+            _add_line(matrix, d, f, 0, head, out)
+            for g in range(low.shape[0]):
+                if d < ports or linked[g] == 1:
+                    _add_line(matrix, d, f, low[g], high[g], out)
+    for g in range(low.shape[0]):
+        _pushed(matrix, low[g], high[g], low[g], high[g], forces, out)
+        _pushed(matrix, low[g], high[g], 0, head if linked[g] == 1 else ports, forces, out)
 
 
 @njit(**INNER, fastmath=FAST)
-def near_values(at, coef, width, n, a, b, out_a, out_b):
+def near_values(line, along, at, coef, width, beyond, ports, n, a, b, out_a, out_b):
     """out_a[i] = V_iᵀ a and out_b[i] = V_iᵀ b for two vectors of near channels."""
     for i in range(n):
         sum_a = 0.0
         sum_b = 0.0
-        for k in range(width[i]):
-            d = at[i, k]
+        if line[i] >= 0:
+            c = ports + 2 * line[i]
+            sum_a = a[c] + along[i] * a[c + 1]
+            sum_b = b[c] + along[i] * b[c + 1]
+        for k in range(beyond[i], width[i]):
+            v, start = coef[i, k], at[i, k]
+            own_a, own_b = a[start : start + 6], b[start : start + 6]
             for p in range(6):
-                sum_a += coef[i, k, p] * a[d + p]
-                sum_b += coef[i, k, p] * b[d + p]
+                sum_a += v[p] * own_a[p]
+                sum_b += v[p] * own_b[p]
         out_a[i] = sum_a
         out_b[i] = sum_b
 
 
 @njit(**INNER, fastmath=FAST)
-def near_products(
-    matrix, at, part, coef, width, reach, low, high, n, column, y, image, out, out_column
-):
-    """out[i, j] = V_iᵀ G V_j, out_column[i] = V_iᵀ G e_column; G symmetric.
-
-    low, high: (G,) channels of the groups; y (C,) and image (C, R), G V, are work space. Every
-    inner loop runs over contiguous numbers.
-    """
-    for j in range(n):
-        for c in range(reach[j]):
-            y[c] = 0.0
-        total = 0.0
-        for a in range(width[j]):
-            d, g = at[j, a], part[j, a]
-            start, stop = low[g], min(high[g], reach[j])
-            v0, v1, v2 = coef[j, a, 0], coef[j, a, 1], coef[j, a, 2]
-            v3, v4, v5 = coef[j, a, 3], coef[j, a, 4], coef[j, a, 5]
-            m0, m1, m2 = matrix[d, start:stop], matrix[d + 1, start:stop], matrix[d + 2, start:stop]
-            m3, m4, m5 = (
-                matrix[d + 3, start:stop], matrix[d + 4, start:stop], matrix[d + 5, start:stop],
-            )  # fmt: skip
-            own = y[start:stop]
-            for c in range(stop - start):
-                own[c] += (
-                    v0 * m0[c] + v1 * m1[c] + v2 * m2[c] + v3 * m3[c] + v4 * m4[c] + v5 * m5[c]
-                )
-            for p in range(6):
-                total += coef[j, a, p] * matrix[d + p, column]
-        out_column[j] = total
-        for c in range(reach[j]):
-            image[c, j] = y[c]
-    for i in range(n):
-        for j in range(i + 1):
-            out[i, j] = 0.0
-        for a in range(width[i]):
-            d = at[i, a]
-            v0, v1, v2 = coef[i, a, 0], coef[i, a, 1], coef[i, a, 2]
-            v3, v4, v5 = coef[i, a, 3], coef[i, a, 4], coef[i, a, 5]
-            for j in range(i + 1):
-                out[i, j] += (
-                    v0 * image[d, j]
-                    + v1 * image[d + 1, j]
-                    + v2 * image[d + 2, j]
-                    + v3 * image[d + 3, j]
-                    + v4 * image[d + 4, j]
-                    + v5 * image[d + 5, j]
-                )
-    for i in range(n):
-        for j in range(i):
-            out[j, i] = out[i, j]
+def _line_image(g, c, zeta, start, stop, y):
+    """y = G (e_c + ζ e_{c+1}) on start … stop − 1."""
+    g0, g1, to = g[c, start:stop], g[c + 1, start:stop], y[start:stop]
+    for k in range(stop - start):
+        to[k] = g0[k] + zeta * g1[k]
 
 
 @njit(**INNER, fastmath=FAST)
-def near_forces(at, coef, width, n, x, forces):
+def _block_image(g, d, v, start, stop, y):
+    """y += G v on start … stop − 1, v (6,) on channels d … d + 5."""
+    v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
+    g0, g1, g2 = g[d, start:stop], g[d + 1, start:stop], g[d + 2, start:stop]
+    g3, g4, g5 = g[d + 3, start:stop], g[d + 4, start:stop], g[d + 5, start:stop]
+    to = y[start:stop]
+    for k in range(stop - start):
+        to[k] += v0 * g0[k] + v1 * g1[k] + v2 * g2[k] + v3 * g3[k] + v4 * g4[k] + v5 * g5[k]
+
+
+@njit(**INNER, fastmath=FAST)
+def contact_matrix(
+    g, r, line, along, at, part, coef, width, beyond, since, reach, ports, lines, head, low, high,
+    linked, n, wide, column, k, f, y, products, products_r, out, g_column, r_column,
+):  # fmt: skip
+    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j; V_iᵀ G e_column, the same of R.
+
+    G and R symmetric, which halves the work; lines: one past the last that takes force; wide:
+    one past the last row with blocks beyond its line; since and reach: slot channels that rows
+    j … n − 1 touch. Work space: y (C,), G V_j or R V_j; products and products_r (R,), its values on
+    the rows. Unsigned indices spare a look whether they are negative.
+    """
+    one = np.uint64(1)
+    lined = lines + -lines % LINE
+    for j in range(n):
+        begin, end, m, zeta = since[j], reach[j], line[j], along[j]
+        c = ports + 2 * m
+        for which in range(2):
+            matrix = g if which == 0 else r
+            to = products if which == 0 else products_r
+            total = 0.0
+            for d in range(begin, end):
+                y[d] = 0.0
+            if m >= 0:
+                _line_image(matrix, c, zeta, 0, lined, y)
+                total = matrix[c, column] + zeta * matrix[c + 1, column]
+                for b in range(low.shape[0]):
+                    first = max(low[b] - low[b] % LINE, begin)
+                    last = min(high[b] + -high[b] % LINE, end)
+                    if linked[b] == 1 and first < last:
+                        _line_image(matrix, c, zeta, first, last, y)
+            else:
+                for d in range(lined):
+                    y[d] = 0.0
+            for a in range(beyond[j], width[j]):
+                d, b, v = at[j, a], part[j, a], coef[j, a]
+                first = max(low[b] - low[b] % LINE, begin)
+                last = min(high[b] + -high[b] % LINE, end)
+                _block_image(matrix, d, v, first, last, y)
+                if linked[b] == 1:
+                    _block_image(matrix, d, v, 0, lined, y)
+                for p in range(6):
+                    total += v[p] * matrix[d + p, column]
+            if which == 0:
+                g_column[j] = total
+            else:
+                r_column[j] = total
+            for i in range(j, n):
+                value = 0.0
+                if line[i] >= 0:
+                    e = np.uint64(ports + 2 * line[i])
+                    value = y[e] + along[i] * y[e + one]
+                to[i] = value
+            for i in range(j, wide):
+                value = to[i]
+                for a in range(beyond[i], width[i]):
+                    e, v = np.uint64(at[i, a]), coef[i, a]
+                    value += v[0] * y[e] + v[1] * y[e + one] + v[2] * y[e + np.uint64(2)]
+                    e += np.uint64(3)
+                    value += v[3] * y[e] + v[4] * y[e + one] + v[5] * y[e + np.uint64(2)]
+                to[i] = value
+        k_j, f_j, line_j = k[j] + f[j], f[j], out[j]
+        for i in range(j, n):
+            line_j[i] = k_j * products[i] - f_j * products_r[i]
+        for i in range(j, n):
+            out[i, j] = (k[i] + f[i]) * products[i] - f[i] * products_r[i]
+        line_j[j] += 1.0
+
+
+@njit(**INNER, fastmath=FAST)
+def near_forces(line, along, at, coef, width, beyond, ports, top, n, x, forces):
     """forces = −Σ V_i x_i on the near channels."""
-    for c in range(forces.shape[0]):
+    for c in range(top):
         forces[c] = 0.0
     for i in range(n):
         if x[i] != 0.0:
-            for a in range(width[i]):
+            if line[i] >= 0:
+                c = ports + 2 * line[i]
+                forces[c] -= x[i]
+                forces[c + 1] -= x[i] * along[i]
+            for a in range(beyond[i], width[i]):
                 d = at[i, a]
                 for p in range(6):
                     forces[d + p] -= x[i] * coef[i, a, p]

@@ -11,7 +11,8 @@ Array = NDArray[np.float64]
 
 
 class StepData(NamedTuple):
-    """Constant arrays of L step sizes; n modes, n_c channels (6 a block, then P ports)."""
+    """Constant arrays of L step sizes; n modes, n_c channels: 6 a block, P ports, 3 a gear mesh
+    along its line of action; the last two are the head."""
 
     h: Array  # (L,) rising
     omega2: Array  # (n,)
@@ -22,6 +23,8 @@ class StepData(NamedTuple):
     gyroscopic: Array  # (n, n) or (0, 0)
     centripetal: Array  # (n, n) or (0, 0)
     ports: int  # P, the braked one last
+    head: int
+    output: int  # channel of the braked port
     channel_modes: Array  # (n_c, n)
     residual: Array  # (n_c, n_c)
     displacement: Array  # (L, n_c, n_c) G
@@ -46,13 +49,15 @@ class Work(NamedTuple):
     """Work space of a step; R rows with room for one more unknown."""
 
     matrix: Array  # (R, R)
-    matrix_r: Array  # (R, R)
     small: Array  # (R, R)
     right: Array  # (R,)
     x: Array  # (R,)
     delta: Array  # (R,)
     rate: Array  # (R,)
     damping: Array  # (R,)
+    share: Array  # (R,)
+    products: Array  # (R,)
+    products_r: Array  # (R,)
     brake: Array  # (R,)
     brake_r: Array  # (R,)
     active: NDArray[np.int64]  # (R,)
@@ -64,7 +69,7 @@ class Work(NamedTuple):
     push: Array  # (n,)
     turning: Array  # (n,)
     error: Array  # (n,)
-    motion: Array  # (n_c,)
+    motion: Array  # (6 n_blocks,)
 
 
 class Samples(NamedTuple):

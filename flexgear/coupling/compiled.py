@@ -1,10 +1,13 @@
 """How loops are compiled by numba: options of functions called from Python, and of inner ones.
 
-Wrappers for callers that never come take a good part of the compilation.
+Wrappers for callers that never come take a good part of the compilation. Arrays are counted by
+every function that takes or slices them unless it is told not to: work arrays outlive the loops
+that use them, and counting took a third of a time step. Such functions must not make arrays.
 """
 
 from __future__ import annotations
 
 OUTER = {"cache": True, "no_cfunc_wrapper": True}
-INNER = {**OUTER, "no_cpython_wrapper": True}
+UNCOUNTED = {**OUTER, "_nrt": False}
+INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised

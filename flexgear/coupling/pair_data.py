@@ -99,6 +99,9 @@ class PairRows(NamedTuple):
     offset: Array  # e − gap, m; the force itself, N, where kind is LOAD
     blocks: IntArray  # (R, B)
     width: IntArray  # blocks of a row
+    line: IntArray  # gear mesh whose line of action holds the first blocks, −1 none
+    along: Array  # ζ on this line, m
+    beyond: IntArray  # first block that the line does not hold
     reach: IntArray  # local blocks of this row and later ones
     coef: Array  # (R, B, 6)
     pair_row: IntArray  # (P,)
@@ -143,6 +146,9 @@ def pair_rows(data: PairData) -> PairRows:
         offset=reals(rows),
         blocks=ints(rows, width),
         width=ints(rows),
+        line=ints(rows),
+        along=reals(rows),
+        beyond=ints(rows),
         reach=ints(rows),
         coef=reals(rows, width, 6),
         pair_row=ints(pairs),

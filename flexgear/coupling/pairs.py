@@ -23,7 +23,7 @@ import math
 
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, OUTER
+from flexgear.coupling.compiled import INNER, UNCOUNTED
 from flexgear.coupling.pair_data import (
     CLEARANCE,
     LOAD,
@@ -188,10 +188,11 @@ def _rows_of_pairs(d, rows, theta, pairs):
         own = d.model[m] == PER_PAIR
         while q < last:
             first, after = q, (q + 1 if own else last)
-            s, cz = d.s_pitch[m], d.z_offset[m]
+            s, z = d.s_pitch[m], 0.0
             if own:
-                s = rows.pair_s[q] + d.slope[m] * rows.pair_z[q]
-                cz += rows.pair_z[q]
+                z = rows.pair_z[q]
+                s = rows.pair_s[q] + d.slope[m] * z
+            cz = d.z_offset[m] + z
             cx = d.tangent_point[m, 0] - s * d.normal[m, 0]
             cy = d.tangent_point[m, 1] - s * d.normal[m, 1]
             px = d.center_distance[m] + cx
@@ -221,6 +222,9 @@ def _rows_of_pairs(d, rows, theta, pairs):
             rows.blocks[n, 0] = d.planet_block[m]
             _planet_end(coef, n, bx, by, nz, cx, cy, cz, d.planet_arm[m])
             rows.width[n] = width
+            rows.line[n] = m
+            rows.along[n] = nz * s + d.cos_b[m] * z
+            rows.beyond[n] = 2 if d.per_tooth[m] == 0 and d.turns[m] < 0 else 1
             rows.kind[n] = d.kind[m]
             rows.owner[n] = m
             rows.sided[n] = 1 if d.one_sided else 0
@@ -298,10 +302,11 @@ def _other_rows(d, rows, theta, n):
     for i in range(start, n):
         rows.owner[i] = i - start
         rows.damping[i] = 0.0
+        rows.line[i], rows.along[i], rows.beyond[i] = -1, 0.0, 0
     return n
 
 
-@njit(**OUTER, error_model="numpy")
+@njit(**UNCOUNTED, error_model="numpy")
 def build_rows(d, rows, theta, wanted):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; return (number of rows, number of pairs).
 
@@ -313,7 +318,7 @@ def build_rows(d, rows, theta, wanted):
     return n, pairs
 
 
-@njit(**OUTER, error_model="numpy")
+@njit(**UNCOUNTED, error_model="numpy")
 def contact_forces(d, rows, theta, wanted, pair_load, other_load, out):
     """Generalised contact forces −Σ V F on the blocks, (6 n_blocks,), from stored pair loads.
 

@@ -1,0 +1,60 @@
+"""Rows of tooth pairs against their lines of action."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from coupled import CLEAN, make_bodies
+
+from flexgear.analysis.modes import rows_at
+from flexgear.coupling.action_lines import action_lines, covered
+from flexgear.coupling.build import build_system
+from flexgear.coupling.system import Variant
+from flexgear.model.case import load_case
+
+VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, shaft=False))
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.label)
+@pytest.mark.parametrize("hand", ["left", "right"])
+def test_rows_are_their_line_and_blocks_beyond(variant, hand):
+    case = load_case("wind-5mw", {**CLEAN, "stage.planet_hand": hand})
+    system = build_system(case, *make_bodies(case), variant)
+    blocks = len(system.blocks) // 6
+    lines = action_lines(system.pairs, blocks)
+    for angle in (0.0, 0.3, 2.1):
+        rows, n = rows_at(system, angle)
+        assert (rows.line[:n] >= 0).all()
+        for i in range(n):
+            whole, beyond = np.zeros(6 * blocks), np.zeros(6 * blocks)
+            for a in range(rows.width[i]):
+                at = slice(6 * rows.blocks[i, a], 6 * rows.blocks[i, a] + 6)
+                whole[at] += rows.coef[i, a]
+                if a >= rows.beyond[i]:
+                    beyond[at] += rows.coef[i, a]
+            m = rows.line[i]
+            line = lines[2 * m] + rows.along[i] * lines[2 * m + 1]
+            np.testing.assert_allclose(line + beyond, whole, atol=1e-12)
+
+
+def test_approach_is_the_radial_part_of_rows():
+    """A planet that comes nearer along the line of centres closes its gear mesh by n_x cosβ_b."""
+    case = load_case("wind-5mw", CLEAN)
+    system = build_system(case, *make_bodies(case), Variant())
+    pairs, blocks = system.pairs, len(system.blocks) // 6
+    count = len(pairs.s0)
+    approach = action_lines(pairs, blocks)[2 * count :]
+    rows, n = rows_at(system)
+    for i in range(n):
+        m = rows.line[i]
+        at = 6 * rows.blocks[i, 0]
+        assert approach[m, at] == pytest.approx(rows.coef[i, 0, 0])
+        assert np.count_nonzero(approach[m, at : at + 6]) == 1
+
+
+def test_what_a_line_covers():
+    case = load_case("wind-5mw", CLEAN)
+    bodies = make_bodies(case)
+    system = build_system(case, *bodies, Variant())
+    kinds = system.pairs.kind % 2  # ring, sun
+    np.testing.assert_array_equal(covered(system.pairs), np.where(kinds == 1, 2, 1))
