@@ -32,8 +32,9 @@ from flexgear.analysis.near_products import (
     near_values,
     pushed,
 )
+from flexgear.analysis.row_terms import damping_of_rows, remember, right_sides
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
-from flexgear.coupling.pair_data import LOAD, PER_PAIR
+from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows
 
 BETA, GAMMA = 0.25, 0.5
@@ -87,33 +88,6 @@ def _product(matrix, vector, sign, out):
 
 
 @njit(**INNER)
-def _damping_of_rows(
-    one_sided, model, touched, damping, pair_row, pair_mesh, pair_index, n, n_pairs, share, c, f
-):  # fmt: skip
-    """Row damping c and f = share · c; under one-sided contact a pair damps once it has been
-    loaded for a step."""
-    for i in range(n):
-        c[i] = damping[i]
-    if one_sided:
-        for q in range(n_pairs):
-            m = pair_mesh[q]
-            if model[m] == PER_PAIR and touched[m, pair_index[q] % 8] == 0:
-                c[pair_row[q]] = 0.0
-    for i in range(n):
-        f[i] = share * c[i]
-
-
-@njit(**INNER, fastmath=FAST)
-def _right_sides(kind, stiffness, offset, n, delta, rate, c, right):
-    """k (δ + e) + c δ̇ of every row, or the force itself where it is given."""
-    for i in range(n):
-        right[i] = stiffness[i] * (delta[i] + offset[i]) + c[i] * rate[i]
-    for i in range(n):
-        if kind[i] == LOAD:
-            right[i] = offset[i]
-
-
-@njit(**INNER)
 def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
     """Copy one sample; pairs that are not in contact stay as they were made."""
     put(samples.eta[at], state.eta)
@@ -136,17 +110,6 @@ def _save(samples, at, data, rows, n, n_pairs, x, state, theta, torques):
         put(samples.direction[at, r], rows.direction[r])
     put(samples.energy[at], state.energy)
     put(samples.wanted[at], state.wanted)
-
-
-@njit(**INNER)
-def _remember(pair_mesh, pair_index, pair_row, n_pairs, x, touched):
-    """Note which pairs carry load, by index."""
-    for m in range(touched.shape[0]):
-        for k in range(touched.shape[1]):
-            touched[m, k] = 0
-    for q in range(n_pairs):
-        if x[pair_row[q]] > 0.0:
-            touched[pair_mesh[q], pair_index[q] % 8] = 1
 
 
 @njit(**INNER)
@@ -196,7 +159,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
         rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line_2,
         near.rate, work.delta, work.rate,
     )  # fmt: skip
-    _damping_of_rows(
+    damping_of_rows(
         pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row, rows.pair_mesh,
         rows.pair_index, n, n_pairs, 0.0, c, work.share,
     )  # fmt: skip
@@ -206,7 +169,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
         n, near.counts[3], out, rows.stiffness, work.share, near.line, work.products,
         work.products_r, work.matrix, work.brake, work.brake_r,
     )  # fmt: skip
-    _right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
+    right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
     for i in range(n):
         work.active[i] = 1
     if solve_set(work.matrix, work.right, rows.sided, n, 0, work.active, work.small, x) < 0:
@@ -238,7 +201,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
             state.velocity, state.torques, torques, near, state.energy, ledger,
         )  # fmt: skip
     put(state.torques, torques)
-    _remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
+    remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
     return 0
 
 
@@ -298,7 +261,7 @@ def advance(
             near.free, near.rate, work.delta, work.rate,
         )  # fmt: skip
         share = GAMMA / (BETA * h)
-        _damping_of_rows(
+        damping_of_rows(
             pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row,
             rows.pair_mesh, rows.pair_index, n, n_pairs, share, c, work.share,
         )  # fmt: skip
@@ -309,9 +272,7 @@ def advance(
             work.products, work.products_r, work.matrix, work.brake, work.brake_r,
         )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
-        _right_sides(
-            rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right
-        )
+        right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
         for i in range(n):
             # pair forces and brake torque act through −V F and −T
             f = work.share[i]
@@ -394,7 +355,7 @@ def advance(
             state.eta[j] = work.free[j]
             state.velocity[j] = work.free_v[j]
         put(state.torques, torques)
-        _remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
+        remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
         control.counts[2] += 1
         control.taken[rung] += 1
         tick = end

@@ -7,7 +7,11 @@ that use them, and counting took a third of a time step. Such functions must not
 
 from __future__ import annotations
 
+from numba.core.options import DefaultOptions
+
 OUTER = {"cache": True, "no_cfunc_wrapper": True}
-UNCOUNTED = {**OUTER, "_nrt": False}
+UNCOUNTED = {**OUTER}
+if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for ever
+    UNCOUNTED["_nrt"] = False
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from flexgear.analysis.modes import rows_at
-from flexgear.analysis.transient import step_data
+from flexgear.analysis.step_space import step_data
 from flexgear.coupling.modal import ModalSystem
 
 Array = np.ndarray

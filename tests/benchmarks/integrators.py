@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
 from flexgear.analysis.kernel import consistent_acceleration
-from flexgear.analysis.transient import State, step_data, work_space
+from flexgear.analysis.step_space import step_data, work_space
+from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
 
 
