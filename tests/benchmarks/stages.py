@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 from coupled import CLEAN, TORQUE, make_bodies
 
+from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, State, start_state, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
-from flexgear.model.case import load_case
+from flexgear.model.case import Case, load_case
 from flexgear.structures.build import carrier_body, ring_body
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
@@ -40,10 +41,15 @@ def planet_system(planets: int) -> System:
     return build_system(case, *make_bodies(case), Variant())
 
 
+def real_case(size: str) -> Case:
+    """wind-5mw with standard FE bodies in a full run, coarse ones in a quick one."""
+    return load_case("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
+
+
 @cache
 def real_system(size: str) -> System:
-    """wind-5mw on its FE bodies: standard ones in a full run, coarse ones in a quick one."""
-    case = load_case("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
+    """`real_case` on its FE bodies."""
+    case = real_case(size)
     return build_system(case, ring_body(case), carrier_body(case), Variant())
 
 
@@ -61,6 +67,7 @@ class Run:
     steps: int
     start: State
     interval: float = 1e-3
+    adaptive: Adaptive | None = None  # chooses steps over the same time
 
     def __call__(self) -> dict[str, np.ndarray]:
         sink = Collector()
@@ -70,14 +77,21 @@ class Run:
             duration=self.steps * self.time_step,
             time_step=self.time_step,
             output_interval=self.interval,
+            adaptive=self.adaptive,
             start=copied(self.start),
             sink=sink,
         )
         return sink.arrays()
 
 
-def steady_run(modal: ModalSystem, time_step: float, steps: int, interval: float = 1e-3) -> Run:
+def steady_run(
+    modal: ModalSystem,
+    time_step: float,
+    steps: int,
+    interval: float = 1e-3,
+    adaptive: Adaptive | None = None,
+) -> Run:
     """A run from equilibrium; the loops are compiled by a few steps first."""
-    run = Run(modal, time_step, steps, start_state(modal, TORQUE), interval)
+    run = Run(modal, time_step, steps, start_state(modal, TORQUE), interval, adaptive)
     Run(modal, time_step, 20, run.start, 10 * time_step)()
     return run

@@ -11,15 +11,17 @@ from benchmarks.bare_kernel import bare_data, bare_steps
 from benchmarks.dense_steps import DenseSteps
 from benchmarks.integrators import Integrator
 from benchmarks.record import Comparison, Report
-from benchmarks.stages import Run, cheap_system, real_system, steady_run
+from benchmarks.stages import Run, cheap_system, real_case, real_system, steady_run
 from benchmarks.timing import interleaved
+from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import start_state
-from flexgear.coupling.modal import ModalSystem, modal_system
+from flexgear.coupling.modal import ModalSystem, chosen_modal, modal_system
 from flexgear.coupling.system import System
 from flexgear.structures.tall import single_threaded_blas
 
 STEP, FINE = 1e-4, 2e-5  # s, steady running and near torque steps
 LIMIT_HZ = 3000.0
+LADDER = 5e-3  # step_tolerance
 STEPS = {"quick": 2000, "full": 10000}
 DENSE_STEPS = {"quick": 20, "full": 100}
 SPAN = {"quick": 0.01, "full": 0.03}  # s, of solve_ivp
@@ -42,6 +44,23 @@ def run(report: Report, size: str) -> None:
             against_integrators(report, modal, text, size)
             against_all_coordinates(report, system, modal, text, size)
             against_dense(report, system, modal, text, size)
+        as_shipped(report, size)
+
+
+def as_shipped(report: Report, size: str) -> None:
+    """The bundled case with the modes it keeps, at fixed steps and at steps by a tolerance."""
+    modal = chosen_modal(real_system(size), real_case(size).solver)
+    modes = modal.modes.shape[1]
+    real_time(report, modal, "the case as it is", size)
+    text = f"wind-5mw as it is, {modes} of {modal.system.size} coordinates"
+    against_bare(report, modal, text, size)
+    run = steady_run(modal, STEP, STEPS[size], adaptive=Adaptive(LADDER, FINE, 64 * FINE))
+    seconds, _ = interleaved({"own": run}, REPEATS[size])
+    factors = [STEP * STEPS[size] / s for s in seconds["own"].work]
+    report.say(
+        f"real-time factor, the case as it is, {modes} kept modes, step_tolerance {LADDER:g}",
+        f"{median(factors):.2f} ({min(factors):.2f} to {max(factors):.2f})",
+    )
 
 
 def against_bare(report: Report, modal: ModalSystem, text: str, size: str) -> None:
