@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.record import Comparison, Report
+from benchmarks.record import Comparison, Report, plain
 
 HEAD = """# Benchmarks
 
@@ -75,12 +75,13 @@ def _table(comparisons: list[Comparison]) -> list[str]:
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for c in comparisons:
-        spread = f"{min(c.ratios):.3g} to {max(c.ratios):.3g}" if len(c.ratios) > 1 else "one run"
+        spread = (
+            f"{plain(min(c.ratios))} to {plain(max(c.ratios))}" if len(c.ratios) > 1 else "one run"
+        )
         rows.append(
-            f"| {c.group} | {c.peer_name} | {c.size} | **{c.ratio:.3g}** | {spread} "
-            f"| {len(c.ratios)} | {c.work_ratio:.3g} | {_time(c.times[0])} | {_time(c.times[1])} "
-            f"| {c.unit} "
-            f"| {c.threads} | {c.check} |"
+            f"| {c.group} | {c.peer_name} | {c.size} | **{plain(c.ratio)}** | {spread} "
+            f"| {len(c.ratios)} | {plain(c.work_ratio)} | {_time(c.times[0])} "
+            f"| {_time(c.times[1])} | {c.unit} | {c.threads} | {c.check} |"
         )
     return rows
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.record import Comparison, Curve, Report
+from benchmarks.record import Comparison, Curve, Report, plain
 from flexgear.views.style import NEUTRAL, PLANET_COLOURS, panels, save_figure, styled
 
 
@@ -36,10 +36,9 @@ def _ratios(report: Report) -> Figure | None:
         low, high = min(c.ratios), max(c.ratios)
         a.barh(y, c.ratio - 1.0, left=1.0, height=0.62, color=colour, alpha=0.85)
         a.plot([low, high], [y, y], color="black", linewidth=1.0, marker="|", markersize=5)
-        right = c.ratio >= 1.0
         a.annotate(
-            f"{c.ratio:.3g}", (high if right else low, y), (5 if right else -5, 0),
-            textcoords="offset points", va="center", ha="left" if right else "right", fontsize=7.5,
+            plain(c.ratio), (max(high, 1.0), y), (5, 0), textcoords="offset points", va="center",
+            ha="left", fontsize=7.5,
         )  # fmt: skip
     a.set_yticks(range(len(found)), [_name(c) for c in found], fontsize=7)
     a.invert_yaxis()
@@ -49,6 +48,12 @@ def _ratios(report: Report) -> Figure | None:
     a.axvline(1.0, color=NEUTRAL, linewidth=1.0)
     a.grid(axis="y", visible=False)
     a.set_xlabel("time of the peer over flexgear's; bar: median, line: spread")
+    for group in groups:  # its name over the first of its bars
+        first = next(y for y, c in enumerate(found) if c.group == group)
+        a.annotate(
+            group, (1.0, first - 0.5), (4, 0), textcoords="offset points", va="center",
+            fontsize=6.3, fontweight="bold",
+        )  # fmt: skip
     return figure
 
 

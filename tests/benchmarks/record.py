@@ -10,6 +10,11 @@ from statistics import median
 from benchmarks.timing import Seconds
 
 
+def plain(ratio: float) -> str:
+    """Three digits without a power of ten: 4800 -> "4 800"."""
+    return f"{float(f'{ratio:.3g}'):,g}".replace(",", "\u2009")
+
+
 @dataclass(frozen=True)
 class Comparison:
     """How much longer a peer takes: one ratio a repetition, peer over flexgear.
