@@ -44,7 +44,7 @@ def largest_eigenpairs(
     mass: Operator,
     start: NDArray[np.float64],
     count: int,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-8,
     most: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Eigenpairs:
