@@ -148,8 +148,9 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     if tracked:
         _motion_before(near, state.eta, head)
     shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
-    moved(shapes, head, low, high, rigid, elastic, state.eta, near.free)
-    moved(shapes, head, low, high, rigid, elastic, state.velocity, near.rate)
+    span = near.span
+    moved(shapes, head, span, low, high, rigid, elastic, state.eta, near.free)
+    moved(shapes, head, span, low, high, rigid, elastic, state.velocity, near.rate)
     for d in range(top):
         near.line_2[d] = near.free[d]
         for q in range(out):
@@ -181,7 +182,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     put(near.forces, torques)
     near.forces[out] = -brake
     pushed(
-        near.modes, ports, lines, low, high, rigid, elastic, near.forces,
+        near.modes, ports, lines, span, low, high, rigid, elastic, near.forces,
         state.acceleration,
     )  # fmt: skip
     for j in range(state.eta.shape[0]):
@@ -221,6 +222,7 @@ def advance(
     output = data.channel_modes[data.output]
     torques, theta, x, c = work.torques, work.theta, work.x, work.damping
     shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
+    span = near.span
     tracked = ledger.booked.shape[0] > 0
     clearances = pairs.clearance_stiffness.shape[0] > 0
     saved, tick = 0, 0
@@ -250,8 +252,8 @@ def advance(
         top, receptance = near.counts[2], near.displacement[rung]
         if tracked:
             _motion_before(near, state.eta, head)
-        moved(shapes, head, low, high, rigid, elastic, work.free, near.free)
-        moved(shapes, head, low, high, rigid, elastic, work.free_v, near.rate)
+        moved(shapes, head, span, low, high, rigid, elastic, work.free, near.free)
+        moved(shapes, head, span, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
                 for d in range(top):
@@ -298,7 +300,7 @@ def advance(
         )  # fmt: skip
         near.line_2[out] = -x[n]
         pushed(
-            near.modes, ports, lines, low, high, rigid, elastic, near.line_2,
+            near.modes, ports, lines, span, low, high, rigid, elastic, near.line_2,
             work.push,
         )  # fmt: skip
         for j in range(nm):

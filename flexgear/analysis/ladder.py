@@ -65,7 +65,7 @@ def step_error(
     """
     for j in range(e.shape[0]):
         e[j] = h * h / 12.0 * inverse[j] * (without[j] + push[j] - before[j])
-    moved(near.shapes, head, near.low, near.high, near.rigid, near.elastic, e, near.line)
+    moved(near.shapes, head, near.span, near.low, near.high, near.rigid, near.elastic, e, near.line)
     near_values(
         rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line,
         near.line, value, spare,

@@ -49,6 +49,7 @@ class Near(NamedTuple):
     linked: IntArray  # (G,) 1 where lines of action move with the group
     low: IntArray  # (G,) first channel of a group
     high: IntArray  # (G,) one past the last in use
+    span: IntArray  # (3,) rigid modes, and the range of elastic modes that move the head
     rigid: IntArray  # (G,) rigid modes it moves in: all or none
     elastic: IntArray  # (G, 2) range of its elastic modes
     modes: Array  # (C, n)
@@ -126,6 +127,7 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         linked=np.array([(lined & (group == g)).any() for g in range(len(rigid))], dtype=np.int64),
         low=low,
         high=low + 6 * used,
+        span=head_span(modal, lined),
         rigid=rigid,
         elastic=elastic,
         modes=aligned(channels, modal.modes.shape[1]),
@@ -143,6 +145,16 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         forces=np.zeros(channels),
         motion=np.zeros(channels),
     )
+
+
+def head_span(modal: ModalSystem, lined: NDArray[np.bool_]) -> IntArray:
+    """(3,) number of rigid modes, first and one past the last elastic mode that moves the head."""
+    r, blocks = modal.rigid_count, 6 * len(lined)
+    moving = np.vstack(
+        [modal.channel_modes[:blocks][np.repeat(lined, 6)], modal.channel_modes[blocks:]]
+    )
+    at = np.flatnonzero(moving[:, r:].any(axis=0)) + r
+    return np.array([r, at[0], at[-1] + 1] if len(at) else [r, r, r], dtype=np.int64)
 
 
 def groups(modal: ModalSystem, teeth: NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:

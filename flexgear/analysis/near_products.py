@@ -37,11 +37,12 @@ def _moved(shapes, low, high, start, stop, a, out):
 
 
 @njit(**INNER, fastmath=FAST)
-def moved(shapes, head, low, high, rigid, elastic, a, out):
+def moved(shapes, head, span, low, high, rigid, elastic, a, out):
     """out = modes @ a over the channels in use."""
     for c in range(head):
         out[c] = 0.0
-    _moved(shapes, 0, head, 0, shapes.shape[0], a, out)
+    _moved(shapes, 0, head, 0, span[0], a, out)
+    _moved(shapes, 0, head, span[1], span[2], a, out)
     for g in range(low.shape[0]):
         if high[g] == low[g]:
             continue
@@ -68,22 +69,28 @@ def _pushed(modes, low, high, start, stop, forces, out):
 
 
 @njit(**INNER, fastmath=FAST)
-def pushed(modes, ports, lines, low, high, rigid, elastic, forces, out):
-    """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
-    n = modes.shape[1]
-    for j in range(n):
-        out[j] = 0.0
+def _pushed_by_head(modes, ports, lines, start, stop, forces, out):
+    """The same for ports and lines."""
+    part = out[start:stop]
     for c in range(ports):
-        f = forces[c]
+        f, m = forces[c], modes[c, start:stop]
         if f != 0.0:
-            for j in range(n):
-                out[j] += f * modes[c, j]
+            for j in range(stop - start):
+                part[j] += f * m[j]
     for c in range(ports, lines, 2):
-        f0, f1 = forces[c], forces[c + 1]
+        f0, f1, m0, m1 = forces[c], forces[c + 1], modes[c, start:stop], modes[c + 1, start:stop]
         if f0 != 0.0 or f1 != 0.0:
-            m0, m1 = modes[c], modes[c + 1]
-            for j in range(n):
-                out[j] += f0 * m0[j] + f1 * m1[j]
+            for j in range(stop - start):
+                part[j] += f0 * m0[j] + f1 * m1[j]
+
+
+@njit(**INNER, fastmath=FAST)
+def pushed(modes, ports, lines, span, low, high, rigid, elastic, forces, out):
+    """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
+    for j in range(modes.shape[1]):
+        out[j] = 0.0
+    _pushed_by_head(modes, ports, lines, 0, span[0], forces, out)
+    _pushed_by_head(modes, ports, lines, span[1], span[2], forces, out)
     for g in range(low.shape[0]):
         if rigid[g] > 0:
             _pushed(modes, low[g], high[g], 0, rigid[g], forces, out)
