@@ -75,7 +75,7 @@ def head_size(modal: ModalSystem) -> int:
 
 
 def aligned(*shape: int) -> Array:
-    """Zeros that begin at a cache line: loops over them take up to half as long again if not."""
+    """Zeros that begin at a cache line, so that whole lines of numbers are whole cache lines."""
     size = int(np.prod(shape))
     room = np.zeros(size + LINE)
     start = -(room.ctypes.data // room.itemsize) % LINE
