@@ -4,34 +4,40 @@ Each front gathers the rows it eliminates and what its children left for their b
 
     [F11 F21^T; F21 F22],  F11 = L11 L11^T,  L21 = F21 L11^{-T},  S = F22 - L21 L21^T,
 
-and hands S to its parent. All work is dense (SciPy's LAPACK and BLAS), so that many right-hand
-sides cost little more than reading the factor once. Nodes of three dofs are kept together.
+and hands S to its parent. All work is dense (`fronts.py`), so that many right-hand sides cost
+little more than reading the factor once. Nodes of three dofs are kept together.
 Fronts are too small for a threaded BLAS (its threads would wait for each other most of the time):
-it runs on one thread, and blocks of right-hand sides are shared out among threads instead.
-Source: Duff, Reid 1983, ACM TOMS 9:302.
+it runs on one thread, and the tree's branches are shared out among threads instead
+(`tree_tasks.py`). Solving up the tree, too, each front hands what it leaves to its parent, so that
+branches touch nothing in common, and sums are the same on any number of threads.
+Source: Duff, Reid 1983, ACM TOMS 9:302; Liu 1992, SIAM Review 34:82.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 
 import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.linalg.blas import dsyrk, dtrsm
-from scipy.linalg.lapack import dpotrf, dtrtri
 
-from flexgear.model.errors import FlexgearError
 from flexgear.structures.dissection import dissect
+from flexgear.structures.fronts import (
+    Panel,
+    add_rows,
+    eliminated,
+    extend,
+    gather,
+    put_rows,
+    take_rows,
+)
 from flexgear.structures.tall import THREADS, single_threaded_blas
+from flexgear.structures.tree_tasks import tree_tasks
 
-_LEAF = 96  # nodes of three dofs in a front that is not cut further
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_LEAF = 64  # nodes of three dofs in a front that is not cut further
 _NODE = 3
-Way = Callable[[NDArray[np.float64]], None]
-_LEAST_COLUMNS = 32  # right-hand sides worth a thread
 
 
 class Multifrontal:
@@ -40,136 +46,161 @@ class Multifrontal:
     name = "scipy"
 
     def __init__(
-        self, matrix: sp.csr_matrix, coordinates: NDArray[np.float64], leaf: int = _LEAF
+        self, matrix: sp.csr_matrix, coordinates: Array, leaf: int = _LEAF, threads: int = THREADS
     ) -> None:
         blocks = matrix.tobsr(blocksize=(_NODE, _NODE))
         n = blocks.shape[0] // _NODE
         graph = sp.csr_matrix(
             (np.ones(len(blocks.indices), dtype=np.int8), blocks.indices, blocks.indptr), (n, n)
         )
-        self._tree = dissect(graph, coordinates, leaf)
-        order = self._tree.order
-        self._order = (_NODE * order[:, None] + np.arange(_NODE)).ravel()
-        self._borders = [
-            (_NODE * b[:, None] + np.arange(_NODE)).ravel() for b in self._tree.borders
-        ]
-        self._starts = _NODE * self._tree.starts
+        tree = dissect(graph, coordinates, leaf)
+        self._order = _dofs(tree.order)
+        borders = [_dofs(b) for b in tree.borders]
+        self._starts = _NODE * tree.starts
+        self._borders = [self._order[b] for b in borders]  # dofs
+        self._children = _children(tree.parents)
+        self._places = self._in_parents(borders, tree.parents)
+        own, beyond = np.diff(self._starts), np.array([len(b) for b in borders])
+        self._threads = threads
+        self._tasks = tree_tasks(tree.parents, own * (own + beyond) ** 2.0, threads)
         with single_threaded_blas():
-            self._factors = self._factorise(matrix)
+            self._panels = self._factorise(matrix)
 
     @property
     def entries(self) -> int:
         """Numbers stored in the factor."""
-        return sum(a.size + b.size for a, b in self._factors)
+        return sum(panel.entries for panels in self._panels for panel in panels)
 
-    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, right: Array) -> Array:
         """x (3n, k) with A x = right."""
         return self.backward(self.forward(right))
 
-    def forward(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def forward(self, right: Array) -> Array:
         """f = L^{-1} right (3n, k), rows in the order of elimination."""
-        x = np.asarray(right, dtype=float)[self._order]
-        return self._by_columns(x, self._up)
+        given = np.ascontiguousarray(right, dtype=float).reshape(len(right), -1)
+        f = np.empty_like(given)
+        left: dict[int, Array] = {}  # by fronts, for their parents
 
-    def backward(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        def run(fronts: range) -> None:
+            for k in fronts:
+                begin, end = self._starts[k], self._starts[k + 1]
+                take_rows(given, self._order[begin:end], f[begin:end])
+                self._climb(k, f[begin:end], left)
+
+        with single_threaded_blas():
+            self._tasks.climb(run, self._threads)
+        return f.reshape(right.shape)
+
+    def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
+        """The same of a sparse matrix (3n, k): fronts that it does not reach are not visited."""
+        right = sp.csr_matrix(right)[self._order]  # rows as they are eliminated
+        reached = np.zeros(len(self._panels), dtype=bool)
+        for k, children in enumerate(self._children):
+            entries = right.indptr[self._starts[k + 1]] - right.indptr[self._starts[k]]
+            reached[k] = entries > 0 or reached[children].any()
+        found: dict[int, sp.coo_matrix] = {}
+        left: dict[int, Array] = {}
+
+        def run(fronts: range) -> None:
+            for k in fronts:
+                if reached[k]:
+                    given = right[self._starts[k] : self._starts[k + 1]].toarray()
+                    self._climb(k, given, left)
+                    found[k] = sp.coo_matrix(given)
+
+        with single_threaded_blas():
+            self._tasks.climb(run, self._threads)
+        parts = [found[k] for k in sorted(found)]
+        rows = [found[k].row + self._starts[k] for k in sorted(found)]
+        data, columns = (np.concatenate([getattr(p, n) for p in parts]) for n in ("data", "col"))
+        return sp.csr_matrix((data, (np.concatenate(rows), columns)), right.shape)
+
+    def backward(self, f: Array) -> Array:
         """x = L^{-T} f (3n, k)."""
-        out = np.empty(f.shape)
-        out[self._order] = self._by_columns(f, self._down)
-        return out
+        given = np.ascontiguousarray(f, dtype=float).reshape(len(f), -1)
+        x = np.empty_like(given)
 
-    def _by_columns(self, x: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
-        """way on x (3n, k), whose columns are shared out among threads; uses x up."""
-        columns = x.reshape(len(x), -1)
-        count = columns.shape[1]
-        parts = max(1, min(THREADS, count // _LEAST_COLUMNS))
-        if parts == 1:
-            columns = np.ascontiguousarray(columns)
-            with single_threaded_blas():
-                way(columns)
-            return columns.reshape(x.shape)
-        borders = [count * p // parts for p in range(parts + 1)]
+        def run(fronts: range) -> None:
+            for k in fronts:
+                self._down(k, given, x)
 
-        def part(at: slice) -> None:
-            mine = np.ascontiguousarray(columns[:, at])
-            way(mine)
-            columns[:, at] = mine
+        with single_threaded_blas():
+            self._tasks.descend(run, self._threads)
+        return x.reshape(f.shape)
 
-        with single_threaded_blas(), ThreadPoolExecutor(parts) as pool:
-            list(pool.map(part, [slice(a, b) for a, b in pairwise(borders)]))
-        return columns.reshape(x.shape)
+    def _climb(self, k: int, own: Array, left: dict[int, Array]) -> None:
+        """L y = own (w, k) in front k, in place; children's remains are added first."""
+        remains = [(c, left.pop(c)) for c in self._children[k] if c in left]
+        if not remains and not own.any():  # loads on a few patches reach few fronts
+            return
+        x = np.zeros((len(own) + len(self._borders[k]), own.shape[1]))
+        x[: len(own)] = own
+        for child, rest in remains:
+            add_rows(x, self._places[child], rest)
+        for panel in self._panels[k]:
+            panel.forward(x)
+        own[:] = x[: len(own)]
+        if len(x) > len(own):
+            left[k] = x[len(own) :]
 
-    def _up(self, x: NDArray[np.float64]) -> None:
-        """L y = x up the tree; diagonal blocks are held inverted."""
-        starts, borders = self._starts, self._borders
-        rest = self._room(x.shape[1])
-        for k, (inverse, below) in enumerate(self._factors):
-            own = x[starts[k] : starts[k + 1]]
-            if not own.any():  # loads on a few patches reach few fronts
-                continue
-            own[:] = inverse @ own
-            if len(borders[k]):
-                lost = np.matmul(below, own, out=rest[: len(borders[k])])
-                subtract_rows(x, borders[k], lost)
+    def _down(self, k: int, f: Array, x: Array) -> None:
+        """L^T y = x in front k; what lies above is done."""
+        begin, end = self._starts[k], self._starts[k + 1]
+        own = end - begin
+        y = np.empty((own + len(self._borders[k]), f.shape[1]))
+        y[:own] = f[begin:end]
+        take_rows(x, self._borders[k], y[own:])
+        for panel in reversed(self._panels[k]):
+            panel.backward(y)
+        put_rows(x, self._order[begin:end], y[:own])
 
-    def _down(self, x: NDArray[np.float64]) -> None:
-        """L^T y = x down the tree."""
-        starts, borders = self._starts, self._borders
-        rest = self._room(x.shape[1])
-        for k in range(len(self._factors) - 1, -1, -1):
-            inverse, below = self._factors[k]
-            own = x[starts[k] : starts[k + 1]]
-            if len(borders[k]):
-                # "clip" writes straight into the room, "raise" by way of a copy
-                near = np.take(x, borders[k], 0, out=rest[: len(borders[k])], mode="clip")
-                own -= below.T @ near
-            own[:] = inverse.T @ own
+    def _in_parents(self, borders: list[Ints], parents: Ints) -> list[Ints]:
+        """Places of every front's border in its parent's front."""
+        places = []
+        for border, parent in zip(borders, parents, strict=True):
+            begin, end = self._starts[parent], self._starts[parent + 1]
+            inside = border < end
+            further = np.searchsorted(borders[parent], border[~inside]) + (end - begin)
+            places.append(np.concatenate([border[inside] - begin, further]).astype(np.int64))
+        return places
 
-    def _room(self, columns: int) -> NDArray[np.float64]:
-        """For the rows of the largest border."""
-        return np.empty((max(map(len, self._borders), default=0), columns))
+    def _factorise(self, matrix: sp.csr_matrix) -> list[tuple[Panel, ...]]:
+        """Panels of every front."""
+        panels: list[tuple[Panel, ...]] = [()] * len(self._borders)
+        left: dict[int, Array] = {}
 
-    def _factorise(
-        self, matrix: sp.csr_matrix
-    ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Inverse of L11 and L21 of every front."""
-        permuted = sp.triu(matrix[self._order][:, self._order], format="csr")
-        local = np.zeros(len(self._order), dtype=np.int64)
-        waiting: dict[int, list[tuple[NDArray[np.int64], NDArray[np.float64]]]] = {}
-        factors = []
-        for k, parent in enumerate(self._tree.parents):
-            begin, end = self._starts[k], self._starts[k + 1]
-            own, border = end - begin, self._borders[k]
-            local[begin:end] = np.arange(own)
-            local[border] = own + np.arange(len(border))
-            front = np.zeros((own + len(border), own + len(border)), order="F")
-            rows = permuted[begin:end]
-            first = np.repeat(np.arange(own), np.diff(rows.indptr))
-            front[local[rows.indices], first] = rows.data
-            for index, update in waiting.pop(k, ()):
-                _extend(front, local[index], update)
-            diagonal, info = dpotrf(front[:own, :own], lower=1, clean=1)
-            if info:
-                raise FlexgearError(
-                    "the stiffness matrix is singular: the mesh falls into pieces or has cells "
-                    "that hang on an edge"
-                )
-            below = dtrsm(1.0, diagonal, front[own:, :own], side=1, lower=1, trans_a=1)
-            factors.append((dtrtri(diagonal, lower=1)[0], below))
-            if parent >= 0:
-                rest = dsyrk(-1.0, below, beta=1.0, c=front[own:, own:], lower=1)
-                waiting.setdefault(int(parent), []).append((border, rest))
-        return factors
+        def run(fronts: range) -> None:
+            local = np.full(len(self._order), -1)
+            for k in fronts:
+                rows, border = self._order[self._starts[k] : self._starts[k + 1]], self._borders[k]
+                own, size = len(rows), len(rows) + len(border)
+                local[rows] = np.arange(own)
+                local[border] = np.arange(own, size)
+                front = np.zeros((size, size))
+                gather(front, matrix.indptr, matrix.indices, matrix.data, rows, local)
+                local[rows] = local[border] = -1
+                for child in self._children[k]:
+                    extend(front, self._places[child], left.pop(child))
+                panels[k], rest = eliminated(front, own)
+                if rest is not None:
+                    left[k] = rest
+
+        self._tasks.climb(run, self._threads)
+        return panels
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
-def _extend(
-    front: NDArray[np.float64], at: NDArray[np.int64], update: NDArray[np.float64]
-) -> None:  # pragma: no cover - compiled
-    """front[at, at] += update, lower triangles; at rises."""
-    for j in range(len(at)):
-        column = at[j]
-        for i in range(j, len(at)):
-            front[at[i], column] += update[i, j]
+def _dofs(nodes: Ints) -> Ints:
+    """Dofs (3n,) of nodes (n,)."""
+    return np.asarray((_NODE * nodes[:, None] + np.arange(_NODE)).ravel())
+
+
+def _children(parents: Ints) -> list[list[int]]:
+    """Of every front, in rising order."""
+    children: list[list[int]] = [[] for _ in parents]
+    for k, parent in enumerate(parents):
+        if parent >= 0:
+            children[parent].append(k)
+    return children
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
