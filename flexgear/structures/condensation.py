@@ -24,6 +24,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.factorisation import Factor, Solver, factorise
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.multifrontal import Multifrontal
+from flexgear.structures.sparse_rows import add_csr_times, csr_times
 from flexgear.structures.spd import scaled_inverse
 from flexgear.structures.tall import dot, times, times_in_place
 
@@ -31,16 +32,17 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
-_HELD_BYTES = 1e9  # of constraint modes that are held where a factor has no halves
+_HELD_BYTES = 2e9  # of constraint modes that are held: for good where a factor has no halves
 
 
 @dataclass(frozen=True, eq=False)
 class Condensation:
     """Static condensation of a body on its interface.
 
-    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order, constraint_modes:
-    Psi (d, b), each where it is held; stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs
-    left after rigid ties; fe_mass: (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is.
+    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T,
+    constraint_modes: Psi (d, b), each where it is held; stiffness: K_bb (b, b); fe_stiffness:
+    (d, d) CSR on the dofs left after rigid ties; fe_mass: (d, d) after rigid ties, scalar_mass:
+    (d/3, d/3) where none is.
     """
 
     interface: Interface
@@ -50,7 +52,7 @@ class Condensation:
     scalar_mass: sp.csr_matrix | None = field(repr=False)
     factor: Factor = field(repr=False)
     inverse: Array = field(repr=False)
-    ties: sp.csr_matrix | None = field(repr=False)
+    ties: tuple[sp.csr_matrix, sp.csr_matrix] | None = field(repr=False)
     constraint_modes: Array | None = field(repr=False)
     stiffness: Array = field(repr=False)
     rigid_residual: float
@@ -70,13 +72,14 @@ class Condensation:
         """M x (d, k); the scalar mass matrix takes x, y and z together."""
         x = np.ascontiguousarray(x)
         if self.fe_mass is not None:
-            return np.asarray(self.fe_mass @ x)
+            return csr_times(self.fe_mass, x)
         assert self.scalar_mass is not None
-        return (self.scalar_mass @ x.reshape(self.scalar_mass.shape[0], -1)).reshape(x.shape)
+        by_nodes = x.reshape(self.scalar_mass.shape[0], -1)
+        return csr_times(self.scalar_mass, by_nodes).reshape(x.shape)
 
     def stiffness_product(self, x: Array) -> Array:
         """K x (d, k)."""
-        return self.fe_stiffness @ np.ascontiguousarray(x)
+        return csr_times(self.fe_stiffness, x)
 
     def interface_motion(self, x: Array) -> Array:
         """B x (b, k)."""
@@ -101,22 +104,40 @@ class Condensation:
             return x[:count]
         return self.interface.expansion[:count] @ x
 
-    def projected(self, modes: Array, recovery: NDArray[np.float32]) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b)."""
+    def projected(
+        self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
+
+        reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
+        """
         b = self.interface.size
-        own, coupling = np.zeros((b, b)), np.zeros((modes.shape[1], b))
+        if reactions is None:
+            reactions = -self._load(self.mass_product(modes))
+        psi = self.constraint_modes
+        if psi is None and 8 * self.dofs * b <= _HELD_BYTES:
+            psi = self.constraint_motion(np.eye(b))
+        own = np.zeros((b, b))
         for block in _blocks(b):
-            some = self.constraint_motion(np.eye(b)[:, block])
+            if psi is None:
+                some = self.constraint_motion(np.eye(b)[:, block])
+                own[:, block] = self._load(self.mass_product(some))
+            else:  # a product is less than half a solve, and half of it is enough
+                some = np.ascontiguousarray(psi[:, block])
+                upper = dot(psi[:, : block.stop], self.mass_product(some))
+                own[: block.stop, block] = upper
+                own[block, : block.stop] = upper.T
             recovery[:, block] = self.dofs_of(some, len(recovery))
-            weighted = self.mass_product(some)
-            coupling[:, block] = dot(modes, weighted)
-            own[:, block] = self._load(weighted)
-        return 0.5 * (own + own.T), coupling
+        return 0.5 * (own + own.T), -reactions.T
 
     def fixed_solve(self, right: Array) -> Array:
         """x (d, k) with K x = right + B^T (reactions), B x = 0."""
+        return self.fixed_solve_with_reactions(right)[0]
+
+    def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
+        """The same, and the reactions -F^{-1} B y = -Psi^T right (b, k)."""
         begun, at = self._begun(right)
-        return self._moved(begun, -at)
+        return self._moved(begun, -at), -self.inverse @ at
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
@@ -134,17 +155,16 @@ class Condensation:
         """y = K_s^{-1} right, or L^{-1} right where there are halves; and B y (b, k)."""
         if self.ties is not None:
             begun = self.factor.forward(right)  # type: ignore[attr-defined]
-            return begun, np.asarray(self.ties.T @ begun)
+            return begun, csr_times(self.ties[1], begun)
         begun = self.factor.solve(right)
         return begun, np.asarray(self.rows @ begun)
 
     def _moved(self, begun: Array | None, q: Array) -> Array:
         """y + Psi q (d, k); uses up what was begun."""
         if self.ties is not None:
-            motion = self.ties @ (self.inverse @ q)
-            if begun is not None:
-                motion += begun
-            return np.asarray(self.factor.backward(motion))  # type: ignore[attr-defined]
+            begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
+            add_csr_times(self.ties[0], self.inverse @ q, begun)
+            return np.asarray(self.factor.backward(begun))  # type: ignore[attr-defined]
         if self.constraint_modes is not None:
             motion = times(self.constraint_modes, q)
         else:
@@ -197,16 +217,17 @@ def condense_whole(
 
 def _tied(
     factor: Factor, rows: sp.csr_matrix, progress: Progress
-) -> tuple[Array, sp.csr_matrix | None, Array | None]:
-    """F (b, b), and W (d, b) or K_s^{-1} B^T (d, b) where one is to be held."""
+) -> tuple[Array, tuple[sp.csr_matrix, sp.csr_matrix] | None, Array | None]:
+    """F (b, b), and W (d, b) with W^T, or K_s^{-1} B^T (d, b) where one is to be held."""
     b, dofs = rows.shape
     if isinstance(factor, Multifrontal):
         parts = []
         for block in _blocks(b):
-            parts.append(sp.csc_matrix(factor.forward(rows[block].T.toarray())))
+            parts.append(factor.forward_sparse(rows[block].T))
             progress("constraint modes", 0.9 * block.stop / b)
         ties = sp.hstack(parts, format="csr")
-        return (ties.T @ ties).toarray(), ties, None
+        turned = ties.T.tocsr()
+        return (turned @ ties).toarray(), (ties, turned), None
     flexibility = np.empty((b, b))
     modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
     for block in _blocks(b):

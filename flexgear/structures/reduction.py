@@ -39,10 +39,10 @@ from flexgear.structures.lanczos import largest_eigenpairs
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tall import single_threaded_blas
 
-LANCZOS_BLOCK = 24  # vectors a step
+LANCZOS_BLOCK = 16  # vectors a step
 CYCLIC_LANCZOS_BLOCK = 8  # fewer do where columns of all sectors make the blocks wide
-_BASIS_BYTES = 2.0e9  # of the cyclic path's Lanczos basis, where that is enough for the modes
-_WHOLE_BASIS_BYTES = 2.0e9  # of the general path's
+_TOLERANCE, _CYCLIC_TOLERANCE = 1e-8, 1e-7
+_BASIS_BYTES = 2.0e9  # of the Lanczos basis, where that is enough for the modes
 
 
 def silent(stage: str, fraction: float) -> None:
@@ -161,21 +161,18 @@ def fixed_interface_modes(
 
     mass = condensation.mass_product
     random = np.random.default_rng(20230617)
-    block = CYCLIC_LANCZOS_BLOCK
+    cyclic = isinstance(condensation, CyclicCondensation)
+    block = CYCLIC_LANCZOS_BLOCK if cyclic else LANCZOS_BLOCK
     least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
-    if isinstance(condensation, CyclicCondensation) and roomy + block < dofs:
+    start = random.standard_normal((dofs, block))
+    if roomy + block < dofs:
         most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
-        start = random.standard_normal((dofs, block))
+        tolerance = _CYCLIC_TOLERANCE if cyclic else _TOLERANCE
         solve_with = condensation.fixed_solve_with_reactions
-        pairs = lowest_modes(solve_with, mass, start, count, most, progress=heard)
+        pairs = lowest_modes(solve_with, mass, start, count, most, tolerance, heard)
     else:
         solve = condensation.fixed_solve
-        start = random.standard_normal((dofs, LANCZOS_BLOCK))
-        room = int(_WHOLE_BASIS_BYTES / (8 * dofs))
-        most = max(count + 12 * LANCZOS_BLOCK, min(6 * count, room))
-        pairs = largest_eigenpairs(
-            lambda v: solve(mass(v)), mass, start, count, most=most, progress=heard
-        )
+        pairs = largest_eigenpairs(lambda v: solve(mass(v)), mass, start, count, progress=heard)
     vectors, reactions = pairs.vectors, pairs.beside
     sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
     vectors *= sign
@@ -197,8 +194,7 @@ def _project(
     b, count = interface.size, len(omega)
     recovery = np.empty((model.vertex_dofs, b + count), dtype=np.float32)
     reduced_mass = np.eye(b + count)
-    known = (fixed.reactions,) if isinstance(condensation, CyclicCondensation) else ()
-    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], *known)
+    reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], fixed.reactions)
     reduced_mass[b:, :b], reduced_mass[:b, b:] = coupling, coupling.T
     recovery[:, b:] = condensation.dofs_of(modes, model.vertex_dofs)
     reduced_stiffness = np.diag(np.concatenate([np.zeros(b), omega**2]))
