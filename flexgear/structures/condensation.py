@@ -231,7 +231,7 @@ def _tied(
     flexibility = np.empty((b, b))
     modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
     for block in _blocks(b):
-        some = factor.solve(rows[block].T.toarray())
+        some = factor.solve_sparse(rows[block].T)
         flexibility[:, block] = rows @ some
         if modes is not None:
             modes[:, block] = some

@@ -10,9 +10,13 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.multifrontal import Multifrontal
 
 _LARGE = 250_000  # dofs
+_SPARSE, _BLOCKING = 20, 27  # MUMPS's ICNTL: form of right-hand sides; how many go together
+_TOGETHER = 64
+_ROWS = 4096  # rows copied at a time
 
 Solver = Literal["auto", "scipy", "superlu", "mumps"]
 
@@ -24,6 +28,9 @@ class Factor(Protocol):
 
     def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
         """x (n, k) with A x = right (n, k)."""
+
+    def solve_sparse(self, right: sp.csc_matrix) -> NDArray[np.float64]:
+        """The same of a sparse right."""
 
 
 def factorise(
@@ -70,6 +77,9 @@ class _SuperLu:
     def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
         return self._factor.solve(np.asarray(right, dtype=float))
 
+    def solve_sparse(self, right: sp.csc_matrix) -> NDArray[np.float64]:
+        return self.solve(right.toarray())
+
 
 class _Mumps:
     """MUMPS, L D L^T."""
@@ -82,6 +92,24 @@ class _Mumps:
         self._context = mumps.Context()
         self._context.set_matrix(sp.triu(matrix).tocoo(), symmetric=True)
         self._context.factor(ordering="metis")
+        self._settings = self._context.mumps_instance.icntl
+        self._settings[_BLOCKING] = -_TOGETHER
 
     def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._context.solve(np.asfortranarray(right))
+        self._settings[_SPARSE] = 0
+        return _arranged(self._context.solve(_arranged(right, "F"), overwrite_b=True), "C")
+
+    def solve_sparse(self, right: sp.csc_matrix) -> NDArray[np.float64]:
+        """The same of a sparse right (n, k): on the way up MUMPS visits few fronts."""
+        return _arranged(self._context.solve(sp.csc_matrix(right)), "C")
+
+
+def _arranged(x: NDArray[np.float64], order: Literal["C", "F"]) -> NDArray[np.float64]:
+    """A copy of x (n, k) with contiguous rows ("C") or columns ("F"), made in pieces that fit."""
+    out = np.empty(x.shape, order=order)
+
+    def part(rows: slice) -> None:
+        out[rows] = x[rows]
+
+    shared(len(x), part, _ROWS)
+    return out

@@ -75,6 +75,10 @@ class Multifrontal:
         """x (3n, k) with A x = right."""
         return self.backward(self.forward(right))
 
+    def solve_sparse(self, right: sp.csr_matrix) -> Array:
+        """The same of a sparse right."""
+        return self.backward(self.forward_sparse(right).toarray())
+
     def forward(self, right: Array) -> Array:
         """f = L^{-1} right (3n, k), rows in the order of elimination."""
         given = np.ascontiguousarray(right, dtype=float).reshape(len(right), -1)
@@ -98,6 +102,8 @@ class Multifrontal:
         for k, children in enumerate(self._children):
             entries = right.indptr[self._starts[k + 1]] - right.indptr[self._starts[k]]
             reached[k] = entries > 0 or reached[children].any()
+        if not reached.any():
+            return right
         found: dict[int, sp.coo_matrix] = {}
         left: dict[int, Array] = {}
 
