@@ -1,4 +1,4 @@
-"""The multifrontal factor: on one thread and on several, of dense and of sparse right-hand sides."""
+"""The multifrontal factor: on one thread and on several, dense and sparse right-hand sides."""
 
 import threading
 
@@ -64,7 +64,9 @@ def test_sparse_right_sides_give_the_same(body, factors):
     assert factors[2].forward_sparse(sp.csr_matrix((n, 2))).nnz == 0
 
 
-@pytest.mark.parametrize("size, own", [(1, 1), (40, 40), (300, 3), (400, 300), (2 * PANEL, PANEL)])
+@pytest.mark.parametrize(
+    ("size", "own"), [(1, 1), (40, 40), (300, 3), (400, 300), (2 * PANEL, PANEL)]
+)
 def test_a_front_leaves_the_schur_complement(size, own):
     half = RANDOM.standard_normal((size, size))
     whole = half @ half.T + size * np.eye(size)
