@@ -1,10 +1,10 @@
 r"""Nested dissection by coordinates: an elimination order and tree for a sparse factorisation.
 
-A set of nodes is cut across that of its principal axes whose cut at the median has the smallest
-separator (not always the longest axis: teeth are meshed finer than a ring's section); among a few
-cuts near the median the smallest separator counts. The separator of a cut is the smallest set of
-nodes that meets all edges between the two sides: by Koenig's theorem a minimum vertex cover of
-that bipartite graph, read off a maximum matching.
+A set of nodes is cut across that of its principal axes whose plane at the median has the fewest
+nodes beside it (not always the longest axis: teeth are meshed finer than a ring's section), by the
+smallest separator that leaves either side a fair share of the nodes (`separators.py`). Where the
+sides touch across those between, by the smallest set that meets all edges between the halves: by
+Koenig's theorem a minimum vertex cover of that bipartite graph, read off a maximum matching.
 Source: George 1973, SIAM J. Numer. Anal. 10:345; Koenig 1931.
 """
 
@@ -17,9 +17,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
+from flexgear.structures.separators import HIGH, LOW, separator
+
 Ints = NDArray[np.int64]
 
-_CUTS = (0.44, 0.56)  # shares of the nodes on the lower side that are tried beside one half
+_SHARE = 0.3  # of the nodes, at least, that lie on either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ class Elimination:
 def dissect(graph: sp.csr_matrix, coordinates: NDArray[np.float64], leaf: int) -> Elimination:
     """Elimination of a symmetric graph (n, n) with nodes at coordinates (n, 3)."""
     n = graph.shape[0]
-    side = np.zeros(n, dtype=np.int8)
+    number = np.full(n, -1)
     fronts: list[Ints] = []
 
     def split(nodes: Ints) -> None:
@@ -48,7 +50,7 @@ def dissect(graph: sp.csr_matrix, coordinates: NDArray[np.float64], leaf: int) -
             if len(nodes):
                 fronts.append(nodes)
             return
-        low, high, between = _best_cut(graph, coordinates, nodes, side)
+        low, high, between = _best_cut(graph, coordinates, nodes, number)
         split(low)
         split(high)
         if len(between):
@@ -61,28 +63,36 @@ def dissect(graph: sp.csr_matrix, coordinates: NDArray[np.float64], leaf: int) -
 
 
 def _best_cut(
-    graph: sp.csr_matrix, coordinates: NDArray[np.float64], nodes: Ints, side: NDArray[np.int8]
+    graph: sp.csr_matrix, coordinates: NDArray[np.float64], nodes: Ints, number: Ints
 ) -> tuple[Ints, Ints, Ints]:
-    """Two sides and the smallest separator found; `side` is zero on entry and on exit."""
+    """Two sides and a small separator; `number` is -1 on entry and on exit."""
+    count = len(nodes)
+    number[nodes] = np.arange(count)
+    rows, columns = (number[ends] for ends in _edges(graph, nodes))
+    number[nodes] = -1
+    inside = columns >= 0
+    rows, columns = rows[inside], columns[inside]
     x = coordinates[nodes]
-    axes = np.linalg.eigh(np.cov(x.T))[1].T[::-1]
-    rows, columns = _edges(graph, nodes)
-
-    def parts(rank: Ints, share: float) -> tuple[Ints, Ints, Ints]:
-        cut = int(share * len(nodes))
-        side[nodes[rank[:cut]]] = 1
-        side[nodes[rank[cut:]]] = 2
-        crossing = (side[rows] == 1) & (side[columns] == 2)
-        side[_vertex_cover(rows[crossing], columns[crossing])] = 3
-        low, high, between = (nodes[side[nodes] == s] for s in (1, 2, 3))
-        return low, high, between
-
-    ranks = [np.argsort(x @ axis, kind="stable") for axis in axes]
-    halves = [parts(rank, 0.5) for rank in ranks]
-    chosen = min(range(len(axes)), key=lambda k: len(halves[k][2]))
-    tried = [halves[chosen], *(parts(ranks[chosen], share) for share in _CUTS)]
-    side[nodes] = 0
-    return min(tried, key=lambda cut: len(cut[2]))
+    ranks, beside = [], []
+    for axis in np.linalg.eigh(np.cov(x.T))[1].T[::-1]:
+        rank = np.empty(count, dtype=np.int64)
+        rank[np.argsort(x @ axis, kind="stable")] = np.arange(count)
+        low = rank < count // 2
+        near = np.zeros(count, dtype=bool)
+        near[rows[low[rows] & ~low[columns]]] = True
+        ranks.append(rank)
+        beside.append(int(near.sum()))
+    rank = ranks[int(np.argmin(beside))]
+    least = int(_SHARE * count)
+    part = separator(
+        np.where(rank < least, LOW, np.where(rank >= count - least, HIGH, 0)), rows, columns
+    )
+    if part is None:
+        part = np.where(rank < count // 2, 1, 2).astype(np.int8)
+        crossing = (part[rows] == 1) & (part[columns] == 2)
+        part[_vertex_cover(rows[crossing], columns[crossing])] = 3
+    low_side, high_side, between = (nodes[part == p] for p in (1, 2, 3))
+    return low_side, high_side, between
 
 
 def _edges(graph: sp.csr_matrix, nodes: Ints) -> tuple[Ints, Ints]:
