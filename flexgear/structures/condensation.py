@@ -6,9 +6,9 @@ what lies above it in the elimination tree,
     F = W^T W,   Psi = L^{-T} W F^{-1},   Psi^T f = F^{-1} W^T L^{-1} f,
     K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
 
-constraint modes Psi (dofs times interface dofs) are never held. A factor without halves (SuperLU,
-MUMPS) holds them where they take little room; elsewhere every use of them is a solve of its own,
-Psi q = K_s^{-1} B^T F^{-1} q.
+constraint modes Psi (dofs times interface dofs) are held only while the mass is projected on them,
+and only where they take little room. A factor without halves (SuperLU, MUMPS) holds them for good
+there; elsewhere every use of them is a solve of its own, Psi q = K_s^{-1} B^T F^{-1} q.
 """
 
 from __future__ import annotations

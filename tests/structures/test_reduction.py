@@ -285,6 +285,18 @@ def test_factors_solve(ring, supported, solver):
     assert np.abs(matrix @ x - right).max() < 1e-13 * scale
 
 
+def test_mass_on_constraint_modes_by_halves_or_held_for_a_while_is_the_same(ring, monkeypatch):
+    model, interface, made = ring
+    modes, b = made.fixed_modes, interface.size
+    monkeypatch.setattr(condensation, "_HELD_BYTES", 0.0)
+    recovery = np.empty((model.vertex_dofs, b), dtype=np.float32)
+    own, coupling = made.condensation.projected(modes, recovery)
+    scale = np.sqrt(np.diag(own))
+    assert np.abs((made.body.mass[:b, :b] - own) / scale / scale[:, None]).max() < 1e-10
+    assert np.abs((made.body.mass[b:, :b] - coupling) / scale).max() < 1e-8
+    assert np.array_equal(made.body.recovery[:, :b], recovery)
+
+
 @pytest.mark.parametrize("room", [0.0, 1e9], ids=["not held", "held"])
 def test_constraint_modes_held_or_not_or_by_halves_are_the_same(ring, supports, room, monkeypatch):
     model, interface, held = ring
