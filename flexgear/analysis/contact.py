@@ -51,44 +51,71 @@ def solve_dense(a, b, n):
 
 
 @njit(**INNER, fastmath=FAST)
-def eliminate(a, n, x):
-    """x with A x = b, columns 0 … n of ``a`` being [A b], without pivoting; ``a`` is used up.
-
-    Contact matrices I + k A are positive definite but for their rows' scale, their pivots 1 or
-    more; False where a pivot is too small. Four pivot rows are subtracted at once, in whole blocks
-    of 8 numbers, of which ``a`` must have enough.
-    """
-    end = 8 * (n // 8 + 1)
-    for i in range(n):
-        k = 0
-        while k + 3 < i:
-            start = 8 * (k // 8)
-            own, p0, p1 = a[i, start:end], a[k, start:end], a[k + 1, start:end]
-            p2, p3 = a[k + 2, start:end], a[k + 3, start:end]
-            f0 = a[i, k] * a[k, k]
-            f1 = (a[i, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
-            f2 = a[i, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]
-            f2 *= a[k + 2, k + 2]
-            f3 = a[i, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]
-            f3 *= a[k + 3, k + 3]
-            for c in range(end - start):
-                own[c] -= f0 * p0[c] + f1 * p1[c] + f2 * p2[c] + f3 * p3[c]
-            k += 4
-        while k < i:
-            start = 8 * (k // 8)
-            own, p0 = a[i, start:end], a[k, start:end]
-            f0 = a[i, k] * a[k, k]
-            for c in range(end - start):
-                own[c] -= f0 * p0[c]
-            k += 1
-        if not a[i, i] > SMALL_PIVOT:
-            return False
-        a[i, i] = 1.0 / a[i, i]
-    for i in range(n - 1, -1, -1):
+def _substitute(a, n, x):
+    """x with U x = column n, four unknowns at once; the diagonal of U is held inverted."""
+    i = n - 1
+    while (i + 1) % 4 != 0:
         total = a[i, n]
         for c in range(i + 1, n):
             total -= a[i, c] * x[c]
         x[i] = total * a[i, i]
+        i -= 1
+    while i > 0:
+        k, known = i - 3, x[i + 1 : n]
+        r0, r1, r2, r3 = a[k, : n + 1], a[k + 1, : n + 1], a[k + 2, : n + 1], a[k + 3, : n + 1]
+        t0, t1, t2, t3 = r0[n], r1[n], r2[n], r3[n]
+        u0, u1, u2, u3 = r0[i + 1 : n], r1[i + 1 : n], r2[i + 1 : n], r3[i + 1 : n]
+        for c in range(known.shape[0]):
+            t0 -= u0[c] * known[c]
+            t1 -= u1[c] * known[c]
+            t2 -= u2[c] * known[c]
+            t3 -= u3[c] * known[c]
+        x3 = t3 * r3[k + 3]
+        x2 = (t2 - r2[k + 3] * x3) * r2[k + 2]
+        x1 = (t1 - r1[k + 3] * x3 - r1[k + 2] * x2) * r1[k + 1]
+        x0 = (t0 - r0[k + 3] * x3 - r0[k + 2] * x2 - r0[k + 1] * x1) * r0[k]
+        x[k], x[k + 1], x[k + 2], x[k + 3] = x0, x1, x2, x3
+        i -= 4
+
+
+@njit(**INNER, fastmath=FAST)
+def eliminate(a, n, x):
+    """x with A x = b, columns 0 … n of ``a`` being [A b], without pivoting; ``a`` is used up.
+
+    Contact matrices I + k A are positive definite but for their rows' scale, their pivots 1 or
+    more; False where a pivot is too small. Four pivot rows are finished, then subtracted at once
+    from each row below, which do not wait for one another; in whole blocks of 8 numbers, of which
+    ``a`` must have enough.
+    """
+    end = 8 * (n // 8 + 1)
+    for k in range(0, n, 4):
+        last, start = min(k + 4, n), 8 * (k // 8)
+        for r in range(k, last):
+            own = a[r, start:end]
+            for q in range(k, r):
+                f0, p0 = a[r, q] * a[q, q], a[q, start:end]
+                for c in range(end - start):
+                    own[c] -= f0 * p0[c]
+            if not a[r, r] > SMALL_PIVOT:
+                return False
+            a[r, r] = 1.0 / a[r, r]
+        if last == n:
+            break
+        p0, p1 = a[k, start:end], a[k + 1, start:end]
+        p2, p3 = a[k + 2, start:end], a[k + 3, start:end]
+        at = k - start
+        d0, d1, d2, d3 = p0[at], p1[at + 1], p2[at + 2], p3[at + 3]
+        u01, u02, u03 = p0[at + 1], p0[at + 2], p0[at + 3]
+        u12, u13, u23 = p1[at + 2], p1[at + 3], p2[at + 3]
+        for i in range(last, n):
+            own = a[i, start:end]
+            f0 = own[at] * d0
+            f1 = (own[at + 1] - f0 * u01) * d1
+            f2 = (own[at + 2] - f0 * u02 - f1 * u12) * d2
+            f3 = (own[at + 3] - f0 * u03 - f1 * u13 - f2 * u23) * d3
+            for c in range(end - start):
+                own[c] -= f0 * p0[c] + f1 * p1[c] + f2 * p2[c] + f3 * p3[c]
+    _substitute(a, n, x)
     return True
 
 

@@ -25,6 +25,7 @@ from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
 from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
+    LINE,
     answered,
     contact_matrix,
     moved,
@@ -130,7 +131,6 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     Returns 0, or −1 without a solution.
     """
     ports, head, out = data.ports, data.head, data.ports - 1
-    lines = ports + 2 * pairs.s0.shape[0]
     begin(near, data.channel_modes, data.displacement, data.residual, head)
     for a in range(work.theta.shape[0]):
         work.theta[a] = dot(data.angles[a], state.eta)
@@ -141,9 +141,10 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     torques[out] = brake
     n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
     place_rows(
-        near, rows.blocks, rows.width, rows.beyond, n, data.channel_modes, data.residual, head
-    )
-    top = near.counts[2]
+        near, rows.line, rows.blocks, rows.width, rows.beyond, n, data.channel_modes,
+        data.residual, head,
+    )  # fmt: skip
+    top, lines = near.counts[2], ports + 2 * near.counts[4]
     tracked = ledger.booked.shape[0] > 0
     if tracked:
         _motion_before(near, state.eta, head)
@@ -166,9 +167,9 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     )  # fmt: skip
     contact_matrix(
         near.residual, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
-        rows.width, rows.beyond, near.since, near.reach, ports, lines, head, low, high, near.linked,
-        n, near.counts[3], out, rows.stiffness, work.share, near.line, work.products,
-        work.products_r, work.matrix, work.brake, work.brake_r,
+        rows.width, rows.beyond, near.since, near.reach, ports, lines, low, high, near.linked, n,
+        near.counts[3], rows.stiffness, work.share, near.lead, near.terms, near.image,
+        near.image_r, work.matrix,
     )  # fmt: skip
     right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
     for i in range(n):
@@ -192,7 +193,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
         _product(data.centripetal, state.eta, 1.0, state.acceleration)
     if tracked:
         answered(
-            near.residual, ports, lines, head, low, high, near.linked, top, near.forces,
+            near.residual, lines, head, low, high, near.linked, top, near.forces,
             near.line,
         )  # fmt: skip
         for d in range(top):
@@ -217,7 +218,6 @@ def advance(
     samples saved): status 0, or the 1-based tick of the step that failed.
     """
     ports, head, out, nm = data.ports, data.head, data.ports - 1, state.eta.shape[0]
-    lines = ports + 2 * pairs.s0.shape[0]
     port_modes = data.channel_modes[data.output - out : data.output + 1]
     output = data.channel_modes[data.output]
     torques, theta, x, c = work.torques, work.theta, work.x, work.damping
@@ -246,17 +246,24 @@ def advance(
         )  # fmt: skip
         n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
         place_rows(
-            near, rows.blocks, rows.width, rows.beyond, n, data.channel_modes, data.residual, head
-        )
+            near, rows.line, rows.blocks, rows.width, rows.beyond, n, data.channel_modes,
+            data.residual, head,
+        )  # fmt: skip
         fill_rung(near, rung, data.displacement[rung], head)
         top, receptance = near.counts[2], near.displacement[rung]
+        lines = ports + 2 * near.counts[4]
+        looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
+        # approaches, and lines without a pair, are only read where somebody looks
+        seen = head if tracked or looks else lines + -lines % LINE
         if tracked:
             _motion_before(near, state.eta, head)
-        moved(shapes, head, span, low, high, rigid, elastic, work.free, near.free)
-        moved(shapes, head, span, low, high, rigid, elastic, work.free_v, near.rate)
+        moved(shapes, seen, span, low, high, rigid, elastic, work.free, near.free)
+        moved(shapes, seen, span, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
-                for d in range(top):
+                for d in range(seen):
+                    near.free[d] += near.residual[t, d] * torques[t]
+                for d in range(head, top):
                     near.free[d] += near.residual[t, d] * torques[t]
         near_values(
             rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
@@ -269,17 +276,17 @@ def advance(
         )  # fmt: skip
         contact_matrix(
             receptance, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
-            rows.width, rows.beyond, near.since, near.reach, ports, lines, head, low, high,
-            near.linked, n, near.counts[3], out, rows.stiffness, work.share, near.line,
-            work.products, work.products_r, work.matrix, work.brake, work.brake_r,
+            rows.width, rows.beyond, near.since, near.reach, ports, lines, low, high, near.linked,
+            n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms, near.image,
+            near.image_r, work.matrix,
         )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
         right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
         for i in range(n):
             # pair forces and brake torque act through −V F and −T
-            f = work.share[i]
-            work.matrix[i, n] = (rows.stiffness[i] + f) * work.brake[i] - f * work.brake_r[i]
-            work.matrix[n, i] = slope * share * (work.brake[i] - work.brake_r[i])
+            f, on_brake, at_rest = work.share[i], near.image[i, out], near.image_r[i, out]
+            work.matrix[i, n] = (rows.stiffness[i] + f) * on_brake - f * at_rest
+            work.matrix[n, i] = slope * share * (on_brake - at_rest)
             work.active[i] = 1
         if pairs.one_sided:
             for q in range(n_pairs):
@@ -308,17 +315,16 @@ def advance(
         if control.tolerance > 0.0:
             error = step_error(
                 h, data.inverse[rung], state.acceleration, work.acceleration, work.push,
-                control.load, near, ports, head, rows, n, work.active, work.error, work.delta,
+                control.load, near, ports, seen, rows, n, work.active, work.error, work.delta,
                 work.rate,
             )  # fmt: skip
             if not after_step(control, rung, error):
                 near.counts[1] -= 1  # the same step again
                 continue
         torques[out] = x[n]
-        looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
         if tracked or looks:
             answered(
-                receptance, ports, lines, head, low, high, near.linked, top, near.line_2,
+                receptance, lines, head, low, high, near.linked, top, near.line_2,
                 near.line,
             )  # fmt: skip
             for d in range(top):
@@ -345,7 +351,7 @@ def advance(
             for d in range(top):
                 near.line_2[d] = near.line[d]
             answered(
-                near.residual, ports, lines, head, low, high, near.linked, top, near.forces,
+                near.residual, lines, head, low, high, near.linked, top, near.forces,
                 near.line,
             )  # fmt: skip
             settle(

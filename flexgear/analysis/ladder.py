@@ -57,15 +57,16 @@ def choose_rung(control, at, left, save_every):
 
 @njit(**INNER, fastmath=FAST)
 def step_error(
-    h, inverse, before, without, push, load, near, ports, head, rows, n, active, e, value, spare
+    h, inverse, before, without, push, load, near, ports, seen, rows, n, active, e, value, spare
 ):
     """Error of a step as a share of ``load``; e (n,), value and spare (R,) are work space.
 
-    The new acceleration is ``without`` contact forces plus ``push``.
+    The new acceleration is ``without`` contact forces plus ``push``; seen: channels of the head
+    that rows have.
     """
     for j in range(e.shape[0]):
         e[j] = h * h / 12.0 * inverse[j] * (without[j] + push[j] - before[j])
-    moved(near.shapes, head, near.span, near.low, near.high, near.rigid, near.elastic, e, near.line)
+    moved(near.shapes, seen, near.span, near.low, near.high, near.rigid, near.elastic, e, near.line)
     near_values(
         rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line,
         near.line, value, spare,

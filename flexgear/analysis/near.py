@@ -42,11 +42,11 @@ class Near(NamedTuple):
     seen: IntArray  # (S,) step at which a slot was last in contact
     fresh: IntArray  # (S,) slots filled at this step
     filled: IntArray  # (L, S) whether ``displacement`` holds the block of a slot
-    counts: IntArray  # (4,) slots filled at this step, number of the step, channels in use, rows
-    # up to the last with blocks beyond its line
+    counts: IntArray  # (5,) slots filled at this step, number of the step, channels in use, rows
+    # up to the last with blocks beyond its line, lines up to the last in use
     first: IntArray  # (G,) first slot of a group
     used: IntArray  # (G,) slots in use
-    linked: IntArray  # (G,) 1 where lines of action move with the group
+    linked: IntArray  # (G,) 1 where ports or lines of action move with the group
     low: IntArray  # (G,) first channel of a group
     high: IntArray  # (G,) one past the last in use
     span: IntArray  # (3,) rigid modes, and the range of elastic modes that move the head
@@ -60,6 +60,10 @@ class Near(NamedTuple):
     part: IntArray  # (R, B) group of each such block
     since: IntArray  # (R,) first slot channel that rows from this one on touch, in cache lines
     reach: IntArray  # (R,) one past the last
+    lead: NDArray[np.uint64]  # (R,) first channel of a row's line
+    terms: Array  # (R, 4) work: see ``near_products.contact_matrix``
+    image: Array  # (R, C) work: receptance times row
+    image_r: Array  # (R, C)
     line: Array  # (C,) work
     line_2: Array  # (C,) work
     free: Array  # (C,) motion without contact forces
@@ -121,10 +125,10 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         seen=seen,
         fresh=np.zeros(slots, dtype=np.int64),
         filled=np.zeros((sizes, slots), dtype=np.int64),
-        counts=np.zeros(4, dtype=np.int64),
+        counts=np.zeros(5, dtype=np.int64),
         first=first[:-1].astype(np.int64),
         used=used,
-        linked=np.array([(lined & (group == g)).any() for g in range(len(rigid))], dtype=np.int64),
+        linked=linked_groups(modal, group, lined, len(rigid)),
         low=low,
         high=low + 6 * used,
         span=head_span(modal, lined),
@@ -138,6 +142,10 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         part=np.zeros((rows, width), dtype=np.int64),
         since=np.zeros(rows, dtype=np.int64),
         reach=np.zeros(rows, dtype=np.int64),
+        lead=np.zeros(rows, dtype=np.uint64),
+        terms=aligned(rows, 4),
+        image=aligned(rows, channels),
+        image_r=aligned(rows, channels),
         line=aligned(channels),
         line_2=aligned(channels),
         free=aligned(channels),
@@ -180,6 +188,17 @@ def groups(modal: ModalSystem, teeth: NDArray[np.bool_]) -> tuple[IntArray, IntA
             return one, np.array([r], dtype=np.int64), np.array([[r, n]], dtype=np.int64)
     place = np.argsort(order)
     return place[found].astype(np.int64), np.array(rigid, np.int64), np.array(ranges, np.int64)
+
+
+def linked_groups(
+    modal: ModalSystem, group: IntArray, lined: NDArray[np.bool_], count: int
+) -> IntArray:
+    """(G,) 1 where blocks of a group are on lines of action, or move with a port."""
+    n = 6 * len(group)
+    shared = np.abs(modal.channel_modes[:n]) @ np.abs(modal.channel_modes[n:]).T
+    moved = (shared + np.abs(modal.residual[:n, n:]) > 0).any(axis=1).reshape(-1, 6).any(axis=1)
+    with_head = lined | moved
+    return np.array([(with_head & (group == g)).any() for g in range(count)], dtype=np.int64)
 
 
 def touched_blocks(
@@ -274,12 +293,13 @@ def fill_rung(near, rung, displacement, head):
 
 
 @njit(**INNER)
-def _places(near, blocks, width, beyond, n, head, now):
+def _places(near, line, blocks, width, beyond, n, head, now):
     """Where rows are: at, part, since, reach; whether every block has a slot."""
     whole = True
     since, reach = near.modes.shape[0], head
-    near.counts[3] = 0
+    near.counts[3] = near.counts[4] = 0
     for i in range(n - 1, -1, -1):
+        near.counts[4] = max(near.counts[4], line[i] + 1)
         if beyond[i] < width[i]:
             near.counts[3] = max(near.counts[3], i + 1)
         for a in range(beyond[i], width[i]):
@@ -297,7 +317,7 @@ def _places(near, blocks, width, beyond, n, head, now):
 
 
 @njit(**INNER)
-def place_rows(near, blocks, width, beyond, n, channel_modes, residual, head):
+def place_rows(near, line, blocks, width, beyond, n, channel_modes, residual, head):
     """Slots for blocks of rows (n) beyond their lines, and where they are. Fills new slots.
 
     ``near.fresh`` lists the slots that were filled.
@@ -305,7 +325,7 @@ def place_rows(near, blocks, width, beyond, n, channel_modes, residual, head):
     near.counts[0] = 0
     near.counts[1] += 1
     now = near.counts[1]
-    if _places(near, blocks, width, beyond, n, head, now):
+    if _places(near, line, blocks, width, beyond, n, head, now):
         return
     for i in range(n):
         for a in range(beyond[i], width[i]):
@@ -329,7 +349,7 @@ def place_rows(near, blocks, width, beyond, n, channel_modes, residual, head):
                     _copy_modes(near, channel_modes, c + p, 6 * b + p)
                 _copy_slot(near.residual, residual, near.block, near.first, near.used, s, head)
     _extent(near, head)
-    _places(near, blocks, width, beyond, n, head, now)
+    _places(near, line, blocks, width, beyond, n, head, now)
 
 
 @njit(**INNER)

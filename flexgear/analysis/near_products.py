@@ -1,10 +1,10 @@
 """Products with channels at hand (``near.py``): modes, receptances and contact rows.
 
 A row V_i is w₀ + ζ w₁ on the two channels of its line of action, and six coefficients on each
-block beyond. Channels are c = 0 … C − 1: P ports, lines, slots; those of two groups, or of lines
-and a group that is not linked to them, do not move one another. Loops run from 0 over slices:
-compiled indices that might be negative are not vectorised, nor are loops over many arrays, whose
-overlap would have to be ruled out at every call.
+block beyond. Channels are c = 0 … C − 1: P ports, lines, slots; those of two groups, or of the
+head and a group that is not linked to it, do not move one another. Loops run from 0 over slices:
+compiled indices that might be negative are not vectorised (or scattered one by one), nor are loops
+over many arrays, whose overlap would have to be ruled out at every call.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numba import njit
 
 from flexgear.coupling.compiled import FAST, INNER
 
+ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
 LINE = 8  # numbers in a cache line: work arrays begin with one, and whole ones are taken
 
 
@@ -106,7 +107,7 @@ def _add_line(matrix, d, f, start, stop, out):
 
 
 @njit(**INNER, fastmath=FAST)
-def answered(matrix, ports, lines, head, low, high, linked, top, forces, out):
+def answered(matrix, lines, head, low, high, linked, top, forces, out):
     """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
     for c in range(top):
         out[c] = 0.0
@@ -115,11 +116,12 @@ def answered(matrix, ports, lines, head, low, high, linked, top, forces, out):
         if f != 0.0:
             _add_line(matrix, d, f, 0, head, out)
             for g in range(low.shape[0]):
-                if d < ports or linked[g] == 1:
+                if linked[g] == 1:
                     _add_line(matrix, d, f, low[g], high[g], out)
     for g in range(low.shape[0]):
         _pushed(matrix, low[g], high[g], low[g], high[g], forces, out)
-        _pushed(matrix, low[g], high[g], 0, head if linked[g] == 1 else ports, forces, out)
+        if linked[g] == 1:
+            _pushed(matrix, low[g], high[g], 0, head, forces, out)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -145,9 +147,19 @@ def near_values(line, along, at, coef, width, beyond, ports, n, a, b, out_a, out
 @njit(**INNER, fastmath=FAST)
 def _line_image(g, c, zeta, start, stop, y):
     """y = G (e_c + ζ e_{c+1}) on start … stop − 1."""
-    g0, g1, to = g[c, start:stop], g[c + 1, start:stop], y[start:stop]
+    g0, g1, to = g[c, start:stop], g[c + ONE, start:stop], y[start:stop]
     for k in range(stop - start):
         to[k] = g0[k] + zeta * g1[k]
+
+
+@njit(**INNER, fastmath=FAST)
+def _line_images(matrix, lead, terms, n, lined, y):
+    """y[j] = G (u e_c + ζ e_{c+1}) on channels 0 … lined − 1 for rows j < n, c = lead[j]."""
+    for j in range(n):
+        u, zeta, c = terms[j, 0], terms[j, 1], lead[j]
+        g0, g1, to = matrix[c, :lined], matrix[c + ONE, :lined], y[j, :lined]
+        for k in range(lined):
+            to[k] = u * g0[k] + zeta * g1[k]
 
 
 @njit(**INNER, fastmath=FAST)
@@ -162,72 +174,94 @@ def _block_image(g, d, v, start, stop, y):
 
 
 @njit(**INNER, fastmath=FAST)
-def contact_matrix(
-    g, r, line, along, at, part, coef, width, beyond, since, reach, ports, lines, head, low, high,
-    linked, n, wide, column, k, f, y, products, products_r, out, g_column, r_column,
+def _block_images(
+    matrix, lead, terms, at, part, coef, width, beyond, since, reach, low, high, linked, lined,
+    wide, y,
 ):  # fmt: skip
-    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j; V_iᵀ G e_column, the same of R.
+    """y[j] += G V_j for rows j < wide: blocks beyond lines everywhere, lines on linked groups."""
+    for j in range(wide):
+        begin, end = since[j], reach[j]
+        to = y[j, begin:end]
+        for d in range(end - begin):
+            to[d] = 0.0
+        for b in range(low.shape[0]):
+            first = max(low[b] - low[b] % LINE, begin)
+            last = min(high[b] + -high[b] % LINE, end)
+            if linked[b] == 1 and terms[j, 0] != 0.0 and first < last:
+                _line_image(matrix, lead[j], terms[j, 1], first, last, y[j])
+        for a in range(beyond[j], width[j]):
+            b, d, v = part[j, a], at[j, a], coef[j, a]
+            first = max(low[b] - low[b] % LINE, begin)
+            _block_image(matrix, d, v, first, min(high[b] + -high[b] % LINE, end), y[j])
+            if linked[b] == 1:
+                _block_image(matrix, d, v, 0, lined, y[j])
 
-    G and R symmetric, which halves the work; lines: one past the last that takes force; wide:
-    one past the last row with blocks beyond its line; since and reach: slot channels that rows
-    j … n − 1 touch. Work space: y (C,), G V_j or R V_j; products and products_r (R,), its values on
-    the rows. Unsigned indices spare a look whether they are negative.
+
+@njit(**INNER, fastmath=FAST)
+def _values_on_lines(own, own_r, lead, terms, right, below):
+    """right[i] and below[i] of a row and those after it so far as they move along lines."""
+    kf, f = terms[0, 2], terms[0, 3]
+    for i in range(lead.shape[0]):
+        c, u, zeta = lead[i], terms[i, 0], terms[i, 1]
+        p = u * own[c] + zeta * own[c + ONE]
+        q = u * own_r[c] + zeta * own_r[c + ONE]
+        right[i] = kf * p - f * q
+        below[i] = terms[i, 2] * p - terms[i, 3] * q
+
+
+@njit(**INNER, fastmath=FAST)
+def _values_on_blocks(own, own_r, at, coef, width, beyond, terms, right, below):
+    """The same of the blocks beyond, added."""
+    kf, f = terms[0, 2], terms[0, 3]
+    for i in range(at.shape[0]):
+        p, q = 0.0, 0.0
+        for a in range(beyond[i], width[i]):
+            c, v = np.uint64(at[i, a]), coef[i, a]
+            p += v[0] * own[c] + v[1] * own[c + ONE] + v[2] * own[c + TWO]
+            q += v[0] * own_r[c] + v[1] * own_r[c + ONE] + v[2] * own_r[c + TWO]
+            c += THREE
+            p += v[3] * own[c] + v[4] * own[c + ONE] + v[5] * own[c + TWO]
+            q += v[3] * own_r[c] + v[4] * own_r[c + ONE] + v[5] * own_r[c + TWO]
+        right[i] += kf * p - f * q
+        if i > 0:
+            below[i] += terms[i, 2] * p - terms[i, 3] * q
+
+
+@njit(**INNER, fastmath=FAST)
+def contact_matrix(
+    g, r, line, along, at, part, coef, width, beyond, since, reach, ports, lines, low, high,
+    linked, n, wide, k, f, lead, terms, y, y_r, out,
+):  # fmt: skip
+    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j; y[i, t] = V_iᵀ G e_t for the
+    ports t, y_r the same of R.
+
+    G and R symmetric, which halves the work; lines: one past the last channel of lines that rows
+    have; wide: one past the last row with blocks beyond its line; since and reach: slot channels
+    that rows j … n − 1 touch. Work space: lead (R,) first channel of a row's line; terms (R, 4)
+    its share of that channel (0 or 1) and of the next, k + f and f; y, y_r (R, C) G V_i and R V_i.
     """
-    one = np.uint64(1)
     lined = lines + -lines % LINE
+    for i in range(n):
+        has = line[i] >= 0
+        lead[i] = np.uint64(ports + 2 * line[i]) if has else np.uint64(0)
+        terms[i, 0], terms[i, 1] = (1.0, along[i]) if has else (0.0, 0.0)
+        terms[i, 2], terms[i, 3] = k[i] + f[i], f[i]
+    _line_images(g, lead, terms, n, lined, y)
+    _line_images(r, lead, terms, n, lined, y_r)
+    for which in range(2):
+        _block_images(
+            g if which == 0 else r, lead, terms, at, part, coef, width, beyond, since, reach, low,
+            high, linked, lined, wide, y if which == 0 else y_r,
+        )  # fmt: skip
     for j in range(n):
-        begin, end, m, zeta = since[j], reach[j], line[j], along[j]
-        c = ports + 2 * m
-        for which in range(2):
-            matrix = g if which == 0 else r
-            to = products if which == 0 else products_r
-            total = 0.0
-            for d in range(begin, end):
-                y[d] = 0.0
-            if m >= 0:
-                _line_image(matrix, c, zeta, 0, lined, y)
-                total = matrix[c, column] + zeta * matrix[c + 1, column]
-                for b in range(low.shape[0]):
-                    first = max(low[b] - low[b] % LINE, begin)
-                    last = min(high[b] + -high[b] % LINE, end)
-                    if linked[b] == 1 and first < last:
-                        _line_image(matrix, c, zeta, first, last, y)
-            else:
-                for d in range(lined):
-                    y[d] = 0.0
-            for a in range(beyond[j], width[j]):
-                d, b, v = at[j, a], part[j, a], coef[j, a]
-                first = max(low[b] - low[b] % LINE, begin)
-                last = min(high[b] + -high[b] % LINE, end)
-                _block_image(matrix, d, v, first, last, y)
-                if linked[b] == 1:
-                    _block_image(matrix, d, v, 0, lined, y)
-                for p in range(6):
-                    total += v[p] * matrix[d + p, column]
-            if which == 0:
-                g_column[j] = total
-            else:
-                r_column[j] = total
-            for i in range(j, n):
-                value = 0.0
-                if line[i] >= 0:
-                    e = np.uint64(ports + 2 * line[i])
-                    value = y[e] + along[i] * y[e + one]
-                to[i] = value
-            for i in range(j, wide):
-                value = to[i]
-                for a in range(beyond[i], width[i]):
-                    e, v = np.uint64(at[i, a]), coef[i, a]
-                    value += v[0] * y[e] + v[1] * y[e + one] + v[2] * y[e + np.uint64(2)]
-                    e += np.uint64(3)
-                    value += v[3] * y[e] + v[4] * y[e + one] + v[5] * y[e + np.uint64(2)]
-                to[i] = value
-        k_j, f_j, line_j = k[j] + f[j], f[j], out[j]
-        for i in range(j, n):
-            line_j[i] = k_j * products[i] - f_j * products_r[i]
-        for i in range(j, n):
-            out[i, j] = (k[i] + f[i]) * products[i] - f[i] * products_r[i]
-        line_j[j] += 1.0
+        right, below = out[j, j:n], out[j:n, j]
+        _values_on_lines(y[j], y_r[j], lead[j:n], terms[j:n], right, below)
+        if j < wide:
+            _values_on_blocks(
+                y[j], y_r[j], at[j:wide], coef[j:wide], width[j:wide], beyond[j:wide],
+                terms[j:wide], right, below,
+            )  # fmt: skip
+        out[j, j] += 1.0
 
 
 @njit(**INNER, fastmath=FAST)

@@ -82,10 +82,6 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
                 "rate",
                 "damping",
                 "share",
-                "products",
-                "products_r",
-                "brake",
-                "brake_r",
             )
         },
         active=np.zeros(size, dtype=np.int64),

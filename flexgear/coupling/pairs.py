@@ -135,6 +135,9 @@ def find_pairs(d, rows, theta, wanted):
             high = math.floor((d.s_hi[m] + reach - base) / pitch)
         # one tooth before the first
         teeth, others = d.gear_teeth[m], d.planet_teeth[m]
+        if d.error_amplitude[m] != 0.0:  # a wave of the pitch is the same at every pair
+            wave = math.sin(2 * math.pi * base / pitch + d.error_phase[m])
+            common += d.error_amplitude[m] * wave
         tooth = (d.gear_tooth0[m] + d.gear_step[m] * (low - 1)) % teeth
         other = (d.planet_tooth0[m] + d.planet_step[m] * (low - 1)) % others
         for k in range(low, high + 1):
@@ -151,9 +154,6 @@ def find_pairs(d, rows, theta, wanted):
                     continue
                 z = _value(d.z_table, t, j, w)
             error = common + d.error_gear[m, tooth] + d.error_planet[m, other]
-            if d.error_amplitude[m] != 0.0:
-                wave = math.sin(2 * math.pi * s / pitch + d.error_phase[m])
-                error += d.error_amplitude[m] * wave
             rows.pair_mesh[p] = m
             rows.pair_slot[p] = k % SLOTS
             rows.pair_index[p] = k
