@@ -1,0 +1,125 @@
+"""The contact matrix and its elimination against plain dense algebra."""
+
+import numpy as np
+import pytest
+from numba import njit
+
+from flexgear.analysis.contact import eliminate
+from flexgear.analysis.near import aligned
+from flexgear.analysis.near_products import LINE, contact_matrix
+
+PORTS, MESHES, HEAD = 2, 5, 16 + 8
+GROUPS = ((0, 3), (3, 7))  # slots of each
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(11)
+
+
+@njit
+def solved(a, n, x):
+    return eliminate(a, n, x)
+
+
+@njit
+def made(g, r, rows, slots, groups, lines, n, wide, k, f, work, out):
+    line, along, at, part, coef, width, beyond = rows
+    since, reach = slots
+    low, high, linked = groups
+    lead, terms, y, y_r = work
+    contact_matrix(
+        g, r, line, along, at, part, coef, width, beyond, since, reach, PORTS, lines, low, high,
+        linked, n, wide, k, f, lead, terms, y, y_r, out,
+    )  # fmt: skip
+
+
+def system_of(n, rng, excess=0.0):
+    a = aligned(8 * (n // 8 + 1), 8 * (n // 8 + 1))
+    flexible = rng.standard_normal((n, n))
+    a[:n, :n] = np.eye(n) + rng.uniform(0.1, 3.0, n)[:, None] * (flexible @ flexible.T / n)
+    a[:n, :n] += excess * rng.standard_normal((n, n))
+    a[:n, n] = rng.standard_normal(n)
+    return a
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 8, 9, 12, 15, 16, 27, 28, 31, 44])
+def test_elimination_solves(n, rng):
+    a, x = system_of(n, rng, 0.01), np.zeros(n + 1)
+    expected = np.linalg.solve(a[:n, :n], a[:n, n])
+    assert solved(a, n, x)
+    np.testing.assert_allclose(x[:n], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("bad", [0, 3, 5, 9])
+def test_elimination_refuses_a_small_pivot(bad, rng):
+    a = system_of(10, rng)
+    a[bad, :10] = a[:10, bad] = 0.0
+    a[bad, bad] = 0.1
+    assert not solved(a, 10, np.zeros(11))
+
+
+def channel_matrix(linked, rng):
+    """Symmetric, with zeros between groups, and between the head and groups not linked to it."""
+    size = HEAD + 6 * GROUPS[-1][1]
+    size += -size % LINE
+    member = np.full(size, -1)  # the head
+    for g, (a, b) in enumerate(GROUPS):
+        member[HEAD + 6 * a : HEAD + 6 * b] = g
+    joined = member[:, None] == member
+    for g, with_head in enumerate(linked):
+        if with_head:
+            joined |= ((member == g)[:, None] & (member == -1)) | (
+                (member == -1)[:, None] & (member == g)
+            )
+    joined[HEAD + 6 * GROUPS[-1][1] :] = False
+    half = rng.standard_normal((size, size))
+    full = aligned(size, size)
+    full[:] = np.where(joined, half @ half.T / size, 0.0)
+    return full
+
+
+@pytest.mark.parametrize("linked", [(0, 0), (1, 0), (0, 1), (1, 1)])
+def test_contact_matrix_is_the_dense_one(linked, rng):
+    g, r = channel_matrix(linked, rng), channel_matrix(linked, rng)
+    size, n, most = len(g), 17, 3
+    line = rng.integers(-1, MESHES - 1, n)  # the last gear mesh has no pair
+    along = np.where(line >= 0, rng.standard_normal(n), 0.0)
+    beyond = rng.integers(0, 2, n)
+    width = beyond + rng.integers(0, most, n)
+    width[line < 0] += width[line < 0] == beyond[line < 0]  # such a row touches something
+    width[-3:], line[-3:] = beyond[-3:], 1  # the last ones only have lines
+    at, part = np.zeros((2, n, most + 1), dtype=np.int64)
+    coef = rng.standard_normal((n, most + 1, 6))
+    rows = np.zeros((n, size))
+    for i in range(n):
+        if line[i] >= 0:
+            rows[i, PORTS + 2 * line[i] : PORTS + 2 * line[i] + 2] = 1.0, along[i]
+        for a in range(beyond[i], width[i]):
+            slot = rng.integers(GROUPS[-1][1])
+            at[i, a], part[i, a] = HEAD + 6 * slot, int(slot >= GROUPS[1][0])
+            rows[i, at[i, a] : at[i, a] + 6] += coef[i, a]
+    has = np.flatnonzero(width > beyond)
+    since, reach = np.full(n, size), np.full(n, HEAD)
+    for i in range(n):
+        used = [at[j, a] for j in range(i, n) for a in range(beyond[j], width[j])]
+        if used:
+            since[i] = min(used) - min(used) % LINE
+            reach[i] = max(used) + 6 + -(max(used) + 6) % LINE
+    low, high = (HEAD + 6 * np.array([s[e] for s in GROUPS]) for e in range(2))
+    k, f = rng.uniform(1.0, 2.0, n), rng.uniform(0.0, 0.5, n)
+    lead, terms, y, y_r = (
+        np.zeros(n, dtype=np.uint64), aligned(n, 4), aligned(n, size), aligned(n, size)
+    )  # fmt: skip
+    out = aligned(n + 7, n + 7)
+    made(
+        g, r, (line, along, at, part, coef, width, beyond), (since, reach),
+        (low, high, np.array(linked)), PORTS + 2 * (line.max() + 1), n, has[-1] + 1, k, f,
+        (lead, terms, y, y_r), out,
+    )  # fmt: skip
+    of_g, of_r = rows @ g @ rows.T, rows @ r @ rows.T
+    expected = np.eye(n) + (k + f)[:, None] * of_g - f[:, None] * of_r
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(out[:n, :n], expected, rtol=0, atol=1e-13 * scale)
+    np.testing.assert_allclose(y[:, :PORTS], (rows @ g)[:, :PORTS], rtol=0, atol=1e-13 * scale)
+    np.testing.assert_allclose(y_r[:, :PORTS], (rows @ r)[:, :PORTS], rtol=0, atol=1e-13 * scale)
