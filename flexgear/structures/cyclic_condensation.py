@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,12 +27,17 @@ from flexgear.structures.cyclic_matrices import (
     sector_matrices,
     to_sectors,
 )
-from flexgear.structures.cyclic_projection import condensed_stiffness, project_constraint_modes
+from flexgear.structures.cyclic_projection import (
+    SectorMotion,
+    condensed_stiffness,
+    project_constraint_modes,
+    sector_motion,
+)
 from flexgear.structures.cyclic_rigid import rigid_fields
 from flexgear.structures.cyclic_sectors import Sectors
 from flexgear.structures.cyclic_solver import CyclicSolver
 from flexgear.structures.cyclic_ties import SectorTies, sector_ties
-from flexgear.structures.dissection import dissect
+from flexgear.structures.dissection import Elimination, dissect
 from flexgear.structures.fem import FeModel, Interface
 
 Array = NDArray[np.float64]
@@ -41,7 +47,10 @@ _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 
 @dataclass(frozen=True, eq=False)
 class CyclicCondensation:
-    """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices."""
+    """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices.
+
+    tree: elimination of a sector's interior; recovered: first dofs of the mesh that are recovered.
+    """
 
     interface: Interface
     ties: SectorTies = field(repr=False)
@@ -49,6 +58,8 @@ class CyclicCondensation:
     fe_mass: Circulant = field(repr=False)
     solver: CyclicSolver = field(repr=False)
     stiffness: Array = field(repr=False)
+    tree: Elimination = field(repr=False)
+    recovered: int
     path: str
     rigid_residual: float = 0.0
 
@@ -66,6 +77,18 @@ class CyclicCondensation:
     def dofs(self) -> int:
         """Length of a field."""
         return 3 * self.sectors.nodes.size
+
+    @cached_property
+    def motion(self) -> SectorMotion:
+        """What a sector's ends move."""
+        return sector_motion(self.solver, self.ties, self.fe_mass, self.recovered)
+
+    def shifted(self, sigma: float) -> CyclicSolver:
+        """Solver with K - sigma M in place of K."""
+        matrix = self.fe_stiffness.less(sigma, self.fe_mass.on_dofs())
+        interior = Interior(_bordered(matrix, self.ties), self.tree)
+        bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
+        return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
 
     def mass_product(self, x: Array) -> Array:
         """M x (d, k)."""
@@ -129,7 +152,7 @@ class CyclicCondensation:
             for block in self.blocks(len(coupling)):
                 load = self.fe_mass.product(self._form(modes[:, block]))
                 coupling[block] = -self.solver.reactions(load).T
-        own = project_constraint_modes(self.solver, self.ties, self.fe_mass, recovery)
+        own = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
         return own, coupling
 
     def field_of(self, dofs: Array) -> Array:
@@ -180,8 +203,9 @@ def cyclic_parts(
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(Interior(_bordered(stiffness, ties), tree), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
+    condensed, recovered = condensed_stiffness(solver, ties), model.vertex_dofs
     return CyclicCondensation(
-        interface, ties, stiffness, mass, solver, condensed_stiffness(solver, ties), path
+        interface, ties, stiffness, mass, solver, condensed, tree, recovered, path
     )
 
 

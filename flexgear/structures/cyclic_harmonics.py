@@ -33,10 +33,10 @@ class Harmonics:
     Of wide borders the inverses are the largest part of all factors.
     """
 
-    def __init__(self, condensed: Array, count: int) -> None:
-        """condensed: (2b, 2b) of one sector; count: z."""
+    def __init__(self, condensed: Array, count: int, definite: bool = True) -> None:
+        """condensed: (2b, 2b) of one sector; count: z; definite: whether all S_h are."""
         b = len(condensed) // 2
-        self.count = count
+        self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
         self._inverse: list[list[Complex]] = [[] for _ in range(count // 2 + 1)]
         diagonal = condensed[:b, :b] + condensed[b:, b:]
@@ -47,7 +47,7 @@ class Harmonics:
             for h in range(harmonics.start, harmonics.stop):
                 phase = np.exp(2j * np.pi * h / count)
                 matrix = diagonal + phase * across + np.conj(phase) * across.T
-                self._inverse[h] = _lower_panels(matrix, self._panels)
+                self._inverse[h] = _lower_panels(matrix, self._panels, definite)
 
         shared(len(self._inverse), part, chunk=1)
 
@@ -68,6 +68,12 @@ class Harmonics:
         shared(len(self._inverse), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
 
+    def of(self, h: int, right: Complex) -> Complex:
+        """S_h^{-1} right (b, k)."""
+        x = np.empty(right.shape, dtype=complex)
+        self._multiply(h, right, x)
+        return x
+
     def _multiply(self, h: int, r: Complex, x: Complex) -> None:
         """x <- S_h^{-1} r (b, k)."""
         adjoint = np.ascontiguousarray(r.conj().T)
@@ -77,12 +83,9 @@ class Harmonics:
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
 
 
-def _lower_panels(matrix: Complex, panels: list[slice]) -> list[Complex]:
-    """Rows of the inverse of a Hermitian positive definite matrix up to their diagonal block."""
-    factor, info = zpotrf(matrix, lower=1, clean=1)
-    if info:
-        raise FlexgearError("a sector is not held by the ties of its teeth")
-    inverse, _ = zpotri(factor, lower=1, overwrite_c=1)
+def _lower_panels(matrix: Complex, panels: list[slice], definite: bool) -> list[Complex]:
+    """Rows of the inverse of a Hermitian matrix up to their diagonal block."""
+    inverse = _definite_inverse(matrix) if definite else np.linalg.inv(matrix)
     out = []
     for rows in panels:
         panel = np.ascontiguousarray(inverse[rows, : rows.stop])
@@ -90,3 +93,11 @@ def _lower_panels(matrix: Complex, panels: list[slice]) -> list[Complex]:
         block[:] = np.tril(block) + np.tril(block, -1).conj().T
         out.append(panel)
     return out
+
+
+def _definite_inverse(matrix: Complex) -> Complex:
+    """Lower triangle."""
+    factor, info = zpotrf(matrix, lower=1, clean=1)
+    if info:
+        raise FlexgearError("a sector is not held by the ties of its teeth")
+    return zpotri(factor, lower=1, overwrite_c=1)[0]

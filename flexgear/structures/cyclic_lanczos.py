@@ -1,6 +1,6 @@
 r"""Lowest modes by block Lanczos with few passes over a long basis.
 
-    T M v = nu v,   nu = 1/omega^2,   V^T M V = I,
+    T M v = theta v,   theta = 1/(omega^2 - sigma),   V^T M V = I,
 
 T a solution operator (symmetric), M the mass. P = M Q is carried along, so that a step costs one T
 and one M,
@@ -32,7 +32,7 @@ from flexgear.structures.tall import dot, subtract, times_in_place
 Array = NDArray[np.float64]
 Solve = Callable[[Array], tuple[Array, Array]]
 
-_CHECKED = 24  # new vectors between looks at convergence
+_CHECKED = 8  # new vectors between looks at convergence
 _LEVEL = 1e-10  # share of older vectors in a new one that calls for passes more often
 _SELDOM = 8  # steps between passes at most
 _DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
@@ -46,13 +46,16 @@ def lowest_modes(
     start: Array,
     count: int,
     most: int,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-8,
     progress: Callable[[float], None] | None = None,
+    shift: float = 0.0,
+    unshifted: Operator | None = None,
 ) -> Eigenpairs:
-    """The `count` largest nu; start (n, p) gives block size and seed, most: rows of the basis.
+    """The `count` lowest omega; start (n, p) gives block size and seed, most: rows of the basis.
 
-    solve: T x (n, p) and something beside it (r, p), both linear in x (n, p).
-    tolerance: residual over nu; the error of nu is of the order of its square.
+    solve: T x (n, p) and something beside it (r, p), both linear in x (n, p); values and what is
+    beside them are returned as without the shift sigma, for which unshifted gives what is beside.
+    tolerance: residual over 1/omega^2; the error of omega^2 is of the order of its square.
     """
     n, block = start.shape
     if not count + 3 * block <= most <= n - block:
@@ -92,24 +95,46 @@ def lowest_modes(
         if not full and (basis.filled < count + block or unchecked < _CHECKED):
             continue
         unchecked = 0
-        values, vectors = np.linalg.eigh(square[: at.stop, : at.stop])
-        values, vectors = values[::-1], vectors[:, ::-1]
-        residuals = np.linalg.norm(coupling @ vectors[at], axis=0)
-        good = residuals[:count] <= tolerance * np.abs(values[:count])
+        ritz = _Ritz(square[: at.stop, : at.stop], coupling, shift)
+        good = ritz.residuals[:count] <= tolerance
         if progress is not None:
             progress(float(good.sum()) / count)
         if good.all():
-            basis.recombine(vectors[:, :count])
+            found = ritz.vectors[:, :count]
+            basis.recombine(found)
             vectors, beside = basis.taken()
-            return Eigenpairs(values[:count], vectors.T, residuals[:count], applied, beside)
+            if unshifted is not None:
+                ahead = unshifted(p) @ (coupling @ found[at])
+                beside = (beside - shift * ahead) / (1 + shift * ritz.values[:count])
+            nu = ritz.unshifted[:count]
+            return Eigenpairs(nu, vectors.T, nu * ritz.residuals[:count], applied, beside)
         if full:
             keep = (count + most) // 2
-            basis.recombine(vectors[:, :keep])
+            basis.recombine(ritz.vectors[:, :keep])
             square[:] = 0.0
-            square[range(keep), range(keep)] = values[:keep]
+            square[range(keep), range(keep)] = ritz.values[:keep]
             before = None
             passes = _Passes(0)  # converged vectors come back faster
     raise FlexgearError("the eigenvalue iteration did not converge: ask for fewer modes")
+
+
+class _Ritz:
+    """Ritz pairs of T, those of the lowest omega^2 > 0 first.
+
+    unshifted: nu = 1/omega^2 = theta/(1 + sigma theta); residuals: bounds of those without a shift
+    over nu. A part of the residual along a mode of omega_j^2 is 1 - sigma/omega_j^2 times what it
+    is with the shift.
+    """
+
+    def __init__(self, square: Array, coupling: Array, shift: float) -> None:
+        values, vectors = np.linalg.eigh(square)
+        unshifted = values / (1 + shift * values)
+        order = np.argsort(-unshifted, kind="stable")
+        self.values, self.vectors = values[order], vectors[:, order]
+        self.unshifted = unshifted[order]
+        last = self.vectors[len(square) - len(coupling) :]
+        growth = max(1.0, shift * self.unshifted[0] - 1.0)
+        self.residuals = growth * np.linalg.norm(coupling @ last, axis=0) / np.abs(self.values)
 
 
 class _Passes:
@@ -171,6 +196,7 @@ class _Basis:
         column[last, :block] = 0.0  # q itself
         self._take(column, q, w)
         self._put(q, last)
+        self._beside[-1] -= np.hstack(self._beside) @ column[:, :block]
         passes.found(float(np.abs(column[:, block:]).max()) / length)
         return self._mass(w)
 

@@ -14,6 +14,8 @@ of Y is ever made: with E one sector's part of M,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numba
 import numpy as np
 import scipy.fft
@@ -41,21 +43,43 @@ def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
     return _in_body(out, ties)
 
 
-def project_constraint_modes(
-    solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovery: Singles
-) -> Array:
-    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
-    vertices = ties.sectors.nodes[:, 0] < len(recovery) // 3
-    rows = np.flatnonzero(np.repeat(vertices, 3))
-    t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
+@dataclass(frozen=True, eq=False)
+class SectorMotion:
+    """Inertia of a sector's ends, and its motion at the recovered of its dofs (r,).
 
+    rows: which these are, the first nodes of the mesh; shapes: R (r, e) and fields: U (r, u) there;
+    inertia: R^T E R; mixed: R^T E U and U^T E U. By sector where of U, with the others it is of.
+    """
+
+    rows: Ints
+    shapes: Array
+    fields: dict[int, tuple[Ints, Array]]
+    inertia: Array
+    mixed: dict[int, tuple[Array, Array]]
+
+
+def sector_motion(
+    solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: int
+) -> SectorMotion:
+    """Of a mesh whose first dofs are recovered."""
     shapes, uneven = solver.shapes()
     inertia, mixed = _sector_mass(shapes, uneven, mass.on_dofs().extended())
-    shapes = shapes[rows]
+    vertices = ties.sectors.nodes[:, 0] < recovered // 3
+    rows = np.flatnonzero(np.repeat(vertices, 3))
+    fields = {s: (at, field[rows]) for s, (at, field) in uneven.items()}
+    return SectorMotion(rows, shapes[rows], fields, inertia, mixed)
+
+
+def project_constraint_modes(
+    solver: CyclicSolver, ties: SectorTies, motion: SectorMotion, recovery: Singles
+) -> Array:
+    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
+    t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
+    inertia, mixed, uneven = motion.inertia, motion.mixed, motion.fields
     periodic = solver.periodic_ends()
     own = _correlated(periodic, _times(inertia, periodic)).transpose(0, 2, 1)
     ends = solver.other_ends()
-    other = _times(shapes, ends)
+    other = _times(motion.shapes, ends)
     others, across = np.empty((m, m)), np.empty((t * z, m))
     flat = ends.reshape(len(ends) * z, m)
     for start in range(0, m, _COLUMNS):
@@ -70,15 +94,15 @@ def project_constraint_modes(
         beside, both = mixed[s]
         others[at] += beside.T @ ends[:, s]
         others[np.ix_(at, at)] += both
-        other[:, s, at] += fields[rows]
+        other[:, s, at] += fields
     del ends, flat
 
     share = solver.other_share()
     cross = np.vstack([across, np.zeros((m, m))]) @ share
     out = cross + cross.T + share.T @ others @ share
     out[: t * z, : t * z] += circulant(own)
-    moved = _times(shapes, periodic)
-    _recover(ties, rows, moved, other, ties.joined_rows(share), recovery)
+    moved = _times(motion.shapes, periodic)
+    _recover(ties, motion.rows, moved, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
 
 

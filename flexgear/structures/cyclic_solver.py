@@ -37,7 +37,7 @@ from flexgear.structures.cyclic_interior import Interior
 from flexgear.structures.cyclic_rigid import with_rigid, without_rigid
 from flexgear.structures.cyclic_threads import CHUNK, shared
 from flexgear.structures.cyclic_ties import SectorTies
-from flexgear.structures.spd import scaled_inverse
+from flexgear.structures.spd import balanced_inverse, scaled_inverse
 from flexgear.structures.tall import times
 
 Array = NDArray[np.float64]
@@ -75,10 +75,13 @@ class CyclicSolver:
     coupling: H (m, t, z) motion of the others then; flexibility: G (m, m), inverse: G^{-1}.
     """
 
-    def __init__(self, interior: Interior, ties: SectorTies, rigid: Array) -> None:
+    def __init__(
+        self, interior: Interior, ties: SectorTies, rigid: Array, definite: bool = True
+    ) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
-        rigid: R (3n + 3b, 6) of `cyclic_rigid.py`.
+        rigid: R (3n + 3b, 6) of `cyclic_rigid.py`, or no columns where inertia stands in K too;
+        definite: whether the held body is, its interior always.
         """
         self._interior, self._ties = interior, ties
         self.count = ties.sectors.count
@@ -94,16 +97,17 @@ class CyclicSolver:
         ends_rigid = rigid[i:]
         self._hat = with_rigid(rest[tie, border], ends_rigid, ties.rows @ rigid)  # B^
         self._d_inverse = scaled_inverse(-rest[tie, tie])
-        self._gain = self._d_inverse @ self._hat
+        self.gain = self._d_inverse @ self._hat
         free = without_rigid(rest[border, border], ends_rigid)
-        self._harmonics = Harmonics(free + self._hat.T @ self._gain, self.count)
-        self._tie_others()
+        condensed = free + self._hat.T @ self.gain
+        self.border_harmonics = Harmonics(condensed, self.count, definite)
+        self._tie_others(scaled_inverse if definite else balanced_inverse)
         self.stiffness = self._periodic_stiffness()
 
     @property
     def harmonics(self) -> int:
         """Number of sector problems."""
-        return len(self._harmonics)
+        return len(self.border_harmonics)
 
     def solve(self, load: Array, q: Array | None = None) -> tuple[Array, Array]:
         """Fields x (3n, z, k) under loads g, and rho (6 nodes, k); q (6 nodes, k) or zero."""
@@ -188,7 +192,7 @@ class CyclicSolver:
         q[:, 0] = np.eye(self._t)
         return q
 
-    def _tie_others(self) -> None:
+    def _tie_others(self, inverse: Callable[[Array], Array]) -> None:
         """Z, E, C^ and Y_b, G of the ties that do not share the period."""
         ties, b, z = self._ties, self._b, self.count
         m, v = ties.other_size, self._v
@@ -220,11 +224,11 @@ class CyclicSolver:
                 self._uneven[s] = _Uneven(at, np.ascontiguousarray(local[inside]), e[v:].T)
         self._even_e = (-even[tie].T @ self._d_inverse).T  # E^T (t, v) in sector axes
         self._other_hat = sp.csr_matrix(hat.reshape(b * z, m))  # a bolt's on a sector or two
-        self._other_border = self._harmonics.solve(hat).reshape(b * z, m)  # Y_b
+        self._other_border = self.border_harmonics.solve(hat).reshape(b * z, m)  # Y_b
         del hat
         flexibility += self._other_hat.T @ self._other_border
         self.flexibility = 0.5 * (flexibility + flexibility.T)
-        self.inverse = scaled_inverse(self.flexibility)
+        self.inverse = inverse(self.flexibility)
         ahead = self._ahead(self._other_border.reshape(b, z, m))
         self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
 
@@ -263,7 +267,7 @@ class CyclicSolver:
         pull += (self._hat.T @ d.reshape(t, z * k)).reshape(2 * b, z, k)
         pull[:b, 1:] += pull[b:, :-1]
         pull[:b, 0] += pull[b:, -1]
-        border = self._harmonics.solve(pull[:b])
+        border = self.border_harmonics.solve(pull[:b])
         q0 = self._other_hat.T @ border.reshape(b * z, k)
         share = np.tensordot(self._even_e, drive, axes=(0, 0)) - even
         q0[: self._v] += self._ties.turned(share, back=False).sum(axis=1)
@@ -303,8 +307,8 @@ class CyclicSolver:
         """D^{-1} B^ x_b (t, z, k)."""
         b, shape = self._b, (self._t, *border.shape[1:])
         flat = border.reshape(b, border[0].size)
-        near = (self._gain[:, :b] @ flat).reshape(shape)
-        far = (self._gain[:, b:] @ flat).reshape(shape)
+        near = (self.gain[:, :b] @ flat).reshape(shape)
+        far = (self.gain[:, b:] @ flat).reshape(shape)
         return near + np.roll(far, -1, axis=1)
 
     def _eliminate(

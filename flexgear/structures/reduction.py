@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, Progress, condense_whole, free
 from flexgear.structures.cyclic_condensation import CyclicCondensation
-from flexgear.structures.cyclic_lanczos import lowest_modes
+from flexgear.structures.cyclic_modes import cyclic_modes
 from flexgear.structures.cyclic_path import condense_by_sectors
 from flexgear.structures.factorisation import Solver
 from flexgear.structures.fem import FeModel, Interface
@@ -40,9 +40,8 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tall import single_threaded_blas
 
 LANCZOS_BLOCK = 16  # vectors a step
-CYCLIC_LANCZOS_BLOCK = 8  # fewer do where columns of all sectors make the blocks wide
-_TOLERANCE, _CYCLIC_TOLERANCE = 1e-8, 1e-7
-_BASIS_BYTES = 2.0e9  # of the Lanczos basis, where that is enough for the modes
+_TOLERANCE = 1e-8
+_BASIS_BYTES = 2.0e9  # of the general path's Lanczos basis, where that is enough for the modes
 
 
 def silent(stage: str, fraction: float) -> None:
@@ -159,20 +158,19 @@ def fixed_interface_modes(
     def heard(fraction: float) -> None:
         progress("fixed-interface modes", fraction)
 
-    mass = condensation.mass_product
-    random = np.random.default_rng(20230617)
-    cyclic = isinstance(condensation, CyclicCondensation)
-    block = CYCLIC_LANCZOS_BLOCK if cyclic else LANCZOS_BLOCK
+    mass, block = condensation.mass_product, LANCZOS_BLOCK
     least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
-    start = random.standard_normal((dofs, block))
-    if roomy + block < dofs:
-        most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
-        tolerance = _CYCLIC_TOLERANCE if cyclic else _TOLERANCE
-        solve_with = condensation.fixed_solve_with_reactions
-        pairs = lowest_modes(solve_with, mass, start, count, most, tolerance, heard)
+    if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
+        pairs = cyclic_modes(condensation, count, heard)
     else:
-        solve = condensation.fixed_solve
-        pairs = largest_eigenpairs(lambda v: solve(mass(v)), mass, start, count, progress=heard)
+        start = np.random.default_rng(20230617).standard_normal((dofs, block))
+        if roomy + block < dofs:
+            most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
+            solve_with = condensation.fixed_solve_with_reactions
+            pairs = lowest_modes(solve_with, mass, start, count, most, _TOLERANCE, heard)
+        else:
+            solve = condensation.fixed_solve
+            pairs = largest_eigenpairs(lambda v: solve(mass(v)), mass, start, count, progress=heard)
     vectors, reactions = pairs.vectors, pairs.beside
     sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
     vectors *= sign
