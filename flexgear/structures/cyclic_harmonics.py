@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
-from scipy.linalg.lapack import zpotrf, zpotri
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic_threads import shared
+from flexgear.structures.hermitian import definite_inverse, regular_inverse
 from flexgear.structures.tall import THREADS
 
 Array = NDArray[np.float64]
@@ -85,7 +85,10 @@ class Harmonics:
 
 def _lower_panels(matrix: Complex, panels: list[slice], definite: bool) -> list[Complex]:
     """Rows of the inverse of a Hermitian matrix up to their diagonal block."""
-    inverse = _definite_inverse(matrix) if definite else np.linalg.inv(matrix)
+    try:
+        inverse = definite_inverse(matrix) if definite else regular_inverse(matrix)
+    except np.linalg.LinAlgError:
+        raise FlexgearError("a sector is not held by the ties of its teeth") from None
     out = []
     for rows in panels:
         panel = np.ascontiguousarray(inverse[rows, : rows.stop])
@@ -93,11 +96,3 @@ def _lower_panels(matrix: Complex, panels: list[slice], definite: bool) -> list[
         block[:] = np.tril(block) + np.tril(block, -1).conj().T
         out.append(panel)
     return out
-
-
-def _definite_inverse(matrix: Complex) -> Complex:
-    """Lower triangle."""
-    factor, info = zpotrf(matrix, lower=1, clean=1)
-    if info:
-        raise FlexgearError("a sector is not held by the ties of its teeth")
-    return zpotri(factor, lower=1, overwrite_c=1)[0]

@@ -6,8 +6,9 @@ of its ties, whose rows and columns stand in the matrix like stiffness,
     [K_ii K_ib; K_bi K_bb] = [L 0; V^T I] [I 0; 0 S] [L^T V; 0 I],
     K_ii = L L^T,  V = L^{-1} K_ib,  S = K_bb - V^T V.
 
-It is the multifrontal factorisation of `multifrontal.py` stopped before the border. One small
-factor, which stays in the processor's cache, serves columns of all sectors and vectors together.
+It is the multifrontal factorisation of `multifrontal.py` stopped before the border, each front's
+diagonal block inverted and taken into what is below it, so that a front is one product either way.
+One small factor serves columns of all sectors and vectors together.
 """
 
 from __future__ import annotations
@@ -46,35 +47,35 @@ class Interior:
     @property
     def entries(self) -> int:
         """Numbers stored in the factor."""
-        return sum(a.size + b.size for a, b in self._factors)
+        return sum(p.size for p in self._factors)
 
     def forward(self, x: Array) -> None:
         """x = [g_i; g_b] (i + b, k) becomes [L^{-1} g_i; g_b - V^T L^{-1} g_i]."""
         starts, borders = self._starts, self._borders
-        rest = self._room(x.shape[1])
-        for k, (inverse, below) in enumerate(self._factors):
-            own = x[starts[k] : starts[k + 1]]
-            own[:] = inverse @ own
+        room = self._room(x.shape[1])
+        for k, factor in enumerate(self._factors):
+            own, size = x[starts[k] : starts[k + 1]], factor.shape[1]
+            moved = np.matmul(factor, own, out=room[: len(factor)])
+            own[:] = moved[:size]
             if len(borders[k]):
-                lost = np.matmul(below, own, out=rest[: len(borders[k])])
-                subtract_rows(x, borders[k], lost)
+                subtract_rows(x, borders[k], moved[size:])
 
     def backward(self, x: Array) -> None:
         """x = [f; x_b] (i + b, k) becomes [L^{-T} (f - V x_b); x_b]."""
         starts, borders = self._starts, self._borders
-        rest = self._room(x.shape[1])
+        room = self._room(x.shape[1])
         for k in range(len(self._factors) - 1, -1, -1):
-            inverse, below = self._factors[k]
-            own = x[starts[k] : starts[k + 1]]
-            if len(borders[k]):
-                # "clip" writes straight into the room, "raise" by way of a copy
-                near = np.take(x, borders[k], 0, out=rest[: len(borders[k])], mode="clip")
-                own -= below.T @ near
-            own[:] = inverse.T @ own
+            factor, size = self._factors[k], self._factors[k].shape[1]
+            own, front = x[starts[k] : starts[k + 1]], room[: len(factor)]
+            np.negative(own, out=front[:size])
+            # "clip" writes straight into the room, "raise" by way of a copy
+            np.take(x, borders[k], 0, out=front[size:], mode="clip")
+            np.matmul(factor.T, front, out=own)
+            np.negative(own, out=own)
 
     def _room(self, columns: int) -> Array:
-        """For the rows of the largest border."""
-        return np.empty((max(map(len, self._borders), default=0), columns))
+        """For the rows of the largest front."""
+        return np.empty((max(map(len, self._factors), default=0), columns))
 
     def _with_reach(self, matrix: sp.csr_matrix, tree: Elimination) -> list[Ints]:
         """Later dofs that each front's elimination couples, those beyond the interior included."""
@@ -90,8 +91,8 @@ class Interior:
             np.concatenate([near, self.size + far]) for near, far in zip(inside, reach, strict=True)
         ]
 
-    def _factorise(self, matrix: sp.csr_matrix) -> tuple[list[tuple[Array, Array]], Array]:
-        """Inverse of L11 and L21 of every front, and what is left for the border."""
+    def _factorise(self, matrix: sp.csr_matrix) -> tuple[list[Array], Array]:
+        """[I; L21] L11^{-1} of every front, and what is left for the border."""
         size = self.size
         lower = sp.tril(matrix).tocsc()
         rest = lower[size:, size:].toarray()
@@ -118,7 +119,8 @@ class Interior:
                     "has cells that hang on an edge"
                 )
             below = dtrsm(1.0, diagonal, front[own:, :own], side=1, lower=1, trans_a=1)
-            factors.append((dtrtri(diagonal, lower=1)[0], below))
+            inverse = dtrtri(diagonal, lower=1)[0]
+            factors.append(np.vstack([inverse, below @ inverse]))
             update = np.tril(dsyrk(-1.0, below, beta=1.0, c=front[own:, own:], lower=1))
             if parent >= 0:
                 waiting.setdefault(int(parent), []).append((border, update))

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 Solve = Callable[[Array], tuple[Array, Array]]
 
 _CHECKED = 8  # new vectors between looks at convergence
-_LEVEL = 1e-10  # share of older vectors in a new one that calls for passes more often
+_LEVEL = 1e-9  # share of older vectors in a new one that calls for passes more often
 _SELDOM = 8  # steps between passes at most
 _DEPENDENT = 1e-8  # condition of a block's Gram matrix below which it is made anew
 _CHUNK = 16384  # entries of a vector a thread takes at a time
@@ -64,7 +64,7 @@ def lowest_modes(
     q, p, _ = basis.normalised(solve(mass(start))[0])
     square = np.zeros((most + block, most + block))
     before: tuple[Array, Array] | None = None  # Q_{j-1}, B_j
-    passes = _Passes(3)
+    passes = _Passes(1)
     unchecked = applied = 0
     while applied < _STEPS:
         at = slice(basis.filled, basis.filled + block)
@@ -165,7 +165,7 @@ class _Basis:
     def __init__(self, rows: int, n: int, mass: Operator) -> None:
         self._vectors = np.empty((rows, n))
         self._mass = mass
-        self._beside: list[Array] = []
+        self._beside = np.empty((0, rows))
         self.filled = 0
 
     def append(self, q: Array) -> None:
@@ -176,7 +176,9 @@ class _Basis:
 
     def note(self, beside: Array) -> None:
         """What came beside the images of the vectors last appended (r, p)."""
-        self._beside.append(beside)
+        if not len(self._beside):
+            self._beside = np.empty((len(beside), self._beside.shape[1]))
+        self._beside[:, self.filled - beside.shape[1] : self.filled] = beside
 
     def freed(self, w: Array) -> tuple[Array, Array]:
         """C (filled, p) and M w of w <- w - V^T C with V M w = 0."""
@@ -196,7 +198,7 @@ class _Basis:
         column[last, :block] = 0.0  # q itself
         self._take(column, q, w)
         self._put(q, last)
-        self._beside[-1] -= np.hstack(self._beside) @ column[:, :block]
+        self._beside[:, last] -= self._beside[:, : self.filled] @ column[:, :block]
         passes.found(float(np.abs(column[:, block:]).max()) / length)
         return self._mass(w)
 
@@ -229,7 +231,7 @@ class _Basis:
             self._vectors[:count, at] = transposed @ self._vectors[: self.filled, at]
 
         shared(self._vectors.shape[1], part, _CHUNK)
-        self._beside = [np.hstack(self._beside) @ vectors]
+        self._beside[:, :count] = self._beside[:, : self.filled] @ vectors
         self.filled = count
 
     def taken(self) -> tuple[Array, Array]:
@@ -237,7 +239,7 @@ class _Basis:
         vectors = self._vectors
         del self._vectors
         vectors.resize((self.filled, vectors.shape[1]), refcheck=False)
-        return vectors, np.hstack(self._beside)
+        return vectors, self._beside[:, : self.filled]
 
     def _put(self, q: Array, rows: slice) -> None:
         def part(at: slice) -> None:

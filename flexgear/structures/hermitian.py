@@ -1,0 +1,68 @@
+"""Inverses of Hermitian matrices, which threads compute beside one another.
+
+SciPy's wrappers of LAPACK hold the interpreter's lock; its routines themselves, called by address,
+do not.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+
+import numpy as np
+from numba.extending import get_cython_function_address
+from numpy.typing import NDArray
+
+Complex = NDArray[np.complex128]
+
+
+def _routine(name: str, arguments: int) -> Callable[..., None]:
+    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
+    kinds = (ctypes.c_void_p,) * arguments
+    return ctypes.CFUNCTYPE(None, *kinds)(address)  # type: ignore[return-value]
+
+
+_zpotrf, _zpotri = _routine("zpotrf", 5), _routine("zpotri", 5)
+_zhetrf, _zhetri2 = _routine("zhetrf", 8), _routine("zhetri2", 8)
+
+
+def definite_inverse(matrix: Complex) -> Complex:
+    """Lower triangle (n, n) for a positive definite one.
+
+    Raises numpy.linalg.LinAlgError where it is not.
+    """
+    a = np.array(matrix, order="F")
+    n, lower = ctypes.c_int(len(a)), ctypes.c_char(b"L")
+    for routine in (_zpotrf, _zpotri):
+        _call(routine, lower, n, a, n)
+    return a
+
+
+def regular_inverse(matrix: Complex) -> Complex:
+    """Lower triangle (n, n) for a regular one.
+
+    Raises numpy.linalg.LinAlgError where it is not.
+    """
+    a = np.array(matrix, order="F")
+    n, lower = ctypes.c_int(len(a)), ctypes.c_char(b"L")
+    pivots = np.empty(len(a), dtype=np.intc)
+    for routine in (_zhetrf, _zhetri2):
+        wanted = np.empty(1, dtype=complex)
+        _call(routine, lower, n, a, n, pivots, wanted, ctypes.c_int(-1))
+        room = np.empty(int(wanted[0].real), dtype=complex)
+        _call(routine, lower, n, a, n, pivots, room, ctypes.c_int(len(room)))
+    return a
+
+
+def _call(routine: Callable[..., None], *arguments: object) -> None:
+    """With addresses of all arguments and of info, LAPACK's verdict."""
+    info = ctypes.c_int(0)
+    routine(*map(_address, arguments), _address(info))
+    if info.value:
+        raise np.linalg.LinAlgError(f"LAPACK stopped at row {info.value}")
+
+
+def _address(argument: object) -> int:
+    if isinstance(argument, np.ndarray):
+        return argument.ctypes.data
+    return ctypes.addressof(argument)  # type: ignore[arg-type]
