@@ -23,9 +23,9 @@ from flexgear.structures.lanczos import Eigenpairs
 
 Array = NDArray[np.float64]
 
-BLOCK = 8  # vectors a step: columns of all sectors make them wide
+BLOCK = 4  # vectors a step: columns of all sectors make them wide
 _BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
-_SHARE = 0.7  # of the highest omega^2 sought, where the shift goes
+_SHARE = 0.75  # of the highest omega^2 sought, where the shift goes
 
 
 def cyclic_modes(

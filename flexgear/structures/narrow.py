@@ -1,6 +1,6 @@
 """Products of tall matrices of one Lanczos block's width, compiled.
 
-BLAS is made for more columns: with eight it spends its time on packing and on calls.
+BLAS is made for more columns: with so few it spends its time on packing and on calls.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-WIDTH = 8  # columns, known to the compiler: a row is one or two registers
+WIDTH = 4  # columns, known to the compiler: a row is one register
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
