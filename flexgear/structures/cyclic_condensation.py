@@ -36,6 +36,7 @@ from flexgear.structures.cyclic_projection import (
 from flexgear.structures.cyclic_rigid import rigid_fields
 from flexgear.structures.cyclic_sectors import Sectors
 from flexgear.structures.cyclic_solver import CyclicSolver
+from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.cyclic_ties import SectorTies, sector_ties
 from flexgear.structures.dissection import Elimination, dissect
 from flexgear.structures.fem import FeModel, Interface
@@ -162,8 +163,11 @@ class CyclicCondensation:
     def dofs_of(self, x: Array, count: int) -> Array:
         """The mesh's first dofs (count, k) of a field."""
         out = np.empty((count, x.shape[1]))
-        for block in self.blocks(x.shape[1]):
+
+        def part(block: slice) -> None:
             out[:, block] = from_sectors(self._form(x[:, block]), self.sectors, count // 3)
+
+        shared(x.shape[1], part, self._block)
         return out
 
     def _form(self, x: Array) -> Array:

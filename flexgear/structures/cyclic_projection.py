@@ -82,14 +82,17 @@ def project_constraint_modes(
     other = _times(motion.shapes, ends)
     others, across = np.empty((m, m)), np.empty((t * z, m))
     flat = ends.reshape(len(ends) * z, m)
-    for start in range(0, m, _COLUMNS):
-        columns = slice(start, min(start + _COLUMNS, m))
-        momentum = _times(inertia, ends[:, :, columns])
+
+    def part(columns: slice) -> None:
+        some = np.ascontiguousarray(ends[:, :, columns])
+        momentum = (inertia @ some.reshape(len(ends), -1)).reshape(some.shape)
         for s, (at, _) in uneven.items():
             here = (at >= columns.start) & (at < columns.stop)
-            momentum[:, s, at[here] - start] += mixed[s][0][:, here]
+            momentum[:, s, at[here] - columns.start] += mixed[s][0][:, here]
         across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
         others[:, columns] = flat.T @ momentum.reshape(len(flat), -1)
+
+    shared(m, part, _COLUMNS)
     for s, (at, fields) in uneven.items():
         beside, both = mixed[s]
         others[at] += beside.T @ ends[:, s]
@@ -116,16 +119,20 @@ def _sector_mass(
         inertia[:, columns] = shapes.T @ (mass @ np.ascontiguousarray(shapes[:, columns]))
 
     shared(shapes.shape[1], part)
-    mixed: dict[int, tuple[Array, Array]] = {}
     numbers = sorted(uneven)
+    begin = np.cumsum([0] + [len(uneven[s][0]) for s in numbers])
+    fields = np.hstack([np.zeros((len(shapes), 0))] + [uneven[s][1] for s in numbers])
+    loads = mass @ fields
+    beside = np.empty((shapes.shape[1], fields.shape[1]))
 
-    def beside(which: slice) -> None:
-        for s in numbers[which]:
-            fields = uneven[s][1]
-            loads = mass @ fields
-            mixed[s] = shapes.T @ loads, fields.T @ loads
+    def of_fields(columns: slice) -> None:  # together: each alone would read all shapes
+        beside[:, columns] = shapes.T @ loads[:, columns]
 
-    shared(len(numbers), beside, chunk=1)
+    shared(fields.shape[1], of_fields, _COLUMNS)
+    mixed = {}
+    for s, first, last in zip(numbers, begin, begin[1:], strict=False):
+        own = uneven[s][1].T @ loads[:, first:last]
+        mixed[s] = beside[:, first:last], own
     return inertia, mixed
 
 
