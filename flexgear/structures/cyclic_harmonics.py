@@ -25,6 +25,7 @@ Complex = NDArray[np.complex128]
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
+_LARGE = 2e8  # bytes of inverses that are worth to be made twice
 
 
 class Harmonics:
@@ -38,21 +39,32 @@ class Harmonics:
         b = len(condensed) // 2
         self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
-        self._inverse: list[list[Complex]] = [[] for _ in range(count // 2 + 1)]
-        diagonal = condensed[:b, :b] + condensed[b:, b:]
+        self._condensed, self._definite = condensed, definite
+        self._inverse: list[list[Complex]] = []
+        self._invert()
+
+    def forget(self) -> None:
+        """Give large inverses' memory back; the next solution makes them anew."""
+        if sum(panel.nbytes for panels in self._inverse for panel in panels) > _LARGE:
+            self._inverse = []
+
+    def _invert(self) -> None:
+        b, inverse = self.size, [[] for _ in range(len(self))]  # type: list[list[Complex]]
+        diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
-        across = condensed[:b, b:]
+        across = self._condensed[:b, b:]
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
-                phase = np.exp(2j * np.pi * h / count)
+                phase = np.exp(2j * np.pi * h / self.count)
                 matrix = diagonal + phase * across + np.conj(phase) * across.T
-                self._inverse[h] = _lower_panels(matrix, self._panels, definite)
+                inverse[h] = _lower_panels(matrix, self._panels, self._definite)
 
-        shared(len(self._inverse), part, chunk=1)
+        shared(len(self), part, chunk=1)
+        self._inverse = inverse
 
     def __len__(self) -> int:
-        return len(self._inverse)
+        return self.count // 2 + 1
 
     def solve(self, right: Array) -> Array:
         """Borders x (b, z, k) under loads (b, z, k)."""
@@ -60,12 +72,14 @@ class Harmonics:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
         x = np.empty(r.shape, dtype=complex)
+        if not self._inverse:
+            self._invert()
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
                 self._multiply(h, np.ascontiguousarray(r[h]), x[h])
 
-        shared(len(self._inverse), part, chunk=1)
+        shared(len(self), part, chunk=1)
         return scipy.fft.irfft(x.transpose(1, 0, 2), self.count, axis=1, workers=THREADS)
 
     def of(self, h: int, right: Complex) -> Complex:

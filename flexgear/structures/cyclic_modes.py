@@ -2,9 +2,9 @@ r"""Fixed-interface modes of a body of equal sectors, from a shift among them.
 
     (K - sigma M) x = M v + B^T rho,   B x = 0
 
-is solved as easily as with sigma = 0, and with sigma near the highest frequency that is sought the
-modes lie far apart for the iteration. K - sigma M is not definite, but the interior of a sector
-between its borders is while its own frequencies lie above; where they do not, sigma is lowered.
+is solved as easily as with sigma = 0, and with sigma among the modes these lie far apart for the
+iteration. K - sigma M is not definite, but the interior of a sector between its borders is while
+its own frequencies lie above; where they do not, sigma is lowered.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic_condensation import CyclicCondensation
 from flexgear.structures.cyclic_lanczos import lowest_modes
 from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_spectrum import lowest_values
+from flexgear.structures.cyclic_spectrum import held_value, lowest_values
 from flexgear.structures.lanczos import Eigenpairs
 
 Array = NDArray[np.float64]
@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 BLOCK = 4  # vectors a step: columns of all sectors make them wide
 _BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
 _SHARE = 0.75  # of the highest omega^2 sought, where the shift goes
+_CERTAIN = 0.95  # of its lower bound: beyond lie modes that nobody seeks
+_ATTEMPTS = 12
+_ROUNDING = 1e-10  # of reactions with a shift that is near no mode
 
 
 def cyclic_modes(
@@ -37,12 +40,15 @@ def cyclic_modes(
     most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))), dofs - BLOCK)
     start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
     shift, solver = _shifted(condensation, count)
+    if shift:
+        condensation.solver.border_harmonics.forget()  # beside the basis one set has room
 
     def solve(load: Array) -> tuple[Array, Array]:
         x, reactions = solver.solve(load.reshape(-1, solver.count, load.shape[1]))
         return x.reshape(dofs, -1), reactions
 
     def reactions(load: Array) -> Array:
+        solver.border_harmonics.forget()  # the last that is asked
         return condensation.solver.reactions(load.reshape(-1, solver.count, load.shape[1]))
 
     return lowest_modes(
@@ -58,12 +64,29 @@ def cyclic_modes(
 
 
 def _shifted(condensation: CyclicCondensation, count: int) -> tuple[float, CyclicSolver]:
-    """sigma and the solver with it."""
-    inertia = condensation.motion.inertia
-    shift = _SHARE * float(lowest_values(condensation.solver, inertia, count)[-1])
-    for _ in range(8):
+    """sigma and the solver with it; sigma = 0 where none serves."""
+    static = condensation.solver
+    above = float(lowest_values(static, condensation.motion.inertia, count)[-1])
+    held = held_value(static, condensation.fe_mass)
+    below = 1 / (1 / above + 1 / held)
+    shift = min(_SHARE * float(np.sqrt(below * above)), _CERTAIN * below)
+    for _ in range(_ATTEMPTS):
         try:
-            return shift, condensation.shifted(shift)
+            solver = condensation.shifted(shift)
         except FlexgearError:
             shift *= 0.5
+            continue
+        if _agrees(condensation, solver, shift):
+            return shift, solver
+        shift *= 0.97  # it met a mode
     return 0.0, condensation.solver
+
+
+def _agrees(condensation: CyclicCondensation, solver: CyclicSolver, shift: float) -> bool:
+    """Whether reactions to some load g are those without a shift to g + sigma M x."""
+    shape = (condensation.dofs // solver.count, solver.count, 1)
+    load = np.random.default_rng(7).standard_normal(shape)
+    x, reactions = solver.solve(load)
+    inertia = condensation.mass_product(x.reshape(-1, 1)).reshape(shape)
+    expected = condensation.solver.reactions(load + shift * inertia)
+    return bool(np.abs(reactions - expected).max() <= _ROUNDING * np.abs(expected).max())

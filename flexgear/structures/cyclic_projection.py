@@ -49,6 +49,7 @@ class SectorMotion:
 
     rows: which these are, the first nodes of the mesh; shapes: R (r, e) and fields: U (r, u) there;
     inertia: R^T E R; mixed: R^T E U and U^T E U. By sector where of U, with the others it is of.
+    periodic: ends of Psi_t (e, z, t) under sector 0's ties.
     """
 
     rows: Ints
@@ -56,6 +57,7 @@ class SectorMotion:
     fields: dict[int, tuple[Ints, Array]]
     inertia: Array
     mixed: dict[int, tuple[Array, Array]]
+    periodic: Array
 
 
 def sector_motion(
@@ -67,7 +69,7 @@ def sector_motion(
     vertices = ties.sectors.nodes[:, 0] < recovered // 3
     rows = np.flatnonzero(np.repeat(vertices, 3))
     fields = {s: (at, field[rows]) for s, (at, field) in uneven.items()}
-    return SectorMotion(rows, shapes[rows], fields, inertia, mixed)
+    return SectorMotion(rows, shapes[rows], fields, inertia, mixed, solver.periodic_ends())
 
 
 def project_constraint_modes(
@@ -75,30 +77,9 @@ def project_constraint_modes(
 ) -> Array:
     """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
-    inertia, mixed, uneven = motion.inertia, motion.mixed, motion.fields
-    periodic = solver.periodic_ends()
-    own = _correlated(periodic, _times(inertia, periodic)).transpose(0, 2, 1)
-    ends = solver.other_ends()
-    other = _times(motion.shapes, ends)
-    others, across = np.empty((m, m)), np.empty((t * z, m))
-    flat = ends.reshape(len(ends) * z, m)
-
-    def part(columns: slice) -> None:
-        some = np.ascontiguousarray(ends[:, :, columns])
-        momentum = (inertia @ some.reshape(len(ends), -1)).reshape(some.shape)
-        for s, (at, _) in uneven.items():
-            here = (at >= columns.start) & (at < columns.stop)
-            momentum[:, s, at[here] - columns.start] += mixed[s][0][:, here]
-        across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
-        others[:, columns] = flat.T @ momentum.reshape(len(flat), -1)
-
-    shared(m, part, _COLUMNS)
-    for s, (at, fields) in uneven.items():
-        beside, both = mixed[s]
-        others[at] += beside.T @ ends[:, s]
-        others[np.ix_(at, at)] += both
-        other[:, s, at] += fields
-    del ends, flat
+    periodic = motion.periodic
+    own = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
+    others, across, other = _of_others(solver, motion, periodic)
 
     share = solver.other_share()
     cross = np.vstack([across, np.zeros((m, m))]) @ share
@@ -107,6 +88,36 @@ def project_constraint_modes(
     moved = _times(motion.shapes, periodic)
     _recover(ties, motion.rows, moved, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
+
+
+def _of_others(
+    solver: CyclicSolver, motion: SectorMotion, periodic: Array
+) -> tuple[Array, Array, Array]:
+    """Y^T M Y (m, m), Psi_t^T M Y (t z, m) and Y at the recovered dofs (r, z, m)."""
+    inertia, mixed, uneven = motion.inertia, motion.mixed, motion.fields
+    ends = solver.other_ends()
+    e, z, m = ends.shape
+    t = periodic.shape[2]
+    other = _times(motion.shapes, ends)
+    others, across = np.empty((m, m)), np.empty((t * z, m))
+    flat = ends.reshape(e * z, m)
+
+    def part(columns: slice) -> None:
+        some = np.ascontiguousarray(ends[:, :, columns])
+        momentum = (inertia @ some.reshape(e, -1)).reshape(some.shape)
+        for s, (at, _) in uneven.items():
+            here = (at >= columns.start) & (at < columns.stop)
+            momentum[:, s, at[here] - columns.start] += mixed[s][0][:, here]
+        across[:, columns] = _correlated(periodic, momentum).reshape(t * z, -1)
+        others[:, columns] = flat.T @ momentum.reshape(e * z, -1)
+
+    shared(m, part, _COLUMNS)
+    for s, (at, fields) in uneven.items():
+        beside, both = mixed[s]
+        others[at] += beside.T @ ends[:, s]
+        others[np.ix_(at, at)] += both
+        other[:, s, at] += fields
+    return others, across, other
 
 
 def _sector_mass(

@@ -133,6 +133,16 @@ class CyclicSolver:
         run.mu += moved.mu
         return self._field(run)
 
+    def inside(self, load: Array) -> Array:
+        """x_i (i, k) of one sector under loads g_i, its borders held."""
+        inside = self._rows[0]
+        x = np.zeros((self._rows[-1].stop, load.shape[1]))
+        x[inside] = load
+        self._interior.forward(x)
+        x[inside.stop :] = 0.0
+        self._interior.backward(x)
+        return x[inside]
+
     def other_share(self) -> Array:
         """N (m, t z + m) of Psi = Psi_t [I 0] + Y N, on [periodic in sector axes, others]."""
         return self.inverse @ self.other_motions()

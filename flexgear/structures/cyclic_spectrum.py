@@ -6,7 +6,12 @@ e = E_h X_h, and with g = R^T E R, the inertia of ends of `cyclic_projection.py`
 
     S_h X_h = lambda E_h^H g E_h X_h,   h = 0 ... z // 2,
 
-by a few steps of subspace iteration. Ties that not every sector has are left free.
+by a few steps of subspace iteration. Ties that not every sector has are left free. Both motions
+are orthogonal in K, so that with mu, the lowest of a sector held at its borders, the body's n-th
+lies between bounds as Dunkerley's,
+
+    1/(1/lambda_n + 1/mu) <= omega_n^2 <= lambda_n.
+
 Source: Guyan 1965, AIAA J. 3:380.
 """
 
@@ -16,6 +21,7 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
+from flexgear.structures.cyclic_matrices import Circulant
 from flexgear.structures.cyclic_solver import CyclicSolver
 from flexgear.structures.cyclic_threads import shared
 
@@ -23,11 +29,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _STEPS = 4
-_SPARE = 4  # vectors of a harmonic beyond its share of the modes
+_SPARE = 4  # vectors beyond those that are sought
 
 
 def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
-    """About omega^2 (count,) rising of a body whose sectors' own ties are held."""
+    """lambda (count,) rising of a body whose sectors' own ties are held."""
     harmonics, z = solver.border_harmonics, solver.count
     b = harmonics.size
     width = min(2 * count // z + _SPARE, b)
@@ -53,6 +59,20 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
     if z % 2 == 0:
         twice[-1] = 1
     return np.sort(np.repeat(values, twice, axis=0), axis=None)[:count]
+
+
+def held_value(solver: CyclicSolver, mass: Circulant) -> float:
+    """mu, about."""
+    whole = mass.on_dofs().here
+    size = whole.shape[0] - solver.border_harmonics.size
+    inertia = whole[:size, :size]
+    load = np.random.default_rng(20240211).standard_normal((size, _SPARE))
+    for _ in range(_STEPS):
+        x = solver.inside(load)
+        image = inertia @ x
+        values, turn = sla.eigh(x.T @ load, x.T @ image)
+        load = image @ turn
+    return float(values[0])
 
 
 def _momentum(gain: Array, mass: Array, phase: complex, x: Complex) -> Complex:

@@ -120,6 +120,36 @@ def test_lowest_modes_with_multiplicities_and_restarts(most):
     assert heard[-1] == 1.0 and found.applications >= 12
 
 
+@pytest.mark.parametrize("most", [29, 70])
+@pytest.mark.parametrize("sigma", [0.4, 1.6, 2.3])
+def test_a_shift_changes_neither_modes_nor_what_is_beside_them(sigma, most):
+    mass, flexibility, values = pencil()
+    start = np.random.default_rng(1).standard_normal((90, 4))
+    shifted = np.linalg.inv(np.linalg.inv(flexibility) - sigma * mass)
+    beside = np.random.default_rng(2).standard_normal((5, 90))
+
+    def solve(g):
+        x = shifted @ g
+        return x, beside @ (g + sigma * (mass @ x))
+
+    found = lowest_modes(
+        solve,
+        lambda x: mass @ x,
+        start,
+        12,
+        most,
+        tolerance=1e-6,  # what is beside is exact even so
+        shift=sigma,
+        unshifted=lambda g: beside @ g,
+    )
+    assert np.allclose(found.values, np.sort(values)[::-1][:12], rtol=1e-11)
+    v = found.vectors
+    residual = flexibility @ (mass @ v) - v * found.values
+    size = np.sqrt(np.sum(residual * (mass @ residual), axis=0))
+    assert (size <= found.residuals * (1 + 1e-6) + 1e-10).all()
+    assert np.allclose(found.beside, beside @ (mass @ v), atol=1e-10 * np.abs(found.beside).max())
+
+
 def test_a_basis_too_small_is_refused():
     mass, flexibility, _ = pencil()
     with pytest.raises(FlexgearError, match="fewer modes"):
