@@ -49,7 +49,8 @@ class Harmonics:
             self._inverse = []
 
     def _invert(self) -> None:
-        b, inverse = self.size, [[] for _ in range(len(self))]  # type: list[list[Complex]]
+        b = self.size
+        inverse: list[list[Complex]] = [[] for _ in range(len(self))]
         diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = self._condensed[:b, b:]
