@@ -11,6 +11,8 @@ h = 0 ... z // 2 suffice. Source: Thomas 1979, Int. J. Numer. Methods Eng. 14:81
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
@@ -40,17 +42,21 @@ class Harmonics:
         self.size, self.count = b, count
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
         self._condensed, self._definite = condensed, definite
-        self._inverse: list[list[Complex]] = []
-        self._invert()
+        self._inverse: Complex | None = None
+        self.made()
 
     def forget(self) -> None:
         """Give large inverses' memory back; the next solution makes them anew."""
-        if sum(panel.nbytes for panels in self._inverse for panel in panels) > _LARGE:
-            self._inverse = []
+        if self._inverse is not None and self._inverse.nbytes > _LARGE:
+            self._inverse = None
 
-    def _invert(self) -> None:
+    def made(self) -> Complex:
+        """Inverses (harmonics, entries of all panels): one array goes back to the system whole."""
+        if self._inverse is not None:
+            return self._inverse
         b = self.size
-        inverse: list[list[Complex]] = [[] for _ in range(len(self))]
+        entries = sum((rows.stop - rows.start) * rows.stop for rows in self._panels)
+        inverse = np.empty((len(self), entries), dtype=complex)
         diagonal = self._condensed[:b, :b] + self._condensed[b:, b:]
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = self._condensed[:b, b:]
@@ -59,10 +65,11 @@ class Harmonics:
             for h in range(harmonics.start, harmonics.stop):
                 phase = np.exp(2j * np.pi * h / self.count)
                 matrix = diagonal + phase * across + np.conj(phase) * across.T
-                inverse[h] = _lower_panels(matrix, self._panels, self._definite)
+                self._keep_lower(matrix, inverse[h])
 
         shared(len(self), part, chunk=1)
         self._inverse = inverse
+        return inverse
 
     def __len__(self) -> int:
         return self.count // 2 + 1
@@ -73,8 +80,7 @@ class Harmonics:
             return right
         r = scipy.fft.rfft(right, axis=1, workers=THREADS).transpose(1, 0, 2)
         x = np.empty(r.shape, dtype=complex)
-        if not self._inverse:
-            self._invert()
+        self.made()
 
         def part(harmonics: slice) -> None:
             for h in range(harmonics.start, harmonics.stop):
@@ -92,22 +98,27 @@ class Harmonics:
     def _multiply(self, h: int, r: Complex, x: Complex) -> None:
         """x <- S_h^{-1} r (b, k)."""
         adjoint = np.ascontiguousarray(r.conj().T)
-        for rows, panel in zip(self._panels, self._inverse[h], strict=True):
+        for rows, panel in self._of_panels(self.made()[h]):
             x[rows] = panel @ r[: rows.stop]
             if rows.start:  # what the panel is above the diagonal
                 x[: rows.start] += (adjoint[:, rows] @ panel[:, : rows.start]).conj().T
 
+    def _of_panels(self, entries: Complex) -> Iterator[tuple[slice, Complex]]:
+        """Rows of each panel, and the panel up to its diagonal block, of one harmonic's entries."""
+        begin = 0
+        for rows in self._panels:
+            shape = rows.stop - rows.start, rows.stop
+            end = begin + shape[0] * shape[1]
+            yield rows, entries[begin:end].reshape(shape)
+            begin = end
 
-def _lower_panels(matrix: Complex, panels: list[slice], definite: bool) -> list[Complex]:
-    """Rows of the inverse of a Hermitian matrix up to their diagonal block."""
-    try:
-        inverse = definite_inverse(matrix) if definite else regular_inverse(matrix)
-    except np.linalg.LinAlgError:
-        raise FlexgearError("a sector is not held by the ties of its teeth") from None
-    out = []
-    for rows in panels:
-        panel = np.ascontiguousarray(inverse[rows, : rows.stop])
-        block = panel[:, rows.start :]
-        block[:] = np.tril(block) + np.tril(block, -1).conj().T
-        out.append(panel)
-    return out
+    def _keep_lower(self, matrix: Complex, entries: Complex) -> None:
+        """The inverse of a Hermitian matrix into its panels."""
+        try:
+            inverse = definite_inverse(matrix) if self._definite else regular_inverse(matrix)
+        except np.linalg.LinAlgError:
+            raise FlexgearError("a sector is not held by the ties of its teeth") from None
+        for rows, panel in self._of_panels(entries):
+            panel[:] = inverse[rows, : rows.stop]
+            block = panel[:, rows.start :]
+            block[:] = np.tril(block) + np.tril(block, -1).conj().T
