@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 
 BLOCK = 4  # vectors a step: columns of all sectors make them wide
 _BASIS_BYTES = 2.0e9  # of the basis, where that is enough for the modes
-_SHARE = 0.75  # of the highest omega^2 sought, where the shift goes
-_CERTAIN = 0.95  # of its lower bound: beyond lie modes that nobody seeks
+_SHARE = 0.75  # of the highest omega^2 sought, about: fewest steps with a ring's modes
+_CERTAIN = 0.95  # of its lower bound: above it a basis would fill with modes nobody seeks
 _ATTEMPTS = 12
 _NEAR = 1e5  # sigma over a mode's distance from it, at most
 
