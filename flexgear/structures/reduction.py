@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, Progress, condense_whole, free
 from flexgear.structures.cyclic_condensation import CyclicCondensation
+from flexgear.structures.cyclic_lanczos import lowest_modes
 from flexgear.structures.cyclic_modes import cyclic_modes
 from flexgear.structures.cyclic_path import condense_by_sectors
 from flexgear.structures.factorisation import Solver
