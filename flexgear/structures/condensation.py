@@ -7,8 +7,8 @@ what lies above it in the elimination tree,
     K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
 
 constraint modes Psi (dofs times interface dofs) are held only while the mass is projected on them,
-and only where they take little room. A factor without halves (SuperLU, MUMPS) holds them for good
-there; elsewhere every use of them is a solve of its own, Psi q = K_s^{-1} B^T F^{-1} q.
+and only where they take little room. A factor without halves (SuperLU, MUMPS) keeps them, on disk
+where they take much: every use of them would be a solve of its own.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.factorisation import Factor, Solver, factorise
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.multifrontal import Multifrontal
+from flexgear.structures.scratch import scratch_array
 from flexgear.structures.sparse_rows import add_csr_times, csr_times
 from flexgear.structures.spd import scaled_inverse
 from flexgear.structures.tall import dot, times, times_in_place
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
-_HELD_BYTES = 2e9  # of constraint modes that are held: for good where a factor has no halves
+_HELD_BYTES = 1e9  # of constraint modes in memory; more go to disk, where a factor has no halves
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,10 +166,8 @@ class Condensation:
             begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
             add_csr_times(self.ties[0], self.inverse @ q, begun)
             return np.asarray(self.factor.backward(begun))  # type: ignore[attr-defined]
-        if self.constraint_modes is not None:
-            motion = times(self.constraint_modes, q)
-        else:
-            motion = self.factor.solve(self.rows.T @ (self.inverse @ q))
+        assert self.constraint_modes is not None
+        motion = times(self.constraint_modes, q)
         return motion if begun is None else begun + motion
 
 
@@ -218,7 +217,7 @@ def condense_whole(
 def _tied(
     factor: Factor, rows: sp.csr_matrix, progress: Progress
 ) -> tuple[Array, tuple[sp.csr_matrix, sp.csr_matrix] | None, Array | None]:
-    """F (b, b), and W (d, b) with W^T, or K_s^{-1} B^T (d, b) where one is to be held."""
+    """F (b, b), and W (d, b) with W^T, or K_s^{-1} B^T (d, b) where the factor has no halves."""
     b, dofs = rows.shape
     if isinstance(factor, Multifrontal):
         parts = []
@@ -229,12 +228,10 @@ def _tied(
         turned = ties.T.tocsr()
         return (turned @ ties).toarray(), (ties, turned), None
     flexibility = np.empty((b, b))
-    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else None
+    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else scratch_array((dofs, b))
     for block in _blocks(b):
-        some = factor.solve_sparse(rows[block].T)
+        modes[:, block] = some = factor.solve_sparse(rows[block].T)
         flexibility[:, block] = rows @ some
-        if modes is not None:
-            modes[:, block] = some
         progress("constraint modes", 0.9 * block.stop / b)
     return flexibility, None, modes
 

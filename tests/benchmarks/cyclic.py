@@ -17,8 +17,8 @@ from flexgear.structures.interfaces import ring_interface
 from flexgear.structures.reduction import reduce
 from flexgear.structures.tall import THREADS
 
-REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1}}
-ALONE = {"quick": (), "full": ("314k", "1M")}  # sizes at which the general path takes too long here
+REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}
+ALONE = {"quick": (), "full": ("1M",)}  # sizes at which the general path takes too long here
 MODES = {"quick": 10, "full": 60}
 LIMIT = 1e-8  # both paths on the same mesh
 
