@@ -26,6 +26,7 @@ from flexgear.analysis.lines import dot, fill, put
 from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     LINE,
+    add_line,
     answered,
     contact_matrix,
     moved,
@@ -261,10 +262,10 @@ def advance(
         moved(shapes, seen, span, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
-                for d in range(seen):
-                    near.free[d] += near.residual[t, d] * torques[t]
-                for d in range(head, top):
-                    near.free[d] += near.residual[t, d] * torques[t]
+                add_line(near.residual, t, torques[t], 0, seen, near.free)
+                for g in range(low.shape[0]):
+                    if near.linked[g] == 1:
+                        add_line(near.residual, t, torques[t], low[g], high[g], near.free)
         near_values(
             rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
             near.free, near.rate, work.delta, work.rate,

@@ -45,10 +45,9 @@ def moved(shapes, head, span, low, high, rigid, elastic, a, out):
     _moved(shapes, 0, head, 0, span[0], a, out)
     _moved(shapes, 0, head, span[1], span[2], a, out)
     for g in range(low.shape[0]):
-        if high[g] == low[g]:
-            continue
-        for c in range(low[g], high[g]):
-            out[c] = 0.0
+        to = out[low[g] : high[g]]
+        for c in range(to.shape[0]):
+            to[c] = 0.0
         if rigid[g] > 0:
             _moved(shapes, low[g], high[g], 0, rigid[g], a, out)
         _moved(shapes, low[g], high[g], elastic[g, 0], elastic[g, 1], a, out)
@@ -99,7 +98,7 @@ def pushed(modes, ports, lines, span, low, high, rigid, elastic, forces, out):
 
 
 @njit(**INNER, fastmath=FAST)
-def _add_line(matrix, d, f, start, stop, out):
+def add_line(matrix, d, f, start, stop, out):
     """out[start:stop] += f matrix[d, start:stop]."""
     line, to = matrix[d, start:stop], out[start:stop]
     for c in range(stop - start):
@@ -114,10 +113,10 @@ def answered(matrix, lines, head, low, high, linked, top, forces, out):
     for d in range(lines):
         f = forces[d]
         if f != 0.0:
-            _add_line(matrix, d, f, 0, head, out)
+            add_line(matrix, d, f, 0, head, out)
             for g in range(low.shape[0]):
                 if linked[g] == 1:
-                    _add_line(matrix, d, f, low[g], high[g], out)
+                    add_line(matrix, d, f, low[g], high[g], out)
     for g in range(low.shape[0]):
         _pushed(matrix, low[g], high[g], low[g], high[g], forces, out)
         if linked[g] == 1:
