@@ -21,7 +21,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.dissection import Elimination
-from flexgear.structures.multifrontal import subtract_rows
+from flexgear.structures.fronts import subtract_rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

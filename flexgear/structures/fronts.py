@@ -121,8 +121,17 @@ def add_rows(x: Array, at: Ints, more: Array) -> None:  # pragma: no cover - com
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def subtract_rows(x: Array, at: Ints, lost: Array) -> None:  # pragma: no cover - compiled
+    """x[at] -= lost, likewise."""
+    for i in range(len(at)):
+        row = at[i]
+        for c in range(x.shape[1]):
+            x[row, c] -= lost[i, c]
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def take_rows(x: Array, at: Ints, out: Array) -> None:  # pragma: no cover - compiled
-    """out <- x[at]."""
+    """out <- x[at]; numpy.take made solves an eighth to three quarters longer."""
     for i in range(len(at)):
         row = at[i]
         for c in range(x.shape[1]):

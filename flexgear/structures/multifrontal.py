@@ -15,7 +15,6 @@ Source: Duff, Reid 1983, ACM TOMS 9:302; Liu 1992, SIAM Review 34:82.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -207,14 +206,3 @@ def _children(parents: Ints) -> list[list[int]]:
         if parent >= 0:
             children[parent].append(k)
     return children
-
-
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def subtract_rows(
-    x: NDArray[np.float64], at: NDArray[np.int64], lost: NDArray[np.float64]
-) -> None:  # pragma: no cover - compiled
-    """x[at] -= lost, without a copy of x[at]."""
-    for i in range(len(at)):
-        row = at[i]
-        for c in range(x.shape[1]):
-            x[row, c] -= lost[i, c]
