@@ -11,6 +11,7 @@ import math
 
 from numba import njit
 
+from flexgear.analysis.wide import WIDE, add_rows
 from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.pair_data import LOAD
 
@@ -87,34 +88,31 @@ def eliminate(a, n, x):
     from each row below, which do not wait for one another; in whole blocks of 8 numbers, of which
     ``a`` must have enough.
     """
-    end = 8 * (n // 8 + 1)
+    end = WIDE * (n // WIDE + 1)
     for k in range(0, n, 4):
-        last, start = min(k + 4, n), 8 * (k // 8)
+        last, start = min(k + 4, n), WIDE * (k // WIDE)
         for r in range(k, last):
-            own = a[r, start:end]
+            own = a[r]
             for q in range(k, r):
-                f0, p0 = a[r, q] * a[q, q], a[q, start:end]
-                for c in range(end - start):
-                    own[c] -= f0 * p0[c]
-            if not a[r, r] > SMALL_PIVOT:
+                factor = (-own[q] * a[q, q],)
+                for c in range(start, end, WIDE):
+                    add_rows(own, c, a, q, factor)
+            if not own[r] > SMALL_PIVOT:
                 return False
-            a[r, r] = 1.0 / a[r, r]
+            own[r] = 1.0 / own[r]
         if last == n:
             break
-        p0, p1 = a[k, start:end], a[k + 1, start:end]
-        p2, p3 = a[k + 2, start:end], a[k + 3, start:end]
-        at = k - start
-        d0, d1, d2, d3 = p0[at], p1[at + 1], p2[at + 2], p3[at + 3]
-        u01, u02, u03 = p0[at + 1], p0[at + 2], p0[at + 3]
-        u12, u13, u23 = p1[at + 2], p1[at + 3], p2[at + 3]
+        p0, p1, p2 = a[k, k : k + 4], a[k + 1, k : k + 4], a[k + 2, k : k + 4]
+        d0, d1, d2, d3 = p0[0], p1[1], p2[2], a[k + 3, k + 3]
+        u01, u02, u03, u12, u13, u23 = p0[1], p0[2], p0[3], p1[2], p1[3], p2[3]
         for i in range(last, n):
-            own = a[i, start:end]
-            f0 = own[at] * d0
-            f1 = (own[at + 1] - f0 * u01) * d1
-            f2 = (own[at + 2] - f0 * u02 - f1 * u12) * d2
-            f3 = (own[at + 3] - f0 * u03 - f1 * u13 - f2 * u23) * d3
-            for c in range(end - start):
-                own[c] -= f0 * p0[c] + f1 * p1[c] + f2 * p2[c] + f3 * p3[c]
+            own = a[i]
+            f0 = own[k] * d0
+            f1 = (own[k + 1] - f0 * u01) * d1
+            f2 = (own[k + 2] - f0 * u02 - f1 * u12) * d2
+            f3 = (own[k + 3] - f0 * u03 - f1 * u13 - f2 * u23) * d3
+            for c in range(start, end, WIDE):
+                add_rows(own, c, a, k, (-f0, -f1, -f2, -f3))
     _substitute(a, n, x)
     return True
 
@@ -151,7 +149,7 @@ def solve_set(matrix, right, sided, n, extra, active, work, x):
     total = n + extra
     for tries in range(4 * MAX_SETS):
         _laid_out(matrix, right, n, total, active, work, x)
-        if work.shape[1] < 8 * (total // 8 + 1) or not eliminate(work, total, x):
+        if work.shape[1] < WIDE * (total // WIDE + 1) or not eliminate(work, total, x):
             _laid_out(matrix, right, n, total, active, work, x)
             if not solve_dense(work, x, total):
                 return -1

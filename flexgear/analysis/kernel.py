@@ -25,7 +25,6 @@ from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
 from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
-    LINE,
     add_line,
     answered,
     contact_matrix,
@@ -33,6 +32,7 @@ from flexgear.analysis.near_products import (
     near_forces,
     near_values,
     pushed,
+    whole,
 )
 from flexgear.analysis.row_terms import damping_of_rows, remember, right_sides
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
@@ -82,9 +82,9 @@ def _predict(
 @njit(**INNER, fastmath=FAST)
 def _product(matrix, vector, sign, out):
     """out += sign · matrix @ vector."""
-    for i in range(out.shape[0]):
+    for i in range(matrix.shape[0]):
         total = 0.0
-        for j in range(vector.shape[0]):
+        for j in range(matrix.shape[1]):
             total += matrix[i, j] * vector[j]
         out[i] += sign * total
 
@@ -151,8 +151,10 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
         _motion_before(near, state.eta, head)
     shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
     span = near.span
-    moved(shapes, head, span, low, high, rigid, elastic, state.eta, near.free)
-    moved(shapes, head, span, low, high, rigid, elastic, state.velocity, near.rate)
+    put(work.free, state.eta)
+    put(work.free_v, state.velocity)
+    moved(shapes, head, span, low, high, rigid, elastic, work.free, near.free)
+    moved(shapes, head, span, low, high, rigid, elastic, work.free_v, near.rate)
     for d in range(top):
         near.line_2[d] = near.free[d]
         for q in range(out):
@@ -168,9 +170,9 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     )  # fmt: skip
     contact_matrix(
         near.residual, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
-        rows.width, rows.beyond, near.since, near.reach, ports, lines, low, high, near.linked, n,
-        near.counts[3], rows.stiffness, work.share, near.lead, near.terms, near.image,
-        near.image_r, work.matrix,
+        rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
+        near.linked, n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms,
+        near.image, near.image_r, near.line, work.matrix,
     )  # fmt: skip
     right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
     for i in range(n):
@@ -183,12 +185,10 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     )  # fmt: skip
     put(near.forces, torques)
     near.forces[out] = -brake
-    pushed(
-        near.modes, ports, lines, span, low, high, rigid, elastic, near.forces,
-        state.acceleration,
-    )  # fmt: skip
+    pushed(near.modes, lines, span, low, high, rigid, elastic, near.forces, work.push)
     for j in range(state.eta.shape[0]):
-        state.acceleration[j] -= data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
+        kept = data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
+        state.acceleration[j] = work.push[j] - kept
     if data.gyroscopic.shape[0] > 0:
         _product(data.gyroscopic, state.velocity, -1.0, state.acceleration)
         _product(data.centripetal, state.eta, 1.0, state.acceleration)
@@ -255,7 +255,7 @@ def advance(
         lines = ports + 2 * near.counts[4]
         looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
         # approaches, and lines without a pair, are only read where somebody looks
-        seen = head if tracked or looks else lines + -lines % LINE
+        seen = head if tracked or looks else whole(lines)
         if tracked:
             _motion_before(near, state.eta, head)
         moved(shapes, seen, span, low, high, rigid, elastic, work.free, near.free)
@@ -265,7 +265,7 @@ def advance(
                 add_line(near.residual, t, torques[t], 0, seen, near.free)
                 for g in range(low.shape[0]):
                     if near.linked[g] == 1:
-                        add_line(near.residual, t, torques[t], low[g], high[g], near.free)
+                        add_line(near.residual, t, torques[t], low[g], whole(high[g]), near.free)
         near_values(
             rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
             near.free, near.rate, work.delta, work.rate,
@@ -277,17 +277,20 @@ def advance(
         )  # fmt: skip
         contact_matrix(
             receptance, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
-            rows.width, rows.beyond, near.since, near.reach, ports, lines, low, high, near.linked,
-            n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms, near.image,
-            near.image_r, work.matrix,
+            rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
+            near.linked, n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms,
+            near.image, near.image_r, near.line, work.matrix,
         )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
         right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
+        # the brake's speed answers pair forces by G − R; these and its torque act through −V F, −T
+        for d in range(top):
+            near.line[d] = slope * share * (receptance[out, d] - near.residual[out, d])
+        near_values(
+            rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line,
+            near.line, work.matrix[n], work.delta,
+        )  # fmt: skip
         for i in range(n):
-            # pair forces and brake torque act through −V F and −T
-            f, on_brake, at_rest = work.share[i], near.image[i, out], near.image_r[i, out]
-            work.matrix[i, n] = (rows.stiffness[i] + f) * on_brake - f * at_rest
-            work.matrix[n, i] = slope * share * (on_brake - at_rest)
             work.active[i] = 1
         if pairs.one_sided:
             for q in range(n_pairs):
@@ -307,10 +310,7 @@ def advance(
             near.line_2,
         )  # fmt: skip
         near.line_2[out] = -x[n]
-        pushed(
-            near.modes, ports, lines, span, low, high, rigid, elastic, near.line_2,
-            work.push,
-        )  # fmt: skip
+        pushed(near.modes, lines, span, low, high, rigid, elastic, near.line_2, work.push)
         for j in range(nm):
             work.push[j] *= data.inverse[rung, j]
         if control.tolerance > 0.0:

@@ -64,7 +64,7 @@ def step_error(
     The new acceleration is ``without`` contact forces plus ``push``; seen: channels of the head
     that rows have.
     """
-    for j in range(e.shape[0]):
+    for j in range(before.shape[0]):
         e[j] = h * h / 12.0 * inverse[j] * (without[j] + push[j] - before[j])
     moved(near.shapes, seen, near.span, near.low, near.high, near.rigid, near.elastic, e, near.line)
     near_values(

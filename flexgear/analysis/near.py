@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.analysis.lines import fill
-from flexgear.analysis.near_products import LINE
+from flexgear.analysis.near_products import LINE, whole_lines
 from flexgear.coupling.action_lines import covered
 from flexgear.coupling.compiled import INNER
 from flexgear.coupling.modal import ModalSystem
@@ -43,7 +43,7 @@ class Near(NamedTuple):
     fresh: IntArray  # (S,) slots filled at this step
     filled: IntArray  # (L, S) whether ``displacement`` holds the block of a slot
     counts: IntArray  # (5,) slots filled at this step, number of the step, channels in use, rows
-    # up to the last with blocks beyond its line, lines up to the last in use
+    # with blocks beyond their lines, lines up to the last in use
     first: IntArray  # (G,) first slot of a group
     used: IntArray  # (G,) slots in use
     linked: IntArray  # (G,) 1 where ports or lines of action move with the group
@@ -51,14 +51,15 @@ class Near(NamedTuple):
     high: IntArray  # (G,) one past the last in use
     span: IntArray  # (3,) rigid modes, and the range of elastic modes that move the head
     rigid: IntArray  # (G,) rigid modes it moves in: all or none
-    elastic: IntArray  # (G, 2) range of its elastic modes
-    modes: Array  # (C, n)
+    elastic: IntArray  # (G, 2) range of its elastic modes; all three in whole cache lines
+    modes: Array  # (C, n), n in whole cache lines
     shapes: Array  # (n, C) the same the other way
     displacement: Array  # (L, C, C) receptance of a step of each size
     residual: Array  # (C, C)
     at: IntArray  # (R, B) first channel of each block of a row beyond its line
     part: IntArray  # (R, B) group of each such block
-    since: IntArray  # (R,) first slot channel that rows from this one on touch, in cache lines
+    order: NDArray[np.uint64]  # (R,) rows with such blocks, by their first channels
+    since: IntArray  # (R,) first slot channel that the row and those after it touch, in cache lines
     reach: IntArray  # (R,) one past the last
     lead: NDArray[np.uint64]  # (R,) first channel of a row's line
     terms: Array  # (R, 4) work: see ``near_products.contact_matrix``
@@ -74,8 +75,17 @@ class Near(NamedTuple):
 
 def head_size(modal: ModalSystem) -> int:
     """Ports and lines of action, in whole cache lines."""
-    size = len(modal.system.ports) + 3 * len(modal.system.pairs.s0)
-    return size + -size % LINE
+    return whole_lines(len(modal.system.ports) + 3 * len(modal.system.pairs.s0))
+
+
+def whole_ranges(rigid: int, first: int, last: int) -> tuple[int, int, int]:
+    """Rigid modes and a range of elastic ones in whole cache lines that do not overlap.
+
+    What is added moves nothing.
+    """
+    rigid = whole_lines(rigid)
+    first = max(first - first % LINE, rigid)
+    return rigid, first, max(whole_lines(last), first)
 
 
 def aligned(*shape: int) -> Array:
@@ -104,7 +114,9 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         )
         for g in range(len(rigid))
     ]
-    first = np.concatenate([[0], np.cumsum([len(h) + r for h, r in zip(held, room, strict=True)])])
+    rooms = [len(h) + r for h, r in zip(held, room, strict=True)]
+    rooms = [r + -r % LINE for r in rooms]  # channels of a group begin with a cache line
+    first = np.concatenate([[0], np.cumsum(rooms)])
     slots = int(first[-1])
     slot = np.full(blocks, -1, dtype=np.int64)
     block = np.full(slots, -1, dtype=np.int64)
@@ -114,10 +126,12 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         slot[own], block[at] = np.arange(at.start, at.stop), own
         seen[at] = np.iinfo(np.int64).max
     channels = head + 6 * slots
-    channels += -channels % LINE  # an odd number of cache lines: their sets then all differ
-    channels += LINE * (channels // LINE % 2 == 0)
+    channels += LINE * (channels // LINE % 2 == 0)  # an odd number of them: their sets all differ
+    modes = whole_lines(modal.modes.shape[1])
     used = np.array([len(h) for h in held], dtype=np.int64)
     low = head + 6 * first[:-1].astype(np.int64)
+    span = np.array(whole_ranges(*head_span(modal, lined)), dtype=np.int64)
+    ranges = [whole_ranges(r, *e) for r, e in zip(rigid, elastic, strict=True)]
     return Near(
         slot=slot,
         group=group,
@@ -131,15 +145,16 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         linked=linked_groups(modal, group, lined, len(rigid)),
         low=low,
         high=low + 6 * used,
-        span=head_span(modal, lined),
-        rigid=rigid,
-        elastic=elastic,
-        modes=aligned(channels, modal.modes.shape[1]),
-        shapes=aligned(modal.modes.shape[1], channels),
+        span=span,
+        rigid=np.array([r for r, _, _ in ranges], dtype=np.int64),
+        elastic=np.array([e for _, *e in ranges], dtype=np.int64).reshape(-1, 2),
+        modes=aligned(channels, modes),
+        shapes=aligned(modes, channels),
         displacement=aligned(sizes, channels, channels),
         residual=aligned(channels, channels),
         at=np.zeros((rows, width), dtype=np.int64),
         part=np.zeros((rows, width), dtype=np.int64),
+        order=np.zeros(rows, dtype=np.uint64),
         since=np.zeros(rows, dtype=np.int64),
         reach=np.zeros(rows, dtype=np.int64),
         lead=np.zeros(rows, dtype=np.uint64),
@@ -150,8 +165,8 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         line_2=aligned(channels),
         free=aligned(channels),
         rate=aligned(channels),
-        forces=np.zeros(channels),
-        motion=np.zeros(channels),
+        forces=aligned(channels),
+        motion=aligned(channels),
     )
 
 
@@ -294,14 +309,14 @@ def fill_rung(near, rung, displacement, head):
 
 @njit(**INNER)
 def _places(near, line, blocks, width, beyond, n, head, now):
-    """Where rows are: at, part, since, reach; whether every block has a slot."""
+    """Where rows are: at, part, order, since, reach; whether every block has a slot."""
     whole = True
-    since, reach = near.modes.shape[0], head
-    near.counts[3] = near.counts[4] = 0
-    for i in range(n - 1, -1, -1):
-        near.counts[4] = max(near.counts[4], line[i] + 1)
-        if beyond[i] < width[i]:
-            near.counts[3] = max(near.counts[3], i + 1)
+    wide = lines = 0
+    for i in range(n):
+        lines = max(lines, line[i] + 1)
+        if beyond[i] == width[i]:
+            continue
+        begin, end = near.modes.shape[0], 0
         for a in range(beyond[i], width[i]):
             b = blocks[i, a]
             s = near.slot[b]
@@ -311,8 +326,17 @@ def _places(near, line, blocks, width, beyond, n, head, now):
             c = head + 6 * s
             near.seen[s] = max(near.seen[s], now)
             near.at[i, a], near.part[i, a] = c, near.group[b]
-            since, reach = min(since, c - c % LINE), max(reach, c + 6 + -(c + 6) % LINE)
-        near.since[i], near.reach[i] = since, reach
+            begin, end = min(begin, c - c % LINE), max(end, c + 6 + -(c + 6) % LINE)
+        p = wide
+        while p > 0 and near.since[p - 1] > begin:
+            near.order[p], near.since[p] = near.order[p - 1], near.since[p - 1]
+            near.reach[p] = near.reach[p - 1]
+            p -= 1
+        near.order[p], near.since[p], near.reach[p] = i, begin, end
+        wide += 1
+    for p in range(wide - 2, -1, -1):
+        near.reach[p] = max(near.reach[p], near.reach[p + 1])
+    near.counts[3], near.counts[4] = wide, lines
     return whole
 
 
@@ -320,6 +344,8 @@ def _places(near, line, blocks, width, beyond, n, head, now):
 def place_rows(near, line, blocks, width, beyond, n, channel_modes, residual, head):
     """Slots for blocks of rows (n) beyond their lines, and where they are. Fills new slots.
 
+    ``near.order`` lists the rows that have such blocks by the first channel of their own, so that
+    what one of them and those after it touch is short: ``since`` … ``reach``.
     ``near.fresh`` lists the slots that were filled.
     """
     near.counts[0] = 0

@@ -3,8 +3,9 @@
 A row V_i is w₀ + ζ w₁ on the two channels of its line of action, and six coefficients on each
 block beyond. Channels are c = 0 … C − 1: P ports, lines, slots; those of two groups, or of the
 head and a group that is not linked to it, do not move one another. Loops run from 0 over slices:
-compiled indices that might be negative are not vectorised (or scattered one by one), nor are loops
-over many arrays, whose overlap would have to be ruled out at every call.
+compiled indices that might be negative are not vectorised (or scattered one by one). Sums of many
+lines are taken in whole cache lines (``wide.py``): head and groups begin with one, ranges of modes
+too, and what stands between them is zero.
 """
 
 from __future__ import annotations
@@ -12,115 +13,110 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from flexgear.analysis.wide import WIDE, add_rows, clear, put_rows
 from flexgear.coupling.compiled import FAST, INNER
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
-LINE = 8  # numbers in a cache line: work arrays begin with one, and whole ones are taken
+LINE = WIDE  # numbers in a cache line: work arrays begin with one, and whole ones are taken
 
 
-@njit(**INNER, fastmath=FAST)
-def _moved(shapes, low, high, start, stop, a, out):
-    """out[low:high] += shapes[start:stop, low:high]ᵀ @ a[start:stop], six modes at once."""
-    to = out[low:high]
-    j = start
-    while j + 5 < stop:
-        a0, a1, a2, a3, a4, a5 = a[j], a[j + 1], a[j + 2], a[j + 3], a[j + 4], a[j + 5]
-        s0, s1, s2 = shapes[j, low:high], shapes[j + 1, low:high], shapes[j + 2, low:high]
-        s3, s4, s5 = shapes[j + 3, low:high], shapes[j + 4, low:high], shapes[j + 5, low:high]
-        for c in range(high - low):
-            to[c] += a0 * s0[c] + a1 * s1[c] + a2 * s2[c] + a3 * s3[c] + a4 * s4[c] + a5 * s5[c]
-        j += 6
-    while j < stop:
-        a0, s0 = a[j], shapes[j, low:high]
-        for c in range(high - low):
-            to[c] += a0 * s0[c]
-        j += 1
+def whole_lines(count: int) -> int:
+    """So many numbers in whole cache lines."""
+    return count + -count % LINE
 
 
-@njit(**INNER, fastmath=FAST)
+whole = njit(**INNER)(whole_lines)
+
+
+@njit(**INNER)
+def _add_lines(matrix, first, stop, factors, low, high, out):
+    """out[low:high] += matrix[first:stop, low:high]ᵀ @ factors[first:stop], eight rows at once."""
+    j = first
+    while j + 7 < stop:
+        eight = (
+            factors[j], factors[j + 1], factors[j + 2], factors[j + 3], factors[j + 4],
+            factors[j + 5], factors[j + 6], factors[j + 7],
+        )  # fmt: skip
+        for c in range(low, high, LINE):
+            add_rows(out, c, matrix, j, eight)
+        j += 8
+    while j + 1 < stop:
+        two = (factors[j], factors[j + 1])
+        for c in range(low, high, LINE):
+            add_rows(out, c, matrix, j, two)
+        j += 2
+    if j < stop:
+        add_line(matrix, j, factors[j], low, high, out)
+
+
+@njit(**INNER)
+def _add_block(matrix, d, v, low, high, out):
+    """out[low:high] += matrix[d:d+6, low:high]ᵀ @ v."""
+    six = (v[0], v[1], v[2], v[3], v[4], v[5])
+    for c in range(low, high, LINE):
+        add_rows(out, c, matrix, d, six)
+
+
+@njit(**INNER)
+def add_line(matrix, d, f, low, high, out):
+    """out[low:high] += f matrix[d, low:high]."""
+    for c in range(low, high, LINE):
+        add_rows(out, c, matrix, d, (f,))
+
+
+@njit(**INNER)
 def moved(shapes, head, span, low, high, rigid, elastic, a, out):
-    """out = modes @ a over the channels in use."""
-    for c in range(head):
-        out[c] = 0.0
-    _moved(shapes, 0, head, 0, span[0], a, out)
-    _moved(shapes, 0, head, span[1], span[2], a, out)
+    """out = modes @ a over the channels in use; span, rigid, elastic: ranges of modes."""
+    for c in range(0, head, LINE):
+        clear(out, c)
+    _add_lines(shapes, 0, span[0], a, 0, head, out)
+    _add_lines(shapes, span[1], span[2], a, 0, head, out)
     for g in range(low.shape[0]):
-        to = out[low[g] : high[g]]
-        for c in range(to.shape[0]):
-            to[c] = 0.0
-        if rigid[g] > 0:
-            _moved(shapes, low[g], high[g], 0, rigid[g], a, out)
-        _moved(shapes, low[g], high[g], elastic[g, 0], elastic[g, 1], a, out)
+        first, last = low[g], whole(high[g])
+        for c in range(first, last, LINE):
+            clear(out, c)
+        _add_lines(shapes, 0, rigid[g], a, first, last, out)
+        _add_lines(shapes, elastic[g, 0], elastic[g, 1], a, first, last, out)
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INNER)
 def _pushed(modes, low, high, start, stop, forces, out):
-    """out[start:stop] += modes[low:high, start:stop]ᵀ @ forces[low:high], six rows at once."""
-    part = out[start:stop]
+    """out[start:stop] += modes[low:high, start:stop]ᵀ @ forces[low:high], slot by slot."""
+    if start == stop:
+        return
     for c in range(low, high, 6):
-        f0, f1, f2 = forces[c], forces[c + 1], forces[c + 2]
-        f3, f4, f5 = forces[c + 3], forces[c + 4], forces[c + 5]
-        if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and f3 == 0.0 and f4 == 0.0 and f5 == 0.0:
-            continue
-        m0, m1, m2 = modes[c, start:stop], modes[c + 1, start:stop], modes[c + 2, start:stop]
-        m3, m4, m5 = modes[c + 3, start:stop], modes[c + 4, start:stop], modes[c + 5, start:stop]
-        for j in range(stop - start):
-            part[j] += f0 * m0[j] + f1 * m1[j] + f2 * m2[j] + f3 * m3[j] + f4 * m4[j] + f5 * m5[j]
+        f = forces[c : c + 6]
+        if (
+            f[0] != 0.0 or f[1] != 0.0 or f[2] != 0.0
+            or f[3] != 0.0 or f[4] != 0.0 or f[5] != 0.0
+        ):  # fmt: skip
+            _add_block(modes, c, f, start, stop, out)
 
 
-@njit(**INNER, fastmath=FAST)
-def _pushed_by_head(modes, ports, lines, start, stop, forces, out):
-    """The same for ports and lines."""
-    part = out[start:stop]
-    for c in range(ports):
-        f, m = forces[c], modes[c, start:stop]
-        if f != 0.0:
-            for j in range(stop - start):
-                part[j] += f * m[j]
-    for c in range(ports, lines, 2):
-        f0, f1, m0, m1 = forces[c], forces[c + 1], modes[c, start:stop], modes[c + 1, start:stop]
-        if f0 != 0.0 or f1 != 0.0:
-            for j in range(stop - start):
-                part[j] += f0 * m0[j] + f1 * m1[j]
-
-
-@njit(**INNER, fastmath=FAST)
-def pushed(modes, ports, lines, span, low, high, rigid, elastic, forces, out):
+@njit(**INNER)
+def pushed(modes, lines, span, low, high, rigid, elastic, forces, out):
     """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
-    for j in range(modes.shape[1]):
-        out[j] = 0.0
-    _pushed_by_head(modes, ports, lines, 0, span[0], forces, out)
-    _pushed_by_head(modes, ports, lines, span[1], span[2], forces, out)
+    for j in range(0, modes.shape[1], LINE):
+        clear(out, j)
+    _add_lines(modes, 0, lines, forces, 0, span[0], out)
+    _add_lines(modes, 0, lines, forces, span[1], span[2], out)
     for g in range(low.shape[0]):
-        if rigid[g] > 0:
-            _pushed(modes, low[g], high[g], 0, rigid[g], forces, out)
+        _pushed(modes, low[g], high[g], 0, rigid[g], forces, out)
         _pushed(modes, low[g], high[g], elastic[g, 0], elastic[g, 1], forces, out)
 
 
-@njit(**INNER, fastmath=FAST)
-def add_line(matrix, d, f, start, stop, out):
-    """out[start:stop] += f matrix[d, start:stop]."""
-    line, to = matrix[d, start:stop], out[start:stop]
-    for c in range(stop - start):
-        to[c] += f * line[c]
-
-
-@njit(**INNER, fastmath=FAST)
+@njit(**INNER)
 def answered(matrix, lines, head, low, high, linked, top, forces, out):
     """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
-    for c in range(top):
-        out[c] = 0.0
-    for d in range(lines):
-        f = forces[d]
-        if f != 0.0:
-            add_line(matrix, d, f, 0, head, out)
-            for g in range(low.shape[0]):
-                if linked[g] == 1:
-                    add_line(matrix, d, f, low[g], high[g], out)
+    for c in range(0, whole(top), LINE):
+        clear(out, c)
+    _add_lines(matrix, 0, lines, forces, 0, head, out)
     for g in range(low.shape[0]):
-        _pushed(matrix, low[g], high[g], low[g], high[g], forces, out)
+        last = whole(high[g])
         if linked[g] == 1:
+            _add_lines(matrix, 0, lines, forces, low[g], last, out)
             _pushed(matrix, low[g], high[g], 0, head, forces, out)
+        _pushed(matrix, low[g], high[g], low[g], last, forces, out)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -143,131 +139,123 @@ def near_values(line, along, at, coef, width, beyond, ports, n, a, b, out_a, out
         out_b[i] = sum_b
 
 
-@njit(**INNER, fastmath=FAST)
-def _line_image(g, c, zeta, start, stop, y):
-    """y = G (e_c + ζ e_{c+1}) on start … stop − 1."""
-    g0, g1, to = g[c, start:stop], g[c + ONE, start:stop], y[start:stop]
-    for k in range(stop - start):
-        to[k] = g0[k] + zeta * g1[k]
+@njit(**INNER)
+def _block_image(matrix, at, part, coef, beyond, width, low, high, begin, end, linked, lined, own):
+    """own[begin:end] = G V of the blocks of a row beyond its line, and [0:lined] for linked ones.
+
+    Returns whether any is linked.
+    """
+    for c in range(begin, end, LINE):
+        clear(own, c)
+    across = False
+    for a in range(beyond, width):
+        g, d, v = part[a], at[a], coef[a]
+        _add_block(matrix, d, v, max(low[g], begin), min(whole(high[g]), end), own)
+        if linked[g] == 1:
+            if not across:
+                for c in range(0, lined, LINE):
+                    clear(own, c)
+            across = True
+            _add_block(matrix, d, v, 0, lined, own)
+    return across
 
 
 @njit(**INNER, fastmath=FAST)
-def _line_images(matrix, lead, terms, n, lined, y):
-    """y[j] = G (u e_c + ζ e_{c+1}) on channels 0 … lined − 1 for rows j < n, c = lead[j]."""
+def _on_lines(lead, terms, own, out):
+    """out[i] = own on the line of row i."""
+    for i in range(lead.shape[0]):
+        out[i] = terms[i, 0] * own[lead[i]] + terms[i, 1] * own[lead[i] + ONE]
+
+
+@njit(**INNER, fastmath=FAST)
+def _by_lines(g, r, lead, terms, n, lined, port, own, out):
+    """out[i, j] of the lines of rows i and j, and out[i, n] at a port."""
+    for i in range(n):
+        u, zeta, kf, f = terms[i, 0], terms[i, 1], terms[i, 2], terms[i, 3]
+        of_g, of_r = (kf * u, kf * zeta), (-f * u, -f * zeta)
+        for c in range(0, lined, LINE):
+            put_rows(own, c, g, lead[i], of_g)
+            add_rows(own, c, r, lead[i], of_r)
+        _on_lines(lead[:n], terms[:n], own, out[i, :n])
+        out[i, n] = own[port]
+        out[i, i] += 1.0
+
+
+@njit(**INNER, fastmath=FAST)
+def _across(y, y_r, lead, terms, n, i, port, out):
+    """Adds what blocks of row i do to lines, the other way too."""
+    own, own_r = y[i], y_r[i]
+    kf, f = terms[i, 2], terms[i, 3]
+    out[i, n] += kf * own[port] - f * own_r[port]
     for j in range(n):
         u, zeta, c = terms[j, 0], terms[j, 1], lead[j]
-        g0, g1, to = matrix[c, :lined], matrix[c + ONE, :lined], y[j, :lined]
-        for k in range(lined):
-            to[k] = u * g0[k] + zeta * g1[k]
-
-
-@njit(**INNER, fastmath=FAST)
-def _block_image(g, d, v, start, stop, y):
-    """y += G v on start … stop − 1, v (6,) on channels d … d + 5."""
-    v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
-    g0, g1, g2 = g[d, start:stop], g[d + 1, start:stop], g[d + 2, start:stop]
-    g3, g4, g5 = g[d + 3, start:stop], g[d + 4, start:stop], g[d + 5, start:stop]
-    to = y[start:stop]
-    for k in range(stop - start):
-        to[k] += v0 * g0[k] + v1 * g1[k] + v2 * g2[k] + v3 * g3[k] + v4 * g4[k] + v5 * g5[k]
-
-
-@njit(**INNER, fastmath=FAST)
-def _block_images(
-    matrix, lead, terms, at, part, coef, width, beyond, since, reach, low, high, linked, lined,
-    wide, y,
-):  # fmt: skip
-    """y[j] += G V_j for rows j < wide: blocks beyond lines everywhere, lines on linked groups."""
-    for j in range(wide):
-        begin, end = since[j], reach[j]
-        to = y[j, begin:end]
-        for d in range(end - begin):
-            to[d] = 0.0
-        for b in range(low.shape[0]):
-            first = max(low[b] - low[b] % LINE, begin)
-            last = min(high[b] + -high[b] % LINE, end)
-            if linked[b] == 1 and terms[j, 0] != 0.0 and first < last:
-                _line_image(matrix, lead[j], terms[j, 1], first, last, y[j])
-        for a in range(beyond[j], width[j]):
-            b, d, v = part[j, a], at[j, a], coef[j, a]
-            first = max(low[b] - low[b] % LINE, begin)
-            _block_image(matrix, d, v, first, min(high[b] + -high[b] % LINE, end), y[j])
-            if linked[b] == 1:
-                _block_image(matrix, d, v, 0, lined, y[j])
-
-
-@njit(**INNER, fastmath=FAST)
-def _values_on_lines(own, own_r, lead, terms, right, below):
-    """right[i] and below[i] of a row and those after it so far as they move along lines."""
-    kf, f = terms[0, 2], terms[0, 3]
-    for i in range(lead.shape[0]):
-        c, u, zeta = lead[i], terms[i, 0], terms[i, 1]
         p = u * own[c] + zeta * own[c + ONE]
         q = u * own_r[c] + zeta * own_r[c + ONE]
-        right[i] = kf * p - f * q
-        below[i] = terms[i, 2] * p - terms[i, 3] * q
+        out[i, j] += kf * p - f * q
+        out[j, i] += terms[j, 2] * p - terms[j, 3] * q
 
 
 @njit(**INNER, fastmath=FAST)
-def _values_on_blocks(own, own_r, at, coef, width, beyond, terms, right, below):
-    """The same of the blocks beyond, added."""
-    kf, f = terms[0, 2], terms[0, 3]
-    for i in range(at.shape[0]):
-        p, q = 0.0, 0.0
-        for a in range(beyond[i], width[i]):
-            c, v = np.uint64(at[i, a]), coef[i, a]
-            p += v[0] * own[c] + v[1] * own[c + ONE] + v[2] * own[c + TWO]
-            q += v[0] * own_r[c] + v[1] * own_r[c + ONE] + v[2] * own_r[c + TWO]
-            c += THREE
-            p += v[3] * own[c] + v[4] * own[c + ONE] + v[5] * own[c + TWO]
-            q += v[3] * own_r[c] + v[4] * own_r[c + ONE] + v[5] * own_r[c + TWO]
-        right[i] += kf * p - f * q
-        if i > 0:
-            below[i] += terms[i, 2] * p - terms[i, 3] * q
+def _by_blocks(order, y, y_r, at, coef, beyond, width, terms, out):
+    """Adds what blocks of rows do to blocks of rows; order (w,): rows that have such blocks."""
+    for first in range(order.shape[0]):
+        j = order[first]
+        own, own_r = y[j], y_r[j]
+        kf, f = terms[j, 2], terms[j, 3]
+        for i in order[first:]:
+            p, q = 0.0, 0.0
+            for a in range(beyond[i], width[i]):
+                c, v = np.uint64(at[i, a]), coef[i, a]
+                p += v[0] * own[c] + v[1] * own[c + ONE] + v[2] * own[c + TWO]
+                q += v[0] * own_r[c] + v[1] * own_r[c + ONE] + v[2] * own_r[c + TWO]
+                c += THREE
+                p += v[3] * own[c] + v[4] * own[c + ONE] + v[5] * own[c + TWO]
+                q += v[3] * own_r[c] + v[4] * own_r[c + ONE] + v[5] * own_r[c + TWO]
+            out[j, i] += kf * p - f * q
+            if i != j:
+                out[i, j] += terms[i, 2] * p - terms[i, 3] * q
 
 
 @njit(**INNER, fastmath=FAST)
 def contact_matrix(
-    g, r, line, along, at, part, coef, width, beyond, since, reach, ports, lines, low, high,
-    linked, n, wide, k, f, lead, terms, y, y_r, out,
+    g, r, line, along, at, part, coef, width, beyond, order, since, reach, ports, lines, low, high,
+    linked, n, wide, k, f, lead, terms, y, y_r, own, out,
 ):  # fmt: skip
-    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j; y[i, t] = V_iᵀ G e_t for the
-    ports t, y_r the same of R.
+    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j for rows, and in column n the same
+    for V_j = the last port.
 
-    G and R symmetric, which halves the work; lines: one past the last channel of lines that rows
-    have; wide: one past the last row with blocks beyond its line; since and reach: slot channels
-    that rows j … n − 1 touch. Work space: lead (R,) first channel of a row's line; terms (R, 4)
-    its share of that channel (0 or 1) and of the next, k + f and f; y, y_r (R, C) G V_i and R V_i.
+    G and R symmetric, which halves the work of blocks; lines: one past the last channel of lines
+    that rows have; order, since, reach, wide: see ``near.place_rows``. Work space: lead (R,) first
+    channel of a row's line; terms (R, 4) its share of that channel (0 or 1) and of the next, k + f
+    and f; y, y_r (R, C) G V_i and R V_i; own (C,).
     """
-    lined = lines + -lines % LINE
+    lined = whole(lines)
     for i in range(n):
         has = line[i] >= 0
         lead[i] = np.uint64(ports + 2 * line[i]) if has else np.uint64(0)
         terms[i, 0], terms[i, 1] = (1.0, along[i]) if has else (0.0, 0.0)
         terms[i, 2], terms[i, 3] = k[i] + f[i], f[i]
-    _line_images(g, lead, terms, n, lined, y)
-    _line_images(r, lead, terms, n, lined, y_r)
-    for which in range(2):
-        _block_images(
-            g if which == 0 else r, lead, terms, at, part, coef, width, beyond, since, reach, low,
-            high, linked, lined, wide, y if which == 0 else y_r,
+    _by_lines(g, r, lead, terms, n, lined, ports - 1, own, out)
+    for first in range(wide):
+        i = order[first]
+        across = _block_image(
+            g, at[i], part[i], coef[i], beyond[i], width[i], low, high, since[first], reach[first],
+            linked, lined, y[i],
         )  # fmt: skip
-    for j in range(n):
-        right, below = out[j, j:n], out[j:n, j]
-        _values_on_lines(y[j], y_r[j], lead[j:n], terms[j:n], right, below)
-        if j < wide:
-            _values_on_blocks(
-                y[j], y_r[j], at[j:wide], coef[j:wide], width[j:wide], beyond[j:wide],
-                terms[j:wide], right, below,
-            )  # fmt: skip
-        out[j, j] += 1.0
+        _block_image(
+            r, at[i], part[i], coef[i], beyond[i], width[i], low, high, since[first], reach[first],
+            linked, lined, y_r[i],
+        )  # fmt: skip
+        if across:
+            _across(y, y_r, lead, terms, n, i, ports - 1, out)
+    _by_blocks(order[:wide], y, y_r, at, coef, beyond, width, terms, out)
 
 
 @njit(**INNER, fastmath=FAST)
 def near_forces(line, along, at, coef, width, beyond, ports, top, n, x, forces):
     """forces = −Σ V_i x_i on the near channels."""
-    for c in range(top):
-        forces[c] = 0.0
+    for c in range(0, whole(top), LINE):
+        clear(forces, c)
     for i in range(n):
         if x[i] != 0.0:
             if line[i] >= 0:

@@ -46,7 +46,7 @@ class State(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Work space of a step; R rows with room for one more unknown."""
+    """Work space of a step; R rows with room for one more unknown, n modes in whole cache lines."""
 
     matrix: Array  # (R, R)
     small: Array  # (R, R)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.energy import Ledger
 from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.near import Near, aligned, head_size, near_channels
+from flexgear.analysis.near_products import whole_lines
 from flexgear.analysis.step_arrays import StepData, Work
 from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.modal import ModalSystem
@@ -67,9 +68,9 @@ class Space:
 def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
     """Empty work space for so many step sizes, with the account of energy or without."""
     rows = pair_rows(modal.system.pairs)
-    count, n = len(rows.kind), modal.modes.shape[1]
+    count, n = len(rows.kind), whole_lines(modal.modes.shape[1])
     blocks = len(modal.system.blocks) // 6
-    size, ports = count + 2 + -(count + 2) % 8, len(modal.system.ports)  # whole blocks of 8
+    size, ports = whole_lines(count + 2), len(modal.system.ports)
     near = near_channels(modal, rows.blocks.shape[0], rows.blocks.shape[1], sizes)
     work = Work(
         **{name: aligned(size, size) for name in ("matrix", "small")},
@@ -88,7 +89,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         theta=np.zeros(len(modal.angles)),
         torques=np.zeros(ports),
         **{
-            name: np.zeros(n)
+            name: aligned(n)
             for name in ("acceleration", "free", "free_v", "push", "turning", "error")
         },
         motion=np.zeros(6 * blocks),

@@ -6,10 +6,10 @@ from numba import njit
 
 from flexgear.analysis.contact import eliminate
 from flexgear.analysis.near import aligned
-from flexgear.analysis.near_products import LINE, contact_matrix
+from flexgear.analysis.near_products import LINE, contact_matrix, whole_lines
 
 PORTS, MESHES, HEAD = 2, 5, 16 + 8
-GROUPS = ((0, 3), (3, 7))  # slots of each
+GROUPS = ((0, 3), (4, 7))  # slots of each; a group begins with a cache line
 
 
 @pytest.fixture
@@ -25,12 +25,12 @@ def solved(a, n, x):
 @njit
 def made(g, r, rows, slots, groups, lines, n, wide, k, f, work, out):
     line, along, at, part, coef, width, beyond = rows
-    since, reach = slots
+    order, since, reach = slots
     low, high, linked = groups
-    lead, terms, y, y_r = work
+    lead, terms, y, y_r, own = work
     contact_matrix(
-        g, r, line, along, at, part, coef, width, beyond, since, reach, PORTS, lines, low, high,
-        linked, n, wide, k, f, lead, terms, y, y_r, out,
+        g, r, line, along, at, part, coef, width, beyond, order, since, reach, PORTS, lines, low,
+        high, linked, n, wide, k, f, lead, terms, y, y_r, own, out,
     )  # fmt: skip
 
 
@@ -96,30 +96,29 @@ def test_contact_matrix_is_the_dense_one(linked, rng):
         if line[i] >= 0:
             rows[i, PORTS + 2 * line[i] : PORTS + 2 * line[i] + 2] = 1.0, along[i]
         for a in range(beyond[i], width[i]):
-            slot = rng.integers(GROUPS[-1][1])
+            slot = rng.choice(np.r_[0:3, 4:7])
             at[i, a], part[i, a] = HEAD + 6 * slot, int(slot >= GROUPS[1][0])
             rows[i, at[i, a] : at[i, a] + 6] += coef[i, a]
-    has = np.flatnonzero(width > beyond)
-    since, reach = np.full(n, size), np.full(n, HEAD)
-    for i in range(n):
-        used = [at[j, a] for j in range(i, n) for a in range(beyond[j], width[j])]
-        if used:
-            since[i] = min(used) - min(used) % LINE
-            reach[i] = max(used) + 6 + -(max(used) + 6) % LINE
+    first = [at[i, beyond[i] : width[i]].min(initial=size) for i in range(n)]
+    order = np.argsort(first, kind="stable")[: np.count_nonzero(width > beyond)]
+    since, reach = np.zeros((2, n), dtype=np.int64)
+    for p, i in enumerate(order):
+        since[p] = first[i] - first[i] % LINE
+        last = max(at[j, a] + 6 for j in order[p:] for a in range(beyond[j], width[j]))
+        reach[p] = whole_lines(last)
     low, high = (HEAD + 6 * np.array([s[e] for s in GROUPS]) for e in range(2))
     k, f = rng.uniform(1.0, 2.0, n), rng.uniform(0.0, 0.5, n)
-    lead, terms, y, y_r = (
-        np.zeros(n, dtype=np.uint64), aligned(n, 4), aligned(n, size), aligned(n, size)
-    )  # fmt: skip
+    lead, own = np.zeros(n, dtype=np.uint64), np.full(size, np.nan)
+    terms, y, y_r = aligned(n, 4), np.full((n, size), np.nan), np.full((n, size), np.nan)
     out = aligned(n + 7, n + 7)
     made(
-        g, r, (line, along, at, part, coef, width, beyond), (since, reach),
-        (low, high, np.array(linked)), PORTS + 2 * (line.max() + 1), n, has[-1] + 1, k, f,
-        (lead, terms, y, y_r), out,
+        g, r, (line, along, at, part, coef, width, beyond),
+        (order.astype(np.uint64), since, reach), (low, high, np.array(linked)),
+        PORTS + 2 * (line.max() + 1), n, len(order), k, f, (lead, terms, y, y_r, own), out,
     )  # fmt: skip
     of_g, of_r = rows @ g @ rows.T, rows @ r @ rows.T
     expected = np.eye(n) + (k + f)[:, None] * of_g - f[:, None] * of_r
     scale = np.abs(expected).max()
     np.testing.assert_allclose(out[:n, :n], expected, rtol=0, atol=1e-13 * scale)
-    np.testing.assert_allclose(y[:, :PORTS], (rows @ g)[:, :PORTS], rtol=0, atol=1e-13 * scale)
-    np.testing.assert_allclose(y_r[:, :PORTS], (rows @ r)[:, :PORTS], rtol=0, atol=1e-13 * scale)
+    at_port = (k + f) * (rows @ g)[:, PORTS - 1] - f * (rows @ r)[:, PORTS - 1]
+    np.testing.assert_allclose(out[:n, n], at_port, rtol=0, atol=1e-13 * scale)
