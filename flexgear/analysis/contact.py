@@ -79,6 +79,46 @@ def _substitute(a, n, x):
         i -= 4
 
 
+@njit(**INNER, fastmath=FAST, error_model="numpy")
+def _pivot_rows(a, k, last, start, end):
+    """Finish rows k … last − 1, at most four, from column ``start`` on; diagonals inverted.
+
+    Factors come from the 4 × 4 block alone, not from rows that have to be written first.
+    """
+    if last < k + 4:
+        for r in range(k, last):
+            own = a[r]
+            for q in range(k, r):
+                factor = (-own[q] * a[q, q],)
+                for c in range(start, end, WIDE):
+                    add_rows(own, c, a, q, factor)
+            if not own[r] > SMALL_PIVOT:
+                return False
+            own[r] = 1.0 / own[r]
+        return True
+    p0, p1 = a[k, k : k + 4], a[k + 1, k : k + 4]
+    p2, p3 = a[k + 2, k : k + 4], a[k + 3, k : k + 4]
+    d0 = 1.0 / p0[0]
+    l10, l20, l30 = p1[0] * d0, p2[0] * d0, p3[0] * d0
+    u11 = p1[1] - l10 * p0[1]
+    u12, u13 = p1[2] - l10 * p0[2], p1[3] - l10 * p0[3]
+    d1 = 1.0 / u11
+    l21, l31 = (p2[1] - l20 * p0[1]) * d1, (p3[1] - l30 * p0[1]) * d1
+    u22 = p2[2] - l20 * p0[2] - l21 * u12
+    u23 = p2[3] - l20 * p0[3] - l21 * u13
+    d2 = 1.0 / u22
+    l32 = (p3[2] - l30 * p0[2] - l31 * u12) * d2
+    u33 = p3[3] - l30 * p0[3] - l31 * u13 - l32 * u23
+    if not (p0[0] > SMALL_PIVOT and u11 > SMALL_PIVOT and u22 > SMALL_PIVOT and u33 > SMALL_PIVOT):
+        return False
+    for c in range(start, end, WIDE):
+        add_rows(a[k + 1], c, a, k, (-l10,))
+        add_rows(a[k + 2], c, a, k, (-l20, -l21))
+        add_rows(a[k + 3], c, a, k, (-l30, -l31, -l32))
+    p0[0], p1[1], p2[2], p3[3] = d0, d1, d2, 1.0 / u33
+    return True
+
+
 @njit(**INNER, fastmath=FAST)
 def eliminate(a, n, x):
     """x with A x = b, columns 0 … n of ``a`` being [A b], without pivoting; ``a`` is used up.
@@ -91,15 +131,8 @@ def eliminate(a, n, x):
     end = WIDE * (n // WIDE + 1)
     for k in range(0, n, 4):
         last, start = min(k + 4, n), WIDE * (k // WIDE)
-        for r in range(k, last):
-            own = a[r]
-            for q in range(k, r):
-                factor = (-own[q] * a[q, q],)
-                for c in range(start, end, WIDE):
-                    add_rows(own, c, a, q, factor)
-            if not own[r] > SMALL_PIVOT:
-                return False
-            own[r] = 1.0 / own[r]
+        if not _pivot_rows(a, k, last, start, end):
+            return False
         if last == n:
             break
         p0, p1, p2 = a[k, k : k + 4], a[k + 1, k : k + 4], a[k + 2, k : k + 4]

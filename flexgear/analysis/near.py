@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from flexgear.analysis.lines import fill
 from flexgear.analysis.near_products import LINE, whole_lines
 from flexgear.coupling.action_lines import covered
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, INTO
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairData
 
@@ -294,7 +294,7 @@ def begin(near, channel_modes, displacement, residual, head):
     _extent(near, head)
 
 
-@njit(**INNER)
+@njit(**INTO)
 def fill_rung(near, rung, displacement, head):
     """Bring the receptance of a step size (n_c, n_c) up to date with the slots in use."""
     for g in range(near.first.shape[0]):
@@ -340,7 +340,7 @@ def _places(near, line, blocks, width, beyond, n, head, now):
     return whole
 
 
-@njit(**INNER)
+@njit(**INTO)
 def place_rows(near, line, blocks, width, beyond, n, channel_modes, residual, head):
     """Slots for blocks of rows (n) beyond their lines, and where they are. Fills new slots.
 

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from flexgear.analysis.wide import WIDE, add_rows, clear, put_rows
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, INTO
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
 LINE = WIDE  # numbers in a cache line: work arrays begin with one, and whole ones are taken
@@ -65,6 +65,36 @@ def add_line(matrix, d, f, low, high, out):
 
 
 @njit(**INNER)
+def _add_lines_twice(matrix, first, stop, a, b, low, high, out_a, out_b):
+    """The same with two vectors of factors, in whole cache lines: each line is fetched once."""
+    for j in range(first, stop, LINE):
+        of_a = (a[j], a[j + 1], a[j + 2], a[j + 3], a[j + 4], a[j + 5], a[j + 6], a[j + 7])
+        of_b = (b[j], b[j + 1], b[j + 2], b[j + 3], b[j + 4], b[j + 5], b[j + 6], b[j + 7])
+        for c in range(low, high, LINE):
+            add_rows(out_a, c, matrix, j, of_a)
+            add_rows(out_b, c, matrix, j, of_b)
+
+
+@njit(**INTO)
+def both_moved(shapes, head, span, low, high, rigid, elastic, a, b, out_a, out_b):
+    """``moved`` of two vectors."""
+    for c in range(0, head, LINE):
+        clear(out_a, c)
+        clear(out_b, c)
+    _add_lines_twice(shapes, 0, span[0], a, b, 0, head, out_a, out_b)
+    _add_lines_twice(shapes, span[1], span[2], a, b, 0, head, out_a, out_b)
+    for g in range(low.shape[0]):
+        first, last = low[g], whole(high[g])
+        for c in range(first, last, LINE):
+            clear(out_a, c)
+            clear(out_b, c)
+        _add_lines_twice(shapes, 0, rigid[g], a, b, first, last, out_a, out_b)
+        _add_lines_twice(
+            shapes, elastic[g, 0], elastic[g, 1], a, b, first, last, out_a, out_b
+        )  # fmt: skip
+
+
+@njit(**INTO)
 def moved(shapes, head, span, low, high, rigid, elastic, a, out):
     """out = modes @ a over the channels in use; span, rigid, elastic: ranges of modes."""
     for c in range(0, head, LINE):
@@ -93,7 +123,7 @@ def _pushed(modes, low, high, start, stop, forces, out):
             _add_block(modes, c, f, start, stop, out)
 
 
-@njit(**INNER)
+@njit(**INTO)
 def pushed(modes, lines, span, low, high, rigid, elastic, forces, out):
     """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
     for j in range(0, modes.shape[1], LINE):
@@ -119,22 +149,23 @@ def answered(matrix, lines, head, low, high, linked, top, forces, out):
         _pushed(matrix, low[g], high[g], low[g], last, forces, out)
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INTO, fastmath=FAST)
 def near_values(line, along, at, coef, width, beyond, ports, n, a, b, out_a, out_b):
     """out_a[i] = V_iᵀ a and out_b[i] = V_iᵀ b for two vectors of near channels."""
     for i in range(n):
         sum_a = 0.0
         sum_b = 0.0
         if line[i] >= 0:
-            c = ports + 2 * line[i]
-            sum_a = a[c] + along[i] * a[c + 1]
-            sum_b = b[c] + along[i] * b[c + 1]
+            d = np.uint64(ports + 2 * line[i])
+            sum_a = a[d] + along[i] * a[d + ONE]
+            sum_b = b[d] + along[i] * b[d + ONE]
         for k in range(beyond[i], width[i]):
-            v, start = coef[i, k], at[i, k]
-            own_a, own_b = a[start : start + 6], b[start : start + 6]
-            for p in range(6):
-                sum_a += v[p] * own_a[p]
-                sum_b += v[p] * own_b[p]
+            v, c = coef[i, k], np.uint64(at[i, k])
+            sum_a += v[0] * a[c] + v[1] * a[c + ONE] + v[2] * a[c + TWO]
+            sum_b += v[0] * b[c] + v[1] * b[c + ONE] + v[2] * b[c + TWO]
+            c += THREE
+            sum_a += v[3] * a[c] + v[4] * a[c + ONE] + v[5] * a[c + TWO]
+            sum_b += v[3] * b[c] + v[4] * b[c + ONE] + v[5] * b[c + TWO]
         out_a[i] = sum_a
         out_b[i] = sum_b
 
@@ -216,7 +247,7 @@ def _by_blocks(order, y, y_r, at, coef, beyond, width, terms, out):
                 out[i, j] += terms[i, 2] * p - terms[i, 3] * q
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INTO, fastmath=FAST)
 def contact_matrix(
     g, r, line, along, at, part, coef, width, beyond, order, since, reach, ports, lines, low, high,
     linked, n, wide, k, f, lead, terms, y, y_r, own, out,
@@ -251,7 +282,7 @@ def contact_matrix(
     _by_blocks(order[:wide], y, y_r, at, coef, beyond, width, terms, out)
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INTO, fastmath=FAST)
 def near_forces(line, along, at, coef, width, beyond, ports, top, n, x, forces):
     """forces = −Σ V_i x_i on the near channels."""
     for c in range(0, whole(top), LINE):

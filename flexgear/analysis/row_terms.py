@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from numba import njit
 
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, INTO
 from flexgear.coupling.pair_data import LOAD, PER_PAIR
 
 
-@njit(**INNER)
+@njit(**INTO)
 def damping_of_rows(
     one_sided, model, touched, damping, pair_row, pair_mesh, pair_index, n, n_pairs, share, c, f
 ):  # fmt: skip
@@ -25,7 +25,7 @@ def damping_of_rows(
         f[i] = share * c[i]
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INTO, fastmath=FAST)
 def right_sides(kind, stiffness, offset, n, delta, rate, c, right):
     """k (δ + e) + c δ̇ of every row, or the force itself where it is given."""
     for i in range(n):
@@ -35,7 +35,7 @@ def right_sides(kind, stiffness, offset, n, delta, rate, c, right):
             right[i] = offset[i]
 
 
-@njit(**INNER)
+@njit(**INTO)
 def remember(pair_mesh, pair_index, pair_row, n_pairs, x, touched):
     """Note which pairs carry load, by index."""
     for m in range(touched.shape[0]):

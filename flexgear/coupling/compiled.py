@@ -15,3 +15,4 @@ if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for
     UNCOUNTED["_nrt"] = False
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
+INTO = {**INNER, "forceinline": True}  # becomes part of its caller: passing many arrays is dear

@@ -306,7 +306,7 @@ def _other_rows(d, rows, theta, n):
     return n
 
 
-@njit(**UNCOUNTED, error_model="numpy")
+@njit(**UNCOUNTED, error_model="numpy", forceinline=True)
 def build_rows(d, rows, theta, wanted):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; return (number of rows, number of pairs).
 
