@@ -27,8 +27,8 @@ from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     add_line,
     answered,
-    contact_matrix,
     both_moved,
+    contact_matrix,
     near_forces,
     near_values,
     pushed,
@@ -120,7 +120,7 @@ def _motion_before(near, eta, head):
     for k in range(near.counts[0]):
         c = head + 6 * near.fresh[k]
         for p in range(c, c + 6):
-            near.motion[p] = dot(near.modes[p], eta) + dot(near.residual[p], near.forces)
+            near.motion[p] = dot(eta, near.modes[p]) + dot(near.residual[p], near.forces)
 
 
 @njit(**UNCOUNTED)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from flexgear.coupling.compiled import FAST, INNER, INTO
+from flexgear.coupling.compiled import FAST, INTO
 from flexgear.coupling.pair_data import LOAD, PER_PAIR
 
 

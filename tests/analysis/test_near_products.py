@@ -5,8 +5,16 @@ import pytest
 from numba import njit
 
 from flexgear.analysis.contact import eliminate
-from flexgear.analysis.near import aligned
-from flexgear.analysis.near_products import LINE, contact_matrix, whole_lines
+from flexgear.analysis.near import aligned, whole_ranges
+from flexgear.analysis.near_products import (
+    LINE,
+    answered,
+    both_moved,
+    contact_matrix,
+    moved,
+    pushed,
+    whole_lines,
+)
 
 PORTS, MESHES, HEAD = 2, 5, 16 + 8
 GROUPS = ((0, 3), (4, 7))  # slots of each; a group begins with a cache line
@@ -122,3 +130,66 @@ def test_contact_matrix_is_the_dense_one(linked, rng):
     np.testing.assert_allclose(out[:n, :n], expected, rtol=0, atol=1e-13 * scale)
     at_port = (k + f) * (rows @ g)[:, PORTS - 1] - f * (rows @ r)[:, PORTS - 1]
     np.testing.assert_allclose(out[:n, n], at_port, rtol=0, atol=1e-13 * scale)
+
+
+@njit
+def products(shapes, modes, matrix, head, lines, top, ranges, groups, a, b, forces, out):
+    span, rigid, elastic = ranges
+    low, high, linked = groups
+    both_moved(shapes, head, span, low, high, rigid, elastic, a, b, out[0], out[1])
+    moved(shapes, head, span, low, high, rigid, elastic, b, out[2])
+    pushed(modes, lines, span, low, high, rigid, elastic, forces, out[3])
+    answered(matrix, lines, head, low, high, linked, top, forces, out[4])
+
+
+@pytest.mark.parametrize("linked", [(0, 0), (1, 1)])
+def test_products_with_modes_are_the_dense_ones(linked, rng):
+    """Groups move in their own modes, whose ranges neither begin nor end with a cache line."""
+    rigid, ends, n = 5, ((7, 21), (21, 30)), 30
+    matrix = channel_matrix(linked, rng)
+    size, count = len(matrix), whole_lines(n)
+    lines, (start, stop) = HEAD - 3, (HEAD, HEAD + 6 * GROUPS[-1][1])
+    modes, shapes = aligned(size, count), aligned(count, size)
+    modes[:lines, :rigid] = rng.standard_normal((lines, rigid))
+    modes[:lines, 7:30] = rng.standard_normal((lines, 23))
+    for (first, last), (j, k) in zip(GROUPS, ends, strict=True):
+        at = slice(HEAD + 6 * first, HEAD + 6 * last)
+        modes[at, j:k] = rng.standard_normal((6 * (last - first), k - j))
+    modes[HEAD : HEAD + 6 * GROUPS[0][1], :rigid] = 1.0
+    shapes[:] = modes.T
+    span = np.array(whole_ranges(rigid, 7, 30))
+    ranges = [whole_ranges(r, *e) for r, e in zip((rigid, 0), ends, strict=True)]
+    low, high = (HEAD + 6 * np.array([s[e] for s in GROUPS]) for e in range(2))
+    a, b, forces = aligned(count), aligned(count), aligned(size)
+    a[:n], b[:n] = rng.standard_normal((2, n))
+    forces[:lines] = rng.standard_normal(lines)
+    forces[start:stop] = rng.standard_normal(stop - start) * (np.abs(modes[start:stop]).sum(1) > 0)
+    out = np.full((5, max(size, count)), np.nan)
+    products(
+        shapes, modes, matrix, HEAD, lines, stop,
+        (span, np.array([r for r, _, _ in ranges]), np.array([e for _, *e in ranges])),
+        (low, high, np.array(linked)), a, b, forces, out,
+    )  # fmt: skip
+    used = np.concatenate([np.arange(lines), *(np.arange(*e) for e in zip(low, high, strict=True))])
+    for found, expected in (
+        (out[0, used], (modes @ a)[used]),
+        (out[1, used], (modes @ b)[used]),
+        (out[2, used], (modes @ b)[used]),
+        (out[3, :n], (modes.T @ forces)[:n]),
+        (out[4, used], (matrix @ forces)[used]),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ((7, 28, 94), (8, 24, 96)),
+        ((0, 7, 28), (0, 0, 32)),
+        ((7, 7, 28), (8, 8, 32)),  # mode 7 stands with the rigid ones
+        ((7, 7, 7), (8, 8, 8)),
+        ((0, 0, 0), (0, 0, 0)),
+    ],
+)
+def test_ranges_of_modes_hold_whole_lines_once(given, expected):
+    assert whole_ranges(*given) == expected
