@@ -62,7 +62,7 @@ class Near(NamedTuple):
     since: IntArray  # (R,) first slot channel that the row and those after it touch, in cache lines
     reach: IntArray  # (R,) one past the last
     lead: NDArray[np.uint64]  # (R,) first channel of a row's line
-    terms: Array  # (R, 4) work: see ``near_products.contact_matrix``
+    terms: Array  # (4, R) work: see ``near_products.contact_matrix``
     image: Array  # (R, C) work: receptance times row
     image_r: Array  # (R, C)
     line: Array  # (C,) work
@@ -158,7 +158,7 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         since=np.zeros(rows, dtype=np.int64),
         reach=np.zeros(rows, dtype=np.int64),
         lead=np.zeros(rows, dtype=np.uint64),
-        terms=aligned(rows, 4),
+        terms=aligned(4, rows),
         image=aligned(rows, channels),
         image_r=aligned(rows, channels),
         line=aligned(channels),

@@ -194,20 +194,21 @@ def _block_image(matrix, at, part, coef, beyond, width, low, high, begin, end, l
 @njit(**INNER, fastmath=FAST)
 def _on_lines(lead, terms, own, out):
     """out[i] = own on the line of row i."""
+    u, zeta = terms[0], terms[1]
     for i in range(lead.shape[0]):
-        out[i] = terms[i, 0] * own[lead[i]] + terms[i, 1] * own[lead[i] + ONE]
+        out[i] = u[i] * own[lead[i]] + zeta[i] * own[lead[i] + ONE]
 
 
 @njit(**INNER, fastmath=FAST)
 def _by_lines(g, r, lead, terms, n, lined, port, own, out):
     """out[i, j] of the lines of rows i and j, and out[i, n] at a port."""
     for i in range(n):
-        u, zeta, kf, f = terms[i, 0], terms[i, 1], terms[i, 2], terms[i, 3]
+        u, zeta, kf, f = terms[0, i], terms[1, i], terms[2, i], terms[3, i]
         of_g, of_r = (kf * u, kf * zeta), (-f * u, -f * zeta)
         for c in range(0, lined, LINE):
             put_rows(own, c, g, lead[i], of_g)
             add_rows(own, c, r, lead[i], of_r)
-        _on_lines(lead[:n], terms[:n], own, out[i, :n])
+        _on_lines(lead[:n], terms, own, out[i, :n])
         out[i, n] = own[port]
         out[i, i] += 1.0
 
@@ -216,14 +217,14 @@ def _by_lines(g, r, lead, terms, n, lined, port, own, out):
 def _across(y, y_r, lead, terms, n, i, port, out):
     """Adds what blocks of row i do to lines, the other way too."""
     own, own_r = y[i], y_r[i]
-    kf, f = terms[i, 2], terms[i, 3]
+    kf, f = terms[2, i], terms[3, i]
     out[i, n] += kf * own[port] - f * own_r[port]
     for j in range(n):
-        u, zeta, c = terms[j, 0], terms[j, 1], lead[j]
+        u, zeta, c = terms[0, j], terms[1, j], lead[j]
         p = u * own[c] + zeta * own[c + ONE]
         q = u * own_r[c] + zeta * own_r[c + ONE]
         out[i, j] += kf * p - f * q
-        out[j, i] += terms[j, 2] * p - terms[j, 3] * q
+        out[j, i] += terms[2, j] * p - terms[3, j] * q
 
 
 @njit(**INNER, fastmath=FAST)
@@ -232,7 +233,7 @@ def _by_blocks(order, y, y_r, at, coef, beyond, width, terms, out):
     for first in range(order.shape[0]):
         j = order[first]
         own, own_r = y[j], y_r[j]
-        kf, f = terms[j, 2], terms[j, 3]
+        kf, f = terms[2, j], terms[3, j]
         for i in order[first:]:
             p, q = 0.0, 0.0
             for a in range(beyond[i], width[i]):
@@ -244,7 +245,7 @@ def _by_blocks(order, y, y_r, at, coef, beyond, width, terms, out):
                 q += v[3] * own_r[c] + v[4] * own_r[c + ONE] + v[5] * own_r[c + TWO]
             out[j, i] += kf * p - f * q
             if i != j:
-                out[i, j] += terms[i, 2] * p - terms[i, 3] * q
+                out[i, j] += terms[2, i] * p - terms[3, i] * q
 
 
 @njit(**INTO, fastmath=FAST)
@@ -257,15 +258,17 @@ def contact_matrix(
 
     G and R symmetric, which halves the work of blocks; lines: one past the last channel of lines
     that rows have; order, since, reach, wide: see ``near.place_rows``. Work space: lead (R,) first
-    channel of a row's line; terms (R, 4) its share of that channel (0 or 1) and of the next, k + f
+    channel of a row's line; terms (4, R) its share of that channel (0 or 1) and of the next, k + f
     and f; y, y_r (R, C) G V_i and R V_i; own (C,).
     """
     lined = whole(lines)
+    u, zeta, both, damped = terms[0], terms[1], terms[2], terms[3]
     for i in range(n):
         has = line[i] >= 0
         lead[i] = np.uint64(ports + 2 * line[i]) if has else np.uint64(0)
-        terms[i, 0], terms[i, 1] = (1.0, along[i]) if has else (0.0, 0.0)
-        terms[i, 2], terms[i, 3] = k[i] + f[i], f[i]
+        u[i], zeta[i] = (1.0, along[i]) if has else (0.0, 0.0)
+    for i in range(n):
+        both[i], damped[i] = k[i] + f[i], f[i]
     _by_lines(g, r, lead, terms, n, lined, ports - 1, own, out)
     for first in range(wide):
         i = order[first]

@@ -32,6 +32,7 @@ class PairData(NamedTuple):
     angle: IntArray  # (M,) which angle is the stage's θ
     turns: IntArray  # (M,) angle by which the gear's frame lags the planet's, −1: same frame
     phi: Array  # (M,) planet angle in the stage's frame, rad
+    radial: Array  # (M, 2) its cosine and sine
     center_distance: Array  # (M,) m
     planet_block: IntArray  # (M,)
     gear_block: IntArray  # (M,) block of the gear, or of its tooth 0

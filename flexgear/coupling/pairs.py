@@ -174,15 +174,17 @@ def _rows_of_pairs(d, rows, theta, pairs):
     coef = rows.coef
     n = 0
     q = 0
+    frame, ct, st = -1, 1.0, 0.0
     while q < pairs:
         m = rows.pair_mesh[q]
         last = q + 1
         while last < pairs and rows.pair_mesh[last] == m:
             last += 1
-        angle = d.phi[m]
-        if d.turns[m] >= 0:
-            angle += theta[d.turns[m]]
-        ca, sa = math.cos(angle), math.sin(angle)
+        if d.turns[m] != frame:
+            frame = d.turns[m]
+            ct, st = (math.cos(theta[frame]), math.sin(theta[frame])) if frame >= 0 else (1.0, 0.0)
+        ca = ct * d.radial[m, 0] - st * d.radial[m, 1]
+        sa = st * d.radial[m, 0] + ct * d.radial[m, 1]
         bx, by = d.cos_b[m] * d.normal[m, 0], d.cos_b[m] * d.normal[m, 1]
         nx, ny, nz = ca * bx - sa * by, sa * bx + ca * by, d.sin_b[m]
         own = d.model[m] == PER_PAIR

@@ -117,7 +117,7 @@ def test_contact_matrix_is_the_dense_one(linked, rng):
     low, high = (HEAD + 6 * np.array([s[e] for s in GROUPS]) for e in range(2))
     k, f = rng.uniform(1.0, 2.0, n), rng.uniform(0.0, 0.5, n)
     lead, own = np.zeros(n, dtype=np.uint64), np.full(size, np.nan)
-    terms, y, y_r = aligned(n, 4), np.full((n, size), np.nan), np.full((n, size), np.nan)
+    terms, y, y_r = aligned(4, n), np.full((n, size), np.nan), np.full((n, size), np.nan)
     out = aligned(n + 7, n + 7)
     made(
         g, r, (line, along, at, part, coef, width, beyond),
