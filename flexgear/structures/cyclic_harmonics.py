@@ -43,6 +43,7 @@ class Harmonics:
         self._panels = [slice(begin, min(begin + _PANEL, b)) for begin in range(0, b, _PANEL)]
         self._condensed, self._definite = condensed, definite
         self._inverse: Complex | None = None
+        self._negative = np.zeros(len(self), dtype=int)
         self.made()
 
     def forget(self) -> None:
@@ -65,7 +66,7 @@ class Harmonics:
             for h in range(harmonics.start, harmonics.stop):
                 phase = np.exp(2j * np.pi * h / self.count)
                 matrix = diagonal + phase * across + np.conj(phase) * across.T
-                self._keep_lower(matrix, inverse[h])
+                self._negative[h] = self._keep_lower(matrix, inverse[h])
 
         shared(len(self), part, chunk=1)
         self._inverse = inverse
@@ -73,6 +74,15 @@ class Harmonics:
 
     def __len__(self) -> int:
         return self.count // 2 + 1
+
+    @property
+    def negative(self) -> int:
+        """Negative eigenvalues of all S_h, those of conjugates counted too."""
+        twice = np.full(len(self), 2)
+        twice[0] = 1
+        if self.count % 2 == 0:
+            twice[-1] = 1
+        return int(twice @ self._negative)
 
     def solve(self, right: Array) -> Array:
         """Borders x (b, z, k) under loads (b, z, k)."""
@@ -112,13 +122,18 @@ class Harmonics:
             yield rows, entries[begin:end].reshape(shape)
             begin = end
 
-    def _keep_lower(self, matrix: Complex, entries: Complex) -> None:
-        """The inverse of a Hermitian matrix into its panels."""
+    def _keep_lower(self, matrix: Complex, entries: Complex) -> int:
+        """The inverse of a Hermitian matrix into its panels; its negative eigenvalues."""
+        negative = 0
         try:
-            inverse = definite_inverse(matrix) if self._definite else regular_inverse(matrix)
+            if self._definite:
+                inverse = definite_inverse(matrix)
+            else:
+                inverse, negative = regular_inverse(matrix)
         except np.linalg.LinAlgError:
             raise FlexgearError("a sector is not held by the ties of its teeth") from None
         for rows, panel in self._of_panels(entries):
             panel[:] = inverse[rows, : rows.stop]
             block = panel[:, rows.start :]
             block[:] = np.tril(block) + np.tril(block, -1).conj().T
+        return negative

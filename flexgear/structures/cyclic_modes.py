@@ -4,7 +4,9 @@ r"""Fixed-interface modes of a body of equal sectors, from a shift among them.
 
 is solved as easily as with sigma = 0, and with sigma among the modes these lie far apart for the
 iteration. K - sigma M is not definite, but the interior of a sector between its borders is while
-its own frequencies lie above; where they do not, sigma is lowered.
+its own frequencies lie above; where they do not, sigma is lowered. Signs of pivots tell how many
+modes lie below sigma (Sturm's count): an iteration that passed one over is done again from zero,
+where the lowest come first.
 """
 
 from __future__ import annotations
@@ -35,11 +37,24 @@ def cyclic_modes(
     condensation: CyclicCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
     """The `count` lowest modes with the interface held, and its reactions to M Phi beside them."""
+    shift, solver = _shifted(condensation, count)
+    found = _from_shift(condensation, count, shift, solver, progress)
+    if shift and (1 / found.values < shift).sum() != min(solver.below, count):
+        return _from_shift(condensation, count, 0.0, condensation.solver, progress)
+    return found
+
+
+def _from_shift(
+    condensation: CyclicCondensation,
+    count: int,
+    shift: float,
+    solver: CyclicSolver,
+    progress: Callable[[float], None],
+) -> Eigenpairs:
     dofs = condensation.dofs
     least, roomy = 3 * count // 2 + 4 * BLOCK, 4 * count + 8 * BLOCK
     most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))), dofs - BLOCK)
     start = np.random.default_rng(20230617).standard_normal((dofs, BLOCK))
-    shift, solver = _shifted(condensation, count)
     if shift:
         condensation.solver.border_harmonics.forget()  # beside the basis one set has room
 

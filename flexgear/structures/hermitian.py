@@ -38,20 +38,25 @@ def definite_inverse(matrix: Complex) -> Complex:
     return a
 
 
-def regular_inverse(matrix: Complex) -> Complex:
-    """Lower triangle (n, n) for a regular one.
+def regular_inverse(matrix: Complex) -> tuple[Complex, int]:
+    """Lower triangle (n, n) for a regular one, and how many of its eigenvalues are negative.
 
-    Raises numpy.linalg.LinAlgError where it is not.
+    A = L D L^H has as many as D (Sylvester); of Bunch and Kaufman's 2 x 2 blocks, one each.
+    Raises numpy.linalg.LinAlgError where it is not regular.
     """
     a = np.array(matrix, order="F")
     n, lower = ctypes.c_int(len(a)), ctypes.c_char(b"L")
     pivots = np.empty(len(a), dtype=np.intc)
+    negative = 0
     for routine in (_zhetrf, _zhetri2):
         wanted = np.empty(1, dtype=complex)
         _call(routine, lower, n, a, n, pivots, wanted, ctypes.c_int(-1))
         room = np.empty(int(wanted[0].real), dtype=complex)
         _call(routine, lower, n, a, n, pivots, room, ctypes.c_int(len(room)))
-    return a
+        if routine is _zhetrf:
+            single = pivots > 0
+            negative = int((a.diagonal().real[single] < 0).sum() + (~single).sum() // 2)
+    return a, negative
 
 
 def _call(routine: Callable[..., None], *arguments: object) -> None:

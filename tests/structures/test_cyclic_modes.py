@@ -60,6 +60,32 @@ def test_solutions_between_modes(ring, exact, at):
     assert np.abs(reactions - rho).max() <= 1e-8 * np.abs(rho).max()
 
 
+@pytest.mark.parametrize("at", [0, 1, 4, 7])
+def test_pivots_count_the_modes_below_a_shift(ring, exact, at):
+    _, _, parts = ring
+    for sigma in (0.999 * exact[at], 1.001 * exact[at]):
+        assert parts.shifted(sigma).below == (exact < sigma).sum()
+
+
+def test_a_mode_that_was_passed_over_is_found_from_zero(ring, exact, monkeypatch):
+    """An iteration that never sees the lowest mode, as one with an unlucky start."""
+    _, _, parts = ring
+    whole, shifts = modes.lowest_modes, []
+
+    def blind(solve, mass, start, count, most, *, shift, **options):
+        shifts.append(shift)
+        found = whole(solve, mass, start, count + 1, most, shift=shift, **options)
+        hidden = slice(1, None) if shift else slice(0, count)
+        kept = (found.values[hidden], found.vectors[:, hidden], found.residuals[hidden])
+        return type(found)(*kept, found.applications, found.beside[:, hidden])
+
+    monkeypatch.setattr(modes, "lowest_modes", blind)
+    found = modes.cyclic_modes(parts, COUNT, lambda _: None)
+    assert shifts[0] > exact[0]
+    assert shifts[1:] == [0.0]
+    assert np.allclose(1 / found.values, exact[:COUNT], rtol=1e-9)
+
+
 @pytest.mark.parametrize("highest", [None, 1e6, 1e14, 1e30])
 def test_any_shift_gives_the_same_modes_and_reactions(ring, exact, monkeypatch, highest):
     _, _, parts = ring
@@ -88,13 +114,15 @@ def test_hermitian_inverses(n):
     definite = a @ a.conj().T + np.eye(n)
     regular = a + a.conj().T
     lower = np.tril_indices(n)
-    for inverse, matrix in (
-        (definite_inverse, definite),
-        (regular_inverse, definite),
-        (regular_inverse, regular),
+    for found, negative, matrix in (
+        (definite_inverse(definite), 0, definite),
+        (*regular_inverse(definite), definite),
+        (*regular_inverse(-definite), -definite),
+        (*regular_inverse(regular), regular),
     ):
         expected = np.linalg.inv(matrix)
-        assert np.abs(inverse(matrix) - expected)[lower].max() <= 1e-9 * np.abs(expected).max()
+        assert np.abs(found - expected)[lower].max() <= 1e-9 * np.abs(expected).max()
+        assert negative == (np.linalg.eigvalsh(matrix) < 0).sum()
     with pytest.raises(np.linalg.LinAlgError):
         definite_inverse(-definite)
     with pytest.raises(np.linalg.LinAlgError):
