@@ -27,8 +27,8 @@ from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     add_line,
     answered,
-    both_moved,
     contact_matrix,
+    moved,
     near_forces,
     near_values,
     pushed,
@@ -153,9 +153,8 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     span = near.span
     put(work.free, state.eta)
     put(work.free_v, state.velocity)
-    both_moved(
-        shapes, head, span, low, high, rigid, elastic, work.free, work.free_v, near.free, near.rate
-    )
+    moved(shapes, head, span, low, high, rigid, elastic, work.free, near.free)
+    moved(shapes, head, span, low, high, rigid, elastic, work.free_v, near.rate)
     for d in range(top):
         near.line_2[d] = near.free[d]
         for q in range(out):
@@ -259,10 +258,8 @@ def advance(
         seen = head if tracked or looks else whole(lines)
         if tracked:
             _motion_before(near, state.eta, head)
-        both_moved(
-            shapes, seen, span, low, high, rigid, elastic, work.free, work.free_v, near.free,
-            near.rate,
-        )  # fmt: skip
+        moved(shapes, seen, span, low, high, rigid, elastic, work.free, near.free)
+        moved(shapes, seen, span, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
                 add_line(near.residual, t, torques[t], 0, seen, near.free)

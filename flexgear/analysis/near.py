@@ -114,8 +114,8 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         )
         for g in range(len(rigid))
     ]
-    rooms = [len(h) + r for h, r in zip(held, room, strict=True)]
-    rooms = [r + -r % LINE for r in rooms]  # channels of a group begin with a cache line
+    # channels of a group begin with a cache line
+    rooms = [whole_lines(len(h) + r) for h, r in zip(held, room, strict=True)]
     first = np.concatenate([[0], np.cumsum(rooms)])
     slots = int(first[-1])
     slot = np.full(blocks, -1, dtype=np.int64)

@@ -64,36 +64,6 @@ def add_line(matrix, d, f, low, high, out):
         add_rows(out, c, matrix, d, (f,))
 
 
-@njit(**INNER)
-def _add_lines_twice(matrix, first, stop, a, b, low, high, out_a, out_b):
-    """The same with two vectors of factors, in whole cache lines: each line is fetched once."""
-    for j in range(first, stop, LINE):
-        of_a = (a[j], a[j + 1], a[j + 2], a[j + 3], a[j + 4], a[j + 5], a[j + 6], a[j + 7])
-        of_b = (b[j], b[j + 1], b[j + 2], b[j + 3], b[j + 4], b[j + 5], b[j + 6], b[j + 7])
-        for c in range(low, high, LINE):
-            add_rows(out_a, c, matrix, j, of_a)
-            add_rows(out_b, c, matrix, j, of_b)
-
-
-@njit(**INTO)
-def both_moved(shapes, head, span, low, high, rigid, elastic, a, b, out_a, out_b):
-    """``moved`` of two vectors."""
-    for c in range(0, head, LINE):
-        clear(out_a, c)
-        clear(out_b, c)
-    _add_lines_twice(shapes, 0, span[0], a, b, 0, head, out_a, out_b)
-    _add_lines_twice(shapes, span[1], span[2], a, b, 0, head, out_a, out_b)
-    for g in range(low.shape[0]):
-        first, last = low[g], whole(high[g])
-        for c in range(first, last, LINE):
-            clear(out_a, c)
-            clear(out_b, c)
-        _add_lines_twice(shapes, 0, rigid[g], a, b, first, last, out_a, out_b)
-        _add_lines_twice(
-            shapes, elastic[g, 0], elastic[g, 1], a, b, first, last, out_a, out_b
-        )  # fmt: skip
-
-
 @njit(**INTO)
 def moved(shapes, head, span, low, high, rigid, elastic, a, out):
     """out = modes @ a over the channels in use; span, rigid, elastic: ranges of modes."""

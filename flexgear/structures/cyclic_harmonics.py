@@ -24,6 +24,7 @@ from flexgear.structures.tall import THREADS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Ints = NDArray[np.int64]
 
 
 _PANEL = 256  # rows of an inverse that are kept together up to the diagonal: it is Hermitian
@@ -76,13 +77,18 @@ class Harmonics:
         return self.count // 2 + 1
 
     @property
-    def negative(self) -> int:
-        """Negative eigenvalues of all S_h, those of conjugates counted too."""
+    def times(self) -> Ints:
+        """(harmonics,) 2 where the conjugate is another harmonic, else 1."""
         twice = np.full(len(self), 2)
         twice[0] = 1
         if self.count % 2 == 0:
             twice[-1] = 1
-        return int(twice @ self._negative)
+        return twice
+
+    @property
+    def negative(self) -> int:
+        """Negative eigenvalues of all S_h, those of conjugates counted too."""
+        return int(self.times @ self._negative)
 
     def solve(self, right: Array) -> Array:
         """Borders x (b, z, k) under loads (b, z, k)."""

@@ -39,9 +39,21 @@ def cyclic_modes(
     """The `count` lowest modes with the interface held, and its reactions to M Phi beside them."""
     shift, solver = _shifted(condensation, count)
     found = _from_shift(condensation, count, shift, solver, progress)
-    if shift and (1 / found.values < shift).sum() != min(solver.below, count):
+    if shift and (1 / found.values < shift).sum() != min(modes_below(solver), count):
         return _from_shift(condensation, count, 0.0, condensation.solver, progress)
     return found
+
+
+def modes_below(solver: CyclicSolver) -> int:
+    """How many modes of the held body lie below the shift that stands in the solver's K.
+
+    K with its ties has a negative eigenvalue for each, beside one for every tie (Haynsworth 1968,
+    Linear Algebra Appl. 1:73): interiors and own ties give none but these, borders those of S_h,
+    others those of -G.
+    """
+    units = 1 / np.sqrt(np.abs(np.diag(solver.flexibility)))
+    signs = np.linalg.eigvalsh(units[:, None] * solver.flexibility * units)
+    return solver.border_harmonics.negative - int((signs < 0).sum())
 
 
 def _from_shift(

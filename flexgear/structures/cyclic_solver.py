@@ -109,17 +109,6 @@ class CyclicSolver:
         """Number of sector problems."""
         return len(self.border_harmonics)
 
-    @property
-    def below(self) -> int:
-        """How many modes of the held body lie below the shift that stands in K.
-
-        K with its ties has a negative eigenvalue for each, beside one for every tie (Haynsworth
-        1968): interiors and own ties give none but these, borders those of S_h, others of -G.
-        """
-        units = 1 / np.sqrt(np.abs(np.diag(self.flexibility)))
-        signs = np.linalg.eigvalsh(units[:, None] * self.flexibility * units)
-        return self.border_harmonics.negative - int((signs < 0).sum())
-
     def solve(self, load: Array, q: Array | None = None) -> tuple[Array, Array]:
         """Fields x (3n, z, k) under loads g, and rho (6 nodes, k); q (6 nodes, k) or zero."""
         run = self._held(self._begin(load, q), q)

@@ -55,11 +55,7 @@ def lowest_values(solver: CyclicSolver, inertia: Array, count: int) -> Array:
                 momentum = image @ turn
 
     shared(len(harmonics), part, chunk=1)
-    twice = np.full(len(harmonics), 2)
-    twice[0] = 1
-    if z % 2 == 0:
-        twice[-1] = 1
-    return np.sort(np.repeat(values, twice, axis=0), axis=None)[:count]
+    return np.sort(np.repeat(values, harmonics.times, axis=0), axis=None)[:count]
 
 
 def held_value(solver: CyclicSolver, mass: Circulant) -> float:
