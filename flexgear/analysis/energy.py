@@ -100,7 +100,7 @@ def _modal(omega2, damping, eta, velocity, old_eta, old_velocity):
     kinetic = 0.0
     elastic = 0.0
     dissipated = 0.0
-    for j in range(eta.shape[0]):
+    for j in range(omega2.shape[0]):  # eta and velocity may be longer, in whole cache lines
         v = velocity[j]
         kinetic += 0.5 * v * v
         elastic += 0.5 * omega2[j] * eta[j] * eta[j]

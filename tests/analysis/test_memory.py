@@ -1,0 +1,91 @@
+"""A time step reads and writes its own arrays only: nothing else is checked in compiled loops."""
+
+import numpy as np
+import pytest
+from coupled import make_system
+from trains import stage_train
+
+from flexgear.analysis.kernel import advance, consistent_acceleration
+from flexgear.analysis.ladder import control
+from flexgear.analysis.step_space import step_data, work_space
+from flexgear.analysis.transient import _samples, largest_rated_load, start_state
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.system import Variant
+from flexgear.coupling.train import train_system
+from flexgear.model.case import load_case
+
+ROOM = 64  # numbers before and behind an array: more than one step of a vector sum reaches
+TICKS = 240
+
+
+def guarded(value, rooms):
+    """The same arrays of floats, each with NaN before and behind it; ``rooms`` gets all of them."""
+    if isinstance(value, tuple):
+        return type(value)(*(guarded(v, rooms) for v in value))
+    if not isinstance(value, np.ndarray) or value.dtype != np.float64:
+        return value
+    room = np.full(value.size + 2 * ROOM, np.nan)
+    room[ROOM : ROOM + value.size] = value.ravel()
+    rooms.append(room)
+    return room[ROOM : ROOM + value.size].reshape(value.shape)
+
+
+def stepped(modal, sizes, tolerance, guard):
+    """Samples of two chunks through a reversal of the drive, energies booked."""
+    rooms = []
+
+    def own(value):
+        return guarded(value, rooms) if guard else value
+
+    rated = modal.system.rated_port_torques[:-1]
+    space = work_space(modal, track_energy=True, sizes=len(sizes))
+    data, state = own(step_data(modal, sizes)), own(start_state(modal, modal.system.rated_torque))
+    pairs, rows, near = own(modal.system.pairs), own(space.rows), own(space.near)
+    work, ledger = own(space.work), own(space.ledger)
+    ladder = control(len(sizes), tolerance, largest_rated_load(modal))
+    saved = []
+    for share in (1.0, -0.2):
+        given = own(share * np.tile(rated, (TICKS, 1)))
+        first = own(share * rated)
+        assert consistent_acceleration(data, pairs, rows, state, first, near, work, ledger) == 0
+        samples = own(_samples(modal, TICKS // 8))
+        status, count = advance(
+            data, pairs, rows, state, given, 8, 0, samples, near, work, ledger, ladder
+        )
+        assert (status, count) == (0, TICKS // 8)
+        saved.append(samples)
+    for room in rooms:
+        assert np.isnan(room[:ROOM]).all() and np.isnan(room[len(room) - ROOM :]).all()
+    return saved
+
+
+def bending(**changes):
+    return make_system(**{"gear_mesh.contact_law": "one-sided", **changes})
+
+
+def with_clearance(folder):
+    return train_system(stage_train(folder, **{"stage.planet_bearing.clearance_um": "15"}))
+
+
+SYSTEMS = {
+    "one-sided": lambda _: bending(),
+    "linear": lambda _: bending(**{"gear_mesh.contact_law": "linear"}),
+    "rigid-ring": lambda _: make_system(Variant(ring=False)),
+    "clearance": with_clearance,
+    "gyroscopic": lambda _: train_system(load_case("lin-parker")),
+}
+
+
+@pytest.mark.parametrize(
+    ("system", "sizes", "tolerance"),
+    [*((name, [1e-4], 0.0) for name in SYSTEMS), ("one-sided", [2e-5, 4e-5, 8e-5], 5e-3)],
+)
+def test_numbers_around_the_arrays_of_a_step_neither_count_nor_change(
+    system, sizes, tolerance, tmp_path
+):
+    modal = modal_system(SYSTEMS[system](tmp_path), 3000.0)
+    plain, within = (stepped(modal, sizes, tolerance, guard) for guard in (False, True))
+    for a, b in zip(plain, within, strict=True):
+        for name in a._fields:
+            assert np.array_equal(getattr(a, name), getattr(b, name)), name
+        assert np.isfinite(a.energy).all() and a.energy[-1].any()
