@@ -212,6 +212,22 @@ def solve_set(matrix, right, sided, n, extra, active, work, x):
 
 
 @njit(**INNER)
+def refine_set(matrix, right, n, extra, active, work, spare, x):
+    """One step of iterative refinement of a solution of ``solve_set``; spare (n + extra,) work."""
+    total = n + extra
+    for i in range(total):
+        left = right[i]
+        for c in range(total):
+            left -= matrix[i, c] * x[c]
+        spare[i] = left
+    _laid_out(matrix, spare, n, total, active, work, spare)
+    if solve_dense(work, spare, total):
+        for i in range(total):
+            if i >= n or active[i] == 1:
+                x[i] += spare[i]
+
+
+@njit(**INNER)
 def local_blocks(rows, n, place, blocks):
     """List the blocks that rows touch: blocks (m,), place[block] = position or −1. Returns m.
 

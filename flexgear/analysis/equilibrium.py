@@ -24,6 +24,7 @@ from flexgear.analysis.backs import look_at_backs
 from flexgear.analysis.contact import (
     local_blocks,
     look_along,
+    refine_set,
     release,
     right_side,
     row_products,
@@ -152,6 +153,7 @@ def _solve_position(
     release(place, blocks, m)
     if status < 0:
         return status, n, n_pairs, 0.0
+    refine_set(matrix, right, n, extra, active, small, delta, out)
     # check by substitution: channel forces, motion, pair law and balance
     fill(forces, 0.0)
     for i in range(n):

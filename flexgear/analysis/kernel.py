@@ -20,6 +20,7 @@ from numba import njit
 from flexgear.analysis.backs import look_from_near
 from flexgear.analysis.brake import brake_line
 from flexgear.analysis.contact import look_along, solve_set
+from flexgear.analysis.contact_matrix import contact_matrix
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
@@ -27,7 +28,6 @@ from flexgear.analysis.near import begin, fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     add_line,
     answered,
-    contact_matrix,
     moved,
     near_forces,
     near_values,
@@ -37,7 +37,7 @@ from flexgear.analysis.near_products import (
 from flexgear.analysis.row_terms import damping_of_rows, remember, right_sides
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
 from flexgear.coupling.pair_data import PER_PAIR
-from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.pairs import build_rows_beyond
 
 BETA, GAMMA = 0.25, 0.5
 LOOK = 4  # steps between two looks at the back flanks
@@ -140,7 +140,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     speed = dot(data.channel_modes[data.output], state.velocity)
     brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
     torques[out] = brake
-    n, n_pairs = build_rows(pairs, rows, work.theta, state.wanted)
+    n, n_pairs = build_rows_beyond(pairs, rows, work.theta, state.wanted)
     place_rows(
         near, rows.line, rows.blocks, rows.width, rows.beyond, n, data.channel_modes,
         data.residual, head,
@@ -171,8 +171,7 @@ def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger)
     contact_matrix(
         near.residual, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
         rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
-        near.linked, n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms,
-        near.image, near.image_r, near.line, work.matrix,
+        near.linked, n, near.counts[3], rows.stiffness, work.share, -1, near.contact, work.matrix,
     )  # fmt: skip
     right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
     for i in range(n):
@@ -245,7 +244,7 @@ def advance(
             state.eta, state.velocity, state.acceleration, work.turning, torques, theta,
             work.acceleration, work.free, work.free_v,
         )  # fmt: skip
-        n, n_pairs = build_rows(pairs, rows, theta, state.wanted)
+        n, n_pairs = build_rows_beyond(pairs, rows, theta, state.wanted)
         place_rows(
             near, rows.line, rows.blocks, rows.width, rows.beyond, n, data.channel_modes,
             data.residual, head,
@@ -278,8 +277,8 @@ def advance(
         contact_matrix(
             receptance, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
             rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
-            near.linked, n, near.counts[3], rows.stiffness, work.share, near.lead, near.terms,
-            near.image, near.image_r, near.line, work.matrix,
+            near.linked, n, near.counts[3], rows.stiffness, work.share, rung, near.contact,
+            work.matrix,
         )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
         right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)

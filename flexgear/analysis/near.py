@@ -18,8 +18,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.analysis.contact_matrix import ContactWork, contact_work
 from flexgear.analysis.lines import fill
 from flexgear.analysis.near_products import LINE, whole_lines
+from flexgear.analysis.wide import aligned
 from flexgear.coupling.action_lines import covered
 from flexgear.coupling.compiled import INNER, INTO
 from flexgear.coupling.modal import ModalSystem
@@ -61,16 +63,13 @@ class Near(NamedTuple):
     order: NDArray[np.uint64]  # (R,) rows with such blocks, by their first channels
     since: IntArray  # (R,) first slot channel that the row and those after it touch, in cache lines
     reach: IntArray  # (R,) one past the last
-    lead: NDArray[np.uint64]  # (R,) first channel of a row's line
-    terms: Array  # (4, R) work: see ``near_products.contact_matrix``
-    image: Array  # (R, C) work: receptance times row
-    image_r: Array  # (R, C)
     line: Array  # (C,) work
     line_2: Array  # (C,) work
     free: Array  # (C,) motion without contact forces
     rate: Array  # (C,) and its rate
     forces: Array  # (C,) of the last step
     motion: Array  # (C,) of the last step, where it was asked for
+    contact: ContactWork  # of the contact matrix
 
 
 def head_size(modal: ModalSystem) -> int:
@@ -86,14 +85,6 @@ def whole_ranges(rigid: int, first: int, last: int) -> tuple[int, int, int]:
     rigid = whole_lines(rigid)
     first = max(first - first % LINE, rigid)
     return rigid, first, max(whole_lines(last), first)
-
-
-def aligned(*shape: int) -> Array:
-    """Zeros that begin at a cache line, so that whole lines of numbers are whole cache lines."""
-    size = int(np.prod(shape))
-    room = np.zeros(size + LINE)
-    start = -(room.ctypes.data // room.itemsize) % LINE
-    return room[start : start + size].reshape(shape)
 
 
 def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> Near:
@@ -157,16 +148,13 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         order=np.zeros(rows, dtype=np.uint64),
         since=np.zeros(rows, dtype=np.int64),
         reach=np.zeros(rows, dtype=np.int64),
-        lead=np.zeros(rows, dtype=np.uint64),
-        terms=aligned(4, rows),
-        image=aligned(rows, channels),
-        image_r=aligned(rows, channels),
         line=aligned(channels),
         line_2=aligned(channels),
         free=aligned(channels),
         rate=aligned(channels),
         forces=aligned(channels),
         motion=aligned(channels),
+        contact=contact_work(len(pairs.s0), rows, width, channels),
     )
 
 
@@ -188,8 +176,9 @@ def groups(modal: ModalSystem, teeth: NDArray[np.bool_]) -> tuple[IntArray, IntA
     n, r = modal.modes.shape[1], modal.rigid_count
     blocks = len(modal.channels) // 6
     moves = np.abs(modal.channel_modes[: 6 * blocks]).reshape(blocks, 6, n).max(axis=1) > 0
-    known = np.abs(modal.residual[: 6 * blocks, : 6 * blocks]).reshape(blocks, 6, blocks, 6)
-    linked = (moves.astype(float) @ moves.T.astype(float) > 0) | (known.max(axis=(1, 3)) > 0)
+    known = (modal.residual[: 6 * blocks, : 6 * blocks] != 0).reshape(blocks, 6, 6 * blocks)
+    known = known.any(axis=1).reshape(blocks, blocks, 6).any(axis=2)
+    linked = (moves.astype(float) @ moves.T.astype(float) > 0) | known
     count, found = connected_components(linked, directed=False)
     order = sorted(range(count), key=lambda g: (bool(teeth[found == g].any()), g))
     ranges, rigid = [], []
@@ -247,12 +236,12 @@ def _copy(target, source, near_block, s, t, head):
 
 
 @njit(**INNER)
-def _copy_slot(target, source, near_block, first, used, s, head):
-    """The part of a channel matrix between slot s and all in use."""
-    _copy(target, source, near_block, s, -1, head)
-    for g in range(first.shape[0]):
-        for t in range(first[g], first[g] + used[g]):
-            _copy(target, source, near_block, s, t, head)
+def _copy_slot(target, source, near_block, first, used, linked, s, g, head):
+    """The part of a channel matrix between slot s of group g and all in use that it moves."""
+    if linked[g] == 1:
+        _copy(target, source, near_block, s, -1, head)
+    for t in range(first[g], first[g] + used[g]):
+        _copy(target, source, near_block, s, t, head)
 
 
 @njit(**INNER)
@@ -290,7 +279,9 @@ def begin(near, channel_modes, displacement, residual, head):
             c, b = head + 6 * s, 6 * near.block[s]
             for p in range(6):
                 _copy_modes(near, channel_modes, c + p, b + p)
-            _copy_slot(near.residual, residual, near.block, near.first, near.used, s, head)
+            _copy_slot(
+                near.residual, residual, near.block, near.first, near.used, near.linked, s, g, head
+            )
     _extent(near, head)
 
 
@@ -302,8 +293,8 @@ def fill_rung(near, rung, displacement, head):
             if near.filled[rung, s] == 0:
                 near.filled[rung, s] = 1
                 _copy_slot(
-                    near.displacement[rung], displacement, near.block, near.first, near.used, s,
-                    head,
+                    near.displacement[rung], displacement, near.block, near.first, near.used,
+                    near.linked, s, g, head,
                 )  # fmt: skip
 
 
@@ -373,7 +364,10 @@ def place_rows(near, line, blocks, width, beyond, n, channel_modes, residual, he
                 for p in range(6):
                     near.forces[c + p] = 0.0
                     _copy_modes(near, channel_modes, c + p, 6 * b + p)
-                _copy_slot(near.residual, residual, near.block, near.first, near.used, s, head)
+                _copy_slot(
+                    near.residual, residual, near.block, near.first, near.used, near.linked, s, g,
+                    head,
+                )  # fmt: skip
     _extent(near, head)
     _places(near, line, blocks, width, beyond, n, head, now)
 

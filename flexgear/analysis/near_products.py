@@ -1,4 +1,4 @@
-"""Products with channels at hand (``near.py``): modes, receptances and contact rows.
+"""Products with channels at hand (``near.py``): modes, receptances and values of contact rows.
 
 A row V_i is w₀ + ζ w₁ on the two channels of its line of action, and six coefficients on each
 block beyond. Channels are c = 0 … C − 1: P ports, lines, slots; those of two groups, or of the
@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from flexgear.analysis.wide import WIDE, add_rows, clear, put_rows
+from flexgear.analysis.wide import WIDE, add_rows, clear
 from flexgear.coupling.compiled import FAST, INNER, INTO
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
@@ -50,7 +50,7 @@ def _add_lines(matrix, first, stop, factors, low, high, out):
 
 
 @njit(**INNER)
-def _add_block(matrix, d, v, low, high, out):
+def add_block(matrix, d, v, low, high, out):
     """out[low:high] += matrix[d:d+6, low:high]ᵀ @ v."""
     six = (v[0], v[1], v[2], v[3], v[4], v[5])
     for c in range(low, high, LINE):
@@ -90,7 +90,7 @@ def _pushed(modes, low, high, start, stop, forces, out):
             f[0] != 0.0 or f[1] != 0.0 or f[2] != 0.0
             or f[3] != 0.0 or f[4] != 0.0 or f[5] != 0.0
         ):  # fmt: skip
-            _add_block(modes, c, f, start, stop, out)
+            add_block(modes, c, f, start, stop, out)
 
 
 @njit(**INTO)
@@ -138,121 +138,6 @@ def near_values(line, along, at, coef, width, beyond, ports, n, a, b, out_a, out
             sum_b += v[3] * b[c] + v[4] * b[c + ONE] + v[5] * b[c + TWO]
         out_a[i] = sum_a
         out_b[i] = sum_b
-
-
-@njit(**INNER)
-def _block_image(matrix, at, part, coef, beyond, width, low, high, begin, end, linked, lined, own):
-    """own[begin:end] = G V of the blocks of a row beyond its line, and [0:lined] for linked ones.
-
-    Returns whether any is linked.
-    """
-    for c in range(begin, end, LINE):
-        clear(own, c)
-    across = False
-    for a in range(beyond, width):
-        g, d, v = part[a], at[a], coef[a]
-        _add_block(matrix, d, v, max(low[g], begin), min(whole(high[g]), end), own)
-        if linked[g] == 1:
-            if not across:
-                for c in range(0, lined, LINE):
-                    clear(own, c)
-            across = True
-            _add_block(matrix, d, v, 0, lined, own)
-    return across
-
-
-@njit(**INNER, fastmath=FAST)
-def _on_lines(lead, terms, own, out):
-    """out[i] = own on the line of row i."""
-    u, zeta = terms[0], terms[1]
-    for i in range(lead.shape[0]):
-        out[i] = u[i] * own[lead[i]] + zeta[i] * own[lead[i] + ONE]
-
-
-@njit(**INNER, fastmath=FAST)
-def _by_lines(g, r, lead, terms, n, lined, port, own, out):
-    """out[i, j] of the lines of rows i and j, and out[i, n] at a port."""
-    for i in range(n):
-        u, zeta, kf, f = terms[0, i], terms[1, i], terms[2, i], terms[3, i]
-        of_g, of_r = (kf * u, kf * zeta), (-f * u, -f * zeta)
-        for c in range(0, lined, LINE):
-            put_rows(own, c, g, lead[i], of_g)
-            add_rows(own, c, r, lead[i], of_r)
-        _on_lines(lead[:n], terms, own, out[i, :n])
-        out[i, n] = own[port]
-        out[i, i] += 1.0
-
-
-@njit(**INNER, fastmath=FAST)
-def _across(y, y_r, lead, terms, n, i, port, out):
-    """Adds what blocks of row i do to lines, the other way too."""
-    own, own_r = y[i], y_r[i]
-    kf, f = terms[2, i], terms[3, i]
-    out[i, n] += kf * own[port] - f * own_r[port]
-    for j in range(n):
-        u, zeta, c = terms[0, j], terms[1, j], lead[j]
-        p = u * own[c] + zeta * own[c + ONE]
-        q = u * own_r[c] + zeta * own_r[c + ONE]
-        out[i, j] += kf * p - f * q
-        out[j, i] += terms[2, j] * p - terms[3, j] * q
-
-
-@njit(**INNER, fastmath=FAST)
-def _by_blocks(order, y, y_r, at, coef, beyond, width, terms, out):
-    """Adds what blocks of rows do to blocks of rows; order (w,): rows that have such blocks."""
-    for first in range(order.shape[0]):
-        j = order[first]
-        own, own_r = y[j], y_r[j]
-        kf, f = terms[2, j], terms[3, j]
-        for i in order[first:]:
-            p, q = 0.0, 0.0
-            for a in range(beyond[i], width[i]):
-                c, v = np.uint64(at[i, a]), coef[i, a]
-                p += v[0] * own[c] + v[1] * own[c + ONE] + v[2] * own[c + TWO]
-                q += v[0] * own_r[c] + v[1] * own_r[c + ONE] + v[2] * own_r[c + TWO]
-                c += THREE
-                p += v[3] * own[c] + v[4] * own[c + ONE] + v[5] * own[c + TWO]
-                q += v[3] * own_r[c] + v[4] * own_r[c + ONE] + v[5] * own_r[c + TWO]
-            out[j, i] += kf * p - f * q
-            if i != j:
-                out[i, j] += terms[2, i] * p - terms[3, i] * q
-
-
-@njit(**INTO, fastmath=FAST)
-def contact_matrix(
-    g, r, line, along, at, part, coef, width, beyond, order, since, reach, ports, lines, low, high,
-    linked, n, wide, k, f, lead, terms, y, y_r, own, out,
-):  # fmt: skip
-    """out[i, j] = δ_ij + (k_i + f_i) V_iᵀ G V_j − f_i V_iᵀ R V_j for rows, and in column n the same
-    for V_j = the last port.
-
-    G and R symmetric, which halves the work of blocks; lines: one past the last channel of lines
-    that rows have; order, since, reach, wide: see ``near.place_rows``. Work space: lead (R,) first
-    channel of a row's line; terms (4, R) its share of that channel (0 or 1) and of the next, k + f
-    and f; y, y_r (R, C) G V_i and R V_i; own (C,).
-    """
-    lined = whole(lines)
-    u, zeta, both, damped = terms[0], terms[1], terms[2], terms[3]
-    for i in range(n):
-        has = line[i] >= 0
-        lead[i] = np.uint64(ports + 2 * line[i]) if has else np.uint64(0)
-        u[i], zeta[i] = (1.0, along[i]) if has else (0.0, 0.0)
-    for i in range(n):
-        both[i], damped[i] = k[i] + f[i], f[i]
-    _by_lines(g, r, lead, terms, n, lined, ports - 1, own, out)
-    for first in range(wide):
-        i = order[first]
-        across = _block_image(
-            g, at[i], part[i], coef[i], beyond[i], width[i], low, high, since[first], reach[first],
-            linked, lined, y[i],
-        )  # fmt: skip
-        _block_image(
-            r, at[i], part[i], coef[i], beyond[i], width[i], low, high, since[first], reach[first],
-            linked, lined, y_r[i],
-        )  # fmt: skip
-        if across:
-            _across(y, y_r, lead, terms, n, i, ports - 1, out)
-    _by_blocks(order[:wide], y, y_r, at, coef, beyond, width, terms, out)
 
 
 @njit(**INTO, fastmath=FAST)

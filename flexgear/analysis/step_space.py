@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.energy import Ledger
 from flexgear.analysis.kernel import BETA, GAMMA
-from flexgear.analysis.near import Near, aligned, head_size, near_channels
+from flexgear.analysis.near import Near, head_size, near_channels
 from flexgear.analysis.near_products import whole_lines
 from flexgear.analysis.step_arrays import StepData, Work
+from flexgear.analysis.wide import aligned
 from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairRows, pair_rows
@@ -33,7 +34,8 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
     displacement = np.empty((len(h), *residual.shape))
     for r, size in enumerate(h):
-        displacement[r] = (p * (BETA * size**2 * inverse[r])) @ p.T + residual
+        np.matmul(p * (BETA * size**2 * inverse[r]), p.T, out=displacement[r])
+        displacement[r] += residual
     return StepData(
         h=h,
         omega2=omega2,

@@ -9,14 +9,24 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 WIDE = 8  # numbers taken at once: a cache line
 _EIGHT = ir.VectorType(ir.DoubleType(), WIDE)
 _FUSED = ("contract", "reassoc", "nsz")
+
+
+def aligned(*shape: int) -> NDArray[np.float64]:
+    """Zeros that begin at a cache line, so that whole lines of numbers are whole cache lines."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + WIDE)
+    start = -(room.ctypes.data // room.itemsize) % WIDE
+    return room[start : start + size].reshape(shape)
 
 
 def _is_line(array: Any, dimensions: int) -> bool:
@@ -43,13 +53,22 @@ def _repeated(builder: Any, number: Any) -> Any:
     return builder.shuffle_vector(first, empty, lanes)
 
 
-def _sum_of_rows(out: Any, matrix: Any, factors: Any, *, onto: bool) -> Any:
-    """Signature and code of ``out[at : at + 8] (+)= Σ factors[i] matrix[first + i, at : at + 8]``.
+def _sum_of_rows(builder: Any, data: Any, offset: Any, width: Any, factors: list[Any]) -> Any:
+    """Σ factors[i] · (eight numbers from offset + i width on), and where the next row begins."""
+    total = None
+    for factor in factors:
+        line = builder.load(_from(builder, data, offset), align=8)
+        part = builder.fmul(factor, line, flags=_FUSED)
+        total = part if total is None else builder.fadd(total, part, flags=_FUSED)
+        offset = builder.add(offset, width)
+    return total, offset
 
-    None, which numba reports as wrong types, where numbers of a row are not side by side.
-    """
+
+@intrinsic
+def add_rows(typing: Any, out: Any, at: Any, matrix: Any, first: Any, factors: Any) -> Any:
+    """out[at : at + 8] += Σ_i factors[i] · matrix[first + i, at : at + 8]; factors: a tuple."""
     if not (_is_line(out, 1) and _is_line(matrix, 2) and isinstance(factors, types.UniTuple)):
-        return None
+        return None  # reported as wrong types
     shares = types.UniTuple(types.float64, len(factors))
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -57,30 +76,47 @@ def _sum_of_rows(out: Any, matrix: Any, factors: Any, *, onto: bool) -> Any:
         target = context.make_array(out)(context, builder, to)
         table = context.make_array(matrix)(context, builder, source)
         width = cgutils.unpack_tuple(builder, table.shape, 2)[1]
-        offset = builder.add(builder.mul(first, width), at)
         here = _from(builder, target.data, at)
-        total = builder.load(here, align=8) if onto else None
-        for factor in cgutils.unpack_tuple(builder, factors, len(shares)):
-            line = builder.load(_from(builder, table.data, offset), align=8)
-            part = builder.fmul(_repeated(builder, factor), line, flags=_FUSED)
-            total = part if total is None else builder.fadd(total, part, flags=_FUSED)
-            offset = builder.add(offset, width)
-        builder.store(total, here, align=8)
+        spread = [_repeated(builder, f) for f in cgutils.unpack_tuple(builder, factors)]
+        begin = builder.add(builder.mul(first, width), at)
+        total, _ = _sum_of_rows(builder, table.data, begin, width, spread)
+        before = builder.load(here, align=8)
+        builder.store(builder.fadd(before, total, flags=_FUSED), here, align=8)
         return context.get_dummy_value()
 
     return types.void(out, types.intp, matrix, types.intp, shares), code
 
 
 @intrinsic
-def add_rows(typing: Any, out: Any, at: Any, matrix: Any, first: Any, factors: Any) -> Any:
-    """out[at : at + 8] += Σ_i factors[i] · matrix[first + i, at : at + 8]; factors: a tuple."""
-    return _sum_of_rows(out, matrix, factors, onto=True)
+def put_paired(
+    typing: Any, out: Any, at: Any, matrix: Any, first: Any, factors: Any, along: Any
+) -> Any:
+    """out[at : at + 8] = Σ_i factors[i] · (matrix[first + i] + along · matrix[first + k + i]).
 
+    factors: a tuple of k; the second k rows are multiplied number by number with ``along``.
+    """
+    if not (_is_line(out, 1) and _is_line(along, 1) and _is_line(matrix, 2)):
+        return None
+    if not isinstance(factors, types.UniTuple):
+        return None
+    shares = types.UniTuple(types.float64, len(factors))
 
-@intrinsic
-def put_rows(typing: Any, out: Any, at: Any, matrix: Any, first: Any, factors: Any) -> Any:
-    """out[at : at + 8] = Σ_i factors[i] · matrix[first + i, at : at + 8]; factors: a tuple."""
-    return _sum_of_rows(out, matrix, factors, onto=False)
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        to, at, source, first, factors, other = arguments
+        target = context.make_array(out)(context, builder, to)
+        table = context.make_array(matrix)(context, builder, source)
+        beside = context.make_array(along)(context, builder, other)
+        width = cgutils.unpack_tuple(builder, table.shape, 2)[1]
+        spread = [_repeated(builder, f) for f in cgutils.unpack_tuple(builder, factors)]
+        begin = builder.add(builder.mul(first, width), at)
+        plain, begin = _sum_of_rows(builder, table.data, begin, width, spread)
+        turned, _ = _sum_of_rows(builder, table.data, begin, width, spread)
+        by = builder.load(_from(builder, beside.data, at), align=8)
+        total = builder.fadd(plain, builder.fmul(turned, by, flags=_FUSED), flags=_FUSED)
+        builder.store(total, _from(builder, target.data, at), align=8)
+        return context.get_dummy_value()
+
+    return types.void(out, types.intp, matrix, types.intp, shares, along), code
 
 
 @intrinsic

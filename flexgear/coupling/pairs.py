@@ -21,9 +21,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, UNCOUNTED
+from flexgear.coupling.compiled import INNER, INTO, UNCOUNTED
 from flexgear.coupling.pair_data import (
     CLEARANCE,
     LOAD,
@@ -32,6 +33,8 @@ from flexgear.coupling.pair_data import (
     SUPPORT,
     WAVE,
 )
+
+NONE, ONE = np.uint64(0), np.uint64(1)  # unsigned: an index that is never counted from the end
 
 
 @njit(**INNER, error_model="numpy")
@@ -118,42 +121,44 @@ def find_pairs(d, rows, theta, wanted):
     Pairs of a gear mesh follow each other. A stiffness wave has one pair, the nearest to the pitch
     point.
     """
-    p = 0
+    p = NONE
+    samples = d.k_table.shape[1]
     for m in range(d.s0.shape[0]):
         if wanted[m] == 0:
             continue
-        pitch, t = d.pitch[m], d.table[m]
+        pitch, t, waves = d.pitch[m], np.uint64(d.table[m]), d.model[m] == WAVE
         base = d.s0[m] + d.rate[m] * theta[d.angle[m]]
         common = d.error_offset[m] + _runout(
             d.runout_amplitude, d.runout_rate, d.runout_phase, d.runout_angle, m, theta
         )
-        if d.model[m] == WAVE:
+        if waves:
             low = high = math.floor((d.s_pitch[m] - base) / pitch + 0.5)
         else:
             reach = abs(d.slope[m]) * d.half_face[m]
             low = math.ceil((d.s_lo[m] - reach - base) / pitch)
             high = math.floor((d.s_hi[m] + reach - base) / pitch)
-        # one tooth before the first
-        teeth, others = d.gear_teeth[m], d.planet_teeth[m]
         if d.error_amplitude[m] != 0.0:  # a wave of the pitch is the same at every pair
             wave = math.sin(2 * math.pi * base / pitch + d.error_phase[m])
             common += d.error_amplitude[m] * wave
-        tooth = (d.gear_tooth0[m] + d.gear_step[m] * (low - 1)) % teeth
-        other = (d.planet_tooth0[m] + d.planet_step[m] * (low - 1)) % others
+        # one tooth before the first
+        teeth, others = d.gear_teeth[m], d.planet_teeth[m]
+        step, other_step = d.gear_step[m], d.planet_step[m]
+        tooth = (d.gear_tooth0[m] + step * (low - 1)) % teeth
+        other = (d.planet_tooth0[m] + other_step * (low - 1)) % others
+        start, spacing, s_lo = d.table_start[t], d.table_step[t], d.s_lo[m]
         for k in range(low, high + 1):
             s, z = base + k * pitch, 0.0
-            tooth = _wrapped(tooth + d.gear_step[m], teeth)
-            other = _wrapped(other + d.planet_step[m], others)
-            if d.model[m] == WAVE:
-                stiffness = _periodic(d.k_table, t, (s - d.s_lo[m]) / pitch)
+            tooth = _wrapped(tooth + step, teeth)
+            other = _wrapped(other + other_step, others)
+            if waves:
+                stiffness = _periodic(d.k_table, t, (s - s_lo) / pitch)
             else:
-                samples = d.k_table.shape[1]
-                j, w = _between(d.table_start[t], d.table_step[t], samples, s)
+                j, w = _between(start, spacing, samples, s)
                 stiffness = _value(d.k_table, t, j, w)
                 if stiffness <= 0.0:
                     continue
                 z = _value(d.z_table, t, j, w)
-            error = common + d.error_gear[m, tooth] + d.error_planet[m, other]
+            error = d.error_gear[m, np.uint64(tooth)] + d.error_planet[m, np.uint64(other)]
             rows.pair_mesh[p] = m
             rows.pair_slot[p] = k % SLOTS
             rows.pair_index[p] = k
@@ -163,79 +168,95 @@ def find_pairs(d, rows, theta, wanted):
             rows.pair_s[p] = s
             rows.pair_z[p] = z
             rows.pair_share[p] = 1.0
-            rows.pair_error[p] = error
-            p += 1
+            rows.pair_error[p] = common + error
+            p += ONE
     return p
 
 
 @njit(inline="always")
-def _rows_of_pairs(d, rows, theta, pairs):
-    """One row a pair at the centroid of its contact line, or one a gear mesh at the pitch point."""
+def _rows_of_pairs(d, rows, theta, pairs, complete):
+    """One row a pair at the centroid of its contact line, or one a gear mesh at the pitch point.
+
+    complete: coefficients of blocks that the row's line of action holds, too.
+    """
     coef = rows.coef
-    n = 0
-    q = 0
+    n = NONE
+    q = NONE
+    sided = 1 if d.one_sided else 0
     frame, ct, st = -1, 1.0, 0.0
     while q < pairs:
-        m = rows.pair_mesh[q]
-        last = q + 1
-        while last < pairs and rows.pair_mesh[last] == m:
-            last += 1
+        mesh = rows.pair_mesh[q]
+        m = np.uint64(mesh)
+        last = q + ONE
+        while last < pairs and rows.pair_mesh[last] == mesh:
+            last += ONE
         if d.turns[m] != frame:
             frame = d.turns[m]
             ct, st = (math.cos(theta[frame]), math.sin(theta[frame])) if frame >= 0 else (1.0, 0.0)
         ca = ct * d.radial[m, 0] - st * d.radial[m, 1]
         sa = st * d.radial[m, 0] + ct * d.radial[m, 1]
-        bx, by = d.cos_b[m] * d.normal[m, 0], d.cos_b[m] * d.normal[m, 1]
+        tx, ty = d.tangent_point[m, 0], d.tangent_point[m, 1]
+        fx, fy, cos_b = d.normal[m, 0], d.normal[m, 1], d.cos_b[m]
+        bx, by = cos_b * fx, cos_b * fy
         nx, ny, nz = ca * bx - sa * by, sa * bx + ca * by, d.sin_b[m]
-        own = d.model[m] == PER_PAIR
+        own, of_teeth = d.model[m] == PER_PAIR, d.per_tooth[m] == 1
+        s_pitch, damping, gap, kind = d.s_pitch[m], d.damping[m], d.gap[m], d.kind[m]
+        planet_block, gear_block = d.planet_block[m], d.gear_block[m]
+        held = 1 if of_teeth or d.turns[m] >= 0 else 2
         while q < last:
-            first, after = q, (q + 1 if own else last)
-            s, z = d.s_pitch[m], 0.0
+            first, after = q, (q + ONE if own else last)
+            s, z = s_pitch, 0.0
             if own:
                 z = rows.pair_z[q]
                 s = rows.pair_s[q] + d.slope[m] * z
             cz = d.z_offset[m] + z
-            cx = d.tangent_point[m, 0] - s * d.normal[m, 0]
-            cy = d.tangent_point[m, 1] - s * d.normal[m, 1]
+            cx = tx - s * fx
+            cy = ty - s * fy
             px = d.center_distance[m] + cx
             x, y = ca * px - sa * cy, sa * px + ca * cy
-            total = 0.0
+            total, count = 0.0, 0.0
             for r in range(first, after):
                 total += rows.pair_stiffness[r]
+                count += 1.0
             error = 0.0
             width = 1
             for r in range(first, after):
-                share = rows.pair_stiffness[r] / total if total > 0.0 else 1.0 / (after - first)
+                share = 1.0
+                if not own:
+                    share = rows.pair_stiffness[r] / total if total > 0.0 else 1.0 / count
                 rows.pair_row[r] = n
                 rows.pair_share[r] = share
                 error += share * rows.pair_error[r]
-                if d.per_tooth[m] == 1:
-                    block = d.gear_block[m] + rows.pair_tooth[r]
-                    tx = x - d.tooth_position[block, 0]
-                    ty = y - d.tooth_position[block, 1]
-                    tz = cz - d.tooth_position[block, 2]
+                if of_teeth:
+                    block = gear_block + rows.pair_tooth[r]
+                    at = np.uint64(block)
+                    dx = x - d.tooth_position[at, 0]
+                    dy = y - d.tooth_position[at, 1]
+                    dz = cz - d.tooth_position[at, 2]
                     rows.blocks[n, width] = block
-                    _gear_end(coef, n, width, share, nx, ny, nz, tx, ty, tz, tx * ny - ty * nx)
+                    _gear_end(coef, n, width, share, nx, ny, nz, dx, dy, dz, dx * ny - dy * nx)
                     width += 1
-            if d.per_tooth[m] == 0:
-                rows.blocks[n, 1] = d.gear_block[m]
-                _gear_end(coef, n, 1, 1.0, nx, ny, nz, x, y, cz, d.gear_arm[m])
+            if not of_teeth:
+                rows.blocks[n, 1] = gear_block
+                if complete or held == 1:
+                    _gear_end(coef, n, 1, 1.0, nx, ny, nz, x, y, cz, d.gear_arm[m])
                 width = 2
-            rows.blocks[n, 0] = d.planet_block[m]
-            _planet_end(coef, n, bx, by, nz, cx, cy, cz, d.planet_arm[m])
+            rows.blocks[n, 0] = planet_block
+            if complete:
+                _planet_end(coef, n, bx, by, nz, cx, cy, cz, d.planet_arm[m])
             rows.width[n] = width
-            rows.line[n] = m
-            rows.along[n] = nz * s + d.cos_b[m] * z
-            rows.beyond[n] = 2 if d.per_tooth[m] == 0 and d.turns[m] < 0 else 1
-            rows.kind[n] = d.kind[m]
-            rows.owner[n] = m
-            rows.sided[n] = 1 if d.one_sided else 0
+            rows.line[n] = mesh
+            rows.along[n] = nz * s + cos_b * z
+            rows.beyond[n] = held
+            rows.kind[n] = kind
+            rows.owner[n] = mesh
+            rows.sided[n] = sided
             rows.stiffness[n] = total
-            rows.damping[n] = d.damping[m] * math.sqrt(total)
-            rows.offset[n] = error - d.gap[m]
-            n += 1
+            rows.damping[n] = damping * math.sqrt(total)
+            rows.offset[n] = error - gap
+            n += ONE
             q = after
-    return n
+    return np.int64(n)
 
 
 @njit(**INNER, error_model="numpy")
@@ -308,16 +329,28 @@ def _other_rows(d, rows, theta, n):
     return n
 
 
+@njit(inline="always")
+def _built(d, rows, theta, wanted, complete):
+    pairs = find_pairs(d, rows, theta, wanted)
+    n = _rows_of_pairs(d, rows, theta, pairs, complete)
+    n = _other_rows(d, rows, theta, n)
+    return n, np.int64(pairs)
+
+
 @njit(**UNCOUNTED, error_model="numpy", forceinline=True)
 def build_rows(d, rows, theta, wanted):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; return (number of rows, number of pairs).
 
     wanted (M,): 1 where a gear mesh is to be looked at.
     """
-    pairs = find_pairs(d, rows, theta, wanted)
-    n = _rows_of_pairs(d, rows, theta, pairs)
-    n = _other_rows(d, rows, theta, n)
-    return n, pairs
+    return _built(d, rows, theta, wanted, True)
+
+
+@njit(**INTO, error_model="numpy")
+def build_rows_beyond(d, rows, theta, wanted):
+    """The same without the coefficients of blocks that lines of action hold: ``coef`` of a row is
+    filled from block ``beyond`` on."""
+    return _built(d, rows, theta, wanted, False)
 
 
 @njit(**UNCOUNTED, error_model="numpy")

@@ -5,15 +5,10 @@ import pytest
 from numba import njit
 
 from flexgear.analysis.contact import eliminate
-from flexgear.analysis.near import aligned, whole_ranges
-from flexgear.analysis.near_products import (
-    LINE,
-    answered,
-    contact_matrix,
-    moved,
-    pushed,
-    whole_lines,
-)
+from flexgear.analysis.contact_matrix import contact_matrix, contact_work
+from flexgear.analysis.near import whole_ranges
+from flexgear.analysis.near_products import LINE, answered, moved, pushed, whole_lines
+from flexgear.analysis.wide import aligned
 
 PORTS, MESHES, HEAD = 2, 5, 16 + 8
 GROUPS = ((0, 3), (4, 7))  # slots of each; a group begins with a cache line
@@ -30,14 +25,13 @@ def solved(a, n, x):
 
 
 @njit
-def made(g, r, rows, slots, groups, lines, n, wide, k, f, work, out):
+def made(g, r, rows, slots, groups, lines, n, wide, k, f, which, work, out):
     line, along, at, part, coef, width, beyond = rows
     order, since, reach = slots
     low, high, linked = groups
-    lead, terms, y, y_r, own = work
     contact_matrix(
         g, r, line, along, at, part, coef, width, beyond, order, since, reach, PORTS, lines, low,
-        high, linked, n, wide, k, f, lead, terms, y, y_r, own, out,
+        high, linked, n, wide, k, f, which, work, out,
     )  # fmt: skip
 
 
@@ -86,10 +80,8 @@ def channel_matrix(linked, rng):
     return full
 
 
-@pytest.mark.parametrize("linked", [(0, 0), (1, 0), (0, 1), (1, 1)])
-def test_contact_matrix_is_the_dense_one(linked, rng):
-    g, r = channel_matrix(linked, rng), channel_matrix(linked, rng)
-    size, n, most = len(g), 17, 3
+def random_rows(n, size, rng, most=3):
+    """Rows on lines and blocks (arrays of ``made``, dense (n, size)), and their order."""
     line = rng.integers(-1, MESHES - 1, n)  # the last gear mesh has no pair
     along = np.where(line >= 0, rng.standard_normal(n), 0.0)
     beyond = rng.integers(0, 2, n)
@@ -113,15 +105,18 @@ def test_contact_matrix_is_the_dense_one(linked, rng):
         since[p] = first[i] - first[i] % LINE
         last = max(at[j, a] + 6 for j in order[p:] for a in range(beyond[j], width[j]))
         reach[p] = whole_lines(last)
+    return (line, along, at, part, coef, width, beyond), rows, (order, since, reach)
+
+
+def check_contact_matrix(g, r, linked, n, which, work, rng):
+    parts, rows, (order, since, reach) = random_rows(n, len(g), rng)
     low, high = (HEAD + 6 * np.array([s[e] for s in GROUPS]) for e in range(2))
     k, f = rng.uniform(1.0, 2.0, n), rng.uniform(0.0, 0.5, n)
-    lead, own = np.zeros(n, dtype=np.uint64), np.full(size, np.nan)
-    terms, y, y_r = aligned(4, n), np.full((n, size), np.nan), np.full((n, size), np.nan)
-    out = aligned(n + 7, n + 7)
+    out = aligned(n + 7, whole_lines(n + 1))
+    out[:] = np.nan
     made(
-        g, r, (line, along, at, part, coef, width, beyond),
-        (order.astype(np.uint64), since, reach), (low, high, np.array(linked)),
-        PORTS + 2 * (line.max() + 1), n, len(order), k, f, (lead, terms, y, y_r, own), out,
+        g, r, parts, (order.astype(np.uint64), since, reach), (low, high, np.array(linked)),
+        PORTS + 2 * (parts[0].max() + 1), n, len(order), k, f, which, work, out,
     )  # fmt: skip
     of_g, of_r = rows @ g @ rows.T, rows @ r @ rows.T
     expected = np.eye(n) + (k + f)[:, None] * of_g - f[:, None] * of_r
@@ -129,6 +124,24 @@ def test_contact_matrix_is_the_dense_one(linked, rng):
     np.testing.assert_allclose(out[:n, :n], expected, rtol=0, atol=1e-13 * scale)
     at_port = (k + f) * (rows @ g)[:, PORTS - 1] - f * (rows @ r)[:, PORTS - 1]
     np.testing.assert_allclose(out[:n, n], at_port, rtol=0, atol=1e-13 * scale)
+
+
+@pytest.mark.parametrize("linked", [(0, 0), (1, 0), (0, 1), (1, 1)])
+def test_contact_matrix_is_the_dense_one(linked, rng):
+    g, r = channel_matrix(linked, rng), channel_matrix(linked, rng)
+    work = contact_work(MESHES, 17, 4, len(g))
+    work.image[:], work.image_r[:] = np.nan, np.nan
+    check_contact_matrix(g, r, linked, 17, 0, work, rng)
+
+
+def test_contact_matrix_follows_pairs_and_receptance(rng):
+    """What lines answer is held from call to call: same pairs, other pairs, fewer, another G."""
+    linked = (1, 0)
+    g, other, r = (channel_matrix(linked, rng) for _ in range(3))
+    work = contact_work(MESHES, 17, 4, len(g))
+    for matrix, n, which in ((g, 17, 0), (g, 17, 0), (g, 16, 0), (other, 16, 1), (g, 16, -1)):
+        check_contact_matrix(matrix, r, linked, n, which, work, np.random.default_rng(n))
+    check_contact_matrix(g, r, linked, 16, 0, work, np.random.default_rng(2))
 
 
 @njit

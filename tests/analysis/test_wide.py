@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from flexgear.analysis.wide import WIDE, add_rows, clear, put_rows
+from flexgear.analysis.wide import WIDE, add_rows, aligned, clear, put_paired
 
 ROWS, LONG = 7, 5 * WIDE
 
@@ -16,8 +16,8 @@ def added(out, at, matrix, first, factors):
 
 
 @njit
-def stored(out, at, matrix, first, factors):
-    put_rows(out, at, matrix, first, factors)
+def paired(out, at, matrix, first, factors, along):
+    put_paired(out, at, matrix, first, factors, along)
 
 
 @njit
@@ -35,13 +35,29 @@ def rng():
 def test_sums_of_rows(count, at, rng):
     matrix, before = rng.standard_normal((ROWS, LONG)), rng.standard_normal(LONG)
     factors, inside = rng.standard_normal(count), slice(at, at + WIDE)
-    total = factors @ matrix[1 : 1 + count, inside]
-    for work, expected in ((added, before[inside] + total), (stored, total)):
-        out = before.copy()
-        work(out, at, matrix, 1, tuple(factors))
-        np.testing.assert_allclose(out[inside], expected, rtol=0, atol=1e-14)
-        out[inside] = before[inside]
-        np.testing.assert_array_equal(out, before)  # nothing else was touched
+    out = before.copy()
+    added(out, at, matrix, 1, tuple(factors))
+    expected = before[inside] + factors @ matrix[1 : 1 + count, inside]
+    np.testing.assert_allclose(out[inside], expected, rtol=0, atol=1e-14)
+    out[inside] = before[inside]
+    np.testing.assert_array_equal(out, before)  # nothing else was touched
+
+
+@pytest.mark.parametrize("at", [0, 3, LONG - WIDE])
+def test_sums_of_rows_of_which_half_are_multiplied(at, rng):
+    matrix, along = rng.standard_normal((ROWS, LONG)), rng.standard_normal(LONG)
+    factors, out, inside = rng.standard_normal(3), np.full(LONG, 7.0), slice(at, at + WIDE)
+    paired(out, at, matrix, 1, tuple(factors), along)
+    expected = factors @ (matrix[1:4] + along * matrix[4:7])
+    np.testing.assert_allclose(out[inside], expected[inside], rtol=0, atol=1e-14)
+    out[inside] = 7.0
+    assert (out == 7.0).all()
+
+
+def test_aligned_begins_with_a_cache_line():
+    for shape in ((3,), (5, 9), (2, 3, 8)):
+        array = aligned(*shape)
+        assert array.shape == shape and array.ctypes.data % 64 == 0 and not array.any()
 
 
 def test_clear_touches_eight_numbers(rng):
