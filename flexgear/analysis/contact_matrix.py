@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.near_products import LINE, ONE, THREE, TWO, add_block, whole, whole_lines
 from flexgear.analysis.wide import aligned, clear, put_paired
-from flexgear.coupling.compiled import FAST, INNER, INTO
+from flexgear.coupling.compiled import FAST, INNER, INTO, ZERO
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def _block_image(matrix, at, part, coef, beyond, width, low, high, begin, end, l
                 for c in range(0, lined, LINE):
                     clear(own, c)
             across = True
-            add_block(matrix, d, v, 0, lined, own)
+            add_block(matrix, d, v, ZERO, lined, own)
     return across
 
 
@@ -169,8 +169,8 @@ def contact_matrix(
     for V_j = the last port.
 
     G and R symmetric, which halves the work of blocks; lines: one past the last channel of lines
-    that rows have; order, since, reach, wide: see ``near.place_rows``; which: a number for G, < 0
-    for one that does not come again. out: rows in whole cache lines.
+    that rows have; order, since, reach, wide: see ``near.place_rows``; which: number of G among
+    those since ``work.known`` was set to −1. out: rows in whole cache lines.
     """
     lined = whole(lines)
     lead, terms, y, y_r, owner, place, listed = (

@@ -15,6 +15,7 @@ Steps of several sizes, each twice the one before, may take turns: see ``ladder.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from flexgear.analysis.backs import look_from_near
@@ -24,7 +25,7 @@ from flexgear.analysis.contact_matrix import contact_matrix
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
 from flexgear.analysis.lines import dot, fill, put
-from flexgear.analysis.near import begin, fill_rung, place_rows, spread
+from flexgear.analysis.near import fill_rung, place_rows, spread
 from flexgear.analysis.near_products import (
     add_line,
     answered,
@@ -35,11 +36,12 @@ from flexgear.analysis.near_products import (
     whole,
 )
 from flexgear.analysis.row_terms import damping_of_rows, remember, right_sides
-from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
+from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
 from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows_beyond
 
 BETA, GAMMA = 0.25, 0.5
+BRAKE = np.int64(1)  # unknown beside pair forces
 LOOK = 4  # steps between two looks at the back flanks
 
 
@@ -123,90 +125,6 @@ def _motion_before(near, eta, head):
             near.motion[p] = dot(eta, near.modes[p]) + dot(near.residual[p], near.forces)
 
 
-@njit(**UNCOUNTED)
-def consistent_acceleration(data, pairs, rows, state, drive, near, work, ledger):
-    """Set accelerations (and stored forces) so that the equation of motion holds now.
-
-    The contact problem is solved with modes as they are. drive (P − 1,): given torques. A jump of
-    the torque moves the quasi-static part at once; the ledger books it as a step of no duration.
-    Returns 0, or −1 without a solution.
-    """
-    ports, head, out = data.ports, data.head, data.ports - 1
-    begin(near, data.channel_modes, data.displacement, data.residual, head)
-    for a in range(work.theta.shape[0]):
-        work.theta[a] = dot(data.angles[a], state.eta)
-    torques, x, c = work.torques, work.x, work.damping
-    put(torques, drive)
-    speed = dot(data.channel_modes[data.output], state.velocity)
-    brake, _ = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, speed)
-    torques[out] = brake
-    n, n_pairs = build_rows_beyond(pairs, rows, work.theta, state.wanted)
-    place_rows(
-        near, rows.line, rows.blocks, rows.width, rows.beyond, n, data.channel_modes,
-        data.residual, head,
-    )  # fmt: skip
-    top, lines = near.counts[2], ports + 2 * near.counts[4]
-    tracked = ledger.booked.shape[0] > 0
-    if tracked:
-        _motion_before(near, state.eta, head)
-    shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
-    span = near.span
-    put(work.free, state.eta)
-    put(work.free_v, state.velocity)
-    moved(shapes, head, span, low, high, rigid, elastic, work.free, near.free)
-    moved(shapes, head, span, low, high, rigid, elastic, work.free_v, near.rate)
-    for d in range(top):
-        near.line_2[d] = near.free[d]
-        for q in range(out):
-            near.line_2[d] += near.residual[q, d] * torques[q]
-        near.line_2[d] -= near.residual[out, d] * brake
-    near_values(
-        rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n, near.line_2,
-        near.rate, work.delta, work.rate,
-    )  # fmt: skip
-    damping_of_rows(
-        pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row, rows.pair_mesh,
-        rows.pair_index, n, n_pairs, 0.0, c, work.share,
-    )  # fmt: skip
-    contact_matrix(
-        near.residual, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
-        rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
-        near.linked, n, near.counts[3], rows.stiffness, work.share, -1, near.contact, work.matrix,
-    )  # fmt: skip
-    right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
-    for i in range(n):
-        work.active[i] = 1
-    if solve_set(work.matrix, work.right, rows.sided, n, 0, work.active, work.small, x) < 0:
-        return -1
-    near_forces(
-        rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, top, n, x,
-        near.forces,
-    )  # fmt: skip
-    put(near.forces, torques)
-    near.forces[out] = -brake
-    pushed(near.modes, lines, span, low, high, rigid, elastic, near.forces, work.push)
-    for j in range(state.eta.shape[0]):
-        kept = data.damping[j] * state.velocity[j] + data.omega2[j] * state.eta[j]
-        state.acceleration[j] = work.push[j] - kept
-    if data.gyroscopic.shape[0] > 0:
-        _product(data.gyroscopic, state.velocity, -1.0, state.acceleration)
-        _product(data.centripetal, state.eta, 1.0, state.acceleration)
-    if tracked:
-        answered(
-            near.residual, lines, head, low, high, near.linked, top, near.forces,
-            near.line,
-        )  # fmt: skip
-        for d in range(top):
-            near.line_2[d] = near.free[d] + near.line[d]
-        settle(
-            data.omega2, data.damping, ports, rows, n, x, state.eta, state.velocity, state.eta,
-            state.velocity, state.torques, torques, near, state.energy, ledger,
-        )  # fmt: skip
-    put(state.torques, torques)
-    remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
-    return 0
-
-
 @njit(**UNCOUNTED, nogil=True, fastmath=FAST)
 def advance(
     data, pairs, rows, state, torque, save_every, first, samples, near, work, ledger, control
@@ -215,7 +133,8 @@ def advance(
 
     A sample is saved at every ``save_every``-th tick, counted from ``first`` ticks before. ledger:
     work space of the energy account (see ``energy.py``), of length 0 to skip it. Returns (status,
-    samples saved): status 0, or the 1-based tick of the step that failed.
+    samples saved): status 0, or the 1-based tick of the step that failed. A tick of no duration
+    (see ``standing.py``) finds accelerations and looks nowhere.
     """
     ports, head, out, nm = data.ports, data.head, data.ports - 1, state.eta.shape[0]
     port_modes = data.channel_modes[data.output - out : data.output + 1]
@@ -225,7 +144,7 @@ def advance(
     span = near.span
     tracked = ledger.booked.shape[0] > 0
     clearances = pairs.clearance_stiffness.shape[0] > 0
-    saved, tick = 0, 0
+    saved = tick = ZERO
     while tick < torque.shape[0]:
         rung = choose_rung(control, first + tick, torque.shape[0] - tick, save_every)
         h = data.h[rung]
@@ -253,6 +172,7 @@ def advance(
         top, receptance = near.counts[2], near.displacement[rung]
         lines = ports + 2 * near.counts[4]
         looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
+        looks = looks and h > 0.0
         # approaches, and lines without a pair, are only read where somebody looks
         seen = head if tracked or looks else whole(lines)
         if tracked:
@@ -261,7 +181,7 @@ def advance(
         moved(shapes, seen, span, low, high, rigid, elastic, work.free_v, near.rate)
         for t in range(out):
             if torques[t] != 0.0:
-                add_line(near.residual, t, torques[t], 0, seen, near.free)
+                add_line(near.residual, t, torques[t], ZERO, seen, near.free)
                 for g in range(low.shape[0]):
                     if near.linked[g] == 1:
                         add_line(near.residual, t, torques[t], low[g], whole(high[g]), near.free)
@@ -269,7 +189,7 @@ def advance(
             rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
             near.free, near.rate, work.delta, work.rate,
         )  # fmt: skip
-        share = GAMMA / (BETA * h)
+        share = GAMMA / (BETA * h) if h > 0.0 else 0.0
         damping_of_rows(
             pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row,
             rows.pair_mesh, rows.pair_index, n, n_pairs, share, c, work.share,
@@ -300,7 +220,9 @@ def advance(
         moves = share * (receptance[out, out] - near.residual[out, out])
         work.matrix[n, n] = 1.0 + slope * moves
         work.right[n] = brake + slope * (near.rate[out] - guess)
-        status = solve_set(work.matrix, work.right, rows.sided, n, 1, work.active, work.small, x)
+        status = solve_set(
+            work.matrix, work.right, rows.sided, n, BRAKE, work.active, work.small, x
+        )
         if status < 0:
             return end, saved
         # given torques are in the free motion already: only the brake is projected
@@ -370,6 +292,6 @@ def advance(
         if (first + tick) % save_every == 0:
             _save(samples, saved, data, rows, n, n_pairs, x, state, theta, torques)
             saved += 1
-        if clearances:
+        if clearances and looks:
             look_along(pairs, rows, work.motion)
     return 0, saved

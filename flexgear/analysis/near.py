@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.analysis.contact_matrix import ContactWork, contact_work
-from flexgear.analysis.lines import fill
 from flexgear.analysis.near_products import LINE, whole_lines
+from flexgear.analysis.step_arrays import StepData
 from flexgear.analysis.wide import aligned
 from flexgear.coupling.action_lines import covered
 from flexgear.coupling.compiled import INNER, INTO
@@ -29,6 +29,7 @@ from flexgear.coupling.pair_data import SLOTS, PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+HEAD = np.int64(-1)  # instead of a slot
 
 
 class Near(NamedTuple):
@@ -222,6 +223,25 @@ def touched_blocks(
     return teeth, others & ~teeth, lined
 
 
+def begin(near: Near, data: StepData) -> None:
+    """Fill the head and every slot in use; receptances of slots when a step needs them."""
+    near.filled[:] = 0
+    near.contact.known[:] = -1
+    head, source = data.head, len(data.channel_modes) - data.head
+    slots = np.concatenate([f + np.arange(u) for f, u in zip(near.first, near.used, strict=True)])
+    own = (head + 6 * slots[:, None] + np.arange(6)).ravel()
+    blocks = (6 * near.block[slots][:, None] + np.arange(6)).ravel()
+    here = np.concatenate([np.arange(head), own])
+    there = np.concatenate([np.arange(source, source + head), blocks])
+    n = data.channel_modes.shape[1]
+    near.modes[here, :n] = data.channel_modes[there]
+    near.shapes[:n, here] = data.channel_modes[there].T
+    near.displacement[: len(data.h), :head, :head] = data.displacement[:, source:, source:]
+    near.residual[np.ix_(here, here)] = data.residual[np.ix_(there, there)]
+    near.high[:] = near.low + 6 * near.used
+    near.counts[2] = max([head, *near.high[near.used > 0]])
+
+
 @njit(**INNER)
 def _copy(target, source, near_block, s, t, head):
     """The part of a channel matrix between slots s and t, both ways; −1 stands for the head."""
@@ -239,7 +259,7 @@ def _copy(target, source, near_block, s, t, head):
 def _copy_slot(target, source, near_block, first, used, linked, s, g, head):
     """The part of a channel matrix between slot s of group g and all in use that it moves."""
     if linked[g] == 1:
-        _copy(target, source, near_block, s, -1, head)
+        _copy(target, source, near_block, s, HEAD, head)
     for t in range(first[g], first[g] + used[g]):
         _copy(target, source, near_block, s, t, head)
 
@@ -261,28 +281,6 @@ def _extent(near, head):
         if near.used[g] > 0:
             top = max(top, near.high[g])
     near.counts[2] = top
-
-
-@njit(**INNER)
-def begin(near, channel_modes, displacement, residual, head):
-    """Fill the head and every slot in use; receptances (L, n_c, n_c) of steps when they come."""
-    for r in range(near.filled.shape[0]):
-        fill(near.filled[r], 0)
-    first = channel_modes.shape[0] - head
-    for t in range(head):
-        _copy_modes(near, channel_modes, t, first + t)
-    for r in range(displacement.shape[0]):
-        _copy(near.displacement[r], displacement[r], near.block, -1, -1, head)
-    _copy(near.residual, residual, near.block, -1, -1, head)
-    for g in range(near.first.shape[0]):
-        for s in range(near.first[g], near.first[g] + near.used[g]):
-            c, b = head + 6 * s, 6 * near.block[s]
-            for p in range(6):
-                _copy_modes(near, channel_modes, c + p, b + p)
-            _copy_slot(
-                near.residual, residual, near.block, near.first, near.used, near.linked, s, g, head
-            )
-    _extent(near, head)
 
 
 @njit(**INTO)

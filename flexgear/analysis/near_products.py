@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from flexgear.analysis.wide import WIDE, add_rows, clear
-from flexgear.coupling.compiled import FAST, INNER, INTO
+from flexgear.coupling.compiled import FAST, INNER, INTO, ZERO
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
 LINE = WIDE  # numbers in a cache line: work arrays begin with one, and whole ones are taken
@@ -69,13 +69,13 @@ def moved(shapes, head, span, low, high, rigid, elastic, a, out):
     """out = modes @ a over the channels in use; span, rigid, elastic: ranges of modes."""
     for c in range(0, head, LINE):
         clear(out, c)
-    _add_lines(shapes, 0, span[0], a, 0, head, out)
-    _add_lines(shapes, span[1], span[2], a, 0, head, out)
+    _add_lines(shapes, ZERO, span[0], a, ZERO, head, out)
+    _add_lines(shapes, span[1], span[2], a, ZERO, head, out)
     for g in range(low.shape[0]):
         first, last = low[g], whole(high[g])
         for c in range(first, last, LINE):
             clear(out, c)
-        _add_lines(shapes, 0, rigid[g], a, first, last, out)
+        _add_lines(shapes, ZERO, rigid[g], a, first, last, out)
         _add_lines(shapes, elastic[g, 0], elastic[g, 1], a, first, last, out)
 
 
@@ -98,10 +98,10 @@ def pushed(modes, lines, span, low, high, rigid, elastic, forces, out):
     """out = modesᵀ @ forces over the channels in use; lines: one past the last that takes force."""
     for j in range(0, modes.shape[1], LINE):
         clear(out, j)
-    _add_lines(modes, 0, lines, forces, 0, span[0], out)
-    _add_lines(modes, 0, lines, forces, span[1], span[2], out)
+    _add_lines(modes, ZERO, lines, forces, ZERO, span[0], out)
+    _add_lines(modes, ZERO, lines, forces, span[1], span[2], out)
     for g in range(low.shape[0]):
-        _pushed(modes, low[g], high[g], 0, rigid[g], forces, out)
+        _pushed(modes, low[g], high[g], ZERO, rigid[g], forces, out)
         _pushed(modes, low[g], high[g], elastic[g, 0], elastic[g, 1], forces, out)
 
 
@@ -110,12 +110,12 @@ def answered(matrix, lines, head, low, high, linked, top, forces, out):
     """out = matrix @ forces for a symmetric matrix of near channels that respects groups."""
     for c in range(0, whole(top), LINE):
         clear(out, c)
-    _add_lines(matrix, 0, lines, forces, 0, head, out)
+    _add_lines(matrix, ZERO, lines, forces, ZERO, head, out)
     for g in range(low.shape[0]):
         last = whole(high[g])
         if linked[g] == 1:
-            _add_lines(matrix, 0, lines, forces, low[g], last, out)
-            _pushed(matrix, low[g], high[g], 0, head, forces, out)
+            _add_lines(matrix, ZERO, lines, forces, low[g], last, out)
+            _pushed(matrix, low[g], high[g], ZERO, head, forces, out)
         _pushed(matrix, low[g], high[g], low[g], last, forces, out)
 
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.kernel import advance, consistent_acceleration
+from flexgear.analysis.kernel import advance
+from flexgear.analysis.standing import consistent_acceleration
 from flexgear.analysis.step_arrays import Samples, State, StepData
 from flexgear.analysis.step_plan import (
     Adaptive,

@@ -7,6 +7,7 @@ that use them, and counting took a third of a time step. Such functions must not
 
 from __future__ import annotations
 
+import numpy as np
 from numba.core.options import DefaultOptions
 
 OUTER = {"cache": True, "no_cfunc_wrapper": True}
@@ -15,4 +16,5 @@ if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for
     UNCOUNTED["_nrt"] = False
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
+ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
 INTO = {**INNER, "forceinline": True}  # becomes part of its caller: passing many arrays is dear

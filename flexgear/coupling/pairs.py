@@ -24,7 +24,7 @@ import math
 import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, INTO, UNCOUNTED
+from flexgear.coupling.compiled import INNER, INTO, UNCOUNTED, ZERO
 from flexgear.coupling.pair_data import (
     CLEARANCE,
     LOAD,
@@ -180,8 +180,7 @@ def _rows_of_pairs(d, rows, theta, pairs, complete):
     complete: coefficients of blocks that the row's line of action holds, too.
     """
     coef = rows.coef
-    n = NONE
-    q = NONE
+    n = q = NONE
     sided = 1 if d.one_sided else 0
     frame, ct, st = -1, 1.0, 0.0
     while q < pairs:
@@ -219,7 +218,7 @@ def _rows_of_pairs(d, rows, theta, pairs, complete):
                 total += rows.pair_stiffness[r]
                 count += 1.0
             error = 0.0
-            width = 1
+            width = ZERO + 1
             for r in range(first, after):
                 share = 1.0
                 if not own:
@@ -239,8 +238,8 @@ def _rows_of_pairs(d, rows, theta, pairs, complete):
             if not of_teeth:
                 rows.blocks[n, 1] = gear_block
                 if complete or held == 1:
-                    _gear_end(coef, n, 1, 1.0, nx, ny, nz, x, y, cz, d.gear_arm[m])
-                width = 2
+                    _gear_end(coef, n, width, 1.0, nx, ny, nz, x, y, cz, d.gear_arm[m])
+                width += 1
             rows.blocks[n, 0] = planet_block
             if complete:
                 _planet_end(coef, n, bx, by, nz, cx, cy, cz, d.planet_arm[m])
@@ -317,7 +316,7 @@ def _other_rows(d, rows, theta, n):
         rows.stiffness[n], rows.offset[n] = 0.0, 1.0
         a = d.load_angle[k]
         rows.blocks[n, 0] = d.load_block[k]
-        _turned(coef, n, 0, d.load_vector[k], theta[a] if a >= 0 else 0.0)
+        _turned(coef, n, ZERO, d.load_vector[k], theta[a] if a >= 0 else 0.0)
         for p in range(6):
             coef[n, 0, p] = -coef[n, 0, p]
         rows.width[n] = 1

@@ -5,8 +5,9 @@ import pytest
 from coupled import make_system
 from trains import stage_train
 
-from flexgear.analysis.kernel import advance, consistent_acceleration
+from flexgear.analysis.kernel import advance
 from flexgear.analysis.ladder import control
+from flexgear.analysis.standing import consistent_acceleration
 from flexgear.analysis.step_space import step_data, work_space
 from flexgear.analysis.transient import _samples, largest_rated_load, start_state
 from flexgear.coupling.modal import modal_system

@@ -139,9 +139,11 @@ def test_contact_matrix_follows_pairs_and_receptance(rng):
     linked = (1, 0)
     g, other, r = (channel_matrix(linked, rng) for _ in range(3))
     work = contact_work(MESHES, 17, 4, len(g))
-    for matrix, n, which in ((g, 17, 0), (g, 17, 0), (g, 16, 0), (other, 16, 1), (g, 16, -1)):
+    for matrix, n, which in ((g, 17, 0), (g, 17, 0), (g, 16, 0), (other, 16, 1), (g, 16, 0)):
         check_contact_matrix(matrix, r, linked, n, which, work, np.random.default_rng(n))
-    check_contact_matrix(g, r, linked, 16, 0, work, np.random.default_rng(2))
+    check_contact_matrix(g, r, linked, 16, 0, work, np.random.default_rng(2))  # other lines
+    work.known[:] = -1
+    check_contact_matrix(other, r, linked, 16, 0, work, np.random.default_rng(2))
 
 
 @njit

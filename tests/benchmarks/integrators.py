@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis.kernel import consistent_acceleration
+from flexgear.analysis.standing import consistent_acceleration
 from flexgear.analysis.step_space import step_data, work_space
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
