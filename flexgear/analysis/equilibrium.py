@@ -32,7 +32,7 @@ from flexgear.analysis.contact import (
     solve_set,
 )
 from flexgear.analysis.lines import dot, fill, put
-from flexgear.coupling.compiled import FAST, INNER, OUTER
+from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
 from flexgear.coupling.pairs import build_rows
@@ -87,7 +87,7 @@ class Equilibrium:
         return np.asarray(-self.torques[:, -1])
 
 
-@njit(**INNER, nogil=True)
+@njit(inline="always")
 def _solve_position(
     pairs, rows, theta, known, reactions, forward, wanted, rigid, flex, master_rigid, master_flex,
     work, out,
@@ -266,12 +266,14 @@ def revolution(
     torques, closure = known.copy(), np.zeros(count)
     watched = np.zeros((count, len(pairs.s0)), dtype=np.int64)
     elastic = np.ascontiguousarray(modal.channel_modes[:, e])
+    wanted, seen = (np.zeros(len(pairs.s0), dtype=np.int64) for _ in range(2))
     places = (eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
         status, p = _solve_positions(
             pairs, rows, theta, known, reactions, system.rated_port_torques, rigid, flex,
-            master_rigid, master_flex, elastic, omega2, work, out, start, stop, places,
+            master_rigid, master_flex, elastic, omega2, work, out, wanted, seen, start, stop,
+            places,
         )  # fmt: skip
         if status < 0:
             raise FlexgearError(
@@ -308,23 +310,23 @@ def modal_part(elastic, forces, omega2, first, eta):
         part[j] /= omega2[j]
 
 
-@njit(**OUTER, nogil=True)
+@njit(**UNCOUNTED, nogil=True)
 def _solve_positions(
     pairs, rows, theta, known, reactions, rated, rigid, flex, master_rigid, master_flex, elastic,
-    omega2, work, out, start, stop, places,
+    omega2, work, out, wanted, seen, start, stop, places,
 ):  # fmt: skip
-    """Positions start … stop − 1 into the arrays of ``places``; (status, position that failed)."""
+    """Positions start … stop − 1 into the arrays of ``places``; (status, position that failed).
+
+    wanted, seen (M,): work space, gear meshes to look at.
+    """
     eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques = places
     r, free = rigid.shape[1], reactions.shape[0]
-    nc = flex.shape[0]
-    first = nc - known.shape[1]
-    forces = np.zeros(nc)
+    motion, forces = work[5], work[9]
     for p in range(start, stop):
         forward = dot(known[p], rated) >= 0.0
-        wanted = pairs.front.copy()
-        if not forward:
-            fill(wanted, 1)
-        n, n_pairs, error = 0, 0, 0.0
+        for m in range(wanted.shape[0]):
+            wanted[m] = pairs.front[m] if forward else 1
+        n, n_pairs, error = ZERO, ZERO, 0.0
         for _ in range(LOOKS):
             status, n, n_pairs, error = _solve_position(
                 pairs, rows, theta[p], known[p], reactions, forward, wanted, rigid, flex,
@@ -334,27 +336,19 @@ def _solve_positions(
                 return status, p
             agreed = True
             if pairs.one_sided:
-                seen = wanted.copy()
-                look_at_backs(pairs, rows, n_pairs, theta[p], work[5], wanted)
-                for m in range(len(wanted)):
+                put(seen, wanted)
+                look_at_backs(pairs, rows, n_pairs, theta[p], motion, wanted)
+                for m in range(wanted.shape[0]):
                     wanted[m] = max(wanted[m], seen[m])
                     agreed = agreed and wanted[m] == seen[m]
-            if look_along(pairs, rows, work[5]) < 1e-10 and agreed:
+            if look_along(pairs, rows, motion) < 1e-10 and agreed:
                 break
         put(watched[p], wanted)
         closure[p] = error
         for c in range(direction.shape[1]):
             put(direction[p, c], rows.direction[c])
-        fill(forces, 0.0)
-        for i in range(n):
-            for a in range(rows.width[i]):
-                base = 6 * rows.blocks[i, a]
-                for q in range(6):
-                    forces[base + q] -= out[i] * rows.coef[i, a, q]
         for f in range(free):
             torques[p, reactions[f]] = -out[n + r + f]
-        for q in range(nc - first):
-            forces[first + q] = torques[p, q]
         for e in range(r):
             eta[p, e] = out[n + e]
         modal_part(elastic, forces, omega2, r, eta[p])

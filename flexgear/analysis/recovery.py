@@ -13,7 +13,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.lines import put
 from flexgear.analysis.transient import Transient
+from flexgear.coupling.compiled import UNCOUNTED
 from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import pair_rows
@@ -24,14 +26,13 @@ Array = NDArray[np.float64]
 Result = Equilibrium | Transient
 
 
-@njit(cache=True)
-def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, direction, ports, out):
-    size = out.shape[1] - ports
-    line = np.zeros(size)
+@njit(**UNCOUNTED)
+def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, direction, out):
+    """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
     for t in range(angles.shape[0]):
-        rows.direction[:] = direction[t]
-        contact_forces(pairs, rows, angles[t], wanted[t], pair_load[t], support_load[t], line)
-        out[t, :size] = line
+        for c in range(direction.shape[1]):
+            put(rows.direction[c], direction[t, c])
+        contact_forces(pairs, rows, angles[t], wanted[t], pair_load[t], support_load[t], out[t])
 
 
 def channel_forces(result: Result) -> Array:
@@ -47,7 +48,6 @@ def channel_forces(result: Result) -> Array:
         result.pair_load,
         result.support_load,
         result.direction,
-        ports,
         out,
     )
     out[:, -ports:] = result.torques

@@ -352,9 +352,9 @@ def build_rows_beyond(d, rows, theta, wanted):
     return _built(d, rows, theta, wanted, False)
 
 
-@njit(**UNCOUNTED, error_model="numpy")
+@njit(inline="always")
 def contact_forces(d, rows, theta, wanted, pair_load, other_load, out):
-    """Generalised contact forces −Σ V F on the blocks, (6 n_blocks,), from stored pair loads.
+    """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored pair loads.
 
     pair_load: (M, SLOTS) N; other_load: (extra rows,) N. ``out`` is overwritten. Returns rows.
     Directions of clearance rows are those in ``rows``.
