@@ -5,11 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.spines import Spine
+from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -35,8 +42,9 @@ def star_frames(
     largest = factor * float(np.nanmax(np.hypot(field[..., 0], field[..., 1]), initial=0.0))
     reach = outline.ring_radius + max(largest, 0.03 * outline.ring_radius) * 1.15
     figure = star_stage(factor, dpi)
+    backdrop = star_backdrop(figure, field[0], float(angles[0]), outline, factor, reach)
     for u, angle in zip(field, angles, strict=True):
-        yield star_frame(figure, u, float(angle), outline, factor, reach)
+        yield star_frame(figure, backdrop, u, float(angle), outline, factor)
 
 
 @styled
@@ -49,26 +57,73 @@ def star_stage(factor: float, dpi: float) -> Figure:
     return figure
 
 
+def place_star(
+    axes: Axes, displacement: FloatArray, angle: float, outline: StageOutline, factor: float
+) -> list[Artist]:
+    """Draw one position instead of the one before; what may move, from the back to the front."""
+    for old in (*axes.patches, *axes.lines, *axes.texts):
+        old.remove()
+    draw_star(axes, displacement, angle, outline, factor)
+    axes.set_title(f"$θ_c$ = {np.degrees(angle):.1f}°")
+    return sorted(
+        (
+            artist
+            for artist in axes.get_children()
+            if isinstance(artist, (Patch, Line2D, Text))
+            and not isinstance(artist, Spine)
+            and artist is not axes.patch
+        ),
+        key=Artist.get_zorder,
+    )
+
+
 @styled
-def star_frame(
+def star_backdrop(
     figure: Figure,
     displacement: FloatArray,
     angle: float,
     outline: StageOutline,
     factor: float,
     reach: float,
-) -> NDArray[np.uint8]:
-    """Draw one position into ``figure`` and give its pixels (h, w, 3)."""
-    ax = figure.axes[0]
-    ax.clear()
-    draw_star(ax, displacement, angle, outline, factor)
-    ax.set_title(f"$θ_c$ = {np.degrees(angle):.1f}°")
-    square(ax, reach)
-    canvas = figure.canvas
-    assert isinstance(canvas, FigureCanvasAgg)
+) -> Any:
+    """Pixels of everything but the star, laid out for a first position: drawn once, not per frame.
+
+    The layout is frozen then: nothing may jump.
+    """
+    axes, canvas = figure.axes[0], agg_canvas(figure)
+    moving = place_star(axes, displacement, angle, outline, factor)
+    square(axes, reach)
     canvas.draw()
-    figure.set_layout_engine("none")  # frozen after the first frame: nothing may jump
+    figure.set_layout_engine("none")
+    for artist in moving:
+        artist.set_visible(False)
+    canvas.draw()
+    for artist in moving:
+        artist.set_visible(True)
+    return canvas.copy_from_bbox(figure.bbox)
+
+
+@styled
+def star_frame(
+    figure: Figure,
+    backdrop: Any,
+    displacement: FloatArray,
+    angle: float,
+    outline: StageOutline,
+    factor: float,
+) -> NDArray[np.uint8]:
+    """Draw one position onto the backdrop and give its pixels (h, w, 3)."""
+    axes, canvas = figure.axes[0], agg_canvas(figure)
+    canvas.restore_region(backdrop)
+    for artist in place_star(axes, displacement, angle, outline, factor):
+        axes.draw_artist(artist)
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def agg_canvas(figure: Figure) -> FigureCanvasAgg:
+    """The canvas that ``panels`` gave a figure."""
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    return figure.canvas
 
 
 def animate_star(
