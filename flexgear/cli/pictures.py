@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.cli.display import Report
+from flexgear.cli.painter import Painter, beside
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -19,6 +21,7 @@ from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.report import write_report
 
+ANIMATION = "ring_star_turning"
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
 
@@ -62,30 +65,73 @@ class Folder:
 Draw = Callable[[], Any]
 
 
-def draw(content: Folder, folder: Path, report: Report) -> list[str]:
-    """Draw everything into ``folder``; returns what was left out and why."""
-    plan = _plan(content)
-    shown: list[tuple[str | Path, str]] = []
-    for k, (name, (caption, make)) in enumerate(plan.items()):
-        report("pictures", k / (len(plan) + 1))
-        path = folder / "pictures" / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        style.save_figure(make(), path, dpi=150)
-        shown.append((path, caption))
-    report("pictures", 1.0)
-    notes = _render(content, folder / "pictures", shown, report)
-    shown.append(_animate(content, folder / "pictures", report))
+@dataclass(frozen=True)
+class Picture:
+    """One picture in the report, or why there is none."""
+
+    path: Path | None
+    caption: str
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What is drawn, and where to."""
+
+    content: Folder
+    folder: Path
+
+
+@contextmanager
+def drawing(content: Folder, folder: Path) -> Iterator[Painter[Sheet, Picture]]:
+    """Begin to draw into ``folder`` with a helper process; ``draw`` finishes within the block."""
+    rest = (content.case, content.fields, content.summary, folder)
+    names = [*_rendered(content), ANIMATION, *_plan(content)]
+    pieces = [rest, *content.datasets.items()]
+    with beside(Painter(Sheet(content, folder), pieces, _sheet, _picture, names)) as painter:
+        yield painter
+
+
+def _sheet(pieces: list[Any]) -> Sheet:
+    """The sheet in the helper process."""
+    (case, fields, summary, folder), *datasets = pieces
+    return Sheet(Folder(case, dict(datasets), fields, summary), folder)
+
+
+def draw(sheet: Painter[Sheet, Picture], report: Report) -> list[str]:
+    """Finish the pictures and write the report; returns what was left out and why."""
+    content, folder = sheet.content.content, sheet.content.folder
+    plan, renders = _plan(content), _rendered(content)
+    count = len(plan) + len(renders) + 1
+    report("pictures", 0.0)
+    made = sheet.finish(lambda done: report("pictures", done / (count + 1)))
+    ordered = [made[name] for name in (*plan, *renders, ANIMATION)]
+    notes = [p.caption for p in ordered if p.path is None][:1]
+    if not renders:
+        notes = ["no 3D renders: ring and carrier are rigid"]
     write_report(
         folder / "report.html",
         content.case.title or content.case.name,
         content.summary,
-        shown,
+        [(p.path, p.caption) for p in ordered if p.path is not None],
         content.case.to_dict(),
         version(),
         content.case.content_hash(),
         notes,
     )
+    report("pictures", 1.0)
     return notes
+
+
+def _picture(sheet: Sheet, name: str) -> Picture:
+    """Draw the picture of a name."""
+    folder = sheet.folder / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    if name == ANIMATION:
+        return _animate(sheet.content, folder)
+    if name in _rendered(sheet.content):
+        return _render(sheet.content, folder, name)
+    caption, make = _plan(sheet.content)[name]
+    return Picture(style.save_figure(make(), folder / f"{name}.png", dpi=150), caption)
 
 
 def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
@@ -166,35 +212,33 @@ def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
     return [int(np.argmin(np.abs(values - a))) for a in angles]
 
 
-def _render(
-    content: Folder, folder: Path, shown: list[tuple[str | Path, str]], report: Report
-) -> list[str]:
-    """3D renders of the deformed bodies, or why there are none."""
+def _rendered(content: Folder) -> dict[str, str]:
+    """Bodies by the names of their 3D renders."""
+    return {f"{body}_3d": body for body in content.fields}
+
+
+def _render(content: Folder, folder: Path, name: str) -> Picture:
+    """3D render of a deformed body, or why there is none."""
     from flexgear.views.probe import require_rendering
     from flexgear.views.render import render_deformed
 
-    if not content.fields:
-        return ["no 3D renders: ring and carrier are rigid"]
     try:
         require_rendering()
     except FlexgearError as error:
-        return [f"no 3D renders: {error}"]
-    for k, (body, field) in enumerate(content.fields.items()):
-        report("renders", k / len(content.fields))
-        path = folder / f"{body}_3d.png"
-        figure = render_deformed(
-            field["point"].to_numpy(),
-            field["cell"].to_numpy(),
-            field["displacement"].to_numpy(),
-            title=f"{body.capitalize()}, equilibrium at {field.attrs['input_torque'] / 1e6:g} MN m",
-        )
-        style.save_figure(figure, path, dpi=150)
-        shown.append((path, f"Deformed {body}, exaggerated as stated"))
-    report("renders", 1.0)
-    return []
+        return Picture(None, f"no 3D renders: {error}")
+    body = _rendered(content)[name]
+    field = content.fields[body]
+    figure = render_deformed(
+        field["point"].to_numpy(),
+        field["cell"].to_numpy(),
+        field["displacement"].to_numpy(),
+        title=f"{body.capitalize()}, equilibrium at {field.attrs['input_torque'] / 1e6:g} MN m",
+    )
+    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
+    return Picture(path, f"Deformed {body}, exaggerated as stated")
 
 
-def _animate(content: Folder, folder: Path, report: Report) -> tuple[Path, str]:
+def _animate(content: Folder, folder: Path) -> Picture:
     """The star turning with the carrier over one planet spacing, which closes the loop."""
     from flexgear.views.animation import animate_star
 
@@ -205,9 +249,8 @@ def _animate(content: Folder, folder: Path, report: Report) -> tuple[Path, str]:
         turn["tooth_displacement"],
         turn["carrier_angle"].to_numpy(),
         content.outline,
-        folder / "ring_star_turning.gif",
+        folder / f"{ANIMATION}.gif",
         dpi=90,
         frames_per_second=12,
-        progress=lambda done, total: report("animation", done / total),
     )
-    return path, "The star turns with the carrier"
+    return Picture(path, "The star turns with the carrier")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ import typer
 
 from flexgear.cli.display import Report, modes_kept, progress, table
 from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
-from flexgear.cli.pictures import Folder, draw
+from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
 from flexgear.model.case import Case, Train
 from flexgear.model.errors import FlexgearError
@@ -47,13 +48,14 @@ def run(
         with watch.stage("bodies"):
             bodies = stage_bodies(found, report)
         result = run_stage(found, bodies, report, watch)
-        with watch.stage("saving"):
-            _save(result, stage, report)
+        content = Folder(found, result.datasets, result.fields, result.summary)
         notes: list[str] = []
-        if pictures:
-            with watch.stage("pictures"):
-                content = Folder(found, result.datasets, result.fields, result.summary)
-                notes = draw(content, stage, report)
+        with drawing(content, stage) if pictures else nullcontext() as sheet:
+            with watch.stage("saving"):
+                _save(result, stage, report)
+            if sheet is not None:
+                with watch.stage("pictures"):
+                    notes = draw(sheet, report)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     for note in notes:
@@ -100,8 +102,12 @@ def render(
         typer.echo(f"drew {name} into {target}")
         return
     content = read_folder(folder)
-    with staged_folder(target) as stage, progress(quiet) as report:
-        notes = draw(content, stage, report)
+    with (
+        staged_folder(target) as stage,
+        progress(quiet) as report,
+        drawing(content, stage) as sheet,
+    ):
+        notes = draw(sheet, report)
     for note in notes:
         typer.echo(f"flexgear: {note}", err=True)
     typer.echo(f"drew {content.case.name} into {target}")
