@@ -54,10 +54,10 @@ class Painter(Generic[Content, Result]):
         """Start the helper."""
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
-        self._helper = context.Process(target=_serve, args=(there, self._build, self.work))
-        self._helper.daemon = True
-        self._helper.start()
-        there.close()
+        helper = context.Process(target=_serve, args=(there, self._build, self.work), daemon=True)
+        with there, _deaf():
+            helper.start()
+        self._helper = helper
         self._thread = threading.Thread(target=self._lead, args=(here,), daemon=True)
         self._thread.start()
 
@@ -98,6 +98,7 @@ class Painter(Generic[Content, Result]):
                 continue
             self.results[name] = self.work(self.content, name)
             drawn(len(self.results))
+        drawn(len(self.results))
         return self.results
 
     def end(self) -> None:
@@ -119,11 +120,24 @@ def beside(painter: Painter[Content, Result]) -> Iterator[Painter[Content, Resul
         painter.end()
 
 
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started in the block do not hear Ctrl-C; this one hears it afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _serve(
     leader: Connection, build: Callable[[list[Any]], Any], work: Callable[[Any, str], Any]
 ) -> None:
-    """What the helper does until its leader is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the leader hears Ctrl-C and ends it
+    """What the helper does until its leader is gone; that one hears Ctrl-C and ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     pieces: list[Any] = []
     content = None
     try:

@@ -54,8 +54,8 @@ def test_a_finished_folder_is_read_again(finished):
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
     (tmp_path / "summary.json").write_text("older")
 
-    def broken(content, folder, report):
-        (folder / "half.png").write_text("half a picture")
+    def broken(sheet, report):
+        (sheet.content.folder / "half.png").write_text("half a picture")
         raise FlexgearError("cannot draw")
 
     monkeypatch.setattr(run_commands, "draw", broken)
