@@ -72,6 +72,7 @@ def test_without_a_second_core_there_is_no_helper(monkeypatch):
 
 def stopped(sheet):
     with beside(sheet):
+        os.kill(sheet._helper.pid, signal.SIGINT)  # while it loads
         started(sheet)
         os.kill(sheet._helper.pid, signal.SIGINT)
         time.sleep(0.2)
