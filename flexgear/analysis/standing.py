@@ -49,6 +49,27 @@ def no_samples(pairs: PairData) -> Samples:
     )
 
 
+def accelerate(
+    still: StepData,
+    pairs: PairData,
+    rows: PairRows,
+    state: State,
+    drive: Array,
+    near: Near,
+    work: Work,
+    ledger: Ledger,
+) -> int:
+    """Set accelerations and stored forces by a step of no duration; ``near`` is ready for such.
+
+    drive (P − 1,): given torques. Returns 0, or 1 without a solution.
+    """
+    status, _ = advance(
+        still, pairs, rows, state, drive[None], NEVER, 0, no_samples(pairs), near, work, ledger,
+        control(1),
+    )  # fmt: skip
+    return int(status)
+
+
 def consistent_acceleration(
     data: StepData,
     pairs: PairData,
@@ -62,13 +83,10 @@ def consistent_acceleration(
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
     drive (P − 1,): given torques. A jump of the torque moves the quasi-static part at once; the
-    ledger books it. Returns 0, or 1 without a solution. ``near`` is ready for steps of ``data``.
+    ledger books it. Returns 0, or 1 without a solution. ``near`` is then ready for ``data``.
     """
     still = at_rest(data)
     begin(near, still)
-    status, _ = advance(
-        still, pairs, rows, state, drive[None], NEVER, 0, no_samples(pairs), near, work, ledger,
-        control(1),
-    )  # fmt: skip
+    status = accelerate(still, pairs, rows, state, drive, near, work, ledger)
     begin(near, data)
-    return int(status)
+    return status

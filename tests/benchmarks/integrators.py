@@ -10,7 +10,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis.standing import consistent_acceleration
+from flexgear.analysis.near import begin
+from flexgear.analysis.standing import accelerate, at_rest
 from flexgear.analysis.step_space import step_data, work_space
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
@@ -23,7 +24,8 @@ class Integrator:
         self.modal, self.method, self.rtol = modal, method, rtol
         self.torque = np.array([torque])
         self.space = work_space(modal)
-        self.data = step_data(modal, 1e-4)  # the step size plays no part in an acceleration
+        self.data = at_rest(step_data(modal, 1e-4))
+        begin(self.space.near, self.data)
         self.evaluations = 0
 
     def run(self, start: State, span: float) -> np.ndarray:
@@ -33,7 +35,7 @@ class Integrator:
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             state.eta[:], state.velocity[:] = y[:n], y[n:]
-            if consistent_acceleration(
+            if accelerate(
                 self.data, pairs, space.rows, state, self.torque, space.near, space.work,
                 space.ledger,
             ):  # fmt: skip
