@@ -6,17 +6,16 @@ Arrays have contiguous rows, or contiguous columns where they are operands.
 
 from __future__ import annotations
 
-from ctypes import CFUNCTYPE, byref, c_char, c_double, c_int, c_void_p
+from ctypes import byref, c_char, c_double, c_int
 
 import numpy as np
-from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
+
+from flexgear.structures.routines import scipy_routine
 
 Array = NDArray[np.float64]
 
-_BLAS = "scipy.linalg.cython_blas"
-_gemm = CFUNCTYPE(None, *13 * [c_void_p])(get_cython_function_address(_BLAS, "dgemm"))
-_syrk = CFUNCTYPE(None, *10 * [c_void_p])(get_cython_function_address(_BLAS, "dsyrk"))
+_gemm, _syrk = scipy_routine("blas", "dgemm", 13), scipy_routine("blas", "dsyrk", 10)
 _NORMAL, _TRANSPOSED, _UPPER = byref(c_char(b"N")), byref(c_char(b"T")), byref(c_char(b"U"))
 
 

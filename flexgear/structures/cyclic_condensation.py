@@ -36,10 +36,10 @@ from flexgear.structures.cyclic_projection import (
 from flexgear.structures.cyclic_rigid import rigid_fields
 from flexgear.structures.cyclic_sectors import Sectors
 from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.cyclic_ties import SectorTies, sector_ties
 from flexgear.structures.dissection import Elimination, dissect
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.threads import shared
 
 Array = NDArray[np.float64]
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic_condensation import CyclicCondensation
-from flexgear.structures.cyclic_lanczos import lowest_modes
 from flexgear.structures.cyclic_solver import CyclicSolver
 from flexgear.structures.cyclic_spectrum import held_value, lowest_values
 from flexgear.structures.lanczos import Eigenpairs
+from flexgear.structures.long_lanczos import lowest_modes
 
 Array = NDArray[np.float64]
 

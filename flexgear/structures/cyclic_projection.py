@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from flexgear.structures.cyclic_matrices import Circulant
 from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.cyclic_ties import SectorTies
 from flexgear.structures.tall import THREADS
+from flexgear.structures.threads import shared
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -35,10 +35,10 @@ from numpy.typing import NDArray
 from flexgear.structures.cyclic_harmonics import Harmonics
 from flexgear.structures.cyclic_interior import Interior
 from flexgear.structures.cyclic_rigid import with_rigid, without_rigid
-from flexgear.structures.cyclic_threads import CHUNK, shared
 from flexgear.structures.cyclic_ties import SectorTies
 from flexgear.structures.spd import balanced_inverse, scaled_inverse
 from flexgear.structures.tall import times
+from flexgear.structures.threads import CHUNK, shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from flexgear.structures.cyclic_matrices import Circulant
 from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_threads import shared
+from flexgear.structures.threads import shared
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

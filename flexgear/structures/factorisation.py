@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic_threads import shared
 from flexgear.structures.multifrontal import Multifrontal
+from flexgear.structures.threads import shared
 
 _SPARSE, _BLOCKING = 20, 27  # MUMPS's ICNTL: form of right-hand sides; how many go together
 _TOGETHER = 64

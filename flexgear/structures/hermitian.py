@@ -1,8 +1,4 @@
-"""Inverses of Hermitian matrices, which threads compute beside one another.
-
-SciPy's wrappers of LAPACK hold the interpreter's lock; its routines themselves, called by address,
-do not.
-"""
+"""Inverses of Hermitian matrices, which threads compute beside one another."""
 
 from __future__ import annotations
 
@@ -10,20 +6,15 @@ import ctypes
 from collections.abc import Callable
 
 import numpy as np
-from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
+
+from flexgear.structures.routines import scipy_routine
 
 Complex = NDArray[np.complex128]
 
 
-def _routine(name: str, arguments: int) -> Callable[..., None]:
-    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
-    kinds = (ctypes.c_void_p,) * arguments
-    return ctypes.CFUNCTYPE(None, *kinds)(address)  # type: ignore[return-value]
-
-
-_zpotrf, _zpotri = _routine("zpotrf", 5), _routine("zpotri", 5)
-_zhetrf, _zhetri2 = _routine("zhetrf", 8), _routine("zhetri2", 8)
+_zpotrf, _zpotri = scipy_routine("lapack", "zpotrf", 5), scipy_routine("lapack", "zpotri", 5)
+_zhetrf, _zhetri2 = scipy_routine("lapack", "zhetrf", 8), scipy_routine("lapack", "zhetri2", 8)
 
 
 def definite_inverse(matrix: Complex) -> Complex:

@@ -31,12 +31,12 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, Progress, condense_whole, free
 from flexgear.structures.cyclic_condensation import CyclicCondensation
-from flexgear.structures.cyclic_lanczos import lowest_modes
 from flexgear.structures.cyclic_modes import cyclic_modes
 from flexgear.structures.cyclic_path import condense_by_sectors
 from flexgear.structures.factorisation import Solver
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.lanczos import largest_eigenpairs
+from flexgear.structures.long_lanczos import lowest_modes
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tall import single_threaded_blas
 
