@@ -29,10 +29,10 @@ def _nearest(rows, n_pairs, m, s_pitch):
 
 
 @njit(**INNER)
-def _closing(pairs, b, radial, delta):
-    """1 where the gap of back flank b has nearly closed."""
+def _margins_left(pairs, b, radial, delta):
+    """How many margins the gap of back flank b still has; below 1 it has nearly closed."""
     margin = 0.3 * pairs.gap[b] + 2e-5
-    return 1 if 2 * radial - delta > pairs.gap[b] - margin - pairs.largest_error[b] else 0
+    return (pairs.gap[b] - pairs.largest_error[b] - (2 * radial - delta)) / margin
 
 
 @njit(**INNER)
@@ -64,13 +64,17 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
             for p in range(6):
                 delta += rows.coef[r, a, p] * motion[base + p]
         radial += _gear_approach(pairs, m, theta, motion, 6 * rows.blocks[r, 1])
-        wanted[b] = _closing(pairs, b, radial, delta)
+        wanted[b] = 1 if _margins_left(pairs, b, radial, delta) < 1.0 else 0
 
 
 @njit(**INNER)
 def look_from_near(pairs, rows, at, change, ports, n_pairs, theta, motion, wanted):
-    """The same at a motion of near channels, change (R,) that of the rows."""
+    """The same at a motion of near channels, change (R,) that of the rows.
+
+    Returns the fewest margins that any gap has: at two, half as many looks are as safe.
+    """
     count = pairs.s0.shape[0]
+    fewest = 1e30
     for m in range(count):
         b = pairs.back[m]
         if b < 0:
@@ -78,9 +82,13 @@ def look_from_near(pairs, rows, at, change, ports, n_pairs, theta, motion, wante
         best = _nearest(rows, n_pairs, m, pairs.s_pitch[m])
         if best < 0:
             wanted[b] = 1
+            fewest = 0.0
             continue
         r = rows.pair_row[best]
         radial = motion[ports + 2 * count + m]
         if rows.beyond[r] < rows.width[r]:
             radial += _gear_approach(pairs, m, theta, motion, at[r, 1])
-        wanted[b] = _closing(pairs, b, radial, change[r])
+        left = _margins_left(pairs, b, radial, change[r])
+        wanted[b] = 1 if left < 1.0 else 0
+        fewest = min(fewest, left)
+    return fewest

@@ -42,42 +42,48 @@ from flexgear.coupling.pairs import build_rows_beyond
 
 BETA, GAMMA = 0.25, 0.5
 BRAKE = np.int64(1)  # unknown beside pair forces
-LOOK = 4  # steps between two looks at the back flanks
+LOOK = 4  # steps between two looks at the back flanks; twice as many while all are far
 
 
 @njit(**INNER, fastmath=FAST)
 def _predict(
-    h, omega2, damping, inverse, angles, output, ports, eta, velocity, acceleration, turning,
+    h, omega2, damping, inverse, angles, output, ports, rigid, eta, velocity, acceleration, turning,
     torques, theta, a0, free, free_v,
 ):  # fmt: skip
-    """Motion without contact forces and brake; angles of the new time; guess of output speed."""
+    """Motion without contact forces and brake; angles of the new time; guess of output speed.
+
+    Many short loops: one over all of these arrays is not vectorised, nor is one around another.
+    """
     nm = eta.shape[0]
-    given = torques.shape[0] - 1
     for j in range(nm):
-        a, v, q = acceleration[j], velocity[j], eta[j]
-        star = q + h * v + (0.5 - BETA) * h * h * a
-        star_v = v + (1.0 - GAMMA) * h * a
-        push = -damping[j] * star_v - omega2[j] * star - turning[j]
-        for t in range(given):
-            push += ports[t, j] * torques[t]
-        a0[j] = inverse[j] * push
-        free[j] = star + BETA * h * h * a0[j]
-        free_v[j] = star_v + GAMMA * h * a0[j]
-    guess = 0.0
-    for t in range(theta.shape[0]):
-        total = 0.0
+        free[j] = eta[j] + h * velocity[j] + (0.5 - BETA) * h * h * acceleration[j]
+        free_v[j] = velocity[j] + (1.0 - GAMMA) * h * acceleration[j]
+    for j in range(nm):
+        a0[j] = -damping[j] * free_v[j] - omega2[j] * free[j] - turning[j]
+    for t in range(torques.shape[0] - 1):
+        own, torque = ports[t], torques[t]
         for j in range(nm):
-            total += angles[t, j] * (eta[j] + h * velocity[j])
+            a0[j] += own[j] * torque
+    for j in range(nm):
+        a0[j] *= inverse[j]
+    for j in range(nm):
+        free[j] += BETA * h * h * a0[j]
+        free_v[j] += GAMMA * h * a0[j]
+    for t in range(theta.shape[0]):
+        own, total = angles[t], 0.0
+        for j in range(nm):
+            total += own[j] * (eta[j] + h * velocity[j])
         theta[t] = total
+    guess = 0.0
     for j in range(nm):
         guess += output[j] * velocity[j]
     # elastic accelerations would carry the rule's own oscillation into the geometry
-    for j in range(nm):
+    for j in range(min(rigid, nm)):
         if omega2[j] == 0.0:
-            rigid = h * acceleration[j]
-            guess += output[j] * rigid
+            gained = h * acceleration[j]
+            guess += output[j] * gained
             for t in range(theta.shape[0]):
-                theta[t] += 0.5 * h * angles[t, j] * rigid
+                theta[t] += 0.5 * h * angles[t, j] * gained
     return guess
 
 
@@ -160,7 +166,7 @@ def advance(
             _product(data.centripetal, work.free, -1.0, work.turning)
         guess = _predict(
             h, data.omega2, data.damping, data.inverse[rung], data.angles, output, port_modes,
-            state.eta, state.velocity, state.acceleration, work.turning, torques, theta,
+            span[0], state.eta, state.velocity, state.acceleration, work.turning, torques, theta,
             work.acceleration, work.free, work.free_v,
         )  # fmt: skip
         n, n_pairs = build_rows_beyond(pairs, rows, theta, state.wanted)
@@ -171,8 +177,9 @@ def advance(
         fill_rung(near, rung, data.displacement[rung], head)
         top, receptance = near.counts[2], near.displacement[rung]
         lines = ports + 2 * near.counts[4]
-        looks = clearances or ((first + tick) % LOOK == 0 and pairs.one_sided)
-        looks = looks and h > 0.0
+        now = first + tick
+        due = now % LOOK == 0 and now >= near.counts[5]
+        looks = h > 0.0 and (clearances or (due and pairs.one_sided))
         # approaches, and lines without a pair, are only read where somebody looks
         seen = head if tracked or looks else whole(lines)
         if tracked:
@@ -232,8 +239,9 @@ def advance(
         )  # fmt: skip
         near.line_2[out] = -x[n]
         pushed(near.modes, lines, span, low, high, rigid, elastic, near.line_2, work.push)
+        answer = data.inverse[rung]
         for j in range(nm):
-            work.push[j] *= data.inverse[rung, j]
+            work.push[j] *= answer[j]
         if control.tolerance > 0.0:
             error = step_error(
                 h, data.inverse[rung], state.acceleration, work.acceleration, work.push,
@@ -256,9 +264,10 @@ def advance(
                 rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
                 near.line, near.line, work.delta, work.rate,
             )  # fmt: skip
-            look_from_near(
+            margins = look_from_near(
                 pairs, rows, near.at, work.delta, ports, n_pairs, theta, near.line, state.wanted
             )
+            near.counts[5] = now + 2 * LOOK if margins > 2.0 else 0
             if clearances:
                 spread(near, near.line, head, work.motion)
         for d in range(top):
@@ -266,7 +275,6 @@ def advance(
         for t in range(out):
             near.forces[t] = torques[t]
         for j in range(nm):
-            work.acceleration[j] += work.push[j]
             work.free[j] += BETA * h * h * work.push[j]
             work.free_v[j] += GAMMA * h * work.push[j]
         if tracked:
@@ -281,8 +289,10 @@ def advance(
                 work.free_v, state.torques, torques, near, state.energy, ledger,
             )  # fmt: skip
         for j in range(nm):
-            state.acceleration[j] = work.acceleration[j]
+            state.acceleration[j] = work.acceleration[j] + work.push[j]
+        for j in range(nm):
             state.eta[j] = work.free[j]
+        for j in range(nm):
             state.velocity[j] = work.free_v[j]
         put(state.torques, torques)
         remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)

@@ -45,8 +45,8 @@ class Near(NamedTuple):
     seen: IntArray  # (S,) step at which a slot was last in contact
     fresh: IntArray  # (S,) slots filled at this step
     filled: IntArray  # (L, S) whether ``displacement`` holds the block of a slot
-    counts: IntArray  # (5,) slots filled at this step, number of the step, channels in use, rows
-    # with blocks beyond their lines, lines up to the last in use
+    counts: IntArray  # (6,) slots filled at this step, number of the step, channels in use, rows
+    # with blocks beyond their lines, lines up to the last in use, tick of the next look at backs
     first: IntArray  # (G,) first slot of a group
     used: IntArray  # (G,) slots in use
     linked: IntArray  # (G,) 1 where ports or lines of action move with the group
@@ -131,7 +131,7 @@ def near_channels(modal: ModalSystem, rows: int, width: int, sizes: int = 1) -> 
         seen=seen,
         fresh=np.zeros(slots, dtype=np.int64),
         filled=np.zeros((sizes, slots), dtype=np.int64),
-        counts=np.zeros(5, dtype=np.int64),
+        counts=np.zeros(6, dtype=np.int64),
         first=first[:-1].astype(np.int64),
         used=used,
         linked=linked_groups(modal, group, lined, len(rigid)),
@@ -226,7 +226,7 @@ def touched_blocks(
 def begin(near: Near, data: StepData) -> None:
     """Fill the head and every slot in use; receptances of slots when a step needs them."""
     near.filled[:] = 0
-    near.contact.known[:] = -1
+    near.contact.known[:], near.counts[5] = -1, 0
     head, source = data.head, len(data.channel_modes) - data.head
     slots = np.concatenate([f + np.arange(u) for f, u in zip(near.first, near.used, strict=True)])
     own = (head + 6 * slots[:, None] + np.arange(6)).ravel()
