@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.near_products import LINE, ONE, THREE, TWO, add_block, whole, whole_lines
+from flexgear.analysis.near_products import LINE, THREE, TWO, add_block, whole, whole_lines
 from flexgear.analysis.wide import aligned, clear, put_paired
-from flexgear.coupling.compiled import FAST, INNER, INTO, ZERO
+from flexgear.coupling.compiled import FAST, INNER, INTO, NONE, ONE, ZERO
 
 Array = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ def _across(y, y_r, lead, terms, n, i, port, out):
 @njit(**INNER)
 def _list_blocks(order, at, coef, beyond, width, owner, place, listed):
     """Blocks beyond lines one after the other: their rows, channels and coefficients; how many."""
-    e = np.uint64(0)
+    e = NONE
     for i in order:
         for a in range(beyond[i], width[i]):
             owner[e], place[e] = i, at[i, a]
@@ -143,7 +143,7 @@ def _list_blocks(order, at, coef, beyond, width, owner, place, listed):
 @njit(**INNER, fastmath=FAST)
 def _by_blocks(order, y, y_r, beyond, width, terms, count, owner, place, listed, out):
     """Adds what blocks of rows do to blocks of rows; order (w,): rows that have such blocks."""
-    start = np.uint64(0)
+    start = NONE
     for j in order:
         own, own_r = y[j], y_r[j]
         kf, f = terms[2, j], terms[3, j]
@@ -179,7 +179,7 @@ def contact_matrix(
     share, zeta, both, damped = terms[0], terms[1], terms[2], terms[3]
     for i in range(n):
         has = line[i] >= 0
-        lead[i] = np.uint64(ports + 2 * line[i]) if has else np.uint64(0)
+        lead[i] = np.uint64(ports + 2 * line[i]) if has else NONE
         share[i], zeta[i] = (1.0, along[i]) if has else (0.0, 0.0)
     for i in range(n):
         both[i], damped[i] = k[i] + f[i], f[i]

@@ -14,9 +14,9 @@ import numpy as np
 from numba import njit
 
 from flexgear.analysis.wide import WIDE, add_rows, clear
-from flexgear.coupling.compiled import FAST, INNER, INTO, ZERO
+from flexgear.coupling.compiled import FAST, INNER, INTO, ONE, ZERO
 
-ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)  # unsigned: never counted from the end
+TWO, THREE = np.uint64(2), np.uint64(3)
 LINE = WIDE  # numbers in a cache line: work arrays begin with one, and whole ones are taken
 
 

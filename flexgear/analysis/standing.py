@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import Ledger
 from flexgear.analysis.kernel import advance
 from flexgear.analysis.ladder import control
-from flexgear.analysis.near import Near, begin
-from flexgear.analysis.step_arrays import Samples, State, StepData, Work
-from flexgear.coupling.pair_data import PairData, PairRows
+from flexgear.analysis.near import begin
+from flexgear.analysis.step_arrays import State, StepData
+from flexgear.analysis.step_space import Space, empty_samples
+from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]
 NEVER = 2  # ticks between samples, of which one is taken
@@ -29,64 +29,30 @@ def at_rest(data: StepData) -> StepData:
     )
 
 
-def no_samples(pairs: PairData) -> Samples:
-    """Room for no sample."""
-    several = np.zeros((0, len(pairs.s0), 1))
-    return Samples(
-        eta=np.zeros((0, 0)),
-        theta=np.zeros((0, 0)),
-        masters=several,
-        torques=np.zeros((0, 0)),
-        output_speed=np.zeros(0),
-        pair_load=several,
-        pair_tooth=several.astype(np.int16),
-        pair_stiffness=several,
-        pair_position=several,
-        support_load=np.zeros((0, 0)),
-        direction=several,
-        energy=np.zeros((0, 0)),
-        wanted=np.zeros((0, 0), dtype=np.int64),
-    )
-
-
 def accelerate(
-    still: StepData,
-    pairs: PairData,
-    rows: PairRows,
-    state: State,
-    drive: Array,
-    near: Near,
-    work: Work,
-    ledger: Ledger,
+    modal: ModalSystem, still: StepData, state: State, drive: Array, space: Space
 ) -> int:
-    """Set accelerations and stored forces by a step of no duration; ``near`` is ready for such.
+    """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
 
     drive (P − 1,): given torques. Returns 0, or 1 without a solution.
     """
     status, _ = advance(
-        still, pairs, rows, state, drive[None], NEVER, 0, no_samples(pairs), near, work, ledger,
-        control(1),
+        still, modal.system.pairs, space.rows, state, drive[None], NEVER, 0,
+        empty_samples(modal, 0), space.near, space.work, space.ledger, control(1),
     )  # fmt: skip
     return int(status)
 
 
 def consistent_acceleration(
-    data: StepData,
-    pairs: PairData,
-    rows: PairRows,
-    state: State,
-    drive: Array,
-    near: Near,
-    work: Work,
-    ledger: Ledger,
+    modal: ModalSystem, data: StepData, state: State, drive: Array, space: Space
 ) -> int:
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
     drive (P − 1,): given torques. A jump of the torque moves the quasi-static part at once; the
-    ledger books it. Returns 0, or 1 without a solution. ``near`` is then ready for ``data``.
+    ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for ``data``.
     """
     still = at_rest(data)
-    begin(near, still)
-    status = accelerate(still, pairs, rows, state, drive, near, work, ledger)
-    begin(near, data)
+    begin(space.near, still)
+    status = accelerate(modal, still, state, drive, space)
+    begin(space.near, data)
     return status

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import Ledger
+from flexgear.analysis.energy import ENERGIES, Ledger
 from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.near import Near, head_size, near_channels
 from flexgear.analysis.near_products import whole_lines
-from flexgear.analysis.step_arrays import StepData, Work
+from flexgear.analysis.step_arrays import Samples, StepData, Work
 from flexgear.analysis.wide import aligned
 from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PairRows, pair_rows
+from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
 
 Array = NDArray[np.float64]
 
@@ -106,3 +106,25 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         row_old=np.zeros(count),
     )
     return Space(rows, near, work, ledger)
+
+
+def empty_samples(modal: ModalSystem, count: int) -> Samples:
+    """Where so many saved samples go; no pair is in contact."""
+    pairs = modal.system.pairs
+    meshes, system = len(pairs.s0), modal.system
+    shape = (count, meshes, SLOTS)
+    return Samples(
+        eta=np.zeros((count, modal.modes.shape[1])),
+        theta=np.zeros((count, len(system.angles))),
+        masters=np.zeros((count, len(system.masters), 2)),
+        torques=np.zeros((count, len(system.ports))),
+        output_speed=np.zeros(count),
+        pair_load=np.zeros(shape),
+        pair_tooth=np.full(shape, -1, dtype=np.int16),
+        pair_stiffness=np.zeros(shape),
+        pair_position=np.zeros(shape),
+        support_load=np.zeros((count, extra_rows(pairs))),
+        direction=np.zeros((count, len(pairs.clearance_stiffness), 3)),
+        energy=np.zeros((count, len(ENERGIES))),
+        wanted=np.zeros((count, meshes), dtype=np.int64),
+    )

@@ -27,9 +27,9 @@ from flexgear.analysis.step_plan import (
     laddered_plan,
     plan_segments,
 )
-from flexgear.analysis.step_space import Space, step_data, work_space
+from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows
+from flexgear.coupling.pair_data import SLOTS
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -168,27 +168,6 @@ def start_state(
     )
 
 
-def _samples(modal: ModalSystem, count: int) -> Samples:
-    pairs = modal.system.pairs
-    meshes, system = len(pairs.s0), modal.system
-    shape = (count, meshes, SLOTS)
-    return Samples(
-        eta=np.zeros((count, modal.modes.shape[1])),
-        theta=np.zeros((count, len(system.angles))),
-        masters=np.zeros((count, len(system.masters), 2)),
-        torques=np.zeros((count, len(system.ports))),
-        output_speed=np.zeros(count),
-        pair_load=np.zeros(shape),
-        pair_tooth=np.full(shape, -1, dtype=np.int16),
-        pair_stiffness=np.zeros(shape),
-        pair_position=np.zeros(shape),
-        support_load=np.zeros((count, extra_rows(pairs))),
-        direction=np.zeros((count, len(pairs.clearance_stiffness), 3)),
-        energy=np.zeros((count, len(ENERGIES))),
-        wanted=np.zeros((count, meshes), dtype=np.int64),
-    )
-
-
 def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
     """(k, P − 1) torques on all ports but the braked one; a single one scales the rated others."""
     torque = np.asarray(drive.torque(times), dtype=np.float64)
@@ -281,9 +260,7 @@ class _Run:
             self.known[key] = step_data(self.modal, plan.sizes)
         data = self.known[key]
         first = given_torques(self.modal, self.drive, np.array([plan.start + BESIDE * h]))
-        if consistent_acceleration(
-            data, pairs, space.rows, self.state, first[0], space.near, space.work, space.ledger
-        ):
+        if consistent_acceleration(self.modal, data, self.state, first[0], space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
@@ -291,7 +268,7 @@ class _Run:
             before = times.copy()
             if end == plan.ticks:
                 before[-1] -= BESIDE * h  # the torque just before the next jump
-            samples = _samples(self.modal, end // plan.every - begin // plan.every)
+            samples = empty_samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
                 data, pairs, space.rows, self.state, given_torques(self.modal, self.drive, before),
                 plan.every, begin, samples, space.near, space.work, space.ledger, plan.control,

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numba.core.options import DefaultOptions
 
-OUTER = {"cache": True, "no_cfunc_wrapper": True}
-UNCOUNTED = {**OUTER}
+UNCOUNTED = {"cache": True, "no_cfunc_wrapper": True}
 if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for ever
     UNCOUNTED["_nrt"] = False
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
 ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
+NONE, ONE = np.uint64(0), np.uint64(1)  # unsigned: an index that is never counted from the end
 INTO = {**INNER, "forceinline": True}  # becomes part of its caller: passing many arrays is dear

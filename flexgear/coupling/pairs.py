@@ -24,7 +24,7 @@ import math
 import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, INTO, UNCOUNTED, ZERO
+from flexgear.coupling.compiled import INNER, INTO, NONE, ONE, UNCOUNTED, ZERO
 from flexgear.coupling.pair_data import (
     CLEARANCE,
     LOAD,
@@ -33,8 +33,6 @@ from flexgear.coupling.pair_data import (
     SUPPORT,
     WAVE,
 )
-
-NONE, ONE = np.uint64(0), np.uint64(1)  # unsigned: an index that is never counted from the end
 
 
 @njit(**INNER, error_model="numpy")

@@ -31,14 +31,10 @@ class Integrator:
     def run(self, start: State, span: float) -> np.ndarray:
         """Modal coordinates after a span of time, s."""
         state, n = copied(start), len(start.eta)
-        pairs, space = self.modal.system.pairs, self.space
 
         def slope(_: float, y: np.ndarray) -> np.ndarray:
             state.eta[:], state.velocity[:] = y[:n], y[n:]
-            if accelerate(
-                self.data, pairs, space.rows, state, self.torque, space.near, space.work,
-                space.ledger,
-            ):  # fmt: skip
+            if accelerate(self.modal, self.data, state, self.torque, self.space):
                 raise ArithmeticError("no contact state")
             return np.concatenate([state.velocity, state.acceleration])
 
