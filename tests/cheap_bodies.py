@@ -72,7 +72,10 @@ def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness
 
 
 def cheap_carrier(planets, radius, drive_z=-0.6, stiffness=1.0):
-    """Drive flange, two bearing seats and pins, joined to both seats."""
+    """Drive flange, two bearing seats and pins, joined to both seats.
+
+    Under tangential pin forces the pins tilt as much as those of the meshed carrier, 0.13 mrad/MN.
+    """
     phi = 2 * math.pi * np.arange(planets) / planets
     side = math.copysign(1.0, drive_z)
     x = np.vstack(
@@ -84,11 +87,11 @@ def cheap_carrier(planets, radius, drive_z=-0.6, stiffness=1.0):
         ]
     )
     joints = Joints(x)
-    joints.add(0, 1, 2e11 * stiffness, 2e10 * stiffness)
-    joints.add(1, 2, 2e10 * stiffness, 2e9 * stiffness)
+    joints.add(0, 1, 5e11 * stiffness, 5e10 * stiffness)
+    joints.add(1, 2, 5e10 * stiffness, 5e9 * stiffness)
     for i in range(planets):
-        joints.add(3 + i, 1, 2e9 * stiffness, 1e8 * stiffness)
-        joints.add(3 + i, 2, 1e9 * stiffness, 1e8 * stiffness)
+        joints.add(3 + i, 1, 5e9 * stiffness, 2.5e8 * stiffness)
+        joints.add(3 + i, 2, 2.5e9 * stiffness, 2.5e8 * stiffness)
     names = ("drive", "bearing_drive", "bearing_far", *[f"pin_{i + 1}" for i in range(planets)])
     mass = np.kron(np.eye(len(x)), np.diag([300.0, 300, 300, 30, 30, 30]))
     return CheapBody("carrier", names, x, mass, joints.k)

@@ -21,8 +21,7 @@ class Row:
 
     paper: the package's name; where: table, figure or equation; published and computed: text with
     units; tolerance: what counts as met, in words; holds: None where nothing is demanded, only
-    reported; why: the reason for the tolerance, or for a difference; known: a demand that is known
-    not to hold, shown as not met without failing the tests.
+    reported; why: the reason for the tolerance, or for a difference.
     """
 
     paper: str
@@ -33,7 +32,6 @@ class Row:
     tolerance: str
     holds: bool | None
     why: str = ""
-    known: bool = False
 
     def __post_init__(self) -> None:
         if self.holds is not None:  # comparisons of numpy give its own bool, which JSON refuses
@@ -173,10 +171,10 @@ def gathered(paper: str, *sections: Callable[[], Iterable[Row]]) -> list[Row]:
 
 
 def failures(rows: Iterable[Row]) -> str:
-    """Text of all demanded rows that do not hold and are not known for it, "" if none."""
+    """Text of all demanded rows that do not hold, "" if none."""
     return "\n".join(
         f"{r.paper}, {r.where}, {r.quantity}: {r.published} against {r.computed} ({r.tolerance})"
         f" {r.why}"
         for r in rows
-        if r.holds is False and not r.known
+        if r.holds is False
     )

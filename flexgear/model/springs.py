@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import MatrixEntry, RotationalStiffness, Stiffness
+from flexgear.model.units import Length, MatrixEntry, RotationalStiffness, Stiffness
 
 
 class Springs(Section):
@@ -62,7 +62,20 @@ class Springs(Section):
 
 
 class Bearing(Springs):
-    """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0."""
+    """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0.
+
+    z: where its springs act along the axis, m, from the middle of the gear or the seat; towards the
+    stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
+    """
+
+    z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Stiffness (6, 6) at the node, Tᵀ K T with T the motion at z; SI."""
+        to_z = np.eye(6)
+        to_z[0, 4], to_z[1, 3] = self.z, -self.z
+        return to_z.T @ super().matrix @ to_z
 
 
 class Bearings(Section):

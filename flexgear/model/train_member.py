@@ -7,14 +7,14 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Refusal, Section
-from flexgear.model.springs import Springs
+from flexgear.model.springs import Bearing
 from flexgear.model.stage import Gear
 from flexgear.model.units import Force, Inertia, Length, Mass, Stiffness
 
 Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
 
 
-class Support(Springs):
+class Support(Bearing):
     """Springs to the housing, or of a planet to its pin.
 
     tangential acts against u = r θ and adds torsion = tangential r²; r is the base radius of a
@@ -34,6 +34,12 @@ class Support(Springs):
         if self.clearance > 0 and min(self.stiffness[:2]) <= 0:
             raise Refusal(
                 "clearance", "is the gap of a support without radial stiffness", "give radial"
+            )
+        if self.clearance > 0 and self.matrix[:2, 2:].any():
+            raise Refusal(
+                "clearance",
+                "is a gap at the middle, but z or full couples radial motion with other directions",
+                "take one of the two out",
             )
         return self
 

@@ -132,16 +132,20 @@ def test_renumbering_planets_changes_nothing(one_sided_modal):
 
 
 def test_mirror_in_the_plane_of_rotation_changes_only_signs():
-    """Other helix hand, bolts, drive and shaft on the other side: u_z, θ_x, θ_y change sign."""
+    """Helix hand, sides of bolts, drive, shaft, stiffer rows: u_z, θ_x, θ_y change sign."""
     case = make_case()
     bodies = make_bodies(case)
     mirrored = make_bodies(case, drive_z=0.6, bolt_z=-0.215)
     other = "right" if case.stage.planet_hand == "left" else "left"
     side = "+z" if case.shaft.direction == "-z" else "-z"
     a = modal_system(make_system(bodies=bodies))
-    b = modal_system(
-        make_system(bodies=mirrored, **{"stage.planet_hand": other, "shaft.direction": side})
-    )
+    assert case.bearings.planet.z == -0.03
+    changes = {
+        "stage.planet_hand": other,
+        "shaft.direction": side,
+        "bearings.planet.z_mm": "30",
+    }
+    b = modal_system(make_system(bodies=mirrored, **changes))
     sign = np.array([1, 1, -1, -1, -1, 1.0])
     for theta in (0.0, 0.9):
         ea, eb = equilibrium(a, theta, TORQUE), equilibrium(b, theta, TORQUE)

@@ -48,7 +48,7 @@ def test_linear_contact(linear_modal, size):
     ("size", "torque", "parted", "backs"),
     [
         (2e-5, TORQUE, False, False),
-        (3e-4, 0.5 * TORQUE, False, True),
+        (2.5e-4, 0.5 * TORQUE, False, True),
         (2e-5, -TORQUE, True, True),
     ],
 )

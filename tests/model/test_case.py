@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
+from flexgear.model.springs import Bearing
 
 
 @pytest.fixture(scope="module")
@@ -106,8 +107,8 @@ def test_with_changes_a_copy_and_checks_it(case):
 
 
 def test_springs_by_direction_and_as_matrix(case):
-    k = case.bearings.planet.matrix
-    assert np.allclose(np.diag(k), [4e9, 4e9, 1e9, 8e7, 8e7, 0])
+    springs = case.bearings.planet.model_copy(update={"z": 0.0})
+    assert np.allclose(np.diag(springs.matrix), [4e9, 4e9, 1e9, 1.6e8, 1.6e8, 0])
     assert case.bearings.planet.stiffness[2] == 1e9
     rows = np.diag([1e9, 2e9, 3e9, 1e6, 1e6, 0.0])
     rows[0, 4] = rows[4, 0] = 1e7
@@ -118,6 +119,19 @@ def test_springs_by_direction_and_as_matrix(case):
     rows[0, 4] = 0
     with pytest.raises(InputError, match=r"bearings.output.full_si: is not symmetric"):
         load_case("wind-5mw", {"bearings.output.full_si": str(rows.tolist())})
+
+
+def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
+    """Two rows k₁ at z₁ and k₂ at z₂: k = k₁ + k₂ at z = Σ k_i z_i / k, tilt Σ k_i (z_i − z)²."""
+    k, at = np.array([2.3e9, 1.7e9]), np.array([-0.2, 0.2])
+    rows = np.zeros((6, 6))
+    for stiffness, z in zip(k, at, strict=True):
+        for moved in ([1, 0, 0, 0, z, 0], [0, 1, 0, -z, 0, 0]):
+            rows += stiffness * np.outer(moved, moved)
+    z = k @ at / k.sum()
+    bearing = Bearing(radial=k.sum(), tilt=k @ (at - z) ** 2, z=z)
+    assert np.allclose(bearing.matrix, rows, rtol=1e-12, atol=1e-3)
+    assert np.allclose(Bearing(full=tuple(map(tuple, rows)), z=0.0).matrix, rows)
 
 
 def test_case_round_trips_through_plain_data(case):

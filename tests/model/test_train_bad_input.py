@@ -98,6 +98,8 @@ def refused(path, text, old, new, words, over=None):
          r"stages\[0\].carrier.support.clearance_mm: 3 mm is as much as the module"),
         ("sun = { teeth = 20", "sun = { support = { clearance_um = 10 }, teeth = 20",
          "sun.support.clearance_um: is the gap of a support without radial stiffness"),
+        ("planet_bearing = {", "planet_bearing = { clearance_um = 10, z_mm = 5,",
+         "planet_bearing.clearance_um: is a gap at the middle, but z or full couples radial"),
         # errors
         ("planet_eccentricity_um = [10]", "planet_eccentricity_um = [1, 2, 3, 4]",
          r"errors.planet_eccentricity_um: 4 values for 3 planets: planet 4 does not exist -- give"),

@@ -32,7 +32,6 @@ def rows(fidelity: str) -> list[Row]:
 
 def _row(one: Statement, found: Finding) -> Row:
     disagrees = "Disagrees with the paper." if verdict(one, found) == "disagrees" else ""
-    known = f"Known: {one.fails}." if one.fails else ""
     return Row(
         paper="tan2023",
         where="Figure " + ", ".join(str(f) for f in one.figures),
@@ -41,8 +40,7 @@ def _row(one: Statement, found: Finding) -> Row:
         computed=found.computed,
         tolerance=one.tolerance,
         holds=found.holds if one.demanded else None,
-        why=" ".join(t for t in (disagrees, found.why, known) if t),
-        known=bool(one.fails),
+        why=" ".join(t for t in (disagrees, found.why) if t),
     )
 
 

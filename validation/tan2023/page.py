@@ -46,14 +46,13 @@ def write_page(folder: Path, findings: Findings) -> Path:
     for one in sorted_statements():
         found = findings.of(one)
         said = verdict(one, found)
-        why = " ".join(t for t in (found.why, f"Known: {one.fails}." if one.fails else "") if t)
         cells = [
             ", ".join(str(f) for f in one.figures),
             one.published,
             found.computed,
             one.tolerance,
             f'<span class="{said.replace(" ", "-")}">{said}</span>',
-            why,
+            found.why,
         ]
         html = [c if k == 4 else escape(c) for k, c in enumerate(cells)]
         rows.append("<tr>" + "".join(f"<td>{c}</td>" for c in html) + "</tr>")

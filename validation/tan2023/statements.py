@@ -53,8 +53,8 @@ class Statement:
     """One published statement.
 
     figures: the paper's figure numbers; published: the statement in our words; tolerance: what
-    counts as met; fails: why a demanded statement is known not to hold (a strict xfail), or "";
-    demanded: False where we only say whether the paper is met, which no test asks for.
+    counts as met; demanded: False where we only say whether the paper is met, which no test asks
+    for.
     """
 
     name: str
@@ -62,7 +62,6 @@ class Statement:
     published: str
     tolerance: str
     measure: Callable[[Runs], Finding]
-    fails: str = ""
     demanded: bool = True
 
 
@@ -73,14 +72,13 @@ def statement(
     *figures: int,
     published: str,
     tolerance: str = "reported",
-    fails: str = "",
     demanded: bool = True,
 ) -> Callable[[Callable[[Runs], Finding]], Callable[[Runs], Finding]]:
     """Enter the decorated measurement into the list."""
 
     def enter(measure: Callable[[Runs], Finding]) -> Callable[[Runs], Finding]:
         STATEMENTS.append(
-            Statement(measure.__name__, figures, published, tolerance, measure, fails, demanded)
+            Statement(measure.__name__, figures, published, tolerance, measure, demanded)
         )
         return measure
 
