@@ -162,7 +162,7 @@ def _estimated(
     """The reduced body with its error estimates in the report."""
     progress("static check", 0.0)
     with single_threaded_blas():
-        static = estimate.compare_static(reduction, supports, loads) if loads else None
+        static = estimate.compare_static(reduction, supports, loads)
         frequencies = estimate.compare_frequencies(
             reduction, supports, FREQUENCY_LIMIT_HZ, progress
         )
@@ -172,9 +172,8 @@ def _estimated(
         **options,
         "supports_key": content_key(supports=supports),
         "static_end_share": probe_loads.END_SHARE,
-        "static_error": static.error if static else None,
-        "static_error_cases": static.of_largest if static else {},
-        "static_error_each": static.of_each if static else {},
+        "static_error": max(static.values(), default=None),
+        "static_error_cases": static,
         "frequency_error": frequencies.error,
         "frequency_limit_hz": FREQUENCY_LIMIT_HZ,
         "frequencies_below_limit": len(frequencies.full),

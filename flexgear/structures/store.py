@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "4"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "5"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery")
 
 

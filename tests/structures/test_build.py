@@ -53,7 +53,7 @@ def test_ring_nodes_stand_where_the_conventions_say(case, ring):
     expected = [radius * np.cos(angle), radius * np.sin(angle), 0.0]
     assert np.allclose(ring.positions[7], expected)
     assert np.allclose(ring.positions[93:95], [[0, 0, -0.185], [0, 0, 0.185]])
-    assert np.allclose(ring.positions[95], [0.985, 0.0, 0.215])
+    assert np.allclose(ring.positions[95], [0.985, 0.0, -0.215])
 
 
 def test_carrier_nodes_stand_where_the_conventions_say(case, carrier):
@@ -104,7 +104,7 @@ def test_flank_tie_meets_its_bound(case):
     made = Reduction(None, condense(model, interface), None, None)
     loads = tooth_lines(model, [0, 31, 62], flank.stage.face_width)
     supports = ring_supports(flank, interface)
-    assert 0 < compare_static(made, supports, loads).error < 0.03
+    assert 0 < max(compare_static(made, supports, loads).values()) < 0.03
 
 
 def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
