@@ -159,37 +159,44 @@ def _estimated(
     progress: Progress,
     **options: Any,
 ) -> ReducedBody:
-    """The reduced body with its error estimates in the report."""
+    """The reduced body with the loads of its static check, frequency estimates in the report."""
     progress("static check", 0.0)
     with single_threaded_blas():
-        static = estimate.compare_static(reduction, supports, loads)
+        body = estimate.probed(reduction, loads)
         frequencies = estimate.compare_frequencies(
             reduction, supports, FREQUENCY_LIMIT_HZ, progress
         )
     clock.lap("estimates")
     report = {
-        **reduction.body.report,
+        **body.report,
         **options,
         "supports_key": content_key(supports=supports),
         "static_end_share": probe_loads.END_SHARE,
-        "static_error": max(static.values(), default=None),
-        "static_error_cases": static,
         "frequency_error": frequencies.error,
         "frequency_limit_hz": FREQUENCY_LIMIT_HZ,
         "frequencies_below_limit": len(frequencies.full),
         "supported_frequency_min_hz": float(frequencies.full.min(initial=np.inf)),
         "seconds": clock.laps,
     }
-    return reduction.body.with_(report=report)
+    return body.with_(report=report)
 
 
 def _judged(body: ReducedBody, supports: NDArray[np.float64]) -> ReducedBody:
-    """The body, its report saying whether the error estimates stood on these very supports.
+    """The body with its static errors on these supports in the report.
 
-    Supports are not part of the cache's key: other bolts or bearings need no new reduction.
+    Supports are not part of the cache's key: other bolts or bearings need no new reduction. The
+    report says whether the frequency estimate, which needs one, stood on these supports.
     """
-    same = body.report["supports_key"] == content_key(supports=supports)
-    return body.with_(report={**body.report, "estimated_on_these_supports": same})
+    with single_threaded_blas():
+        static = estimate.static_errors(body, supports)
+    judged = {
+        "static_error": max(static.values(), default=None),
+        "static_error_cases": static,
+        "frequency_error_on_these_supports": (
+            body.report["supports_key"] == content_key(supports=supports)
+        ),
+    }
+    return body.with_(report={**body.report, **judged})
 
 
 class _Clock:

@@ -171,7 +171,8 @@ class CyclicCondensation:
         return out
 
     def _form(self, x: Array) -> Array:
-        return np.ascontiguousarray(x).reshape(-1, self.sectors.count, x.shape[1])
+        count = self.sectors.count
+        return np.ascontiguousarray(x).reshape(len(x) // count, count, x.shape[1])
 
     @property
     def _block(self) -> int:

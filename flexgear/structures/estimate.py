@@ -25,6 +25,7 @@ import scipy.linalg as sla
 from numpy.typing import NDArray
 
 from flexgear.structures.probe_loads import ProbeLoad
+from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
     AnyCondensation,
     Progress,
@@ -47,15 +48,11 @@ class FrequencyComparison:
     error: float
 
 
-def compare_static(
-    reduction: Reduction, supports: NDArray[np.float64], loads: Sequence[ProbeLoad]
-) -> dict[str, float]:
-    """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m."""
+def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
+    """The reduced body with Psi^T f and E w of loads, from which errors on any supports follow."""
     condensation = reduction.condensation
     interface = condensation.interface
-    exact = np.empty((interface.size, len(loads)))
-    equivalent = np.zeros_like(exact)
-    nodes = [interface.node_names.index(load.node) for load in loads]
+    both = np.zeros((2, interface.size, len(loads)))
     for start in range(0, len(loads), _BLOCK):
         some = loads[start : start + _BLOCK]
         forces = np.zeros((3 * some[0].sample.interpolation.shape[1], len(some)))
@@ -63,19 +60,25 @@ def compare_static(
             nodal = load.sample.load(load.forces)
             at = np.flatnonzero(nodal)  # few of many rows
             forces[at, column] = nodal[at]
-        exact[:, start : start + _BLOCK] = condensation.constraint_load(forces)
-    for column, (load, node) in enumerate(zip(loads, nodes, strict=True)):
-        equivalent[6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
-    q = np.linalg.solve(condensation.stiffness + supports, np.hstack([exact, equivalent]))
-    full, reduced = q[:, : len(loads)], q[:, len(loads) :]
-    rows = 6 * np.array(nodes) + np.arange(3)[:, None]
-    columns = np.arange(len(loads))
-    motion = np.linalg.norm(full[rows, columns], axis=0)
-    difference = np.linalg.norm(full[rows, columns] - reduced[rows, columns], axis=0)
-    error = difference / motion
+        both[0, :, start : start + _BLOCK] = condensation.constraint_load(forces)
+    for column, load in enumerate(loads):
+        node = interface.node_names.index(load.node)
+        both[1, 6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
+    cases = tuple((load.node, load.case) for load in loads)
+    return reduction.body.with_(probe_cases=cases, probe_loads=both)
+
+
+def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str, float]:
+    """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m."""
+    b, count = body.interface_dofs, len(body.probe_cases)
+    stiffness = body.stiffness[:b, :b] + supports
+    full, reduced = np.split(np.linalg.solve(stiffness, np.hstack([*body.probe_loads])), 2, axis=1)
+    rows = np.array([body.node_slice(node).start for node, _ in body.probe_cases], dtype=int)
+    at = rows + np.arange(3)[:, None], np.arange(count)
+    error = np.linalg.norm(full[at] - reduced[at], axis=0) / np.linalg.norm(full[at], axis=0)
     worst: dict[str, float] = {}
-    for load, own in zip(loads, error, strict=True):
-        worst[load.case] = max(float(own), worst.get(load.case, 0.0))
+    for (_, case), own in zip(body.probe_cases, error, strict=True):
+        worst[case] = max(float(own), worst.get(case, 0.0))
     return worst
 
 

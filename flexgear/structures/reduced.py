@@ -13,13 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def _no_probes() -> NDArray[np.float64]:
+    return np.zeros((2, 0, 0))
+
+
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
     """Result of a reduction, with the way back to the full field.
 
     positions (n, 3) m; mass, stiffness (d, d) with d = 6 n + n_modes; report: sizes, options and
     error estimates; points (p, 3) m and cells: the vertices and cells `recover` speaks of;
-    recovery (3p, d) float32: [Psi, Phi] at the vertices.
+    recovery (3p, d) float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every
+    load of the static check, probe_loads (2, b, n) N, N m: what the full model's interface feels of
+    it, and the wrench at the node that stands for it (`estimate`).
     """
 
     name: str
@@ -32,6 +38,8 @@ class ReducedBody:
     points: NDArray[np.float64] = field(repr=False)
     cells: NDArray[np.int64] = field(repr=False)
     recovery: NDArray[np.float32] = field(repr=False)
+    probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    probe_loads: NDArray[np.float64] = field(default_factory=_no_probes, repr=False)
 
     @property
     def interface_dofs(self) -> int:

@@ -27,7 +27,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.reduced import ReducedBody
 
 FORMAT = "5"  # part of every key: raise it when entries or the numerics behind them change
-_ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery")
+_ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads")
 
 
 def cache_directory() -> Path:
@@ -80,6 +80,7 @@ def save(body: ReducedBody, entry: Path) -> None:
             "name": body.name,
             "node_names": body.node_names,
             "n_modes": body.n_modes,
+            "probe_cases": body.probe_cases,
             "report": body.report,
             "checksums": checksums,
         }
@@ -114,6 +115,7 @@ def load(entry: Path) -> ReducedBody | None:
             name=header["name"],
             node_names=tuple(header["node_names"]),
             n_modes=header["n_modes"],
+            probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
             report=header["report"],
             **arrays,
         )

@@ -21,6 +21,8 @@ def body(seed=0):
         points=rng.standard_normal((4, 3)),
         cells=np.arange(4).reshape(1, 4),
         recovery=rng.standard_normal((12, 15)).astype(np.float32),
+        probe_cases=(("b", "tip"),),
+        probe_loads=rng.standard_normal((2, 12, 1)),
     )
 
 
@@ -34,11 +36,12 @@ def test_round_trip(tmp_path):
     first = store.cached("k1", compute, tmp_path)
     again = store.cached("k1", compute, tmp_path)
     assert len(calls) == 1
-    for name in ("positions", "mass", "stiffness", "points", "cells", "recovery"):
+    for name in ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads"):
         assert np.array_equal(getattr(first, name), getattr(body(), name))
         assert np.array_equal(getattr(again, name), getattr(body(), name))
     assert again.report == body().report
     assert again.node_names == ("a", "b")
+    assert again.probe_cases == (("b", "tip"),)
     q = np.ones(15)
     assert np.allclose(again.recover(q), body().recover(q))
 
