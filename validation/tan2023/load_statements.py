@@ -10,7 +10,7 @@ import xarray as xr
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import chosen_modal
-from flexgear.coupling.system import System, Variant
+from flexgear.coupling.system import System
 from flexgear.results.contact_share import contact_share, expected_contact_share
 from flexgear.results.stiffness_split import stiffness_split
 from tan2023 import measures
