@@ -74,7 +74,7 @@ class RingMeshParameters:
     dedendum: float = 1.25
     root_fillet: float = 0.38
     face_width: float = 0.43
-    rim_thickness: float = 0.2
+    rim_thickness: float = 0.205
     bolts: int = 25
     bolt_circle_diameter: float = 1.97
     bolt_diameter: float = 0.056
