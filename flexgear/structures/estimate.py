@@ -36,6 +36,7 @@ from flexgear.structures.tall import dot, times
 
 _BLOCK = 32  # vectors taken together at most
 _BLOCK_BYTES = 128e6
+_FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that holds a body
 _GUARD = 1.15  # reduced modes up to this times the limit start the reference
 
 
@@ -69,9 +70,15 @@ def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
 
 
 def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str, float]:
-    """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m."""
+    """Worst error of the loaded nodes' translations by load case; supports (b, b) N/m.
+
+    Empty where the supports leave the body free to move: then no load has a finite answer.
+    """
     b, count = body.interface_dofs, len(body.probe_cases)
     stiffness = body.stiffness[:b, :b] + supports
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    if sla.eigvalsh(stiffness * scale * scale[:, None], subset_by_index=(0, 0))[0] < _FREE:
+        return {}
     full, reduced = np.split(np.linalg.solve(stiffness, np.hstack([*body.probe_loads])), 2, axis=1)
     rows = np.array([body.node_slice(node).start for node, _ in body.probe_cases], dtype=int)
     at = rows + np.arange(3)[:, None], np.arange(count)
