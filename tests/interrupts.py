@@ -23,6 +23,7 @@ def interrupted(arguments, cache, files, presses=1):
     try:
         wait_until(lambda: len(list(cache.glob(files))) >= 3 or run.poll() is not None)
         assert run.poll() is None, run.communicate()
+        assert listening(processes_with(f"FLEXGEAR_CACHE={cache}")) == set()
         for _ in range(presses):
             os.killpg(run.pid, signal.SIGINT)
             time.sleep(0.05)
@@ -55,3 +56,20 @@ def processes_with(variable):
         except OSError:  # ended, or somebody else's
             continue
     return found
+
+
+def listening(processes):
+    """Ports on which any of these processes waits for TCP connections (Linux)."""
+    ports = set()
+    for process in processes:
+        place = Path("/proc") / str(process)
+        try:
+            held = {os.readlink(fd) for fd in (place / "fd").iterdir()}
+            tables = [(place / "net" / name).read_text() for name in ("tcp", "tcp6")]
+        except OSError:  # ended meanwhile
+            continue
+        for line in "".join(table.partition("\n")[2] for table in tables).splitlines():
+            _, local, _, state, *_, inode = line.split()[:10]
+            if state == "0A" and f"socket:[{inode}]" in held:
+                ports.add(int(local.rpartition(":")[2], 16))
+    return ports

@@ -34,7 +34,7 @@ Workers = Annotated[
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tcp://host:8786."
+        "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."
     ),
 ]
 OutFolder = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for results.")]

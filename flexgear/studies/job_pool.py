@@ -1,4 +1,4 @@
-"""Many independent runs: in this process where they are short, else on Dask."""
+"""Many independent runs: in this process where they are short, else on others or a cluster."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from flexgear.studies.dask_pool import completed
 from flexgear.studies.outcome import Outcome, outcome_of, processors
 
 S = TypeVar("S")
@@ -47,7 +46,25 @@ def run_jobs(
             if workers == 1 or left * (1 - 1 / processors()) < STARTING:
                 for here, job in enumerate(jobs[1:], 2):
                     yield here - 1, outcome_of(function, shared, job)
-    rest = completed(function, shared, jobs[here:], workers=workers, scheduler=scheduler)
-    with closing(rest):
+    if here == len(jobs):
+        return
+    with closing(_elsewhere(function, shared, jobs[here:], workers, scheduler)) as rest:
         for k, outcome in rest:
             yield here + k, outcome
+
+
+def _elsewhere(
+    function: Callable[[S, J], R],
+    shared: S,
+    jobs: Sequence[J],
+    workers: int | None,
+    scheduler: str | None,
+) -> Generator[tuple[int, Outcome[R]], None, None]:
+    """Runs in other processes; either library is loaded where it is needed."""
+    if scheduler is not None:
+        from flexgear.studies import dask_pool
+
+        return dask_pool.completed(function, shared, jobs, scheduler)
+    from flexgear.studies import local_pool
+
+    return local_pool.completed(function, shared, jobs, workers or processors())

@@ -16,7 +16,6 @@ J = TypeVar("J")
 R = TypeVar("R")
 
 DIED = "its process died, most likely out of memory; take fewer --workers or a coarser case"
-ALL_DIED = f"Dask stopped before it was done: {DIED}"
 
 
 @dataclass(frozen=True)

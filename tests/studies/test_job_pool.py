@@ -1,11 +1,11 @@
-"""Runs here or on Dask: what is done where, order, failures, Ctrl-C."""
+"""Runs here or elsewhere: what is done where, order, failures, Ctrl-C."""
 
 from __future__ import annotations
 
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.studies import job_pool
+from flexgear.studies import dask_pool, job_pool, local_pool
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.outcome import Outcome
 
@@ -17,51 +17,52 @@ def times(shared, x):
 
 
 @pytest.fixture(autouse=True)
-def on_dask(monkeypatch):
-    """Jobs that were given to Dask, which does them backwards."""
+def elsewhere(monkeypatch):
+    """Jobs that were given to other processes, which do them backwards."""
     given = []
 
-    def completed(function, shared, jobs, *, workers, scheduler):
+    def completed(function, shared, jobs, _):
         given.extend(jobs)
         for k in reversed(range(len(jobs))):
             yield k, Outcome(function(shared, jobs[k]))
 
-    monkeypatch.setattr(job_pool, "completed", completed)
+    monkeypatch.setattr(local_pool, "completed", completed)
+    monkeypatch.setattr(dask_pool, "completed", completed)
     monkeypatch.setattr(job_pool, "processors", lambda: 2)
     return given
 
 
 @pytest.mark.parametrize("workers", [None, 1])
-def test_short_work_is_done_here(workers, on_dask):
+def test_short_work_is_done_here(workers, elsewhere):
     found = list(run_jobs(times, 2, [1, 3, 4], workers=workers))
     assert found == [(0, Outcome(2)), (1, Outcome(None, "three is odd")), (2, Outcome(8))]
-    assert on_dask == []
+    assert elsewhere == []
 
 
-def test_one_worker_is_this_process_however_long_it_takes(on_dask, monkeypatch):
+def test_one_worker_is_this_process_however_long_it_takes(elsewhere, monkeypatch):
     monkeypatch.setattr(job_pool, "STARTING", 0.0)
     assert len(list(run_jobs(times, 2, [1, 2], workers=1))) == 2
-    assert on_dask == []
+    assert elsewhere == []
 
 
-def test_long_work_goes_to_workers_but_for_the_first_job(on_dask, monkeypatch):
+def test_long_work_goes_to_workers_but_for_the_first_job(elsewhere, monkeypatch):
     monkeypatch.setattr(job_pool, "STARTING", 0.0)
     found = dict(run_jobs(times, 2, [1, 5, 7]))
     assert found == {0: Outcome(2), 1: Outcome(10), 2: Outcome(14)}
-    assert on_dask == [5, 7]
+    assert elsewhere == [5, 7]
 
 
-def test_a_single_processor_never_starts_others(on_dask, monkeypatch):
+def test_a_single_processor_never_starts_others(elsewhere, monkeypatch):
     monkeypatch.setattr(job_pool, "processors", lambda: 1)
     monkeypatch.setattr(job_pool, "STARTING", 1e-12)
     assert len(list(run_jobs(times, 2, [1, 2, 4]))) == 3
-    assert on_dask == []
+    assert elsewhere == []
 
 
 @pytest.mark.parametrize("where", [{"workers": 2}, {"scheduler": "tcp://x:1"}])
-def test_all_of_it_on_dask_when_asked_for(where, on_dask):
+def test_all_of_it_elsewhere_when_asked_for(where, elsewhere):
     assert dict(run_jobs(times, 2, [1, 2], **where)) == {0: Outcome(2), 1: Outcome(4)}
-    assert on_dask == [1, 2]
+    assert elsewhere == [1, 2]
 
 
 @pytest.mark.parametrize("where", [{}, {"workers": 1}, {"workers": 2}, {"scheduler": "x"}])

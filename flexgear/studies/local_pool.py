@@ -1,0 +1,151 @@
+"""Many runs on processes of this machine, which loky starts, ends and talks to through pipes.
+
+Nothing listens: only this process can give its workers work. Every worker is a pool of one, so that
+a lost worker blames the one run it had begun. That run is begun again; a run that takes three
+workers with it is given up. Workers do not hear Ctrl-C, which ends this process's work and thereby
+theirs; they also end when this process does, however it does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import warnings
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
+
+from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
+
+from flexgear.studies.outcome import DIED, Outcome, on_one_thread
+
+S = TypeVar("S")
+J = TypeVar("J")
+R = TypeVar("R")
+
+LOST = 3  # workers that a run may lose
+
+
+def completed(
+    function: Callable[[S, J], R], shared: S, jobs: Sequence[J], workers: int
+) -> Generator[tuple[int, Outcome[R]], None, None]:
+    """Number and outcome of every job as it is done, function(shared, job) in some worker.
+
+    workers: processes, at most. Everything must be picklable, of modules that workers can import.
+    Closing the iterator, or an exception in it, ends all workers.
+    """
+    waiting, losses = deque(range(len(jobs))), Counter[int]()
+    with _Workers(pickle.dumps((function, shared))) as pool:
+        running: dict[Future[Outcome[Any]], tuple[ProcessPoolExecutor, int]] = {}
+        idle = [pool.start() for _ in range(min(workers, len(jobs)))]
+        while waiting or running:
+            while waiting and idle:
+                k = waiting.popleft()
+                future, worker = pool.begin(idle.pop(), pickle.dumps(jobs[k]))
+                running[future] = worker, k
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                worker, k = running.pop(future)
+                idle.append(worker)
+                outcome = _found(future)
+                losses[k] += outcome is None
+                if outcome is None and losses[k] < LOST:
+                    waiting.append(k)
+                else:
+                    yield k, outcome or Outcome(None, DIED)
+
+
+def _found(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
+    """What became of a run; None where its worker was lost."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+    except Exception as error:  # on the way there or back
+        text = " ".join(str(error).split())
+        return Outcome(None, f"its result could not be sent ({type(error).__name__}: {text})")
+
+
+class _Workers:
+    """Pools of one process each, which know what all runs share; they end with the block."""
+
+    def __init__(self, common: bytes) -> None:
+        self._common = common
+        self._pools: list[ProcessPoolExecutor] = []
+        self._theirs, self._ours = multiprocessing.Pipe(duplex=False)
+
+    def __enter__(self) -> _Workers:
+        # workers that have grown are replaced by loky between two runs; nothing to worry about
+        warnings.filterwarnings("ignore", category=UserWarning, module="loky")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for pool in self._pools:
+            pool.shutdown(kill_workers=True)
+        self._ours.close()
+        self._theirs.close()
+
+    def start(self) -> ProcessPoolExecutor:
+        """A worker; its process starts with its first run."""
+        arguments = (self._common, self._theirs)
+        self._pools.append(ProcessPoolExecutor(1, initializer=_prepare, initargs=arguments))
+        return self._pools[-1]
+
+    def begin(
+        self, worker: ProcessPoolExecutor, job: bytes
+    ) -> tuple[Future[Outcome[Any]], ProcessPoolExecutor]:
+        """A run begun on a worker, or on another in its place where it was lost meanwhile."""
+        with _deaf_children():
+            while True:
+                try:
+                    return worker.submit(_run, job), worker
+                except BrokenProcessPool:
+                    self._pools.remove(worker)
+                    worker.shutdown()
+                    worker = self.start()
+
+
+@contextlib.contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes that start meanwhile do not hear Ctrl-C, from their first instruction on; this one
+    hears it afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+# --- on a worker ---------------------------------------------------------------------------------
+
+_common = b""  # function and what all runs share, a pickle
+
+
+def _prepare(common: bytes, parent: Connection) -> None:
+    """At a worker's start. parent: a pipe that has an end when the parent has."""
+    global _common
+    _common = common
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    with open(os.devnull, "r+b") as nowhere:  # what libraries print; outcomes say what went wrong
+        for stream in range(3):
+            os.dup2(nowhere.fileno(), stream)
+
+
+def _end_with(parent: Connection) -> None:
+    with contextlib.suppress(OSError, EOFError):
+        parent.poll(None)
+    os._exit(1)
+
+
+def _run(job: bytes) -> Outcome[Any]:
+    function, shared = pickle.loads(_common)
+    return on_one_thread(function, shared, pickle.loads(job))
