@@ -41,6 +41,7 @@ kind = "parallel"
 normal_module_mm = 14
 pressure_angle_deg = 20
 helix_angle_deg = 10
+planet_hand = "right"
 face_width_mm = 360
 [stages.pinion]
 teeth = 24

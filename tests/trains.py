@@ -20,6 +20,7 @@ planets = {planets}
 normal_module_mm = 4
 pressure_angle_deg = 20
 helix_angle_deg = {helix}
+planet_hand = "right"
 face_width_mm = 60
 allow_unassemblable = true
 [stage.sun]

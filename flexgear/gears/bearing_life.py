@@ -83,7 +83,7 @@ def planet_bearing_life_hours(train: Train, flow: PowerFlow) -> dict[str, float]
     out = {}
     for stage in train.stages:
         bearing, known = stage.planet_bearing, flow.stage(stage.name)
-        if stage.kind == "planetary" and bearing.dynamic_rating is not None:
+        if stage.kind == "planetary" and bearing.dynamic_rating and bearing.rolling:
             out[stage.name] = rating_life_hours(
                 bearing.dynamic_rating,
                 known.planet_bearing_force / bearing.count,

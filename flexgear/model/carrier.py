@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Length
 
 
@@ -25,14 +25,14 @@ class Carrier(Section):
     fe_mesh: Literal["generate", "file"] = "generate"
     fe_mesh_file: str | None = None
     fe_mesh_unit: Literal["m", "mm"] = "mm"
-    drive_side: Literal["-z", "+z"] = "-z"
+    drive_side: Literal["-z", "+z"]
     plate_diameter: Length = Field(ge=1e-2, le=10.0)
     plate_thickness_drive: Length = Field(ge=1e-3, le=1.0)
     plate_thickness_far: Length = Field(ge=1e-3, le=1.0)
     plate_gap: Length = Field(ge=1e-3, le=3.0)
     web_width: Length = Field(ge=1e-3, le=3.0)
     web_inner_radius: Length | None = Field(default=None, ge=1e-3, le=5.0)
-    web_clearance: Length = Field(default=0.01, ge=1e-4, le=0.5)
+    web_clearance: Length = Field(ge=1e-4, le=0.5)
     pin_diameter: Length = Field(ge=1e-3, le=2.0)
     pin_bore: Length = Field(default=0.0, ge=0.0, le=2.0)
     pin_seat_width: Length | None = Field(default=None, ge=1e-3, le=3.0)
@@ -46,7 +46,7 @@ class Carrier(Section):
     @model_validator(mode="after")
     def _consistent(self) -> Carrier:
         if self.fe_mesh == "file" and not self.fe_mesh_file:
-            raise Refusal(
+            raise Missing(
                 "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
             )
         if self.pin_bore >= self.pin_diameter:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Speed, Time, Torque
 
 _SAME_TIME = 1e-12  # s; a step at 1 s counts from the first instant after 1 s
@@ -53,7 +53,7 @@ class Drive(Section):
         if self.kind == "constant":
             return self
         if self.kind == "csv" and self.file is None and not self.times:
-            raise Refusal("file", "is missing", "name a CSV file with time_s and torque_nm")
+            raise Missing("file", "is missing", "name a CSV file with time_s and torque_nm")
         if len(self.times) != len(self.torques) or not self.times:
             raise Refusal(
                 "times",

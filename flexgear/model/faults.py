@@ -8,7 +8,15 @@ from pydantic import ValidationError
 
 from flexgear.model.errors import InputError
 from flexgear.model.read import Written, nearest
-from flexgear.model.section import Refusal, Section, quantity_of, section_of, usual_key
+from flexgear.model.section import (
+    Missing,
+    Refusal,
+    Section,
+    is_list,
+    quantity_of,
+    section_of,
+    usual_key,
+)
 from flexgear.model.units import Quantity, unit_name
 
 _TYPES = {
@@ -31,8 +39,11 @@ _LIMITS = {
 def input_error(
     root: type[Section], fault: ValidationError, where: str, written: Written
 ) -> InputError:
-    """The first complaint of a ValidationError as an InputError."""
-    first = fault.errors()[0]
+    """All missing keys of a ValidationError, or its first complaint, as an InputError."""
+    missing = [line for line in fault.errors() if _is_missing(line)]
+    if len(missing) > 1:
+        return _all_missing(root, missing, where)
+    first = (missing or fault.errors())[0]
     loc = [p for p in first["loc"] if isinstance(p, (str, int))]
     owner, quantity = _owner(root, loc)
     path = ".".join(str(p) for p in loc)
@@ -42,7 +53,7 @@ def input_error(
     if isinstance(cause, Refusal):
         return _refused(root, loc, cause, where, written)
     if kind == "missing":
-        return InputError(where, key, "is missing", f"add {key.rsplit('.', 1)[-1]} = …")
+        return InputError(where, key, "is missing", f"add {_addition(root, key)}")
     if kind in _LIMITS:
         return _out_of_range(first, owner, loc, quantity, suffix, where, key)
     if kind == "literal_error":
@@ -60,6 +71,36 @@ def input_error(
     if want:
         return InputError(where, key, f"{first['input']!r} is not {want}", f"give {want}")
     return InputError(where, key, first["msg"], "correct it")
+
+
+def _is_missing(line: Any) -> bool:
+    return line["type"] == "missing" or isinstance(line.get("ctx", {}).get("error"), Missing)
+
+
+def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputError:
+    """One line for all keys that are missing, each once."""
+    keys: dict[str, None] = {}
+    for line in lines:
+        loc = [p for p in line["loc"] if isinstance(p, (str, int))]
+        cause = line.get("ctx", {}).get("error")
+        keys[_spelled(root, [*loc, cause.key] if cause else loc)] = None
+    if len(keys) == 1:
+        key = next(iter(keys))
+        return InputError(where, key, "is missing", f"add {_addition(root, key)}")
+    return InputError(where, ", ".join(keys), "are missing", "add them")
+
+
+def _addition(root: type[Section], key: str) -> str:
+    """What to write for a missing key: "planets = …", or "[stage.sun]" where it is a section."""
+    parts = [part.partition("[")[0] for part in key.split(".")]
+    owner: type[Section] | None = root
+    for part in parts[:-1]:
+        owner = section_of(owner, part) if owner and part in owner.model_fields else None
+    if owner is None or parts[-1] not in owner.model_fields:
+        return f"{parts[-1]} = …"
+    if section_of(owner, parts[-1]) is None:
+        return f"{parts[-1]} = …"
+    return f"[[{parts[-1]}]]" if is_list(owner, parts[-1]) else f"[{key}]"
 
 
 def _owner(root: type[Section], loc: list[Any]) -> tuple[type[Section], Quantity | None]:

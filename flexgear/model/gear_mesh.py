@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Rate, StiffnessPerWidth, Time
 
 
@@ -62,7 +62,7 @@ class GearMesh(Section):
     @model_validator(mode="after")
     def _complete(self) -> GearMesh:
         if self.pair_stiffness == "table" and self.table is None:
-            raise Refusal(
+            raise Missing(
                 "table", "is missing", "give [gear_mesh.table.ring] and [gear_mesh.table.sun]"
             )
         return self

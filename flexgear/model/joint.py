@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal
+from flexgear.model.section import Missing, Refusal
 from flexgear.model.springs import Springs
 from flexgear.model.units import Length, Stiffness
 
@@ -36,7 +36,7 @@ class Joint(Springs):
         springs = self.tangential > 0 or any(self.stiffness)
         if (self.length is None) != (self.outer_diameter is None):
             missing = "length" if self.length is None else "outer_diameter"
-            raise Refusal(missing, "is missing", "a shaft needs length and outer_diameter")
+            raise Missing(missing, "is missing", "a shaft needs length and outer_diameter")
         if self.is_shaft and springs:
             raise Refusal("length", "is given beside springs", "keep the shaft or the springs")
         if self.outer_diameter is not None and self.inner_diameter >= self.outer_diameter:

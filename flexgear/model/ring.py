@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length, RotationalStiffness, Stiffness
 
 Fidelity = Literal["quick", "standard", "fine"]
@@ -56,14 +56,14 @@ class Ring(Section):
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"
     fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
-    end: Literal["+z", "-z"] = "+z"
+    end: Literal["+z", "-z"]
     bolts: Bolts
     fits: tuple[Fit, ...] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Ring:
         if self.fe_mesh == "file" and not self.fe_mesh_file:
-            raise Refusal(
+            raise Missing(
                 "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
             )
         held = self.bolts.number * self.bolts.stiffness_tangential > 0

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from collections.abc import Mapping
+from typing import Any, Self, get_args
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails
 
 from flexgear.model.units import Quantity
 
@@ -16,6 +24,41 @@ class Section(BaseModel):
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, ser_json_inf_nan="strings"
     )
 
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """Keys that ``data`` (raw, SI) lacks although what else it says makes them necessary."""
+        return []
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _all_that_is_missing(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """``required`` beside pydantic's own complaints, so that all can be named at once."""
+        lacks = cls.required(data) if isinstance(data, Mapping) else []
+        if not lacks:
+            return handler(data)
+        lines: list[InitErrorDetails] = [
+            {"type": "value_error", "loc": (), "input": data, "ctx": {"error": one}}
+            for one in lacks
+        ]
+        try:
+            handler(data)
+        except ValidationError as fault:
+            lines += error_details(fault)
+        raise ValidationError.from_exception_data(cls.__name__, lines)
+
+
+def error_details(fault: ValidationError, *below: str) -> list[InitErrorDetails]:
+    """Complaints of a ValidationError to raise again, located below the fields named."""
+    return [
+        {
+            "type": line["type"],
+            "loc": (*below, *line["loc"]),
+            "input": line["input"],
+            "ctx": line.get("ctx", {}),
+        }
+        for line in fault.errors()
+    ]
+
 
 class Refusal(ValueError):
     """A check between several keys of one section failed; becomes an InputError when read."""
@@ -23,6 +66,13 @@ class Refusal(ValueError):
     def __init__(self, key: str, problem: str, remedy: str) -> None:
         self.key, self.problem, self.remedy = key, problem, remedy
         super().__init__(f"{key}: {problem} -- {remedy}")
+
+
+class Missing(Refusal):
+    """A key that is needed because of another one; named together with all that are missing."""
+
+    def __init__(self, key: str, problem: str = "is missing", remedy: str = "") -> None:
+        super().__init__(key, problem, remedy or f"add {key}")
 
 
 def _walk(annotation: Any) -> list[Any]:

@@ -29,7 +29,7 @@ class Shaft(Section):
     """Sun shaft from the sun gear (first section) to the output end, where the spline is."""
 
     flexible: bool = True
-    direction: Literal["-z", "+z"] = "+z"
+    direction: Literal["-z", "+z"]
     elements_per_section: int = Field(default=2, ge=1, le=50)
     sections: tuple[ShaftSection, ...] = Field(min_length=1)
     spline: Springs

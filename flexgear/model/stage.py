@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Angle, Length
 
 
@@ -62,6 +63,11 @@ class Stage(Section):
         """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
         return self.helix_angle if self.planet_hand == "right" else -self.helix_angle
 
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """The hand of helical gears."""
+        return required_hand(data)
+
     @model_validator(mode="after")
     def _consistent(self) -> Stage:
         given = self.planet_positions
@@ -91,3 +97,12 @@ class Stage(Section):
                 "check the units of face width and module",
             )
         return self
+
+
+def required_hand(data: Mapping[str, Any]) -> list[Missing]:
+    """``planet_hand`` where gears are helical: with the other hand it is another stage."""
+    helix = data.get("helix_angle")
+    if isinstance(helix, float) and helix > 0.0 and "planet_hand" not in data:
+        remedy = 'add planet_hand = "right" or "left"'
+        return [Missing("planet_hand", "is missing with a helix angle", remedy)]
+    return []

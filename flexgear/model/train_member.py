@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing
 from flexgear.model.stage import Gear
 from flexgear.model.units import Force, Inertia, Length, Mass, Stiffness
@@ -52,8 +52,15 @@ class PlanetBearing(Support):
     """
 
     dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
-    rolling: Literal["roller", "ball"] = "roller"
+    rolling: Literal["roller", "ball"] | None = None
     count: int = Field(default=1, ge=1, le=8)
+
+    @model_validator(mode="after")
+    def _rating_of_a_kind(self) -> PlanetBearing:
+        if self.dynamic_rating is not None and self.rolling is None:
+            remedy = 'add rolling = "roller" or "ball"'
+            raise Missing("rolling", "is missing beside dynamic_rating", remedy)
+        return self
 
 
 class LumpedInertia(Section):

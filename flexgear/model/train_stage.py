@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
-from flexgear.model.section import Refusal, Section
-from flexgear.model.stage import Stage
+from flexgear.model.section import Missing, Refusal, Section, error_details
+from flexgear.model.stage import Stage, required_hand
 from flexgear.model.stage_case import Case
 from flexgear.model.train_errors import PLANET_LISTS, TrainErrors
 from flexgear.model.train_gear_mesh import TrainGearMesh
@@ -39,7 +40,7 @@ class TrainStage(Section):
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"
-    planets: int = Field(default=1, ge=1, le=20)
+    planets: int = Field(default=1, ge=1, le=20)  # 1 stands for a parallel stage only
     normal_module: Length = Field(ge=2e-4, le=0.1)
     pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
     helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
@@ -97,6 +98,25 @@ class TrainStage(Section):
             **{name: getattr(self, name) for name in Stage.model_fields if name not in gears},
             **{name: gear and gear.gear for name, gear in gears.items()},  # type: ignore[arg-type]
         )
+
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """Parts and number of planets by the kind of the stage, the hand of helical gears."""
+        if data.get("flexible") is not None:  # has them from its own case
+            return []
+        kind = data.get("kind", "planetary")
+        if kind == "parallel":
+            parts: tuple[str, ...] = PARALLEL
+        else:
+            parts = ("sun", "planet", "ring", "carrier")
+        lacks = [
+            Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
+            for name in parts
+            if data.get(name) is None
+        ]
+        if kind == "planetary" and "planets" not in data:
+            lacks.append(Missing("planets", "is missing in a planetary stage"))
+        return lacks + required_hand(data)
 
     @model_validator(mode="before")
     @classmethod
@@ -168,11 +188,6 @@ class TrainStage(Section):
             )
 
     def _check_parts(self, needed: tuple[str, ...], foreign: tuple[str, ...]) -> None:
-        for name in needed:
-            if getattr(self, name) is None:
-                raise Refusal(
-                    name, f"is missing in a {self.kind} stage", f"add a section for the {name}"
-                )
         for name in foreign:
             if getattr(self, name) is not None:
                 raise Refusal(
@@ -225,13 +240,5 @@ def _inner_case(data: Any, strict: bool) -> Case:
     try:
         return Case.model_validate(data, strict=strict)
     except ValidationError as fault:
-        lines: list[Any] = [
-            {
-                "type": line["type"],
-                "loc": ("flexible", *line["loc"]),
-                "input": line["input"],
-                "ctx": line.get("ctx", {}),
-            }
-            for line in fault.errors()
-        ]
+        lines = error_details(fault, "flexible")
         raise ValidationError.from_exception_data("TrainStage", lines) from None

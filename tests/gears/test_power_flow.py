@@ -40,7 +40,7 @@ def three_stages(speed=1.2, torque=3e6, scale=1.0):
     return train(
         planetary("a", 20, 31),
         planetary("b", 23, 40, held=("carrier",)),
-        parallel("p", 30, 71, helix_angle=0.2),
+        parallel("p", 30, 71, helix_angle=0.2, planet_hand="right"),
         inputs={"a.carrier": {"speed": speed * scale, "torque": torque * scale}},
         output=("p.pinion", {}),
         joints=[("a.sun", "b.ring"), ("b.sun", "p.gear")],
@@ -195,7 +195,10 @@ def test_planets_are_in_equilibrium(double, planet, shifts, distance):
     }
     gears["ring"]["support"] = {"tangential": 1e9}
     one = train(
-        planetary(double_helical=double, helix_angle=0.25, center_distance=distance) | gears,
+        planetary(
+            double_helical=double, helix_angle=0.25, planet_hand="left", center_distance=distance
+        )
+        | gears,
         inputs={"a.carrier": {"speed": 2.0, "torque": 9e5}},
         output=("a.sun", {}),
     )

@@ -314,7 +314,7 @@ def test_errors_of_teeth_and_pins_are_those_of_the_flexible_stage():
     flexible = TrainStage(case="wind-5mw", flexible=case, errors={"sun_eccentricity": UM})
     lumped = planetary(
         **{k: getattr(case.stage, k) for k in (
-            "planets", "normal_module", "helix_angle", "face_width", "backlash_ring",
+            "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
             "backlash_sun")},
         **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
         errors=case.errors.model_dump(),

@@ -30,7 +30,7 @@ def test_per_pair_paths_are_those_of_the_flexible_stage():
     case = load_stage("wind-5mw")
     stage = planetary(
         **{k: getattr(case.stage, k) for k in (
-            "planets", "normal_module", "helix_angle", "face_width", "backlash_ring",
+            "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
             "backlash_sun")},
         **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
         gear_mesh={"model": "per_pair", "contact_law": "one-sided"},

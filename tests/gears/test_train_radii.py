@@ -13,7 +13,7 @@ DEG = math.pi / 180
 
 
 def test_radii_of_a_plain_stage_are_those_of_its_geometry():
-    stage = planetary(helix_angle=12 * DEG)
+    stage = planetary(helix_angle=12 * DEG, planet_hand="left")
     r, g = stage_radii(stage), stage_geometry(stage.stage)
     assert (r.sun, r.planet, r.ring) == pytest.approx(
         (g.sun.base_radius, g.planet.base_radius, g.ring.base_radius), rel=1e-15

@@ -37,14 +37,15 @@ def planetary(**changes) -> TrainStage:
 
 def helical(**changes) -> TrainStage:
     """The same with β = 12°."""
-    return planetary(helix_angle=math.radians(12), **changes)
+    return planetary(**{"helix_angle": math.radians(12), "planet_hand": "right", **changes})
 
 
 def parallel(**changes) -> TrainStage:
     """Pinion and gear of 24 and 95 teeth with profile shifts, β = 10°, standing at 40°."""
     data = {
         "kind": "parallel", "normal_module": 0.014, "pressure_angle": math.radians(20),
-        "helix_angle": math.radians(10), "face_width": 0.36, "position": math.radians(40),
+        "helix_angle": math.radians(10), "planet_hand": "right", "face_width": 0.36,
+        "position": math.radians(40),
         "pinion": {"teeth": 24, "profile_shift": 0.48},
         "gear": {"teeth": 95, "profile_shift": 0.669}, **changes,
     }  # fmt: skip

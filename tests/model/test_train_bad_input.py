@@ -58,7 +58,7 @@ def refused(path, text, old, new, words, over=None):
          r"stages\[0\].carrier: is missing"),
         ("gear = { teeth = 40, support = { radial_n_per_m = 1e8 } }", "",
          r"stages\[1\].gear: is missing in a parallel stage"),
-        ('kind = "parallel"', "", r"stages\[1\].sun: is missing in a planetary stage"),
+        ('kind = "parallel"', "", r"stages\[1\].sun, stages\[1\].planet, .*: are missing"),
         ("position_deg = 30", "ring = { teeth = 60 }",
          r"stages\[1\].ring: is no part of a parallel stage -- take it out"),
         ("position_deg = 30", "planets = 3",
