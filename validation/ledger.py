@@ -15,7 +15,7 @@ from pathlib import Path
 
 from rows import Picture, Row
 
-from flexgear.views.files import atomic_file
+from flexgear.files.atomic import atomic_file
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import jinja2
 import numpy as np
 from ledger import PAPERS, Entry, Ledger
 
+from flexgear.files.atomic import atomic_file
 from flexgear.results.version import version
-from flexgear.views.files import atomic_file
 
 HERE = Path(__file__).parent
 

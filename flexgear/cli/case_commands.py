@@ -12,13 +12,13 @@ import typer
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.train_check import derived_of_train
+from flexgear.files.atomic import write_bytes
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case, Train, load_case
 from flexgear.model.errors import InputError
-from flexgear.results.files import write_bytes
 from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
 
 RPM = 60 / (2 * math.pi)

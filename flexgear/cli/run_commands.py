@@ -13,10 +13,10 @@ from flexgear.cli.display import Report, modes_kept, progress, table
 from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
 from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
+from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case, Train
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
-from flexgear.results.files import staged_folder, write_json
 from flexgear.studies.stage_bodies import stage_bodies
 from flexgear.studies.stage_run import StageRun, Stopwatch, run_stage
 

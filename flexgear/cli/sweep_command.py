@@ -23,8 +23,8 @@ from flexgear.cli.options import (
     Workers,
     settings_of,
 )
+from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.results.files import make_folder, staged_folder
 from flexgear.studies.stage_measures import STAGE_MEASURES
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
@@ -137,11 +137,9 @@ def _place(target: Path) -> Iterator[tuple[Path, str]]:
         with staged_folder(target) as stage:
             yield stage, "sweep"
         return
-    if target.is_dir():
-        raise FlexgearError(f"cannot write to {target}: it is a folder; name a file in it")
-    make_folder(target.parent)
-    with staged_folder(target.parent) as stage:
-        yield stage, target.stem
+    file = file_target(target)
+    with staged_folder(file.parent) as stage:
+        yield stage, file.stem
 
 
 def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:

@@ -20,8 +20,8 @@ from flexgear.cli.options import (
     Workers,
     read_case,
 )
+from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.errors import FlexgearError
-from flexgear.results.files import staged_folder, write_json
 from flexgear.results.tolerance_dataset import save_tolerance, tolerance_summary
 from flexgear.studies.tolerance import finished, forget
 from flexgear.studies.tolerance import tolerance as run_tolerance

@@ -10,11 +10,11 @@ import typer
 
 from flexgear.cli.display import Report, modes_kept, progress, table
 from flexgear.cli.train_pictures import TrainFolder, draw_train
+from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.train import Train
 from flexgear.results.dataset import load, save
-from flexgear.results.files import staged_folder, write_json
 from flexgear.studies.stage_run import Stopwatch
 from flexgear.studies.train_model import train_bodies
 from flexgear.studies.train_run import TrainResults, run_train

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.files import PathLike, write_bytes
+from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.results.load_sharing import load_sharing, planet_force_spread
 from flexgear.results.quantities import AXES, COORDINATES, DOFS, QUANTITIES, S
 from flexgear.results.version import version

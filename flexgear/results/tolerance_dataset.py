@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.results import tolerance_statistics as statistics
-from flexgear.results.files import PathLike, write_bytes
+from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.train_dataset import GearMeshName, groups_of
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flexgear.files.atomic import write_bytes
 from flexgear.model.content import content_hash
-from flexgear.results.files import write_bytes
 from flexgear.results.version import version
 from flexgear.structures.store import cache_directory
 

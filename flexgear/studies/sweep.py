@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.train import Train
 from flexgear.results.dataset import provenance
-from flexgear.results.files import PathLike, write_bytes
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measure import Found

@@ -20,8 +20,8 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
-from flexgear.views.files import atomic_file
 from flexgear.views.star import (
     StageOutline,
     as_positions,

@@ -11,8 +11,8 @@ from typing import Any
 
 from jinja2 import Environment
 
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
-from flexgear.views.files import atomic_file
 
 MEDIA = {".png": "image/png", ".svg": "image/svg+xml", ".gif": "image/gif", ".mp4": "video/mp4"}
 UNITS = {  # endings of summary keys, longest first

@@ -24,8 +24,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
-from flexgear.views.files import atomic_file
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -105,7 +105,7 @@ def test_unfinished_folder_is_a_failure(flexgear, tmp_path):
 def test_run_into_a_file_is_refused_before_any_work(flexgear, tmp_path):
     (tmp_path / "taken").write_text("")
     code, _, err = flexgear("run", "wind-5mw", "--out", tmp_path / "taken")
-    assert code == 1
+    assert code == 2
     assert "name a folder" in one_line(err)
 
 

@@ -133,7 +133,7 @@ def test_a_folder_for_a_file_and_a_file_for_a_folder(flexgear, tmp_path):
         code, _, err = flexgear(
             "sweep", "lin-parker", "stage.planets=3", "--out", tmp_path / name, "-q"
         )
-        assert code == 1
+        assert code == 2
         assert name in err
 
 

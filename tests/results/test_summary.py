@@ -7,7 +7,7 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import equilibrium_dataset
-from flexgear.results.files import write_json
+from flexgear.files.atomic import write_json
 from flexgear.results.summary import build_summary, steady_summary, torque_step_summary
 
 REDUCTION = {

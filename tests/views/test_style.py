@@ -11,9 +11,9 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
 from flexgear.views import style
-from flexgear.views.files import atomic_file
 
 
 def test_importing_and_drawing_leaves_users_matplotlib_alone(steady):

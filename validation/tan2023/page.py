@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
-from flexgear.views.files import atomic_file
+from flexgear.files.atomic import atomic_file
 from tan2023.pictures import PICTURES
 from tan2023.statements import STATEMENTS, Finding, Findings, Statement
 from tan2023.tables import Table, tables

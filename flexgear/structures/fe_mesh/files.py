@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.structures.fe_mesh.fe_mesh import (
     EDGES_VTK,
@@ -54,20 +54,12 @@ def write_fe_mesh(fe_mesh: FeMesh, path: Path | str) -> None:
     """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all."""
     path = Path(path)
     _known_suffix(path)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_file(path) as draft:
         if path.suffix == ".inp":
-            with partial.open("w", encoding="utf-8") as stream:
+            with draft.open("w", encoding="utf-8") as stream:
                 write_inp(fe_mesh, stream)
         else:
-            _write_meshio(fe_mesh, partial, path.suffix)
-        os.replace(partial, path)
-    except OSError as error:
-        raise FlexgearError(f"cannot write {path}: {error.strerror or error}") from error
-    finally:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+            _write_meshio(fe_mesh, draft, path.suffix)
 
 
 def read_fe_mesh(

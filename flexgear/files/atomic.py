@@ -1,0 +1,222 @@
+"""Files and folders that appear whole or not at all.
+
+Both are made in a private folder on the target's own device and renamed into place. What cannot be
+renamed in the end is not thrown away: it stays where it is, and the message says where.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import signal
+import stat
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from flexgear.files.stage import keep, private_folder, remove_stale
+from flexgear.model.errors import FlexgearError, InputError
+
+PathLike = str | os.PathLike[str]
+_STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")
+
+
+@contextlib.contextmanager
+def atomic_file(path: PathLike) -> Iterator[Path]:
+    """Yield a name with the suffix of ``path``; what is there moves to ``path`` in the end.
+
+    Whatever goes wrong inside (full disk, Ctrl-C, a bug), an older file stays as it was and nothing
+    else is left. Errors of the operating system become a one-line `FlexgearError`. A link is
+    followed; InputError for a folder or a device.
+    """
+    target = file_target(path)
+    try:
+        with _made(target.parent), private_folder(target.parent, target.name) as stage:
+            draft = stage / target.name
+            yield draft
+            _to_disk(draft)
+            _finish(stage, draft, target, lambda: os.replace(draft, target))
+    except OSError as error:
+        raise FlexgearError(f"cannot write {target}: {reason(error)}") from error
+
+
+def write_bytes(path: PathLike, data: bytes | memoryview) -> Path:
+    """``data`` as a file, which is there whole or not at all."""
+    with atomic_file(path) as draft:
+        draft.write_bytes(data)
+    return Path(path)
+
+
+def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:
+    """``data`` as indented JSON; NaN and infinity are refused, JSON has no word for them."""
+    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
+    return write_bytes(path, (text + "\n").encode())
+
+
+@contextlib.contextmanager
+def staged_folder(path: PathLike) -> Iterator[Path]:
+    """Yield an empty folder; what is in it moves to the folder ``path`` when the block ends.
+
+    Files of the same name are replaced, others stay. Whatever goes wrong inside (Ctrl-C, a full
+    disk), ``path`` stays as it was and nothing is left of the stage. That the device takes files
+    and renames them is tried first. A folder that exists is staged within itself: it may be the
+    root of a mounted device.
+    """
+    target = folder_target(path)
+    place = _place_of(target)
+    _tidy(target)
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(_made(place))
+            stage = stack.enter_context(private_folder(place, target.name))
+            _try_rename(stage)
+            files = stage / "files"
+            files.mkdir()
+        except OSError as error:
+            raise FlexgearError(f"cannot write to {target}: {reason(error)}") from error
+        yield files
+        _finish(stage, files, target, lambda: _move(files, target))
+
+
+def try_file(path: PathLike) -> None:
+    """FlexgearError, or InputError, if the file ``path`` could not be written now."""
+    target = file_target(path)
+    _tidy(target)
+    try:
+        with _made(target.parent, for_good=False), private_folder(target.parent, target.name) as s:
+            _try_rename(s)
+    except OSError as error:
+        raise FlexgearError(f"cannot write {target}: {reason(error)}") from error
+
+
+def file_target(path: PathLike) -> Path:
+    """The file that ``path`` means, links followed; InputError if it can be none."""
+    mode = _mode(path)
+    if mode is not None and not stat.S_ISREG(mode):
+        what = "a folder" if stat.S_ISDIR(mode) else "a device or pipe"
+        raise InputError("output", str(path), f"is {what}", "name a file")
+    target = Path(os.path.realpath(path))
+    if not str(path) or str(path).endswith(("/", os.sep)) or not target.name:
+        raise InputError("output", str(path) or '""', "names no file", "name a file")
+    return target
+
+
+def folder_target(path: PathLike) -> Path:
+    """The folder that ``path`` means, links followed; InputError if it can be none."""
+    mode = _mode(path)
+    if not str(path) or (mode is not None and not stat.S_ISDIR(mode)):
+        what = "is a file" if str(path) else "names no folder"
+        raise InputError("output", str(path) or '""', what, "name a folder")
+    return Path(os.path.realpath(path))
+
+
+def _mode(path: PathLike) -> int | None:
+    """Kind of what is there; None where nothing is."""
+    try:
+        return os.stat(path).st_mode
+    except FileNotFoundError:
+        return None
+    except NotADirectoryError:
+        problem = "cannot write it: cannot make the folder, a part of the path is a file"
+        raise InputError("output", str(path), problem, "name another place") from None
+    except (OSError, ValueError) as error:
+        said = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError("output", str(path), str(said), "name another place") from None
+
+
+@contextlib.contextmanager
+def _made(folder: Path, for_good: bool = True) -> Iterator[None]:
+    """Make ``folder`` for the block; what was made goes again if the block fails.
+
+    for_good: else it goes in any case.
+    """
+    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+        if for_good:
+            missing = []
+    finally:
+        with contextlib.suppress(OSError):  # finished work may lie there
+            for made in missing:
+                made.rmdir()
+
+
+def _place_of(target: Path) -> Path:
+    """Where a folder is staged."""
+    return target if target.is_dir() else target.parent
+
+
+def _tidy(target: Path) -> None:
+    """Remove what dead processes left in and beside ``target``."""
+    remove_stale(target.parent)
+    if target.is_dir():
+        remove_stale(target)
+
+
+def _try_rename(stage: Path) -> None:
+    """OSError where a file of the stage cannot be renamed to a place beside the stage."""
+    inside, beside = stage / "tried", stage.with_suffix(".tried")
+    inside.write_bytes(b"flexgear\n")
+    _to_disk(inside)
+    try:
+        os.replace(inside, beside)
+    finally:
+        beside.unlink(missing_ok=True)
+        inside.unlink(missing_ok=True)
+
+
+def _to_disk(path: Path) -> None:
+    with open(path, "r+b") as file:
+        os.fsync(file.fileno())
+
+
+def _finish(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> None:
+    """Move finished work into place; where that fails it stays, and the error says where."""
+    try:
+        with _undisturbed():
+            move()
+    except OSError as error:
+        keep(stage)
+        raise FlexgearError(
+            f"cannot write to {target}: {reason(error)}; the finished work is kept as {work}"
+        ) from error
+
+
+def _move(files: Path, target: Path) -> None:
+    """Put everything in ``files`` into ``target``, at once if that is not there."""
+    if not target.exists():
+        os.rename(files, target)
+        return
+    for found in sorted(f for f in files.rglob("*") if f.is_file()):
+        place = target / found.relative_to(files)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(found, place)
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Signals that stop a run are heard after the block, which takes no time."""
+    heard: list[int] = []
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in (getattr(signal, n) for n in _STOPPING if hasattr(signal, n)):
+            if callable(signal.getsignal(number)):
+                before[number] = signal.signal(number, lambda n, _: heard.append(n))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in heard:
+            signal.raise_signal(number)
+
+
+def reason(error: OSError) -> str:
+    """What the system says, with the remedy where there is an obvious one."""
+    text = error.strerror or str(error)
+    full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+    return f"{text}; free some space or choose another folder" if full else text
