@@ -45,6 +45,26 @@ def joint_parts(matrix: Array) -> tuple[Array, Array]:
     return mean, matrix - mean
 
 
+def behind_spline(joint: Array, spline: Array, end: int) -> Array:
+    """(12, 12) stiffness of a joint with a spline (6, 6) in series at end 0 or 1.
+
+    The node between them has no mass: it is where the sum of its forces vanishes,
+    K' = K_aa − K_ab K_bb⁺ K_ba. Where neither resists a motion of that node, no force passes.
+    """
+    full = np.zeros((18, 18))  # both ends of the whole, then the node between
+    inner = [12, 13, 14, 15, 16, 17]
+    own = list(range(6 * end, 6 * end + 6))
+    ends = [*inner, *range(6, 12)] if end == 0 else [*range(6), *inner]
+    full[np.ix_(ends, ends)] += joint
+    both = [*own, *inner]
+    full[np.ix_(both, both)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], spline)
+    middle, across = full[12:, 12:], full[:12, 12:]
+    resisted = np.diag(middle)  # N/m and N·m/rad: one scale for both
+    scale = 1.0 / np.sqrt(np.where(resisted > 0.0, resisted, 1.0))
+    inverse = np.linalg.pinv(middle * np.outer(scale, scale), rcond=1e-12, hermitian=True)
+    return np.asarray(full[:12, :12] - across @ (inverse * np.outer(scale, scale)) @ across.T)
+
+
 def rotating_rows(matrix: Array) -> tuple[Array, Array]:
     """Eigen-rows of a symmetric (n, n): stiffness λ (m,) of either sign and vectors w (m, n)."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))

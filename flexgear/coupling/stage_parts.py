@@ -87,8 +87,14 @@ def stage_components(
     carrier: ReducedBody,
     variant: Variant,
     stiffening: Stiffening | None = None,
+    *,
+    behind: bool = True,
 ) -> list[Body]:
-    """Ring, carrier, planets, sun shaft, output and housing of a stage, in this order."""
+    """Ring, carrier, planets, sun shaft, output and housing of a stage, in this order.
+
+    behind: whether ``case.inertia`` hangs behind the spline; not so where the sun is joined to
+    another stage of a train, which has its own bodies there.
+    """
     stiffening = stiffening or Stiffening()
     made = {
         "ring": stiffened(body_of(ring), stiffening.ring),
@@ -103,10 +109,11 @@ def stage_components(
         lumped_body(f"planet_{i + 1}", mass, (inertia[0], inertia[1], inertia[2]))
         for i in range(case.stage.planets)
     ]
-    out = case.inertia
-    output = lumped_body("output", out.output_mass, (out.output_tilt, out.output_tilt, out.output))
-    output = replace(output, positions=made["shaft"].positions[-1:].copy())
-    bodies = [made["ring"], made["carrier"], *planets, made["shaft"], output]
+    bodies = [made["ring"], made["carrier"], *planets, made["shaft"]]
+    if behind:
+        out, tilt = case.inertia, case.inertia.output_tilt
+        output = lumped_body("output", out.output_mass, (tilt, tilt, out.output))
+        bodies.append(replace(output, positions=made["shaft"].positions[-1:].copy()))
     if case.housing.kind == "lumped":
         bodies.append(lumped_body("housing", case.housing.mass, case.housing.inertia))
     return bodies
@@ -214,12 +221,17 @@ def _tie_carrier(a: Assembly, case: Case, at: str, angle: int) -> None:
         a.link(f"{at}planet_bearing_{i + 1}", pin - planet, case.bearings.planet.matrix)
 
 
+def spline_matrix(case: Case) -> Array:
+    """Stiffness (6, 6) of the spline at the end of the sun's shaft, SI."""
+    return np.diag(np.asarray(case.shaft.spline.stiffness, dtype=float))
+
+
 def _tie_shaft(a: Assembly, case: Case, at: str, angle: int) -> None:
-    spline = np.diag(np.asarray(case.shaft.spline.stiffness, dtype=float))
-    shaft, output = a.rows(f"{at}shaft", "end"), a.rows(f"{at}output", "output")
-    a.link(f"{at}spline", shaft - output, spline)
-    bearing = case.bearings.output.matrix
-    a.turning_support(f"{at}output", f"{at}output", "output", bearing, angle)
+    if a.has(f"{at}output"):
+        shaft, output = a.rows(f"{at}shaft", "end"), a.rows(f"{at}output", "output")
+        a.link(f"{at}spline", shaft - output, spline_matrix(case))
+        bearing = case.bearings.output.matrix
+        a.turning_support(f"{at}output", f"{at}output", "output", bearing, angle)
     if case.bearings.sun is not None:
         bearing = case.bearings.sun.matrix
         a.turning_support(f"{at}sun", f"{at}shaft", "sun", bearing, angle)

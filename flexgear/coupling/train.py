@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly, rolling_motions
 from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, labels, pair_data
-from flexgear.coupling.links import turn
+from flexgear.coupling.links import behind_spline, turn
 from flexgear.coupling.pair_data import front_meshes, pair_rows
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.stage_parts import (
     pin_rotation,
+    spline_matrix,
     stage_components,
     stage_nodes,
     stage_sets,
@@ -44,7 +45,6 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.train_radii import stage_radii
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint
-from flexgear.model.ports import Input, Output
 from flexgear.model.train import Train
 from flexgear.structures.bodies import Body
 from flexgear.structures.reduced import ReducedBody
@@ -52,11 +52,6 @@ from flexgear.structures.shaft import BeamSection, beam_element
 
 Array = NDArray[np.float64]
 Reduced = tuple[ReducedBody, ReducedBody]  # ring, carrier
-
-
-def ports(train: Train) -> tuple[Input | Output, ...]:
-    """Inputs in their order, then the output."""
-    return (*train.inputs, train.output)
 
 
 @dataclass
@@ -102,8 +97,10 @@ def train_system(
         _tie_and_mesh(b, number)
     for joint in train.joints:
         _join(b, joint)
-    for port in ports(train):
-        b.a.add_inertia(_rotation(b, port.member), port.inertia)
+    behind_splines = {f"{s.name}.sun" for s in train.stages if s.flexible is not None}
+    for port in train.ports:
+        if port.member not in behind_splines:  # there it is that of the body "output"
+            b.a.add_inertia(_rotation(b, port.member), train.port_inertia(port.member))
     return _system(b)
 
 
@@ -126,10 +123,12 @@ def _bodies(
                 "has a lumped housing, which a train cannot hold",
                 'set housing.kind = "rigid" in that case',
             )
-        case = stage.flexible
+        sun = f"{stage.name}.sun"
+        hung = stage.flexible.inertia.model_copy(update={"output": train.port_inertia(sun)})
+        case = stage.flexible.model_copy(update={"inertia": hung})
         parts = stage_components(
             case, stage_geometry(case.stage), *flexible[stage.name],
-            variants.get(stage.name, Variant()),
+            variants.get(stage.name, Variant()), behind=train.port_at(sun) is not None,
         )  # fmt: skip
         bodies += [replace(p, name=f"{stage.name}.{p.name}") for p in parts]
         members.append([])
@@ -145,11 +144,27 @@ def _rotation(b: _Build, member: str) -> Array:
             halves = [f"{member}_{side}" for side in ("left", "right")]
             return 0.5 * np.sum([b.a.rows(h, h)[5] for h in halves], axis=0)
         return b.a.rows(member, member)[5]
+    if part == "ring":
+        return np.zeros(b.a.size)
+    return b.a.rows(*_end(b, name, part))[5]
+
+
+def _speed_row(b: _Build, member: str) -> Array:
+    """Row (d,) of the rotation that stands for a member's speed: pins of a flexible carrier."""
+    name, _, part = member.partition(".")
+    frame = b.frames[b.train.stage_index(name)]
+    if part == "carrier" and b.train.stage(name).flexible is not None:
+        return b.angles[frame.theta]
+    return _rotation(b, member)
+
+
+def _end(b: _Build, name: str, part: str) -> tuple[str, str]:
+    """Body and node at which carrier or sun of a flexible stage meets the rest of the train."""
     if part == "carrier":
-        return b.a.rows(member, "drive")[5]
-    if part == "sun":
-        return b.a.rows(f"{name}.output", "output")[5]
-    return np.zeros(b.a.size)
+        return f"{name}.carrier", "drive"
+    if b.a.has(f"{name}.output"):
+        return f"{name}.output", "output"
+    return f"{name}.shaft", "end"
 
 
 def _frame(b: _Build, number: int) -> StageFrame:
@@ -197,8 +212,11 @@ def _join(b: _Build, joint: Joint) -> None:
         spring[5, 5] += joint.tangential * _radius(b, joint.first) ** 2
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
-    for member in (joint.first, joint.second):
+    for end, member in enumerate((joint.first, joint.second)):
         name, _, part = member.partition(".")
+        case = b.train.stage(name).flexible
+        if case is not None and part == "sun" and not b.a.has(f"{name}.output"):
+            matrix = behind_spline(matrix, spline_matrix(case), end)
         number = b.train.stage_index(name)
         rows = np.zeros((6, b.a.size))
         for body, node, share in _joint_nodes(b, name, part):
@@ -216,10 +234,8 @@ def _joint_nodes(b: _Build, name: str, part: str) -> list[tuple[str, str, float]
         if part == "ring" and stage.double_helical:
             return [(f"{member}_{side}", f"{member}_{side}", 0.5) for side in ("left", "right")]
         return [(member, member, 1.0)]
-    if part == "carrier":
-        return [(member, "drive", 1.0)]
-    if part == "sun":
-        return [(f"{name}.output", "output", 1.0)]
+    if part != "ring":
+        return [(*_end(b, name, part), 1.0)]
     raise InputError(
         b.train.source, f"joints: {member}", "is the flexible ring, which is bolted to the housing",
         "join the carrier or the sun",
@@ -308,8 +324,8 @@ def _system(b: _Build) -> System:
     one_sided = any(s.gear_mesh.contact_law == "one-sided" for s in train.stages)
     pairs = pair_data(b.sets, one_sided, len(blocks) // 6, extra)
     rigid = orthonormal_rigid(a.mass, a.loose_motions())
-    given = [p for p in ports(train) if p.speed is not None]
-    masters = np.vstack([_rotation(b, p.member) for p in given])
+    given = [p for p in train.ports if p.speed is not None]
+    masters = np.vstack([_speed_row(b, p.member) for p in given])
     angles = np.vstack(b.angles)
     contact = _holding_rows(pairs, blocks, len(angles), b.clearances)
     rolling = rolling_motions(a, rigid, contact, masters)
@@ -337,7 +353,7 @@ def _system(b: _Build) -> System:
                 flow.torque[p.member],
                 reaction=given_torque[p.member] is None,
             )
-            for p in ports(train)
+            for p in train.ports
         ),
         pairs=pairs,
         gear_meshes=labels(b.sets),
@@ -346,14 +362,14 @@ def _system(b: _Build) -> System:
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
-        brake=Brake(abs(torque), abs(speed), train.output.brake_exponent),
+        brake=Brake(abs(torque), abs(speed), train.brake_exponent),
         rated_torque=first_torque,
         rated_speed=flow.speed[train.inputs[0].member],
         master_speeds=tuple(flow.speed[p.member] for p in given),
         planets=max(s.planets for s in train.stages),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
-        header={"brake_exponent": train.output.brake_exponent},
+        header={"brake_exponent": train.brake_exponent},
     )
 
 

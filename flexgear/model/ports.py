@@ -15,14 +15,15 @@ class Input(Section):
 
     power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
     and torques over inputs and output exactly as many are given as the train leaves free.
-    inertia: of what hangs on the member.
+    inertia: polar, of what hangs on the member; where it is left out, that of the flexible stage's
+    case at this end, or none at a lumped member.
     """
 
     member: str
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     power: Power | None = Field(default=None, ge=-1e9, le=1e9)
-    inertia: Inertia = Field(default=0.0, ge=0.0, le=1e12)
+    inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
 
     @property
     def given_torque(self) -> float | None:
@@ -46,18 +47,19 @@ class Input(Section):
 class Output(Section):
     """The loaded member: torque of the load on the member, positive about +z.
 
-    brake_exponent: T ~ |ω|^exponent in transients. inertia: of what hangs on the member.
+    brake_exponent: T ~ |ω|^exponent in transients; that of the flexible stage's case at this end if
+    left out, 1 at a lumped member. inertia: as of an input.
     """
 
     member: str
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
-    inertia: Inertia = Field(default=0.0, ge=0.0, le=1e12)
-    brake_exponent: float = Field(default=1.0, ge=0.0, le=5.0)
+    inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
+    brake_exponent: float | None = Field(default=None, ge=0.0, le=5.0)
 
     @model_validator(mode="after")
     def _finite_slope(self) -> Output:
-        if 0.0 < self.brake_exponent < 1.0:
+        if 0.0 < (self.brake_exponent or 0.0) < 1.0:
             raise Refusal(
                 "brake_exponent",
                 "between 0 and 1 the torque rises infinitely fast at rest",

@@ -72,6 +72,32 @@ class Train(Section):
         stage, _, part = name.partition(".")
         return self.stage(stage).member(part)
 
+    @property
+    def ports(self) -> tuple[Input | Output, ...]:
+        """Inputs in their order, then the output."""
+        return (*self.inputs, self.output)
+
+    def port_at(self, member: str) -> Input | Output | None:
+        """The port at a member, if there is one."""
+        return next((port for port in self.ports if port.member == member), None)
+
+    def port_inertia(self, member: str) -> float:
+        """Polar inertia of what hangs on the port at a member, kg m²."""
+        port, case = self.port_at(member), self.stage(member).flexible
+        if port is None or port.inertia is not None:
+            return 0.0 if port is None or port.inertia is None else port.inertia
+        if case is None:
+            return 0.0
+        return case.inertia.drive if member.endswith(".carrier") else case.inertia.output
+
+    @property
+    def brake_exponent(self) -> float:
+        """Of the load at the output, T ~ |ω|^exponent."""
+        case, given = self.stage(self.output.member).flexible, self.output.brake_exponent
+        if given is not None:
+            return given
+        return 1.0 if case is None else case.brake.exponent
+
     def kinematics_of(self, name: str) -> Kinematics:
         """Coordinates of a member or of "<stage>.planet"; "spatial" in a flexible stage."""
         if self.stage(name.split(".")[0]).flexible is not None:
