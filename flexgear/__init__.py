@@ -4,8 +4,11 @@ The public face. Names are imported when they are first used, so that `import fl
 a command that needs no FE mesh never loads gmsh.
 """
 
-from importlib import import_module
-from typing import Any
+from __future__ import annotations
+
+TYPE_CHECKING = False  # as in typing, which takes a while to load
+if TYPE_CHECKING:
+    from typing import Any
 
 __version__ = "0.1.0"
 
@@ -43,6 +46,8 @@ def __getattr__(name: str) -> Any:
     """A public name from the module that owns it."""
     if name not in _HOME:
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}")
+    from importlib import import_module
+
     return getattr(import_module(_HOME[name]), name)
 
 

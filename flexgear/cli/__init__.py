@@ -1,23 +1,42 @@
-"""Command line: orders work from the layers below and shows what came of it."""
+"""Command line: orders work from the layers below and shows what came of it.
+
+Nothing heavy is imported here: a signal that comes before ``main`` begins ends in a traceback.
+"""
+
+from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Sequence
-from types import FrameType
+
+from flexgear.files import STOPPING
+
+TYPE_CHECKING = False  # as in typing, which takes longer to load than all the rest here
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from types import FrameType
 
 __all__ = ["main"]
+STOPPED = "stopped; nothing half-written was left"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as a shell's background jobs have
-        signal.signal(signal.SIGINT, _leave)  # while libraries are loaded, a second or two
+    on_stop(_leave)  # while libraries are loaded, a second or two
     from flexgear.cli import entry
 
     entry.main(arguments)
 
 
+def on_stop(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+    """Set what happens at the signals that stop a run; those that are ignored, as under nohup or
+    in a shell's background, stay so."""
+    for name in STOPPING:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
 def _leave(number: int, frame: FrameType | None) -> None:
-    """Ctrl-C where nothing was begun; an exception within an import could turn into any other."""
-    os.write(2, b"flexgear: stopped; nothing half-written was left\n")
+    """Stop where nothing was begun; an exception within an import could turn into any other."""
+    os.write(2, f"flexgear: {STOPPED}\n".encode())
     os._exit(1)

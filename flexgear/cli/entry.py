@@ -16,9 +16,11 @@ from types import FrameType
 import typer
 
 from flexgear.cli import (
+    STOPPED,
     analysis_commands,
     body_commands,
     case_commands,
+    on_stop,
     run_commands,
     sweep_command,
     tolerance_command,
@@ -64,15 +66,14 @@ def options(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, _Stop())
+    on_stop(_Stop())
     code = run(list(sys.argv[1:] if arguments is None else arguments))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the interpreter's end takes a moment
+    on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
     sys.exit(code)
 
 
 class _Stop:
-    """Ctrl-C once, however often it is pressed: the first is already cleaning up."""
+    """Ctrl-C, or another signal that stops, once: the first is already cleaning up."""
 
     def __init__(self) -> None:
         self._heard = -CLOSING
@@ -100,7 +101,7 @@ def run(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         code = INTERRUPTED
     if code == INTERRUPTED:  # typer turns Ctrl-C into this code
-        return _say("stopped; nothing half-written was left", 1)
+        return _say(STOPPED, 1)
     return code if isinstance(code, int) else 0
 
 
@@ -111,7 +112,7 @@ def _report(error: Exception) -> int:
     if isinstance(error, FlexgearError):
         return _say(str(error), 1)
     if isinstance(error, typer.Abort):  # Ctrl-C where click is older
-        return _say("stopped; nothing half-written was left", 1)
+        return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
         return _say(f"{error.format_message().rstrip('.')}; see flexgear --help", 2)
     if isinstance(error, BrokenPipeError):

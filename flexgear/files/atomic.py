@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from flexgear.files import STOPPING
 from flexgear.files.stage import keep, private_folder, remove_stale
 from flexgear.model.errors import FlexgearError, InputError
 
 PathLike = str | os.PathLike[str]
-_STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 @contextlib.contextmanager
@@ -203,7 +203,7 @@ def _undisturbed() -> Iterator[None]:
     heard: list[int] = []
     before = {}
     if threading.current_thread() is threading.main_thread():
-        for number in (getattr(signal, n) for n in _STOPPING if hasattr(signal, n)):
+        for number in (getattr(signal, n) for n in STOPPING if hasattr(signal, n)):
             if callable(signal.getsignal(number)):
                 before[number] = signal.signal(number, lambda n, _: heard.append(n))
     try:

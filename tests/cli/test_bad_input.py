@@ -148,7 +148,8 @@ def test_write_cut_short_by_the_system(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_interrupted_run_leaves_nothing(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_run_leaves_nothing(tmp_path, number):
     env = {**os.environ, "FLEXGEAR_CACHE": str(tmp_path / "cache"), "OMP_NUM_THREADS": "1"}
     command = [*FLEXGEAR, "run", "wind-5mw", "--out", str(tmp_path / "out"), "--set"]
     started = subprocess.Popen(
@@ -160,7 +161,7 @@ def test_interrupted_run_leaves_nothing(tmp_path):
     )
     assert started.stderr.readline()  # the first stage has begun
     time.sleep(0.5)
-    started.send_signal(signal.SIGINT)
+    started.send_signal(number)
     err = started.communicate(timeout=60)[1]
     assert started.returncode == 1
     assert err.splitlines()[-1] == "flexgear: stopped; nothing half-written was left"

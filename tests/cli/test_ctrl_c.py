@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 
 import pytest
 from interrupts import hear_interrupts
 
-from flexgear.cli import entry
+from flexgear.cli import entry, on_stop
 
 WHILE_LOADING = """
 import builtins, os, signal
@@ -21,6 +22,29 @@ builtins.__import__ = interrupted
 from flexgear.cli import main
 main(["cases"])
 """
+
+
+BEFORE = """
+import re, signal, sys
+before = set(sys.modules)
+from flexgear.cli import main
+print(*sorted(set(sys.modules) - before))
+"""
+
+
+def test_nothing_is_loaded_before_signals_are_heard():
+    done = subprocess.run(
+        [sys.executable, "-c", BEFORE], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["__future__", "flexgear", "flexgear.cli", "flexgear.files"]
+
+
+def test_signals_that_are_ignored_stay_so(monkeypatch):
+    monkeypatch.setattr(signal, "getsignal", lambda n: signal.SIG_IGN if n == signal.SIGHUP else 0)
+    heard = []
+    monkeypatch.setattr(signal, "signal", lambda number, handler: heard.append(number))
+    on_stop(signal.SIG_DFL)
+    assert heard == [signal.SIGINT, signal.SIGTERM]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")

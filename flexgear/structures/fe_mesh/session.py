@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +24,8 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
     with _ONE_AT_A_TIME:
         nested = bool(gmsh.isInitialized())
         if not nested:
-            gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+            with _own_signals():
+                gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
         try:
             gmsh.option.setNumber("General.Terminal", 0)
             gmsh.option.setNumber("General.NumThreads", 1)
@@ -44,6 +46,21 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
         finally:
             if not nested:
                 gmsh.finalize()
+
+
+@contextmanager
+def _own_signals() -> Iterator[None]:
+    """What this process does at a signal is the same after the block: gmsh makes SIGTERM and SIGHUP
+    kill it, even where they were ignored. Python sets them in the main thread only."""
+    names = ("SIGTERM", "SIGHUP") if threading.current_thread() is threading.main_thread() else ()
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {n: signal.getsignal(n) for n in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is not None:  # else not set by Python, which cannot set it again
+                signal.signal(number, handler)
 
 
 def _load() -> ModuleType:
