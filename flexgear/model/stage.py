@@ -59,6 +59,16 @@ class Stage(Section):
         return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
 
     @property
+    def equally_spaced(self) -> bool:
+        """Whether the planets stand at equal angles to each other, whichever comes first."""
+        around = sorted(angle % (2.0 * math.pi) for angle in self.planet_angles)
+        equal = 2.0 * math.pi / self.planets
+        return all(
+            math.isclose(angle - around[0], k * equal, abs_tol=1e-9)
+            for k, angle in enumerate(around)
+        )
+
+    @property
     def signed_helix_angle(self) -> float:
         """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
         return self.helix_angle if self.planet_hand == "right" else -self.helix_angle

@@ -22,7 +22,7 @@ from flexgear.studies.measure import (
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 
-POSITIONS = 40  # equilibria over one planet spacing
+POSITIONS = 40  # equilibria over one planet spacing, or over a turn where spacings differ
 FLANKS = ("ring", "sun")
 
 
@@ -40,9 +40,10 @@ class StagePoint:
 
     @cached_property
     def equilibria(self) -> xr.Dataset:
-        """Equilibria at rated torque over one planet spacing."""
-        spacing = 2 * np.pi / self.case.stage.planets
-        angles = np.linspace(0.0, spacing, POSITIONS, endpoint=False)
+        """Equilibria at rated torque over one planet spacing, or over a turn where they differ."""
+        stage = self.case.stage
+        period = 2 * np.pi / (stage.planets if stage.equally_spaced else 1)
+        angles = np.linspace(0.0, period, POSITIONS, endpoint=False)
         return equilibria(self.case, self.modal, angles)[1]
 
 

@@ -137,3 +137,20 @@ def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
 def test_case_round_trips_through_plain_data(case):
     assert Case.model_validate_json(case.model_dump_json(), strict=False) == case
     assert case.to_dict()["stage"]["face_width"] == 0.43
+
+
+@pytest.mark.parametrize(
+    ("degrees", "equal"),
+    [
+        ((10.0, 130.0, 250.0), True),
+        ((250.0, 370.0, 130.0), True),
+        ((0.0, 120.0, 243.0), False),
+        ((0.0, 120.0, 120.0), False),
+    ],
+)
+def test_spacing_is_judged_whichever_planet_comes_first(degrees, equal):
+    angles = tuple(math.radians(d) for d in degrees)
+    stage = load_case("wind-5mw").stage
+    assert stage.equally_spaced
+    three = stage.model_copy(update={"planets": 3, "planet_positions": angles})
+    assert three.equally_spaced is equal

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import load_case
-from flexgear.model.errors import InputError
+from flexgear.model.gear_errors import GearErrors
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
+from flexgear.studies.single_runs import equilibria
+from flexgear.studies.stage_bodies import StageBodies, stage_modal, variant_of
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +115,44 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
         build.ring_body(case.with_(**{"ring.rim_thickness": 0.19}))
 
 
-def test_unequal_pins_want_a_mesh_of_their_own(case):
-    angles = (0.0, 1.2, 2.5, 3.8, 5.0)
-    with pytest.raises(InputError, match="equally spaced"):
-        carrier_of_case(case.with_(**{"stage.planet_positions": angles}))
+def four_planets(case, degrees):
+    fewer = {"carrier.fixed_interface_modes": 0, "solver.cyclic": "auto", "stage.planets": 4}
+    return case.with_(**fewer, **{"stage.planet_positions": tuple(np.radians(degrees))})
+
+
+def test_unequal_pins_are_reduced_by_the_general_path(case):
+    """Opposite pins of two equal pairs are alike, each in its own axes: K is 2-fold symmetric."""
+    unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0))
+    body = build.carrier_body(unequal)
+    assert body.report["path"].startswith("general")
+    rigid = body.rigid_modes()
+    volume = carrier_of_case(unequal).volume()
+    assert (rigid.T @ body.mass @ rigid)[0, 0] == pytest.approx(7850 * volume, rel=1e-6)
+    half_turn = np.kron(np.eye(7), np.diag([-1.0, -1, 1, -1, -1, 1]))
+    pins = np.arange(18, 42).reshape(4, 6)[[2, 3, 0, 1]].ravel()
+    order = np.concatenate([np.arange(18), pins])
+    turned = (half_turn @ body.stiffness @ half_turn)[np.ix_(order, order)]
+    assert np.abs(turned - body.stiffness).max() < 1e-8 * np.abs(body.stiffness).max()
+
+
+def test_unequal_pins_lead_to_equal_ones(case):
+    """The general path beside one sector repeated four times; surfaces are triangulated anew."""
+    equal = build.carrier_body(four_planets(case, (0.0, 90.0, 180.0, 270.0)))
+    off = 1e-4
+    nearly = build.carrier_body(four_planets(case, (0.0, 90.0 + off, 180.0, 270.0 - off)))
+    assert equal.report["path"].startswith("cyclic") and nearly.report["path"].startswith("general")
+    scale = np.sqrt(np.diag(equal.stiffness))
+    difference = (nearly.stiffness - equal.stiffness) / scale / scale[:, None]
+    assert np.abs(difference).max() < 0.02
+
+
+def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
+    """Forces take the rated torque; half a turn puts each planet where the opposite one was."""
+    unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(errors=GearErrors())
+    bodies = StageBodies(ring, build.carrier_body(unequal))
+    modal = stage_modal(unequal, bodies, variant_of(unequal))
+    forces = equilibria(unequal, modal, np.array([0.3, 0.3 + np.pi]))[1].ring_gear_mesh_force.values
+    expected = stage_kinematics(unequal).ring_mesh_force
+    assert forces.mean(axis=1) == pytest.approx(expected, rel=1e-6)
+    assert forces[1] == pytest.approx(forces[0][[2, 3, 0, 1]], rel=1e-8)
+    assert np.ptp(forces[0]) > 1e-4 * expected  # their gear meshes are not in phase

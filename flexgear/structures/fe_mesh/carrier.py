@@ -1,8 +1,8 @@
 """Planet carrier: two side plates, webs between the planets, pins, hub and bearing seats.
 
 Frame: origin on the axis in the middle between the plates (mid-face of the gears), z the axis of
-rotation; pin i (1-based) at the angle 2π(i-1)/N. The drive side is -z unless ``drive_side`` says
-"+z", which gives the exact mirror image. From the drive side to the far side along the axis::
+rotation; pin i (1-based) at 2π(i-1)/N or where ``planet_angles`` say. The drive side is -z unless
+``drive_side`` says "+z", which gives the exact mirror image. From there along the axis::
 
     hub (its end face is the patch "drive") | seat "bearing_drive" | plate | gap with pins and
     webs | plate | seat "bearing_far"
@@ -10,16 +10,18 @@ rotation; pin i (1-based) at the angle 2π(i-1)/N. The drive side is -z unless `
 Plates, hub and seats are rings round one bore, through which the sun's shaft passes. Pins are one
 piece with both plates. A web lies between two planets: bounded by the plates' edge, where it is
 web_width wide (less if the planets need the room), by arcs about the two pins that clear the
-planets' tips by web_clearance or more, and by a flat at web_inner_radius.
+planets' tips by web_clearance or more, and by a flat at web_inner_radius. In a gap wider than that
+of equally spaced planets it has the shape that it has there, and stands in the middle.
 
-gmsh (OpenCASCADE) meshes the half sector 0 <= θ <= π/N with straight tetrahedra; its mirror image
-and N rotations make the carrier exactly N-fold periodic and mirror-symmetric.
+gmsh (OpenCASCADE) meshes the half sector from a pin to the middle of the gap with straight
+tetrahedra; with equally spaced planets its mirror image and N rotations make the carrier exactly
+N-fold periodic and mirror-symmetric, else every gap that differs has a half sector of its own.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import acos, asin, cos, hypot, pi, sin, sqrt
+from math import cos, pi, sin
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
@@ -28,7 +30,9 @@ from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sector
+from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sectors
+from flexgear.structures.fe_mesh.carrier_web import Web
+from flexgear.structures.fe_mesh.carrier_whole import complete
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.session import gmsh_session
 
@@ -39,6 +43,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Fidelity = Literal["quick", "standard", "fine"]
 
+_SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 _CASE_KEYS = {  # where the case holds what is not a plain key of [carrier]
     "fidelity": "solver.fidelity",
     "planets": "stage.planets",
@@ -54,8 +59,9 @@ _CASE_KEYS = {  # where the case holds what is not a plain key of [carrier]
 
 @dataclass(frozen=True)
 class CarrierMeshParameters:
-    """Everything the carrier's FE mesh depends on; m.
+    """Everything the carrier's FE mesh depends on; m and rad.
 
+    planet_angles: where each pin stands; None: equally spaced, the first at 0;
     gear_face_width, planet_tip_radius: only for clearance checks and the shape of the webs;
     pin_seat_width: axial length, centred at z = 0, of the patches pin_i; None: all between the
     plates; web_inner_radius: None lets the web begin where it is a third of its width thick;
@@ -63,6 +69,7 @@ class CarrierMeshParameters:
     """
 
     planets: int = 5
+    planet_angles: tuple[float, ...] | None = None
     center_distance: float = 0.54466
     planet_tip_radius: float = 0.318
     gear_face_width: float = 0.43
@@ -89,19 +96,14 @@ class CarrierMeshParameters:
 
     @classmethod
     def from_case(cls, case: Case) -> CarrierMeshParameters:
-        """The carrier of a case; its planets must be equally spaced from angle 0 on."""
+        """The carrier of a case, with a pin where each planet stands."""
         stage, carrier = case.stage, case.carrier
-        equal = [2.0 * pi * i / stage.planets for i in range(stage.planets)]
-        if not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=1e-9):
-            raise InputError(
-                case.source,
-                "stage.planet_positions",
-                "the carrier's FE mesh wants equally spaced planets beginning at 0",
-                'give carrier.fe_mesh = "file", or carrier.flexible = false',
-            )
+        equal = 2.0 * pi * np.arange(stage.planets) / stage.planets
+        unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=_SAME_ANGLE)
         gears = stage_geometry(stage)
         return cls(
             planets=stage.planets,
+            planet_angles=stage.planet_angles if unequal else None,
             center_distance=gears.center_distance,
             planet_tip_radius=gears.planet.tip_radius,
             gear_face_width=stage.face_width,
@@ -135,32 +137,43 @@ class CarrierMeshParameters:
         return self.plate_gap if 0.0 < rest < 0.05 * self.pin_diameter else width
 
     @property
-    def web_arc_radius(self) -> float:
-        """Radius about each pin outside which the webs lie, m.
-
-        The larger of planet tip plus clearance and the distance from the pin to the web's corner
-        on the plate's edge at τ = web_width/2 from the middle line.
-        """
-        edge = self.plate_diameter / 2.0
-        off = pi / self.planets - asin(min(self.web_width / 2.0 / edge, 1.0))
-        corner = hypot(edge * cos(off) - self.center_distance, edge * sin(off))
-        return max(self.planet_tip_radius + self.web_clearance, corner if off > 0.0 else 0.0)
-
-    def web_half_thickness(self, radius: float) -> float:
-        """h(ρ) on the middle line at θ = φ = π/N: (ρ - R cos φ)² + (R sin φ - h)² = r_arc², m."""
-        phi = pi / self.planets
-        free = self.web_arc_radius**2 - (radius - self.center_distance * cos(phi)) ** 2
-        return self.center_distance * sin(phi) - sqrt(max(free, 0.0))
+    def angles(self) -> Array:
+        """Where pin i stands in the carrier (N,), rad."""
+        if self.planet_angles is None:
+            return 2.0 * pi * np.arange(self.planets) / self.planets
+        return np.array(self.planet_angles, dtype=float)
 
     @property
-    def web_start(self) -> float:
-        """Inner radius of the webs: as given, or where a web is a third of its width thick, m."""
-        if self.web_inner_radius is not None:
-            return self.web_inner_radius
-        phi = pi / self.planets
-        side = self.center_distance * sin(phi) - self.web_width / 6.0
-        beyond = sqrt(max(self.web_arc_radius**2 - side**2, 0.0))
-        return self.center_distance * cos(phi) + beyond
+    def half_gaps(self) -> tuple[tuple[float, ...], Ints, Ints]:
+        """Half angles between neighbouring pins, each once; the pins in the order in which they
+        stand (N,); and which half angle follows each of these pins (N,)."""
+        around = self.angles % (2.0 * pi)
+        order = np.argsort(around)
+        if self.planet_angles is None:
+            return (pi / self.planets,), order, np.zeros(self.planets, dtype=np.int64)
+        halves = np.diff(around[order], append=around[order[0]] + 2.0 * pi) / 2.0
+        kinds: list[float] = []
+        which = np.empty(self.planets, dtype=np.int64)
+        for i, half in enumerate(halves.tolist()):
+            same = next((k for k, h in enumerate(kinds) if abs(h - half) < _SAME_ANGLE), None)
+            which[i] = len(kinds) if same is None else same
+            if same is None:
+                kinds.append(half)
+        return tuple(kinds), order, which
+
+    def web(self, half_gap: float) -> Web:
+        """The web between planets that stand twice half_gap (rad) apart.
+
+        In a wider gap than that of equal spacing it has the shape that it has there.
+        """
+        return Web(
+            phi=min(half_gap, pi / self.planets),
+            center_distance=self.center_distance,
+            edge=self.plate_diameter / 2.0,
+            width=self.web_width,
+            clear=self.planet_tip_radius + self.web_clearance,
+            inner_radius=self.web_inner_radius,
+        )
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no carrier can be made."""
@@ -179,7 +192,7 @@ class CarrierMeshParameters:
         ):
             if not getattr(self, key) > 0.0:
                 reject(key, "must be above 0", "give a positive length")
-        between = 2.0 * self.center_distance * sin(pi / self.planets)
+        between = 2.0 * self.center_distance * sin(min(self.half_gaps[0]))
         if between <= 2.0 * self.planet_tip_radius:
             reject(
                 "planets",
@@ -215,12 +228,13 @@ class CarrierMeshParameters:
                 reject(key, "must lie between hub_bore and plate_diameter", "change it")
         if self.hub_length <= self.seat_drive_width:
             reject("hub_length", "is shorter than the bearing seat on it", "raise it")
-        self._check_webs(plate)
+        for half in self.half_gaps[0]:
+            self._check_web(self.web(half))
 
-    def _check_webs(self, edge: float) -> None:
-        start, mm = self.web_start, 1e3
+    def _check_web(self, web: Web) -> None:
+        start, mm = web.start, 1e3
         tip = f"planets of {self.planet_tip_radius * mm:.1f} mm tip radius"
-        if abs(edge - self.center_distance) >= self.web_arc_radius:
+        if abs(web.edge - self.center_distance) >= web.arc_radius:
             self._reject(
                 "web_width",
                 f"webs of {self.web_width * mm:.0f} mm would close round the {tip}",
@@ -228,28 +242,21 @@ class CarrierMeshParameters:
             )
         if self.web_inner_radius is not None and (
             start <= self.hub_bore / 2.0
-            or self.web_half_thickness(start) < 0.02 * self.web_width
-            or start < self.center_distance * cos(pi / self.planets)
+            or web.half_thickness(start) < 0.02 * self.web_width
+            or start < self.center_distance * cos(web.phi)
         ):
             self._reject(
                 "web_inner_radius",
                 f"webs from {start * mm:.1f} mm collide with {tip} or with the bore",
-                f"begin beyond {replace(self, web_inner_radius=None).web_start * mm:.0f} mm "
+                f"begin beyond {replace(web, inner_radius=None).start * mm:.0f} mm "
                 "or leave the key out",
             )
-        if start >= 0.96 * edge * cos(self.web_edge_angle):
+        if start >= 0.96 * web.edge * cos(web.edge_angle):
             self._reject(
                 "plate_diameter",
                 f"no room for webs between {tip}: they would begin at {start * 2 * mm:.0f} mm",
                 "raise plate_diameter, or lower web_width or the planets' tip radius",
             )
-
-    @property
-    def web_edge_angle(self) -> float:
-        """Half angle of a web at the plates' edge, seen from the axis, rad (law of cosines)."""
-        edge, r = self.plate_diameter / 2.0, self.center_distance
-        cosine = (edge**2 + r**2 - self.web_arc_radius**2) / (2.0 * edge * r)
-        return pi / self.planets - acos(max(-1.0, min(1.0, cosine)))
 
     def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
         raise InputError(self.where, _CASE_KEYS.get(key, f"carrier.{key}"), problem, remedy)
@@ -259,10 +266,13 @@ def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
     """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
     p.check()
     with gmsh_session("carrier") as gmsh:
-        points, cells = half_sector(gmsh, p)
-    half = FeMesh(points, cells, "tet", {})
-    patches = _half_patches(p, half)
-    return _complete(p, FeMesh(_round_pins(p, half), cells, "tet", {}), patches)
+        meshes = half_sectors(gmsh, p)
+    halves, patches = [], []
+    for points, cells in meshes:
+        half = FeMesh(points, cells, "tet", {})
+        patches.append(_half_patches(p, half))
+        halves.append(FeMesh(_round_pins(p, half), cells, "tet", {}))
+    return complete(p, halves, patches)
 
 
 def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
@@ -324,47 +334,3 @@ def _round_pins(p: CarrierMeshParameters, half: FeMesh) -> Array:
     if missing(1.0) >= 0.0:
         return points
     return pushed(float(brentq(missing, 1.0, 1.5)))
-
-
-def _complete(p: CarrierMeshParameters, half: FeMesh, patches: dict[str, Ints]) -> FeMesh:
-    """Mirror the half sector about θ = 0 and turn the pair N times; shared nodes by number."""
-    n, count, phi = len(half.points), p.planets, pi / p.planets
-    points = half.points.copy()
-    tolerance = 1e-7 * p.plate_diameter
-    normal = np.array([-sin(phi), cos(phi), 0.0])
-    on_pin, on_web = np.abs(points[:, 1]) < tolerance, np.abs(points @ normal) < tolerance
-    points[on_pin, 1] = 0.0
-    radius = np.hypot(points[on_web, 0], points[on_web, 1])
-    points[on_web, :2] = radius[:, None] * np.array([cos(phi), sin(phi)])
-
-    ids = np.full((count, 2, n), -1, dtype=np.int64)  # sector, plain or mirrored, half node
-    own = ~(on_pin | on_web)
-    new = np.arange(count * n).reshape(count, n)
-    ids[:, 0] = new
-    ids[:, 1, own] = count * n + np.arange(count * int(own.sum())).reshape(count, -1)
-    ids[:, 1, on_pin] = ids[:, 0, on_pin]
-    ids[:, 1, on_web] = np.roll(ids[:, 0], 1, axis=0)[:, on_web]
-    everything = np.empty((count * (n + int(own.sum())), 3))
-    for i in range(count):
-        c, s = cos(2.0 * phi * i), sin(2.0 * phi * i)
-        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])  # row vectors
-        everything[ids[i, 0]] = points @ turn
-        everything[ids[i, 1, own]] = (points[own] * [1.0, -1.0, 1.0]) @ turn
-
-    def sectors(rows: Ints) -> Ints:
-        """(k, w) half rows -> (N, 2k, w); mirrored rows keep right-handed order."""
-        mirrored = rows.copy()
-        mirrored[:, [0, 1]] = rows[:, [1, 0]]
-        return np.concatenate([ids[:, 0][:, rows], ids[:, 1][:, mirrored]], axis=1)
-
-    cells = sectors(half.cells).reshape(-1, 4)
-    whole = {name: sectors(rows) for name, rows in patches.items()}
-    facets = {
-        name: whole[name].reshape(-1, 3) for name in ("drive", "bearing_drive", "bearing_far")
-    }
-    facets |= {f"pin_{i + 1}": whole["pin"][i] for i in range(count)}
-    if p.drive_side == "+z":
-        everything[:, 2] *= -1.0
-        cells = cells[:, [1, 0, 2, 3]]
-        facets = {name: rows[:, ::-1] for name, rows in facets.items()}
-    return FeMesh(everything, cells, "tet", facets)

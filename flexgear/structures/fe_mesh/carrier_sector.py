@@ -1,4 +1,7 @@
-"""Half sector of the planet carrier, 0 <= θ <= π/N, as straight tetrahedra from gmsh."""
+"""Half sectors of the planet carrier, from a pin at θ = 0 to the middle of the gap to the next, as
+straight tetrahedra from gmsh. Between unequal gaps they fit together: the mesh of the plane θ = 0,
+where they meet, is the same in all.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +28,26 @@ _SAMPLES = 33  # points on a curve for its distance to others
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
 
 
-def half_sector(gmsh: ModuleType, p: CarrierMeshParameters) -> tuple[Array, Ints]:
-    """Vertices (n, 3) m and right-handed cells (m, 4); to be called inside a gmsh session."""
-    occ, phi = gmsh.model.occ, pi / p.planets
+def half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> list[tuple[Array, Ints]]:
+    """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session."""
+    halves = [_solids(gmsh.model.occ, p, phi) for phi in p.half_gaps[0]]
+    gmsh.model.occ.synchronize()
+    for refinement in (1.0, 1.6, 2.5):
+        _set_sizes(gmsh, p, halves, refinement)
+        _same_plane(gmsh, p, halves)
+        if _generate(gmsh):
+            return [_tetrahedra(gmsh, half) for half in halves]
+        gmsh.model.mesh.clear()
+    raise InputError(
+        p.where,
+        "carrier",
+        "no sound FE mesh: some edges nearly touch",
+        "move hub, seat, bore and pin diameters apart by a few mm",
+    )
+
+
+def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
+    """Volumes of the half sector 0 <= θ <= φ, sharing the faces where they meet."""
     bore, plate, pin = p.hub_bore / 2.0, p.plate_diameter / 2.0, p.pin_diameter / 2.0
     gap, seat = p.plate_gap / 2.0, p.seat_width / 2.0
     z_drive, z_far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
@@ -63,26 +83,33 @@ def half_sector(gmsh: ModuleType, p: CarrierMeshParameters) -> tuple[Array, Ints
         (3, occ.addCylinder(p.center_distance, 0.0, a, 0.0, 0.0, b - a, pin, angle=pi))
         for a, b in pairwise(levels)
     ]
-    solids.append(_half_web(occ, p))
+    solids.append(_half_web(occ, p, phi))
     if p.pin_bore > 0.0:
         hole = occ.addCylinder(
             *(p.center_distance, 0.0, z_drive, 0.0, 0.0, z_far - z_drive, p.pin_bore / 2.0)
         )
         solids, _ = occ.cut(solids, [(3, hole)])
-    occ.fragment(solids[:1], solids[1:])
-    occ.synchronize()
+    made, _ = occ.fragment(solids[:1], solids[1:])
+    return sorted({tag for dim, tag in made if dim == 3})
 
-    for refinement in (1.0, 1.6, 2.5):
-        _set_sizes(gmsh, p, refinement)
-        if _generate(gmsh):
-            return _tetrahedra(gmsh)
-        gmsh.model.mesh.clear()
-    raise InputError(
-        p.where,
-        "carrier",
-        "no sound FE mesh: some edges nearly touch",
-        "move hub, seat, bore and pin diameters apart by a few mm",
-    )
+
+def _same_plane(gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]]) -> None:
+    """Let the faces at θ = 0 of every half sector take the mesh of the first one's."""
+    if len(halves) == 1:
+        return
+    faces, centres = [], []
+    for half in halves:
+        boundary = gmsh.model.getBoundary([(3, v) for v in half], combined=False, oriented=False)
+        tags = sorted({tag for _, tag in boundary})
+        centre = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+        on = np.abs(centre[:, 1]) < 1e-7 * p.plate_diameter
+        faces.append(np.array(tags)[on])
+        centres.append(centre[on])
+    for own, at in zip(faces[1:], centres[1:], strict=True):
+        distance, first = cKDTree(centres[0]).query(at)
+        if len(own) != len(faces[0]) or distance.max() > 1e-7 * p.plate_diameter:
+            raise FlexgearError("carrier: half sectors differ in the plane of a pin")
+        gmsh.model.mesh.setPeriodic(2, own, faces[0][first], np.eye(4).ravel())
 
 
 def _generate(gmsh: ModuleType) -> bool:
@@ -100,13 +127,15 @@ def _generate(gmsh: ModuleType) -> bool:
 
 def _flattest(gmsh: ModuleType) -> float:
     """Smallest |det [e1 e2 e3]|/(|e1||e2||e3|) of all cells."""
-    points, cells = _tetrahedra(gmsh)
+    points, cells = _tetrahedra(gmsh, [tag for _, tag in gmsh.model.getEntities(3)])
     e = points[cells[:, 1:]] - points[cells[:, :1]]
     return float((np.abs(np.linalg.det(e)) / np.linalg.norm(e, axis=2).prod(axis=1)).min())
 
 
-def _set_sizes(gmsh: ModuleType, p: CarrierMeshParameters, refinement: float) -> None:
-    """Number of straight sides of every curve; a chord keeps clear of the neighbouring curves."""
+def _set_sizes(
+    gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]], refinement: float
+) -> None:
+    """Number of straight sides of every curve; what half sectors have in common has the same."""
     thickness = (p.plate_thickness_drive + p.plate_thickness_far) / 2.0
     size = SIZE[p.fidelity] * thickness / refinement
     option = gmsh.option.setNumber
@@ -117,12 +146,41 @@ def _set_sizes(gmsh: ModuleType, p: CarrierMeshParameters, refinement: float) ->
     option("Mesh.Algorithm3D", 1)
     option("Mesh.Optimize", 1)
     option("Mesh.OptimizeNetgen", 0)
-    samples, ends = {}, {}
-    for _, curve in gmsh.model.getEntities(1):
+    sides: dict[int, int] = {}
+    middles: list[Array] = []
+    for half in halves:
+        samples = _samples(gmsh, half)
+        sides |= _sides(gmsh, p, samples, size, refinement)
+        middles += [at[_SAMPLES // 2] for at in samples.values()]
+    alike = cKDTree(np.array(middles)).query_ball_point(middles, 1e-7 * p.plate_diameter)
+    curves = list(sides)
+    for curve, others in zip(curves, alike, strict=True):
+        most = max(sides[curves[k]] for k in others)
+        gmsh.model.mesh.setTransfiniteCurve(curve, most + 1)
+
+
+def _samples(gmsh: ModuleType, volumes: list[int]) -> dict[int, Array]:
+    """Points (_SAMPLES, 3) along every curve of some volumes."""
+    faces = gmsh.model.getBoundary([(3, v) for v in volumes], combined=False, oriented=False)
+    edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
+    samples = {}
+    for curve in sorted({tag for _, tag in edges}):
         low, high = (float(u[0]) for u in gmsh.model.getParametrizationBounds(1, curve))
         at = gmsh.model.getValue(1, curve, np.linspace(low, high, _SAMPLES))
         samples[curve] = np.reshape(at, (-1, 3))
-        ends[curve] = {abs(tag) for _, tag in gmsh.model.getBoundary([(1, curve)])}
+    return samples
+
+
+def _sides(
+    gmsh: ModuleType,
+    p: CarrierMeshParameters,
+    samples: dict[int, Array],
+    size: float,
+    refinement: float,
+) -> dict[int, int]:
+    """Straight sides of each curve; a chord keeps clear of the neighbouring curves."""
+    found = {}
+    ends = {c: {abs(tag) for _, tag in gmsh.model.getBoundary([(1, c)])} for c in samples}
     for curve, at in samples.items():
         length = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
         sides = max(round(length / size), 1)
@@ -141,16 +199,20 @@ def _set_sizes(gmsh: ModuleType, p: CarrierMeshParameters, refinement: float) ->
             # height of a chord over its arc, r (1 - cos(turn/2n)) ≈ r turn²/(8 n²) <= distance/3
             clear = turn * sqrt(3.0 * radius / (8.0 * max(min(near, default=radius), 1e-4 * size)))
             sides = max(sides, round(refinement * whole * turn / (2.0 * pi)), ceil(clear))
-        gmsh.model.mesh.setTransfiniteCurve(curve, sides + 1)
+        found[curve] = sides
+    return found
 
 
-def _tetrahedra(gmsh: ModuleType) -> tuple[Array, Ints]:
-    """Vertices in use (n, 3) and right-handed cells (m, 4) of the gmsh model."""
-    types, _, connectivity = gmsh.model.mesh.getElements(3)
-    if list(types) != [4]:
-        raise FlexgearError("carrier: gmsh gave other elements than tetrahedra")
+def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:
+    """Vertices in use (n, 3) and right-handed cells (m, 4) of some volumes of the gmsh model."""
+    parts = []
+    for volume in volumes:
+        types, _, connectivity = gmsh.model.mesh.getElements(3, volume)
+        if list(types) != [4]:
+            raise FlexgearError("carrier: gmsh gave other elements than tetrahedra")
+        parts.append(connectivity[0].astype(np.int64))
     tags, xyz, _ = gmsh.model.mesh.getNodes()
-    used, cells = np.unique(connectivity[0].astype(np.int64), return_inverse=True)
+    used, cells = np.unique(np.concatenate(parts), return_inverse=True)
     at = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     at[tags.astype(np.int64)] = np.arange(len(tags))
     points = xyz.reshape(-1, 3)[at[used]]
@@ -161,11 +223,13 @@ def _tetrahedra(gmsh: ModuleType) -> tuple[Array, Ints]:
     return points, cells
 
 
-def _half_web(occ: ModuleType, p: CarrierMeshParameters) -> tuple[int, int]:
+def _half_web(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> tuple[int, int]:
     """Half a web on the pin's side of the middle line θ = φ, extruded over the gap."""
-    phi, edge, start, z = pi / p.planets, p.plate_diameter / 2.0, p.web_start, -p.plate_gap / 2.0
-    corner, half = phi - p.web_edge_angle, p.web_half_thickness(start)
-    origin, pin = occ.addPoint(0.0, 0.0, z), occ.addPoint(p.center_distance, 0.0, z)
+    web, z = p.web(phi), -p.plate_gap / 2.0
+    edge, start, at = web.edge, web.start, phi - web.phi
+    corner, half = phi - web.edge_angle, web.half_thickness(start)
+    origin = occ.addPoint(0.0, 0.0, z)
+    pin = occ.addPoint(p.center_distance * cos(at), p.center_distance * sin(at), z)
     inner = occ.addPoint(start * cos(phi), start * sin(phi), z)
     outer = occ.addPoint(edge * cos(phi), edge * sin(phi), z)
     on_edge = occ.addPoint(edge * cos(corner), edge * sin(corner), z)

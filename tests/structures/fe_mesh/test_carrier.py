@@ -96,10 +96,11 @@ def test_volume_approaches_the_plates_hubs_pins_and_webs() -> None:
         + (p.seat_far_diameter**2 - bore) * p.seat_far_width
         + 5 * p.pin_diameter**2 * p.plate_gap
     )  # fmt: skip
-    rho = np.linspace(p.web_start, p.plate_diameter / 2, 4001)
     phi, edge = pi / 5, p.plate_diameter / 2
+    web = p.web(phi)
+    rho = np.linspace(web.start, edge, 4001)
     # half thickness of a web at the height ρ on its middle line, inside the plates' edge
-    half = np.minimum([p.web_half_thickness(x) for x in rho], np.sqrt(edge**2 - rho**2))
+    half = np.minimum([web.half_thickness(x) for x in rho], np.sqrt(edge**2 - rho**2))
     exact += 5 * 2 * np.trapezoid(half, rho) * p.plate_gap
     assert p.center_distance * sin(phi) > half.max()
     assert abs(b / exact - 1) < 0.01
@@ -119,6 +120,62 @@ def test_patches_look_outward(drive_side: str) -> None:
     for name, facets in m.facets.items():
         rolled = {tuple(np.roll(f, -int(np.argmin(f))).tolist()) for f in facets}
         assert rolled <= surface, name
+
+
+UNEQUAL = (0.0, 87.0, 177.0, 273.0)  # gaps of 87, 90, 96 and 87 degrees
+
+
+def unequal(degrees: tuple[float, ...]) -> FeMesh:
+    angles = tuple(np.radians(degrees))
+    return carrier_fe_mesh(small_carrier(planets=len(degrees), planet_angles=angles))
+
+
+def test_pins_at_unequal_angles_have_their_place_and_volume() -> None:
+    m, p = unequal(UNEQUAL), small_carrier()
+    centre, volumes = m.points[m.cells].mean(axis=1), m.cell_volumes()
+    for i, angle in enumerate(np.radians(UNEQUAL), 1):
+        axis = p.center_distance * np.array([cos(angle), sin(angle)])
+        off = np.linalg.norm(m.points[m.facets[f"pin_{i}"]][..., :2] - axis, axis=-1)
+        assert np.ptp(off) < 1e-12
+        inside = np.linalg.norm(centre[:, :2] - axis, axis=1) < 0.6 * p.pin_diameter
+        inside &= np.abs(centre[:, 2]) < p.plate_gap / 2
+        exact = pi * p.pin_diameter**2 / 4 * p.plate_gap
+        assert volumes[inside].sum() == pytest.approx(exact, rel=1e-9)
+
+
+def test_half_sectors_of_unequal_gaps_close_the_surface() -> None:
+    """Where two meshes only touched, their facets would lie on the surface, in pairs."""
+    m = unequal(UNEQUAL)
+    middle = m.points[m.boundary].mean(axis=1)
+    assert cKDTree(middle).query(middle, k=2)[0][:, 1].min() > 1e-6
+    edges = np.sort(np.concatenate([m.boundary[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]))
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    areas = [m.facet_areas(f"pin_{i}").sum() for i in range(1, 5)]
+    assert areas == pytest.approx([areas[0]] * 4, rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
+def test_equal_gaps_from_another_angle_on_are_the_same_carrier_turned(order: tuple) -> None:
+    plain = carrier_fe_mesh(small_carrier(planets=4))
+    m = unequal(tuple(17.0 + 90.0 * i for i in order))
+    distance, image = cKDTree(m.points).query(plain.points @ rotation(np.radians(17.0)))
+    assert distance.max() < 1e-12
+    for name, i in enumerate(order, 1):
+        assert keys(image[plain.facets[f"pin_{i + 1}"]]) == keys(m.facets[f"pin_{name}"])
+
+
+@pytest.mark.parametrize("degrees", [(0.0, 75.0), (250.0, 0.0, 100.0)])
+def test_a_web_in_a_wide_gap_is_that_of_equal_spacing(degrees: tuple) -> None:
+    m, p = unequal(degrees), small_carrier(planets=len(degrees))
+    web = p.web(pi / len(degrees))
+    middle = m.points[np.abs(m.points[:, 2]) < 0.3 * p.plate_gap]
+    around = np.arctan2(middle[:, 1], middle[:, 0])[np.hypot(*middle[:, :2].T) > web.start]
+    pins = np.sort(np.radians(degrees))
+    widest = np.argmax(np.diff(pins, append=pins[0] + 2 * pi))
+    ends = np.append(pins, pins[0] + 2 * pi)[widest : widest + 2]
+    off = np.abs((around - ends.mean() + pi) % (2 * pi) - pi)
+    reach = off[off < (ends[1] - ends[0]) / 2 - 2 * p.pin_diameter / p.center_distance / 2]
+    assert reach.max() == pytest.approx(web.edge_angle, rel=1e-6)
 
 
 @pytest.mark.parametrize(

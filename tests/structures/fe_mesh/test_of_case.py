@@ -55,12 +55,18 @@ def test_carrier_follows_the_centre_distance_and_the_drive_side(case: Case) -> N
     assert p.drive_side == "+z"
 
 
-def test_unequal_planets_want_a_file(case: Case) -> None:
-    angles = tuple(np.radians([0.0, 72.0, 144.0, 216.0, 289.93548387096774]))
-    with pytest.raises(InputError, match="equally spaced"):
-        CarrierMeshParameters.from_case(
-            case.with_(**{"stage.planet_positions": angles, "stage.allow_unassemblable": True})
+def test_unequal_planets_have_a_carrier_with_its_pins_there(case: Case) -> None:
+    angles = tuple(np.radians([0.0, 87.0, 180.0, 267.0]))
+    four = case.with_(**{"stage.planets": 4})
+    m = carrier_of_case(four.with_(**{"stage.planet_positions": angles}))
+    radius = stage_geometry(case.stage).center_distance
+    for i, angle in enumerate(angles, 1):
+        axis = radius * np.array([np.cos(angle), np.sin(angle)])
+        assert (
+            np.ptp(np.linalg.norm(m.points[m.facets[f"pin_{i}"]][..., :2] - axis, axis=-1)) < 1e-9
         )
+    stated = four.with_(**{"stage.planet_positions": four.stage.planet_angles})
+    assert carrier_of_case(stated).content_hash() == carrier_of_case(four).content_hash()
 
 
 def test_own_files_are_read_and_checked(case: Case, tmp_path: Path) -> None:
