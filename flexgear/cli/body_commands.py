@@ -11,8 +11,8 @@ from flexgear.cli.display import present, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
 from flexgear.model.errors import InputError
 from flexgear.structures.build import carrier_body, ring_body
+from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
-from flexgear.structures.store import cache_directory
 from flexgear.studies.stage_bodies import named
 
 MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}

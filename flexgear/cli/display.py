@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import threading
 import time
@@ -96,6 +97,13 @@ def shown(value: Any) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{k}: {shown(v)}" for k, v in value.items())
     return str(value)
+
+
+def said_size(size: float) -> str:
+    """Bytes with a decimal prefix."""
+    units = ("B", "kB", "MB", "GB", "TB")
+    power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
+    return f"{size / 1000**power:.4g} {units[power]}"
 
 
 def modes_kept(figures: Mapping[str, Any]) -> str:

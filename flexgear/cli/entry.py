@@ -10,8 +10,10 @@ import errno
 import signal
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from types import FrameType
+from typing import TextIO
 
 import typer
 
@@ -19,13 +21,14 @@ from flexgear.cli import (
     STOPPED,
     analysis_commands,
     body_commands,
+    cache_command,
     case_commands,
     on_stop,
     run_commands,
     sweep_command,
     tolerance_command,
 )
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.results.version import version
 
 INTERRUPTED = 130
@@ -45,6 +48,7 @@ for module in (
     analysis_commands,
     sweep_command,
     tolerance_command,
+    cache_command,
 ):
     module.register(app)
 
@@ -91,9 +95,12 @@ def run(arguments: list[str]) -> int:
     debug = "--debug" in arguments
     arguments = [a for a in arguments if a != "--debug"]  # may stand anywhere
     try:
-        code = typer.main.get_command(app).main(
-            args=arguments, prog_name="flexgear", standalone_mode=False
-        )
+        with warnings.catch_warnings():
+            if not debug:
+                warnings.showwarning = _warn
+            code = typer.main.get_command(app).main(
+                args=arguments, prog_name="flexgear", standalone_mode=False
+            )
     except Exception as error:
         if debug:
             raise
@@ -126,6 +133,19 @@ def _report(error: Exception) -> int:
         return _say("out of memory; choose --set solver.fidelity=quick or a larger machine", 1)
     kind = type(error).__name__
     return _say(f"an internal error, please report it ({kind}: {error}); --debug shows where", 1)
+
+
+def _warn(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Our own warnings in one line; what libraries warn of is for developers."""
+    if issubclass(category, FlexgearWarning):
+        _say(str(message), 0)
 
 
 def _say(text: str, code: int) -> int:

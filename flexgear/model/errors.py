@@ -7,6 +7,10 @@ class FlexgearError(Exception):
     """A run failed for a reason that is not the user's input; one line."""
 
 
+class FlexgearWarning(UserWarning):
+    """Something was amiss and put right, or needs an eye kept on it; one line, for ``warnings``."""
+
+
 class InputError(FlexgearError):
     """Something a user wrote: file or section, key, what is wrong, what to do; one line."""
 

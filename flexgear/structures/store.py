@@ -1,8 +1,8 @@
 """Content-addressed cache of reduced bodies.
 
 An entry is a folder named by the SHA-256 of everything the body depends on. It is written beside
-its place and moved there whole; arrays carry checksums, and an entry that fails them is thrown
-away and computed again. The recovery array stays on disk as a memory map.
+its place and moved there whole; header and arrays carry checksums, and an entry that fails them is
+thrown away and computed again. The recovery array stays on disk as a memory map.
 """
 
 from __future__ import annotations
@@ -12,36 +12,23 @@ import hashlib
 import json
 import os
 import shutil
-import sys
 import tempfile
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.errors import FlexgearError
+from flexgear.model.errors import FlexgearWarning
+from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "5"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "6"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads")
-
-
-def cache_directory() -> Path:
-    """$FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
-    chosen = os.environ.get("FLEXGEAR_CACHE")
-    if chosen:
-        return Path(chosen)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "flexgear"
 
 
 def content_key(**content: Any) -> str:
@@ -53,30 +40,40 @@ def content_key(**content: Any) -> str:
 def cached(
     key: str, compute: Callable[[], ReducedBody], directory: Path | None = None
 ) -> ReducedBody:
-    """The body stored under key, else computed, stored and read back."""
+    """The body stored under key, else computed, stored and read back.
+
+    FlexgearWarning where an entry was damaged, and where the disk refuses to keep the new one,
+    which is used all the same.
+    """
     entry = (directory or cache_directory()) / "reduced" / key
     found = load(entry)
     if found is not None:
         return found
     body = compute()
-    save(body, entry)
+    try:
+        save(body, entry)
+    except OSError as error:
+        _warn(
+            f"cannot keep the reduced {body.name} in {entry.parent}: {error.strerror or error}; it "
+            "is made again next time; free some space or set FLEXGEAR_CACHE to another folder"
+        )
+        return body
     return load(entry) or body
 
 
 def save(body: ReducedBody, entry: Path) -> None:
-    """Write an entry whole or not at all. Raises FlexgearError where the disk refuses."""
-    try:
-        entry.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=entry.parent))
-    except OSError as error:
-        raise FlexgearError(_refused(entry, error)) from None
+    """Write an entry whole or not at all. Raises OSError where the disk refuses."""
+    entry.parent.mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=entry.parent))
     try:
         checksums = {}
         for name in _ARRAYS:
-            path = draft / f"{name}.npy"
-            np.save(path, getattr(body, name))
-            checksums[name] = _checksum(path)
+            with (draft / f"{name}.npy").open("wb") as stream:
+                summed = _Summed(stream)
+                np.save(summed, getattr(body, name))
+            checksums[name] = summed.checksum
         header = {
+            **_identity(entry),
             "name": body.name,
             "node_names": body.node_names,
             "n_modes": body.n_modes,
@@ -84,51 +81,71 @@ def save(body: ReducedBody, entry: Path) -> None:
             "report": body.report,
             "checksums": checksums,
         }
-        (draft / "header.json").write_text(json.dumps(header, indent=1, default=float))
-        if entry.exists():
-            shutil.rmtree(entry, ignore_errors=True)
-        with contextlib.suppress(FileExistsError):  # another process was first: same content
-            try:
-                os.rename(draft, entry)
-            except OSError:
-                if not entry.exists():
-                    raise
-    except OSError as error:
-        raise FlexgearError(_refused(entry, error)) from None
+        text = json.dumps(header, indent=1, default=float)
+        (draft / "header.json").write_bytes(sealed(text.encode()))
+        remove(entry)
+        try:
+            os.rename(draft, entry)
+        except OSError:
+            if not entry.is_dir():  # otherwise another process was first: same content
+                raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
 
 def load(entry: Path) -> ReducedBody | None:
-    """The body of an entry; None where there is none or it is damaged (then it is removed)."""
-    if not entry.is_dir():
+    """The body of an entry; None where there is none or, with a FlexgearWarning, it is damaged."""
+    try:
+        entry.lstat()
+    except OSError:
         return None
     try:
-        header = json.loads((entry / "header.json").read_text())
+        header = json.loads(unsealed((entry / "header.json").read_bytes()))
+        if any(header[name] != value for name, value in _identity(entry).items()):
+            raise ValueError("it is another body's")
         arrays: dict[str, NDArray[Any]] = {}
         for name in _ARRAYS:
             path = entry / f"{name}.npy"
             if _checksum(path) != header["checksums"][name]:
-                raise ValueError(name)
+                raise ValueError(f"the checksum of {path.name} is wrong")
             arrays[name] = np.load(path, mmap_mode="r" if name == "recovery" else None)
-        return ReducedBody(
-            name=header["name"],
-            node_names=tuple(header["node_names"]),
-            n_modes=header["n_modes"],
-            probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
-            report=header["report"],
-            **arrays,
-        )
-    except (OSError, ValueError, KeyError, TypeError):
-        shutil.rmtree(entry, ignore_errors=True)
+    except (OSError, ValueError, KeyError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        _warn(f"the kept body {entry} is damaged ({why}); it is made again")
+        with contextlib.suppress(OSError):
+            remove(entry)
         return None
-
-
-def _refused(entry: Path, error: OSError) -> str:
-    return (
-        f"cannot store a reduced body in {entry.parent}: {error.strerror}; "
-        "free space there or set FLEXGEAR_CACHE to another folder"
+    return ReducedBody(
+        name=header["name"],
+        node_names=tuple(header["node_names"]),
+        n_modes=header["n_modes"],
+        probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
+        report=header["report"],
+        **arrays,
     )
+
+
+def _identity(entry: Path) -> dict[str, str]:
+    """What tells an entry from others that are as whole."""
+    return {"format": FORMAT, "key": entry.name}
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, FlexgearWarning, stacklevel=3)
+
+
+class _Summed:
+    """A file with a checksum of what was to be written.
+
+    NumPy would write to a plain file past Python, and miss that the disk took only a part.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self.checksum = stream, 0
+
+    def write(self, data: bytes) -> int:
+        self.checksum = zlib.crc32(data, self.checksum)
+        return self._stream.write(data)
 
 
 def _checksum(path: Path) -> int:

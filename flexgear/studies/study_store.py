@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from flexgear.files.atomic import write_bytes
 from flexgear.model.content import content_hash
+from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.results.version import version
-from flexgear.structures.store import cache_directory
+from flexgear.structures.cache import cache_directory, sealed, unsealed
 
 
 @dataclass(frozen=True)
@@ -25,15 +27,19 @@ class StudyStore:
     folder: Path
 
     def get(self, name: str) -> bytes | None:
-        """What was kept; None where there is nothing or it cannot be read."""
+        """What was kept; None where there is nothing, or it is damaged or cannot be read."""
         try:
-            return (self.folder / name).read_bytes()
-        except OSError:
+            return unsealed((self.folder / name).read_bytes())
+        except (OSError, ValueError):
             return None
 
-    def put(self, name: str, data: bytes | memoryview) -> None:
-        """Keep a part. Raises FlexgearError where the disk refuses."""
-        write_bytes(self.folder / name, data)
+    def put(self, name: str, data: bytes) -> None:
+        """Keep a part. FlexgearWarning where the disk refuses: the study itself goes on."""
+        try:
+            write_bytes(self.folder / name, sealed(data))
+        except FlexgearError as error:
+            text = f"{error}; a study that is stopped cannot go on from there"
+            warnings.warn(text, FlexgearWarning, stacklevel=2)
 
     def clear(self) -> None:
         """Forget the study."""

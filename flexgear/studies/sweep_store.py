@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import xarray as xr
 
-from flexgear.model.errors import FlexgearError
 from flexgear.model.stage_case import Case
 from flexgear.model.train import Train
 from flexgear.studies.measure import Found
 from flexgear.studies.study_store import StudyStore, study_store
 
-FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
 
 
 @dataclass(frozen=True)
@@ -25,21 +23,17 @@ class PointStore:
     parts: StudyStore
 
     def get(self, model: Case | Train) -> Found | None:
-        """What was found at a point; None where nothing was kept or it cannot be read."""
+        """What was found at a point; None where nothing was kept or it is damaged."""
         kept = self.parts.get(_name(model))
         if kept is None:
             return None
-        try:
-            plain = json.loads(kept)
-            return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
-        except (ValueError, KeyError, TypeError, AttributeError):
-            return None
+        plain = json.loads(kept)
+        return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
     def put(self, model: Case | Train, found: Found) -> None:
-        """Keep a point; where the disk refuses, it would only have to be found again."""
+        """Keep a point. FlexgearWarning where the disk refuses."""
         plain = {name: array.to_dict() for name, array in found.items()}
-        with contextlib.suppress(FlexgearError):
-            self.parts.put(_name(model), json.dumps(plain).encode())
+        self.parts.put(_name(model), json.dumps(plain).encode())
 
     def clear(self) -> None:
         """Forget the sweep."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from dataclasses import asdict, dataclass, fields
 
 import numpy as np
@@ -13,7 +12,7 @@ from flexgear.model.train import Train
 from flexgear.studies.study_store import StudyStore, study_store
 from flexgear.studies.tolerance_setup import Batch
 
-FORMAT = 1  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
 
 
 @dataclass(frozen=True)
@@ -23,18 +22,15 @@ class BatchStore:
     parts: StudyStore
 
     def get(self, numbers: range) -> Batch | None:
-        """A finished batch; None where there is none or it cannot be read."""
+        """A finished batch; None where there is none or it is damaged."""
         kept = self.parts.get(_name(numbers))
         if kept is None:
             return None
-        try:
-            with np.load(io.BytesIO(kept), allow_pickle=False) as data:
-                return Batch(**{f.name: data[f.name] for f in fields(Batch)})
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-            return None
+        with np.load(io.BytesIO(kept), allow_pickle=False) as data:
+            return Batch(**{f.name: data[f.name] for f in fields(Batch)})
 
     def put(self, numbers: range, batch: Batch) -> None:
-        """Keep a batch. Raises FlexgearError where the disk refuses."""
+        """Keep a batch. FlexgearWarning where the disk refuses."""
         data = io.BytesIO()
         np.savez(data, **asdict(batch))
         self.parts.put(_name(numbers), data.getvalue())

@@ -19,7 +19,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.train import train_system
 from flexgear.model.case import load_case
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.results.load_sharing import load_sharing
 from flexgear.studies import tolerance as study
 from flexgear.studies import tolerance_setup, train_model
@@ -242,6 +242,12 @@ class TestInterrupted:
             empty.writestr("sizes.npy", b"")
         assert finished(train) == 10
         xr.testing.assert_identical(tolerance(train, workers=1), whole)
+
+    def test_a_disk_that_keeps_nothing_costs_no_batch(self, tmp_path, place):
+        place.write_text("no folder")
+        with pytest.warns(FlexgearWarning, match="cannot go on from there"):
+            data = tolerance(lumped(tmp_path), workers=1)
+        assert data.sizes["sample"] == 60
 
     def test_kept_until_forgotten(self, tmp_path):
         train = lumped(tmp_path)

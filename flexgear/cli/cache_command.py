@@ -1,0 +1,45 @@
+"""The cache of reduced bodies and interrupted studies: where, how large, emptied."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+from flexgear.cli.display import said_size, table
+from flexgear.cli.options import AsJson
+from flexgear.model.errors import FlexgearError
+from flexgear.structures import cache as store
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(cache)
+
+
+def cache(
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Place, size and entries of the cache; a body that is missing there is made again."""
+    place = store.cache_directory()
+    try:
+        found = store.clear() if clear else store.entries()
+    except OSError as error:
+        text = error.strerror or error
+        raise FlexgearError(f"the cache {place}: {error.filename or ''}: {text}") from error
+    kinds = {
+        name: [entry.size for entry in found if entry.kind == kind]
+        for kind, name in store.KINDS.items()
+    }
+    if as_json:
+        figures = {n: {"entries": len(s), "size_bytes": sum(s)} for n, s in kinds.items()}
+        size = sum(entry.size for entry in found)
+        out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
+        typer.echo(json.dumps(out, indent=2, ensure_ascii=False))
+        return
+    rows = {n: f"{len(s)} in {said_size(sum(s))}" for n, s in kinds.items()}
+    table(f"{'removed from' if clear else 'kept in'} {place}", rows)
+    if not clear:
+        typer.echo("\nFLEXGEAR_CACHE names another place; flexgear cache --clear empties it")

@@ -1,0 +1,95 @@
+"""The cache on disk: where it is, what is in it, how it is emptied.
+
+It holds reduced bodies (`store`) and finished parts of studies that were interrupted. Each entry
+has a folder named by the SHA-256 of all that it depends on. Whatever else lies there is not
+flexgear's and stays.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+KINDS = {
+    "reduced": "reduced bodies",
+    "sweep": "interrupted sweeps",
+    "tolerance": "interrupted tolerance studies",
+}
+_ENTRY = re.compile(r"[0-9a-f]{64}|\.draft-\w+")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A folder of the cache. kind: a key of KINDS; size: bytes of its files."""
+
+    kind: str
+    path: Path
+    size: int
+
+
+def cache_directory() -> Path:
+    """$FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
+    chosen = os.environ.get("FLEXGEAR_CACHE")
+    if chosen:
+        return Path(chosen)
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "flexgear"
+
+
+def entries() -> list[Entry]:
+    """All that flexgear keeps, by kind. Raises OSError where the cache cannot be read."""
+    return [Entry(kind, path, _size(path)) for kind in KINDS for path in _paths(kind)]
+
+
+def clear() -> list[Entry]:
+    """Remove all entries and return them. Raises OSError where one cannot be removed."""
+    found = entries()
+    for entry in found:
+        remove(entry.path)
+    for folder in (*(cache_directory() / kind for kind in KINDS), cache_directory()):
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+    return found
+
+
+def remove(path: Path) -> None:
+    """Remove a folder with all in it, a file or a link."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def sealed(data: bytes) -> bytes:
+    """Data behind a line with its SHA-256."""
+    return hashlib.sha256(data).hexdigest().encode() + b"\n" + data
+
+
+def unsealed(data: bytes) -> bytes:
+    """Data of ``sealed``. Raises ValueError where a bit of it has changed."""
+    seal, _, rest = data.partition(b"\n")
+    if seal.decode() != hashlib.sha256(rest).hexdigest():
+        raise ValueError("its checksum is wrong")
+    return rest
+
+
+def _paths(kind: str) -> Iterator[Path]:
+    folder = cache_directory() / kind
+    if folder.is_dir():
+        yield from sorted(path for path in folder.iterdir() if _ENTRY.fullmatch(path.name))
+
+
+def _size(path: Path) -> int:
+    files = [path, *path.rglob("*")]
+    return sum(f.lstat().st_size for f in files if f.is_symlink() or f.is_file())

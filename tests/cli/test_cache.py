@@ -1,0 +1,84 @@
+"""``flexgear cache``: what it shows and what it removes; a cache that cannot be used."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from flexgear.structures import store
+from flexgear.structures.reduced import ReducedBody
+
+PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
+KEYS = ("a" * 64, "0123456789abcdef" * 4)
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def fill(place):
+    """Two bodies, a draft that a killed run left, an interrupted sweep; files of others."""
+    body = ReducedBody(
+        name="ring", node_names=("a",), positions=np.zeros((1, 3)), mass=np.eye(6),
+        stiffness=np.eye(6), n_modes=0, report={}, points=np.zeros((4, 3)),
+        cells=np.arange(4).reshape(1, 4), recovery=np.zeros((12, 6), dtype=np.float32),
+    )  # fmt: skip
+    for key in KEYS:
+        store.cached(key, lambda: body)
+    draft = place / "reduced" / ".draft-abc_12"
+    draft.mkdir()
+    (draft / "mass.npy").write_bytes(bytes(50))
+    study = place / "sweep" / KEYS[0]
+    study.mkdir(parents=True)
+    (study / "one.json").write_bytes(bytes(1000))
+    (place / "reduced" / "notes").write_text("mine")
+    (place / "thesis.tex").write_text("mine, too")
+
+
+def test_place_size_and_entries(flexgear, place):
+    fill(place)
+    sizes = [f.stat().st_size for f in place.rglob("*.*") if f.is_file() and f.suffix != ".tex"]
+    code, text, err = flexgear("cache", "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(text) == {
+        "place": str(place), "cleared": False, "size_bytes": sum(sizes),
+        "kinds": {
+            "reduced bodies": {"entries": 3, "size_bytes": sum(sizes) - 1000},
+            "interrupted sweeps": {"entries": 1, "size_bytes": 1000},
+            "interrupted tolerance studies": {"entries": 0, "size_bytes": 0},
+        },
+    }  # fmt: skip
+    code, text, _ = flexgear("cache")
+    assert code == 0
+    assert f"kept in {place}" in text and "1 in 1 kB" in text
+
+
+def test_clear_removes_what_flexgear_keeps_and_nothing_else(flexgear, place):
+    fill(place)
+    code, text, _ = flexgear("cache", "--clear")
+    assert code == 0
+    assert f"removed from {place}" in text and "1 in 1 kB" in text
+    left = sorted(str(f.relative_to(place)) for f in place.rglob("*") if f.is_file())
+    assert left == ["reduced/notes", "thesis.tex"]
+    (place / "thesis.tex").unlink()
+    (place / "reduced" / "notes").unlink()
+    assert flexgear("cache", "--clear")[0] == 0
+    assert not place.exists()
+    assert flexgear("cache", "--clear")[0] == 0
+    code, text, _ = flexgear("cache")
+    assert code == 0 and "0 in 0 B" in text
+
+
+def test_a_cache_that_cannot_be_used_is_one_line_and_costs_nothing(flexgear, place, tmp_path):
+    place.write_text("no folder")
+    code, text, err = flexgear(
+        "tolerance", "lin-parker", "--samples", 10, "--set", PIN, "--no-pictures", "-q",
+        "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert code == 0 and "10 samples" in text
+    assert err.count("\n") == 1
+    assert err.startswith("flexgear: cannot") and str(place) in err
