@@ -2,7 +2,7 @@
 
 It holds reduced bodies (`store`) and finished parts of studies that were interrupted. Each entry
 has a folder named by the SHA-256 of all that it depends on. Whatever else lies there is not
-flexgear's and stays.
+flexgear's, or is just being made, and stays.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flexgear.files.stage import remove_stale
+
 KINDS = {
     "reduced": "reduced bodies",
     "sweep": "interrupted sweeps",
     "tolerance": "interrupted tolerance studies",
 }
-_ENTRY = re.compile(r"[0-9a-f]{64}|\.draft-\w+")
+_ENTRY = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ def clear() -> list[Entry]:
     for entry in found:
         remove(entry.path)
     for folder in (*(cache_directory() / kind for kind in KINDS), cache_directory()):
+        remove_stale(folder)
         if folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
     return found

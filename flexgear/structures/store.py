@@ -11,8 +11,6 @@ import contextlib
 import hashlib
 import json
 import os
-import shutil
-import tempfile
 import warnings
 import zlib
 from collections.abc import Callable
@@ -23,6 +21,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.files.stage import private_folder, remove_stale
 from flexgear.model.errors import FlexgearWarning
 from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.reduced import ReducedBody
@@ -64,8 +63,10 @@ def cached(
 def save(body: ReducedBody, entry: Path) -> None:
     """Write an entry whole or not at all. Raises OSError where the disk refuses."""
     entry.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=entry.parent))
-    try:
+    remove_stale(entry.parent)
+    with private_folder(entry.parent, "draft") as stage:
+        draft = stage / "entry"
+        draft.mkdir()
         checksums = {}
         for name in _ARRAYS:
             with (draft / f"{name}.npy").open("wb") as stream:
@@ -89,8 +90,6 @@ def save(body: ReducedBody, entry: Path) -> None:
         except OSError:
             if not entry.is_dir():  # otherwise another process was first: same content
                 raise
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 def load(entry: Path) -> ReducedBody | None:

@@ -38,7 +38,7 @@ class StudyStore:
         try:
             write_bytes(self.folder / name, sealed(data))
         except FlexgearError as error:
-            text = f"{error}; a study that is stopped cannot go on from there"
+            text = f"cannot keep what is done, so a stopped study would start anew: {error}"
             warnings.warn(text, FlexgearWarning, stacklevel=2)
 
     def clear(self) -> None:

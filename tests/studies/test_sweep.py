@@ -193,7 +193,7 @@ class TestInterrupted:
 
     def test_a_disk_that_keeps_nothing_costs_no_point(self, monkeypatch, place):
         place.write_text("no folder")
-        with pytest.warns(FlexgearWarning, match="cannot go on from there"):
+        with pytest.warns(FlexgearWarning, match="cannot keep what is done"):
             data, measured = self.run(monkeypatch, self.plan("stage.planets=3,4"), 99)
         assert (measured, data.attrs["failed"]) == (2, 0)
 

@@ -245,7 +245,7 @@ class TestInterrupted:
 
     def test_a_disk_that_keeps_nothing_costs_no_batch(self, tmp_path, place):
         place.write_text("no folder")
-        with pytest.warns(FlexgearWarning, match="cannot go on from there"):
+        with pytest.warns(FlexgearWarning, match="cannot keep what is done"):
             data = tolerance(lumped(tmp_path), workers=1)
         assert data.sizes["sample"] == 60
 
