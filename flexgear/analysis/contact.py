@@ -151,15 +151,15 @@ def eliminate(a, n, x):
 
 
 @njit(**INNER)
-def _laid_out(matrix, right, n, total, active, work, x):
-    """work ← [A b] and x ← b; a row that is not active states x_i = 0."""
+def _laid_out(matrix, right, n, total, active, leak, work, x):
+    """work ← [A b] and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
     for i in range(total):
         line, own = matrix[i], work[i]
         if i < n and active[i] == 0:
             for c in range(total):
-                own[c] = 0.0
-            own[i] = 1.0
-            x[i] = 0.0
+                own[c] = leak * line[c]
+            own[i] += 1.0 - leak
+            x[i] = leak * right[i]
         else:
             for c in range(total):
                 own[c] = line[c]
@@ -169,39 +169,43 @@ def _laid_out(matrix, right, n, total, active, work, x):
 
 
 @njit(**INNER)
-def solve_set(matrix, right, sided, n, extra, active, work, x):
+def _row_is_wrong(matrix, right, i, total, pushes, leak, least, x):
+    """Whether row i pulls though it is active, or overlaps by more than ``least`` though not."""
+    if pushes == 1:
+        return x[i] < -least
+    force = x[i] / leak if leak > 0.0 else right[i]
+    if leak == 0.0:
+        for b in range(total):
+            force -= matrix[i, b] * x[b]
+    return force > least
+
+
+@njit(**INNER)
+def solve_set(matrix, right, sided, n, extra, active, work, x, leak, least):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
     matrix (n + extra,)²: row i < n states F_i + Σ_j (k_i A_ij + c_i V_ij) F_j + … = right_i;
     extra equations (brake, balance) always hold. sided (n,): 1 where a row can only push;
-    ``active`` (n,) is the first guess of loaded rows and returns the answer. Returns the number of
+    ``active`` (n,) is the first guess of loaded rows and returns the answer. leak: share of its
+    stiffness that an open row keeps; least: pull and overlap that pass, N. Returns the number of
     sets tried, or −1 without convergence. Every set changes all wrong rows at once; after some
     tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
     rule).
     """
     total = n + extra
     for tries in range(4 * MAX_SETS):
-        _laid_out(matrix, right, n, total, active, work, x)
+        _laid_out(matrix, right, n, total, active, leak, work, x)
         if work.shape[1] < WIDE * (total // WIDE + 1) or not eliminate(work, total, x):
-            _laid_out(matrix, right, n, total, active, work, x)
+            _laid_out(matrix, right, n, total, active, leak, work, x)
             if not solve_dense(work, x, total):
                 return -1
-        for i in range(n):
-            if active[i] == 0:
-                x[i] = 0.0  # exchange of rows may have left rounding there
+        if leak == 0.0:
+            for i in range(n):
+                if active[i] == 0:
+                    x[i] = 0.0  # exchange of rows may have left rounding there
         wrong = 0
         for i in range(n):
-            if sided[i] == 0:
-                continue
-            bad = False
-            if active[i] == 1:
-                bad = x[i] < 0.0
-            else:
-                force = right[i]
-                for b in range(total):
-                    force -= matrix[i, b] * x[b]
-                bad = force > 0.0
-            if bad:
+            if sided[i] == 1 and _row_is_wrong(matrix, right, i, total, active[i], leak, least, x):
                 wrong += 1
                 active[i] = 1 - active[i]
                 if tries >= MAX_SETS:
@@ -212,18 +216,20 @@ def solve_set(matrix, right, sided, n, extra, active, work, x):
 
 
 @njit(**INNER)
-def refine_set(matrix, right, n, extra, active, work, spare, x):
+def refine_set(matrix, right, n, extra, active, leak, work, spare, x):
     """One step of iterative refinement of a solution of ``solve_set``; spare (n + extra,) work."""
     total = n + extra
     for i in range(total):
         left = right[i]
         for c in range(total):
             left -= matrix[i, c] * x[c]
+        if i < n and active[i] == 0 and leak > 0.0:
+            left -= (1.0 / leak - 1.0) * x[i]
         spare[i] = left
-    _laid_out(matrix, spare, n, total, active, work, spare)
+    _laid_out(matrix, spare, n, total, active, leak, work, spare)
     if solve_dense(work, spare, total):
         for i in range(total):
-            if i >= n or active[i] == 1:
+            if i >= n or active[i] == 1 or leak > 0.0:
                 x[i] += spare[i]
 
 

@@ -14,33 +14,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.backs import look_at_backs
-from flexgear.analysis.contact import (
-    local_blocks,
-    look_along,
-    refine_set,
-    release,
-    right_side,
-    row_products,
-    row_values,
-    solve_set,
-)
+from flexgear.analysis.contact import look_along
 from flexgear.analysis.lines import dot, fill, put
+from flexgear.analysis.position import CLOSURE, held, position_work, solve_position
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
-from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows, pair_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
-CLOSURE = 1e-8
 CHUNK = 100  # positions between two reports of progress
 LOOKS = 60  # tries to agree on back flanks and on directions of clearance bearings
 
@@ -87,129 +76,6 @@ class Equilibrium:
         return np.asarray(-self.torques[:, -1])
 
 
-@njit(inline="always")
-def _solve_position(
-    pairs, rows, theta, known, reactions, forward, wanted, rigid, flex, master_rigid, master_flex,
-    work, out,
-):  # fmt: skip
-    """One position; returns (status, rows, pairs, closure). out: x (n + r + F).
-
-    known (P,): given torques on the ports; reactions (F,): ports whose torque is sought.
-    """
-    matrix, small, wide, right, delta, motion, place, blocks, active, forces = work
-    nc = flex.shape[0]
-    r, ports, free = rigid.shape[1], known.shape[0], reactions.shape[0]
-    first = nc - ports
-    n, n_pairs = build_rows(pairs, rows, theta, wanted)
-    m = local_blocks(rows, n, place, blocks)
-    row_products(rows, n, flex, place, blocks, wide, matrix)
-    extra = r + free
-    for i in range(n):
-        k = rows.stiffness[i]
-        for j in range(n):
-            matrix[i, j] *= k
-        matrix[i, i] += 1.0
-        for e in range(r):
-            total = 0.0
-            for a in range(rows.width[i]):
-                base = 6 * rows.blocks[i, a]
-                for p in range(6):
-                    total += rows.coef[i, a, p] * rigid[base + p, e]
-            matrix[i, n + e] = -k * total
-            matrix[n + e, i] = total
-        pushed = 0.0
-        for f in range(free):
-            matrix[i, n + r + f] = 0.0
-            matrix[n + r + f, i] = 0.0
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                c = rows.coef[i, a, p]
-                for q in range(ports):
-                    pushed += c * flex[first + q, base + p] * known[q]
-                for f in range(free):
-                    matrix[i, n + r + f] += k * c * flex[first + reactions[f], base + p]
-                    matrix[n + r + f, i] -= c * master_flex[f, base + p]
-        right[i] = right_side(rows, i, pushed, 0.0, 0.0)
-        active[i] = 1
-        if rows.sided[i] == 1 and rows.kind[i] >= 0:
-            active[i] = 1 if (pairs.front[rows.owner[i]] == 1) == forward else 0
-    for e in range(r):
-        for f in range(r):
-            matrix[n + e, n + f] = 0.0
-        right[n + e] = 0.0
-        for q in range(ports):
-            right[n + e] += rigid[first + q, e] * known[q]
-        for f in range(free):
-            matrix[n + e, n + r + f] = rigid[first + reactions[f], e]
-            matrix[n + r + f, n + e] = master_rigid[f, e]
-    for f in range(free):
-        right[n + r + f] = 0.0
-        for q in range(ports):
-            right[n + r + f] -= master_flex[f, first + q] * known[q]
-        for g in range(free):
-            matrix[n + r + f, n + r + g] = -master_flex[f, first + reactions[g]]
-    status = solve_set(matrix, right, rows.sided, n, extra, active, small, out)
-    release(place, blocks, m)
-    if status < 0:
-        return status, n, n_pairs, 0.0
-    refine_set(matrix, right, n, extra, active, small, delta, out)
-    # check by substitution: channel forces, motion, pair law and balance
-    fill(forces, 0.0)
-    for i in range(n):
-        for a in range(rows.width[i]):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                forces[base + p] -= out[i] * rows.coef[i, a, p]
-    for q in range(ports):
-        forces[first + q] = known[q]
-    for f in range(free):
-        forces[first + reactions[f]] -= out[n + r + f]
-    for c in range(nc):
-        motion[c] = dot(flex[c], forces)
-        for e in range(r):
-            motion[c] += rigid[c, e] * out[n + e]
-    row_values(rows, n, motion, delta)
-    largest, worst = 1e-300, 0.0
-    for i in range(n):
-        force = right_side(rows, i, delta[i], 0.0, 0.0)
-        if rows.sided[i] == 1 and force < 0.0:
-            force = 0.0
-        largest = max(largest, abs(out[i]))
-        worst = max(worst, abs(force - out[i]))
-    closure = worst / largest
-    left, scale = 0.0, 1e-300
-    for e in range(r):
-        balance, size = 0.0, 0.0
-        for c in range(nc):
-            balance += rigid[c, e] * forces[c]
-            size += abs(rigid[c, e] * forces[c])
-        left, scale = max(left, abs(balance)), max(scale, size)
-    closure = max(closure, left / scale)
-    return status, n, n_pairs, closure
-
-
-def _work(modal: ModalSystem) -> tuple[PairRows, tuple[NDArray[Any], ...]]:
-    rows = pair_rows(modal.system.pairs)
-    size = len(rows.kind) + modal.rigid_count + len(modal.masters) + 1
-    size += -size % 8  # whole blocks of 8
-    nb = len(modal.system.blocks) // 6
-    nc = len(modal.channels)
-    work = (
-        np.zeros((size, size)),
-        np.zeros((size, size)),
-        np.zeros(6 * nb),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros(nc),
-        np.full(nb, -1, dtype=np.int64),
-        np.zeros(nb, dtype=np.int64),
-        np.zeros(size, dtype=np.int64),
-        np.zeros(nc),
-    )
-    return rows, work
-
-
 def port_torques(system: System, torque: Array | float, count: int) -> Array:
     """(count, P) external torques: given ports from ``torque``, reactions zero.
 
@@ -219,9 +85,7 @@ def port_torques(system: System, torque: Array | float, count: int) -> Array:
     if given.ndim == 2:
         out = np.broadcast_to(given, (count, len(system.ports))).copy()
     else:
-        out = np.tile(system.rated_port_torques, (count, 1))
-        share = np.broadcast_to(given, (count,)) / system.rated_torque
-        out *= share[:, None]
+        out = system.proportional_torques(np.broadcast_to(given, (count,)))
     out[:, system.reactions] = 0.0
     return out
 
@@ -235,8 +99,8 @@ def revolution(
     """Equilibria at independent rotations (p,) or (p, F) rad under a torque, N·m.
 
     torque: of the first port, scalar or (p,), the other given ports in their rated proportion; or
-    (p, P) for all ports. Raises FlexgearError where nothing holds the train (no load, one-sided
-    contact) or the closure is worse than 1e-8 of the load.
+    (p, P) for all ports. Raises FlexgearError where nothing holds the train or the closure is worse
+    than 1e-8 of the load.
     """
     system, pairs = modal.system, modal.system.pairs
     free, r = len(modal.masters), modal.rigid_count
@@ -247,15 +111,9 @@ def revolution(
     count = len(masters)
     known = port_torques(system, torque, count)
     theta = np.ascontiguousarray(system.theta(masters))
-    rigid = np.ascontiguousarray(modal.channel_modes[:, :r])
-    flex = np.ascontiguousarray(modal.static_receptance())
-    e = slice(r, None)
-    omega2 = modal.omega[e] ** 2
-    master_flex = (modal.masters[:, e] / omega2) @ modal.channel_modes[:, e].T
-    master_flex = np.ascontiguousarray(master_flex + system.masters @ modal.residual_motion)
-    master_rigid = np.ascontiguousarray(modal.masters[:, :r])
-    rows, work = _work(modal)
-    reactions = system.reactions
+    train, rows = held(modal), pair_rows(pairs)
+    work = position_work(rows, train, len(system.ports))
+    elastic, omega2 = np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2
     shape = (count, len(pairs.s0), SLOTS)
     out = np.zeros(len(rows.kind) + r + free + 1)
     load, stiffness, position = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -265,35 +123,35 @@ def revolution(
     eta = np.zeros((count, modal.modes.shape[1]))
     torques, closure = known.copy(), np.zeros(count)
     watched = np.zeros((count, len(pairs.s0)), dtype=np.int64)
-    elastic = np.ascontiguousarray(modal.channel_modes[:, e])
     wanted, seen = (np.zeros(len(pairs.s0), dtype=np.int64) for _ in range(2))
     places = (eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
-        status, p = _solve_positions(
-            pairs, rows, theta, known, reactions, system.rated_port_torques, rigid, flex,
-            master_rigid, master_flex, elastic, omega2, work, out, wanted, seen, start, stop,
-            places,
+        p, failed = _solve_positions(
+            pairs, rows, theta, known, system.rated_port_torques, train, elastic, omega2, work, out,
+            wanted, seen, start, stop, places,
         )  # fmt: skip
-        if status < 0:
-            raise FlexgearError(
-                f"no equilibrium at carrier angle {masters[p, 0]:.5f} rad under "
-                f"{known[p, 0]:.6g} N·m: with one-sided contact every planet needs a loaded "
-                'tooth pair; use a larger torque or contact_law = "linear"'
-            )
-        worst = start + int(np.argmax(closure[start:stop]))
-        if closure[worst] > CLOSURE:
-            raise FlexgearError(
-                f"equilibrium at carrier angle {masters[worst, 0]:.5f} rad closes only to "
-                f"{closure[worst]:.2e} of the load: stiffnesses are too far apart; check bearings "
-                "and bolts"
-            )
+        if p < stop:
+            raise FlexgearError(_refusal(masters[p, 0], known[p, 0], failed))
         if progress is not None and count > CHUNK:
             progress(stop / count)
     return Equilibrium(
         modal, masters, theta, torques, eta, load, tooth, stiffness, position, supports, direction,
         watched, closure,
     )  # fmt: skip
+
+
+def _refusal(angle: float, torque: float, closure: float) -> str:
+    """Why there is no equilibrium at a carrier angle, rad, under a torque, N·m."""
+    if not np.isfinite(closure):
+        return (
+            f"no equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m: teeth that "
+            "only push leave a body free; give it a bearing, a joint or a support"
+        )
+    return (
+        f"equilibrium at carrier angle {angle:.5f} rad under {torque:.6g} N·m closes only to "
+        f"{closure:.2e} of the load: stiffnesses are too far apart; check bearings and bolts"
+    )
 
 
 @njit(**INNER, fastmath=FAST)
@@ -312,28 +170,27 @@ def modal_part(elastic, forces, omega2, first, eta):
 
 @njit(**UNCOUNTED, nogil=True)
 def _solve_positions(
-    pairs, rows, theta, known, reactions, rated, rigid, flex, master_rigid, master_flex, elastic,
-    omega2, work, out, wanted, seen, start, stop, places,
+    pairs, rows, theta, known, rated, train, elastic, omega2, work, out, wanted, seen, start, stop,
+    places,
 ):  # fmt: skip
-    """Positions start … stop − 1 into the arrays of ``places``; (status, position that failed).
+    """Positions start … stop − 1 into the arrays of ``places``; the position that failed, or stop,
+    and its closure.
 
     wanted, seen (M,): work space, gear meshes to look at.
     """
     eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques = places
-    r, free = rigid.shape[1], reactions.shape[0]
-    motion, forces = work[5], work[9]
+    r, reactions, motion = train.rigid.shape[1], train.reactions, work.motion
     for p in range(start, stop):
         forward = dot(known[p], rated) >= 0.0
         for m in range(wanted.shape[0]):
             wanted[m] = pairs.front[m] if forward else 1
         n, n_pairs, error = ZERO, ZERO, 0.0
         for _ in range(LOOKS):
-            status, n, n_pairs, error = _solve_position(
-                pairs, rows, theta[p], known[p], reactions, forward, wanted, rigid, flex,
-                master_rigid, master_flex, work, out,
-            )  # fmt: skip
-            if status < 0:
-                return status, p
+            n, n_pairs, error = solve_position(
+                pairs, rows, theta[p], known[p], forward, wanted, train, work, out
+            )
+            if not error <= CLOSURE:
+                return p, error
             agreed = True
             if pairs.one_sided:
                 put(seen, wanted)
@@ -347,13 +204,13 @@ def _solve_positions(
         closure[p] = error
         for c in range(direction.shape[1]):
             put(direction[p, c], rows.direction[c])
-        for f in range(free):
+        for f in range(reactions.shape[0]):
             torques[p, reactions[f]] = -out[n + r + f]
         for e in range(r):
             eta[p, e] = out[n + e]
-        modal_part(elastic, forces, omega2, r, eta[p])
+        modal_part(elastic, work.forces, omega2, r, eta[p])
         _store(rows, n, n_pairs, out, load[p], tooth[p], stiffness[p], position[p], supports[p])
-    return 0, stop
+    return stop, 0.0
 
 
 @njit(**INNER)

@@ -198,7 +198,7 @@ def advance(
         )  # fmt: skip
         share = GAMMA / (BETA * h) if h > 0.0 else 0.0
         damping_of_rows(
-            pairs.one_sided, pairs.model, state.touched, rows.damping, rows.pair_row,
+            pairs.sided, pairs.model, state.touched, rows.damping, rows.pair_row,
             rows.pair_mesh, rows.pair_index, n, n_pairs, share, c, work.share,
         )  # fmt: skip
         contact_matrix(
@@ -228,7 +228,7 @@ def advance(
         work.matrix[n, n] = 1.0 + slope * moves
         work.right[n] = brake + slope * (near.rate[out] - guess)
         status = solve_set(
-            work.matrix, work.right, rows.sided, n, BRAKE, work.active, work.small, x
+            work.matrix, work.right, rows.sided, n, BRAKE, work.active, work.small, x, 0.0, 0.0
         )
         if status < 0:
             return end, saved

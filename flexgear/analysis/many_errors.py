@@ -29,8 +29,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.contact import MAX_SETS, solve_dense, solve_set
-from flexgear.analysis.equilibrium import CLOSURE, _solve_position, port_torques, revolution
+from flexgear.analysis.equilibrium import port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
+from flexgear.analysis.position import (
+    CLOSURE,
+    Held,
+    follow_leak,
+    held,
+    position_work,
+    solve_position,
+)
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, pair_rows
 from flexgear.model.errors import FlexgearError
@@ -46,9 +54,8 @@ class ErrorStudy:
     """A train with perfect gears at its positions: all that equilibria under errors need.
 
     masters (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques (p, P)
-    given on the ports and rated (P,), N·m; reactions (F,) ports; rigid (n_c, r), flexibility
-    (n_c, n_c) m/N of the channels; master_rigid (F, r), master_flexibility (F, n_c): of the
-    independent rotations. one_by_one: the train itself where it is not linear between contacts.
+    given on the ports and rated (P,), N·m; held: what the train answers. one_by_one: the train
+    itself where it is not linear between contacts.
     """
 
     pairs: PairData
@@ -56,19 +63,13 @@ class ErrorStudy:
     theta: Array
     torques: Array
     rated: Array
-    reactions: NDArray[np.int64]
-    rigid: Array
-    flexibility: Array
-    master_rigid: Array
-    master_flexibility: Array
+    held: Held
     one_by_one: ModalSystem | None = None
 
 
 def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> ErrorStudy:
     """The train at independent rotations (p, F) rad under a torque, as ``revolution`` takes it."""
-    system, r = modal.system, modal.rigid_count
-    elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
-    follow = (modal.masters[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
+    system = modal.system
     pairs = no_errors(system.pairs).pairs(system.pairs, 0)
     return ErrorStudy(
         pairs=pairs,
@@ -76,11 +77,7 @@ def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> Er
         theta=np.ascontiguousarray(system.theta(masters)),
         torques=port_torques(system, torque, len(masters)),
         rated=system.rated_port_torques,
-        reactions=system.reactions,
-        rigid=np.ascontiguousarray(modal.channel_modes[:, :r]),
-        flexibility=np.ascontiguousarray(modal.static_receptance()),
-        master_rigid=np.ascontiguousarray(modal.masters[:, :r]),
-        master_flexibility=np.ascontiguousarray(follow + system.masters @ modal.residual_motion),
+        held=held(modal),
         one_by_one=modal if len(pairs.clearance_stiffness) else None,
     )
 
@@ -94,23 +91,15 @@ def gear_mesh_forces(
     """
     if study.one_by_one is not None:
         return _one_by_one(study, study.one_by_one, sets, progress)
-    count, free = len(study.theta), len(study.reactions)
-    rows = pair_rows(study.pairs)
-    channels, r = study.rigid.shape
-    size, blocks = len(rows.kind) + r + free + 1, (channels - study.torques.shape[1]) // 6
-    work = (
-        np.zeros((size, size)), np.zeros((size, size)), np.zeros(6 * blocks), np.zeros(size),
-        np.zeros(size), np.zeros(channels), np.full(blocks, -1, dtype=np.int64),
-        np.zeros(blocks, dtype=np.int64), np.zeros(size, dtype=np.int64), np.zeros(channels),
-    )  # fmt: skip
-    force, out = np.zeros((count, len(study.pairs.s0), len(sets))), np.zeros(size)
+    count, rows = len(study.theta), pair_rows(study.pairs)
+    work = position_work(rows, study.held, study.torques.shape[1])
+    force, out = np.zeros((count, len(study.pairs.s0), len(sets))), np.zeros(len(work.right))
     waves = waves_of(sets)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
         at = _solve_positions(
-            study.pairs, rows, study.theta, study.torques, study.reactions, study.rated,
-            study.rigid, study.flexibility, study.master_rigid, study.master_flexibility, waves,
-            work, out, start, stop, force,
+            study.pairs, rows, study.theta, study.torques, study.rated, study.held, waves, work,
+            out, start, stop, force,
         )  # fmt: skip
         if at < stop:
             raise FlexgearError(
@@ -141,23 +130,21 @@ def _one_by_one(
 
 @njit(cache=True, nogil=True)
 def _solve_positions(
-    pairs, rows, theta, known, reactions, rated, rigid, flex, master_rigid, master_flex, waves,
-    work, out, start, stop, force,
+    pairs, rows, theta, known, rated, train, waves, work, out, start, stop, force,
 ):  # fmt: skip
     """Positions start … stop − 1 into ``force``; the position that failed, or stop."""
-    extra = rigid.shape[1] + reactions.shape[0]
+    extra = train.rigid.shape[1] + train.reactions.shape[0]
     watched = np.ones(pairs.s0.shape[0], dtype=np.int64)
     for p in range(start, stop):
         forward = np.dot(known[p], rated) >= 0.0
-        status, n, n_pairs, closure = _solve_position(
-            pairs, rows, theta[p], known[p], reactions, forward, watched, rigid, flex,
-            master_rigid, master_flex, work, out,
-        )  # fmt: skip
-        if status < 0 or not closure <= CLOSURE:
+        n, n_pairs, closure = solve_position(
+            pairs, rows, theta[p], known[p], forward, watched, train, work, out
+        )
+        if not closure <= CLOSURE:
             return p
         # what it solved is still there: the whole matrix and the right side without errors
         q0, influence, places, loaded, residual = _eliminated(
-            work[0], work[3], pairs, rows, n, extra, forward
+            work.matrix, work.right, pairs, rows, n, extra, forward
         )
         if not residual <= CLOSURE:
             return p
@@ -288,7 +275,7 @@ def _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out):
             for j in range(count):
                 if not x[a, j] >= 0.0:
                     wrong[j] = 1
-    w, active = np.empty(c), work[8]
+    w, active = np.empty(c), work.active
     for j in range(count):
         if wrong[j] == 0:
             for a in range(c):
@@ -314,15 +301,17 @@ def _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out):
 @njit(cache=True)
 def _solve_whole(places, rows, errors, j, n, extra, work, out, w):
     """Forces (c,) of set j from the whole problem; work holds it and the guess of loaded rows."""
-    matrix, small, right, active = work[0], work[1], work[3].copy(), work[8]
+    matrix, small, right, active = work.matrix, work.small, work.right.copy(), work.active
     for i in range(n):
         if rows.kind[i] < 0:
             active[i] = 1
         else:
             right[i] += rows.stiffness[i] * errors[i, j]
-    status = solve_set(matrix, right, rows.sided, n, extra, active, small, out)
+    leak, least = 0.0, 0.0
+    if solve_set(matrix, right, rows.sided, n, extra, active, small, out, leak, least) < 0:
+        leak = follow_leak(matrix, right, rows.sided, n, extra, active, small, out, True)
     for a in range(len(w)):
-        w[a] = out[places[a]] if status > 0 else np.nan
+        w[a] = out[places[a]] if leak >= 0.0 else np.nan
 
 
 @njit(cache=True)

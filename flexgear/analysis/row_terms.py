@@ -10,17 +10,16 @@ from flexgear.coupling.pair_data import LOAD, PER_PAIR
 
 @njit(**INTO)
 def damping_of_rows(
-    one_sided, model, touched, damping, pair_row, pair_mesh, pair_index, n, n_pairs, share, c, f
+    sided, model, touched, damping, pair_row, pair_mesh, pair_index, n, n_pairs, share, c, f
 ):  # fmt: skip
     """Row damping c and f = share · c; under one-sided contact a pair damps once it has been
     loaded for a step."""
     for i in range(n):
         c[i] = damping[i]
-    if one_sided:
-        for q in range(n_pairs):
-            m = pair_mesh[q]
-            if model[m] == PER_PAIR and touched[m, pair_index[q] % 8] == 0:
-                c[pair_row[q]] = 0.0
+    for q in range(n_pairs):
+        m = pair_mesh[q]
+        if sided[m] == 1 and model[m] == PER_PAIR and touched[m, pair_index[q] % 8] == 0:
+            c[pair_row[q]] = 0.0
     for i in range(n):
         f[i] = share * c[i]
 

@@ -172,10 +172,7 @@ def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
     """(k, P − 1) torques on all ports but the braked one; a single one scales the rated others."""
     torque = np.asarray(drive.torque(times), dtype=np.float64)
     if torque.ndim == 1:
-        rated = modal.system.rated_port_torques[:-1]
-        others = np.outer(torque / modal.system.rated_torque, rated)
-        others[:, 0] = torque
-        torque = others
+        torque = modal.system.proportional_torques(torque)[:, :-1]
     return np.ascontiguousarray(torque)
 
 

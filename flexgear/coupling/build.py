@@ -65,7 +65,6 @@ def build_system(
     sets = stage_sets(case, geometry, tooth_positions=teeth)
     extra = ExtraRows(a.support_rows, a.node_angles, first_block=len(blocks))
     blocks += a.contact_nodes
-    one_sided = case.gear_mesh.contact_law == "one-sided"
     d = case.damping
     modal = d.kind == "modal"
     output_torque = case.brake.rated_torque or motion.output_torque
@@ -83,7 +82,7 @@ def build_system(
             Port("carrier", drive, case.drive.rated_torque),
             Port("output", a.rows("output", "output")[5], -output_torque, reaction=True),
         ),
-        pairs=pair_data(sets, one_sided, len(blocks), extra),
+        pairs=pair_data(sets, len(blocks), extra),
         gear_meshes=labels(sets),
         links=tuple(a.links),
         turning=tuple(a.turning),

@@ -27,8 +27,9 @@ class GearMeshSet:
     carrier_angle: which is the carrier's absolute angle; phi (N,) planet angles, rad;
     planet_blocks (N,), gear_block: blocks; tooth_positions (z, 3): where every tooth of the gear
     is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
-    same frame; front: the flank that carries the rated torque; equivalent_mass: kg on the line of
-    action, for pair damping c = 2 ζ √(k m); model: PER_PAIR, SUMMED or WAVE.
+    same frame; front: the flank that carries the rated torque; one_sided: pairs only push;
+    equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m); model: PER_PAIR,
+    SUMMED or WAVE.
     """
 
     path: GearMeshPath
@@ -42,6 +43,7 @@ class GearMeshSet:
     tooth_positions: Array | None
     turns: int
     front: bool
+    one_sided: bool
     equivalent_mass: float
     damping_ratio: float
     model: int = PER_PAIR
@@ -99,9 +101,7 @@ def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
     )
 
 
-def pair_data(
-    sets: Sequence[GearMeshSet], one_sided: bool, blocks: int, extra: ExtraRows | None = None
-) -> PairData:
+def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None = None) -> PairData:
     """Arrays of all gear meshes; blocks: number of contact blocks.
 
     Raises FlexgearError where more tooth pairs are in contact at once than there is room for.
@@ -128,7 +128,7 @@ def pair_data(
     amplitude, offset = c.reals("error_amplitude"), c.reals("error_offset")
     block, vector, stiffness, turning = _supports(extra)
     return PairData(
-        one_sided=one_sided,
+        one_sided=any(s.one_sided for s in sets),
         tooth_position=positions,
         table_start=start,
         table_step=step,
@@ -165,8 +165,8 @@ def pair_data(
 
 
 _INTS = (
-    "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block", "per_tooth",
-    "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
+    "sided", "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block",
+    "per_tooth", "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
     "planet_teeth",
 )  # fmt: skip
 _REALS = (
@@ -182,6 +182,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
     cos_b = p.cos_base_helix
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
     c.add(
+        sided=int(s.one_sided),
         model=s.model,
         kind=KINDS.index(p.kind),
         front=int(s.front),

@@ -143,7 +143,7 @@ def _positions(system: System) -> Iterator[tuple[PairRows, int]]:
     front = front_meshes(pairs)
     flanks = [front]
     if pairs.one_sided and np.any(front == 0):
-        flanks.append(1 - front)
+        flanks.append(np.where(pairs.sided == 1, 1 - front, front))
     rows = pair_rows(pairs)
     for i in range(POSITIONS):
         masters = 2 * np.pi * np.modf(i * GOLDEN ** np.arange(1.0, f + 1))[0]

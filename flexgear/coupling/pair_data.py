@@ -24,7 +24,8 @@ SUPPORT, CLEARANCE, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 class PairData(NamedTuple):
     """Constant data; first index m is the gear mesh. Angles θ come as a vector (A,)."""
 
-    one_sided: bool
+    one_sided: bool  # any gear mesh is
+    sided: IntArray  # (M,) 1 where pairs can only push
     model: IntArray  # (M,) PER_PAIR, SUMMED or WAVE
     kind: IntArray  # (M,) index into KINDS
     front: IntArray  # (M,) 1 for the flank that carries the rated torque

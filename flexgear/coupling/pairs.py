@@ -179,7 +179,6 @@ def _rows_of_pairs(d, rows, theta, pairs, complete):
     """
     coef = rows.coef
     n = q = NONE
-    sided = 1 if d.one_sided else 0
     frame, ct, st = -1, 1.0, 0.0
     while q < pairs:
         mesh = rows.pair_mesh[q]
@@ -198,6 +197,7 @@ def _rows_of_pairs(d, rows, theta, pairs, complete):
         nx, ny, nz = ca * bx - sa * by, sa * bx + ca * by, d.sin_b[m]
         own, of_teeth = d.model[m] == PER_PAIR, d.per_tooth[m] == 1
         s_pitch, damping, gap, kind = d.s_pitch[m], d.damping[m], d.gap[m], d.kind[m]
+        sided = d.sided[m]
         planet_block, gear_block = d.planet_block[m], d.gear_block[m]
         held = 1 if of_teeth or d.turns[m] >= 0 else 2
         while q < last:

@@ -145,19 +145,24 @@ def stage_nodes(a: Assembly, case: Case, at: str = "") -> tuple[list[Array], Arr
 
 def stage_sets(
     case: Case, geometry: StageGeometry, *, tooth_positions: Array, first_block: int = 0,
-    stage: int = 0, angle: int = 0,
+    stage: int = 0, angle: int = 0, forward: bool = True,
 ) -> list[GearMeshSet]:  # fmt: skip
     """Gear meshes of a stage with a ring of tooth nodes; blocks: teeth, planets, sun.
 
-    tooth_positions: (z_r, 3) m. Pair damping takes the equivalent mass on the line of action
-    1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
+    tooth_positions: (z_r, 3) m; forward: rated torque drives the sun by the carrier for θ̇ > 0.
+    With the linear law only the flank that carries it is there. Pair damping takes the equivalent
+    mass on the line of action 1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
     """
     options, n, teeth = case.gear_mesh, case.stage.planets, len(tooth_positions)
     by_kind, errors = gear_mesh_paths(case), pair_errors(case)
     polar = {g: gear_inertia(case, g, geometry)[1][2] for g in ("sun", "planet")}
     out = []
-    for kind in KINDS if options.contact_law == "one-sided" else KINDS[:2]:
+    one_sided = options.contact_law == "one-sided"
+    for kind in KINDS:
         path, ring = by_kind[kind], kind.startswith("ring")
+        front = kind.endswith("back") != forward
+        if not front and not one_sided:
+            continue
         inverse = path.base_radius_planet**2 / polar["planet"]
         if not ring:
             inverse += path.base_radius_gear**2 / polar["sun"]
@@ -173,7 +178,8 @@ def stage_sets(
                 gear_block=first_block if ring else first_block + teeth + n,
                 tooth_positions=tooth_positions if ring else None,
                 turns=angle if ring else -1,
-                front=not kind.endswith("back"),
+                front=front,
+                one_sided=one_sided,
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
                 model=SUMMED if options.model == "lumped" else PER_PAIR,

@@ -166,6 +166,14 @@ class System:
         """Rated external torques (P,) of the ports, N·m."""
         return np.array([p.rated_torque for p in self.ports])
 
+    def proportional_torques(self, first: Array) -> Array:
+        """External torques (k, P) with ``first`` (k,) N·m on the first port, the others in rated
+        proportion; as rated where the first one's is zero, as nothing scales them then."""
+        share = first / self.rated_torque if self.rated_torque else np.ones_like(first)
+        out: Array = np.outer(share, self.rated_port_torques)
+        out[:, 0] = first
+        return out
+
     @property
     def rated_master_speeds(self) -> Array:
         """Rated speeds (F,) of the independent rotations, rad/s."""

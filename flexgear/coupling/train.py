@@ -191,7 +191,7 @@ def _tie_and_mesh(b: _Build, number: int) -> None:
         b.blocks += nodes
         b.sets += stage_sets(
             case, stage_geometry(case.stage), tooth_positions=teeth, first_block=first,
-            stage=number, angle=frame.theta,
+            stage=number, angle=frame.theta, forward=b.flow.stage(stage.name).sun_torque <= 0,
         )  # fmt: skip
         return
     members = b.members[number]
@@ -321,8 +321,7 @@ def _system(b: _Build) -> System:
         loads=loads,
     )
     blocks = np.vstack([*b.blocks, *a.contact_nodes])
-    one_sided = any(s.gear_mesh.contact_law == "one-sided" for s in train.stages)
-    pairs = pair_data(b.sets, one_sided, len(blocks) // 6, extra)
+    pairs = pair_data(b.sets, len(blocks) // 6, extra)
     rigid = orthonormal_rigid(a.mass, a.loose_motions())
     given = [p for p in train.ports if p.speed is not None]
     masters = np.vstack([_speed_row(b, p.member) for p in given])

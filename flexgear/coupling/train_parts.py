@@ -153,6 +153,7 @@ def lumped_sets(
                 tooth_positions=None,
                 turns=-1,
                 front=front,
+                one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
                 model=MODELS.get(options.model, WAVE),

@@ -162,6 +162,7 @@ def test_a_set_that_is_no_number_is_a_gap_of_its_own(one_sided_modal):
 
 def test_stiffnesses_too_far_apart_are_an_error(one_sided_modal):
     study = error_study(one_sided_modal, MASTERS[:2], TORQUE)
-    soft = replace(study, flexibility=1e12 * study.flexibility)
+    held = study.held._replace(flexibility=1e12 * study.held.flexibility)
+    soft = replace(study, held=held)
     with pytest.raises(FlexgearError, match="perfect gears have no equilibrium"):
         gear_mesh_forces(soft, no_errors(study.pairs))
