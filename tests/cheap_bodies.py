@@ -7,7 +7,7 @@ a tree of joints. Both move as rigid bodies without force, as reduced bodies do.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,6 +24,7 @@ class CheapBody:
     mass: np.ndarray
     stiffness: np.ndarray
     recover: object = None
+    report: dict = field(default_factory=dict)
 
 
 class Joints:

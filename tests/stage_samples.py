@@ -23,6 +23,12 @@ def cheap_stage(case) -> StageBodies:
     return StageBodies(*(reduced(body) for body in make_bodies(case)))
 
 
+def missing_the_promise(body, error=0.034) -> ReducedBody:
+    """A reduction whose static error is larger than promised, under one of two loads."""
+    cases = {"tip": 0.001, "tip end -z": error}
+    return body.with_(report={**body.report, "static_error": error, "static_error_cases": cases})
+
+
 def reduced(body) -> ReducedBody:
     size = len(body.mass)
     return ReducedBody(

@@ -13,7 +13,7 @@ import typer
 import xarray as xr
 
 from flexgear.analysis.modes import modes as natural_modes
-from flexgear.cli.display import present, progress, shown, table
+from flexgear.cli.display import present, progress, shown, table, warn
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -33,6 +33,7 @@ from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.summary import RPM, finite, sharing_summary
+from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.single_runs import simulate as run_transient
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
@@ -73,8 +74,9 @@ def static(
         static_of_train(found, angle_deg or [0.0], torque_nm, parts, Shown(as_json, quiet, out))
         return
     with progress(quiet) as report:
-        bodies = stage_bodies(found, report)
-        modal = stage_modal(found, bodies, variant_of(found, parts))
+        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
+        warn(stage_warnings(found, bodies.both, variant))
+        modal = stage_modal(found, bodies, variant)
         angles = np.radians(angle_deg or [0.0])
         _, data = equilibria(found, modal, angles, torque_nm, report)
     if out is not None:
@@ -137,8 +139,9 @@ def modes(
     refuse_for_stages(found, campbell=campbell, out=out)
     limit_hz = LIMIT_HZ if limit_hz is None else limit_hz
     with progress(quiet) as report:
-        bodies = stage_bodies(found, report)
-        system = build_system(found, bodies.ring, bodies.carrier, variant_of(found, parts))
+        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
+        warn(stage_warnings(found, bodies.both, variant))
+        system = build_system(found, bodies.ring, bodies.carrier, variant)
         result = natural_modes(system, carrier_angle=math.radians(angle_deg), limit_hz=limit_hz)
     rows: list[dict[str, Any]] = [
         {
@@ -185,8 +188,9 @@ def simulate(
         return
     refuse_for_stages(found, torque_share=torque_share)
     with progress(quiet) as report:
-        bodies = stage_bodies(found, report)
-        modal = stage_modal(found, bodies, variant_of(found, parts))
+        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
+        warn(stage_warnings(found, bodies.both, variant))
+        modal = stage_modal(found, bodies, variant)
         run = run_transient(found, modal, duration=duration_s, energy=energy, progress=report)
     data = run.data
     if out is not None:
@@ -248,6 +252,7 @@ def compare(
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:
         bodies = stage_bodies(found, report)
+        warn(stage_warnings(found, bodies.both, Variant()))
         for k, choice in enumerate(itertools.product((True, False), repeat=3)):
             report("variants", k / 8)
             variant = Variant(*choice)

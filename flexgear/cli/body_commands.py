@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from flexgear.cli.display import present, progress
+from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
 from flexgear.model.errors import InputError
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
+from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.stage_bodies import named
 
 MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
@@ -87,10 +88,12 @@ def reduce(
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
     found = read_stage(case, settings)
-    figures = {}
+    bodies = {}
     with progress(quiet) as report:
         for name in components(component):
-            figures[name] = dict(BODIES[name](found, named(name, report)).report)
+            bodies[name] = BODIES[name](found, named(name, report))
+    warn(stage_warnings(found, tuple(bodies.values())))
+    figures = {name: dict(body.report) for name, body in bodies.items()}
     present(f"{found.name}: reductions, {found.solver.fidelity}", figures, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")

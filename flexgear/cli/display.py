@@ -7,7 +7,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -76,6 +76,12 @@ class PlainProgress:
     @staticmethod
     def _print(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
+
+
+def warn(lines: Iterable[str]) -> None:
+    """What a user must know beside the results, a line each on stderr."""
+    for line in lines:
+        typer.echo(f"flexgear: {line}", err=True)
 
 
 def table(title: str, rows: Mapping[str, Any]) -> None:

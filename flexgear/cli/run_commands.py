@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import Report, modes_kept, progress, table
+from flexgear.cli.display import Report, modes_kept, progress, table, warn
 from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
 from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
@@ -58,8 +58,7 @@ def run(
                     notes = draw(sheet, report)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
-    for note in notes:
-        typer.echo(f"flexgear: {note}", err=True)
+    warn([*summary["warnings"], *notes])
     if as_json:
         typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
         return
@@ -108,8 +107,7 @@ def render(
         drawing(content, stage) as sheet,
     ):
         notes = draw(sheet, report)
-    for note in notes:
-        typer.echo(f"flexgear: {note}", err=True)
+    warn(notes)
     typer.echo(f"drew {content.case.name} into {target}")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import Report, present, progress, shown, table
+from flexgear.cli.display import Report, present, progress, shown, table, warn
 from flexgear.cli.options import refuse_for_trains
 from flexgear.model.train import Train
 from flexgear.results.dataset import save
@@ -23,6 +23,7 @@ from flexgear.results.train_summary import (
     force_summary,
     sharing_summary_of,
 )
+from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.train_dataset import TrainContext, context_of
 from flexgear.studies.train_model import (
     coupled_train,
@@ -69,7 +70,9 @@ def put_together(train: Train, rigid: tuple[str, ...], report: Report) -> TrainC
     if not flexible_stages(train):
         refuse_for_trains(train, rigid=rigid)
     variants = train_variants(train, rigid)
-    system = coupled_train(train, bodies=train_bodies(train, report), variants=variants)
+    bodies = train_bodies(train, report)
+    warn(train_warnings(train, bodies, variants))
+    system = coupled_train(train, bodies=bodies, variants=variants)
     return context_of(train, system, variant_label(variants))
 
 

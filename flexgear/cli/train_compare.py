@@ -6,10 +6,11 @@ from typing import Any
 
 import typer
 
-from flexgear.cli.display import present, progress
+from flexgear.cli.display import present, progress, warn
 from flexgear.model.train import Train
+from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.train_compare import against, compare_sharing, contexts, is_still
-from flexgear.studies.train_model import train_bodies
+from flexgear.studies.train_model import train_bodies, train_variants
 
 COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
 
@@ -17,7 +18,9 @@ COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
 def compare_train(train: Train, cycles: int | None, as_json: bool, quiet: bool) -> None:
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
-        found = contexts(train, report, train_bodies(train, report))
+        bodies = train_bodies(train, report)
+        warn(train_warnings(train, bodies, train_variants(train)))
+        found = contexts(train, report, bodies)
         figures = compare_sharing(found, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)

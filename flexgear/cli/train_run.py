@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from flexgear.cli.display import Report, modes_kept, progress, table
+from flexgear.cli.display import Report, modes_kept, progress, table, warn
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.gears.power_flow import power_flow
@@ -35,6 +35,7 @@ def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, q
                 draw_train(content, stage, report)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
+    warn(summary["warnings"])
     if as_json:
         typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
         return

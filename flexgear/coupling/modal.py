@@ -24,7 +24,7 @@ from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimat
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 from flexgear.model.solver import Solver
-from flexgear.model.train_solver import TrainSolver
+from flexgear.model.train_solver import MODES_ACCURACY, TrainSolver
 
 Array = NDArray[np.float64]
 
@@ -204,8 +204,14 @@ def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
 
 
 def chosen_modal(system: System, solver: Solver | TrainSolver) -> ModalSystem:
-    """Second reduction as a case's ``[solver]`` asks for it."""
+    """Second reduction as a case's ``[solver]`` asks for it.
+
+    Where it states neither limit nor accuracy: all modes of rigid bodies, ``MODES_ACCURACY`` where
+    bodies bend, whose thousands of modes would set the cost of every step.
+    """
     limit, accuracy = solver.modes_limit, solver.modes_accuracy
     if limit is None and accuracy is None:
-        return modal_system(system)  # nothing is dropped, nothing to estimate
+        if all(body.rigid for body in system.bodies):
+            return modal_system(system)  # nothing is dropped, nothing to estimate
+        accuracy = MODES_ACCURACY
     return modal_system(system, limit, accuracy=accuracy, band_hz=solver.modes_band)

@@ -8,6 +8,8 @@ from flexgear.model.section import Section
 from flexgear.model.solver import check_ladder
 from flexgear.model.units import Frequency, Time
 
+MODES_ACCURACY = 0.01  # where bodies bend and neither a limit nor an accuracy is given
+
 
 class TrainSolver(Section):
     """time_step, output_interval, duration: of transients (duration: one period of the slowest
@@ -17,7 +19,7 @@ class TrainSolver(Section):
     doubled and halved between shortest_time_step and longest_time_step. modes_to: highest
     frequency kept. modes_accuracy: error of the contact's flexibility that is allowed up to
     modes_band, a fraction. Given both, modes_to is an upper bound; given neither, all modes are
-    kept."""
+    kept where every body is rigid, else those of MODES_ACCURACY."""
 
     time_step: Time = Field(default=1e-4, ge=1e-9, le=1e-1)
     output_interval: Time = Field(default=1e-3, ge=1e-9, le=1e3)

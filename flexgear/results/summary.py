@@ -59,6 +59,7 @@ REQUIRED: dict[str, Any] = {
     },
     "torque_steps": {"*": {"*": _STEP}},
     "energy_residual": None,
+    "warnings": None,
     "timing_s": None,
     "realtime_factor": None,
 }

@@ -25,6 +25,7 @@ TRAIN_REQUIRED: dict[str, Any] = {
     "modes": ("lowest", "types"),
     "load_sharing": {"quasi_static": None, "transient": None},
     "transient": ("duration_s", "steps", "displacement_um_max"),
+    "warnings": None,
     "timing_s": None,
     "realtime_factor": None,
 }

@@ -27,6 +27,11 @@ class StageBodies:
     ring: ReducedBody
     carrier: ReducedBody
 
+    @property
+    def both(self) -> tuple[ReducedBody, ReducedBody]:
+        """Ring, then carrier."""
+        return self.ring, self.carrier
+
 
 def stage_bodies(case: Case, progress: Progress = silent) -> StageBodies:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache."""

@@ -32,6 +32,7 @@ from flexgear.results.summary import (
     torque_step_summary,
 )
 from flexgear.results.version import version
+from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.single_runs import (
     SETTLING,
     TimedRun,
@@ -148,6 +149,7 @@ def run_stage(
         },
         torque_steps=drops,
         energy_residual=_largest_residual(case, datasets, first),
+        warnings=stage_warnings(case, bodies.both),
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=runs[f"steady_{first}"].simulated / runs[f"steady_{first}"].core,

@@ -129,6 +129,11 @@ def train_attrs(context: TrainContext, **more: Any) -> dict[str, Any]:
     )
 
 
+def result_name(body: str) -> str:
+    """Name of a body in results: the shaft of a flexible stage carries its sun."""
+    return body.replace(".shaft", ".sun")
+
+
 def body_rows(system: System) -> tuple[list[str], Array]:
     """Names (n) and rows (6 n, d) of lumped bodies and of nodes that stand for those that bend."""
     names, rows = [], []
@@ -137,7 +142,7 @@ def body_rows(system: System) -> tuple[list[str], Array]:
         node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
         if node not in body.node_names or part == "output":
             continue
-        names.append(body.name.replace(".shaft", ".sun"))
+        names.append(result_name(body.name))
         rows.append(system.node_rows(body.name, node))
     return names, np.vstack(rows)
 

@@ -22,7 +22,7 @@ from flexgear.analysis.modes import gear_mesh_stiffness, modes, row_vectors, row
 from flexgear.coupling.pair_data import CLEARANCE, SUPPORT
 from flexgear.coupling.system import System
 from flexgear.results.train_dataset import train_dataset
-from flexgear.studies.train_dataset import TrainContext, body_rows, train_attrs
+from flexgear.studies.train_dataset import TrainContext, body_rows, result_name, train_attrs
 from flexgear.studies.train_labels import gear_meshes_of
 from flexgear.studies.train_model import rated_rotations
 
@@ -52,24 +52,19 @@ def train_modes(
             "frequency": found.frequencies,
             "type": np.array(kinds.kinds, dtype=str),
             "multiplicity": kinds.multiplicity,
-            "kinetic_energy": np.column_stack(
-                [_of_body(kinds.bodies, system, name) for name in names]
-            ),
+            "kinetic_energy": np.column_stack(list(kinds.bodies.values())),
             "motion_energy": np.column_stack([kinds.shares[p] for p in PARTS]),
             "strain_energy": np.column_stack(list(springs.values())),
             "mode_shape": (rows @ kinds.shapes).T.reshape(count, len(names), 6),
         },
         train_attrs(context, angle_rad=angle),
-        {"body": names, "motion": list(PARTS), "spring": list(springs)},
+        {
+            "body": names,
+            "inertia": [result_name(body) for body in kinds.bodies],
+            "motion": list(PARTS),
+            "spring": list(springs),
+        },
     )
-
-
-def _of_body(shares: dict[str, Array], system: System, name: str) -> Array:
-    """Energy of a body under the name it has in results."""
-    known = name if name in shares else name.replace(".sun", ".shaft")
-    if known in shares:
-        return shares[known]
-    return np.zeros(len(next(iter(shares.values()))))  # held fast: it has no coordinates
 
 
 def _masters(system: System, angle: float) -> Array:
@@ -189,7 +184,7 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
             "frequency_hz": float(data["frequency"][k]),
             "type": str(data["type"][k].item()),
             "multiplicity": int(data["multiplicity"][k]),
-            "kinetic_energy": _shares(kinetic[k], "body"),
+            "kinetic_energy": _shares(kinetic[k], "inertia"),
             "strain_energy": _shares(strain[k], "spring"),
         }
         for k in range(data.sizes["mode"])

@@ -25,6 +25,7 @@ from flexgear.results.train_summary import (
     train_summary,
 )
 from flexgear.results.version import version
+from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.stage_run import Stopwatch
 from flexgear.studies.train_angles import lead_speed, one_turn, stage_motions
@@ -32,7 +33,7 @@ from flexgear.studies.train_compare import contexts, is_still
 from flexgear.studies.train_dataset import TrainContext
 from flexgear.studies.train_harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.studies.train_linear import why_not_linear
-from flexgear.studies.train_model import Bodies
+from flexgear.studies.train_model import Bodies, train_bodies, train_variants
 from flexgear.studies.train_modes import train_campbell, train_modes
 from flexgear.studies.train_sharing import shared_stages, sharing_attrs, train_sharing
 from flexgear.studies.train_static import train_equilibria
@@ -72,8 +73,9 @@ def run_train(
 ) -> TrainResults:
     """Every analysis of a train, with and without errors, flexible and rigid, and the figures."""
     watch = watch or Stopwatch()
+    reduced = train_bodies(train, progress) if bodies is None else bodies
     with watch.stage("coupled_systems"):
-        variants = contexts(train, progress, bodies)
+        variants = contexts(train, progress, reduced)
     first = next(iter(variants.values()))
     datasets: dict[str, xr.Dataset] = {}
     with watch.stage("modes"):
@@ -119,6 +121,7 @@ def run_train(
         transient=_transient_summary(own),
         harmonic=harmonic,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
+        warnings=train_warnings(train, reduced, train_variants(train)),
         timing_s=watch.seconds,
         realtime_factor=own.realtime_factor,
     )

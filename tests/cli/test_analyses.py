@@ -4,8 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from stage_samples import cheap_stage, missing_the_promise
 
+from flexgear.cli import analysis_commands, body_commands
 from flexgear.results.dataset import load
+from flexgear.studies.stage_bodies import StageBodies
 
 
 def test_static_closes_and_balances(flexgear, tmp_path):
@@ -67,3 +70,28 @@ def test_compare_has_eight_variants(flexgear):
     assert (
         found["rigid"]["tooth_displacement_um_max"] < found["flexible"]["tooth_displacement_um_max"]
     )
+
+
+def doubtful(case, _progress):
+    bodies = cheap_stage(case)
+    return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["reduce"], ["static"], ["modes", "--limit-hz", 50], ["simulate", "--duration-s", 0.002]],
+)
+def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
+    flexgear, monkeypatch, command
+):
+    monkeypatch.setattr(analysis_commands, "stage_bodies", doubtful)
+    monkeypatch.setitem(body_commands.BODIES, "ring", lambda c, p: doubtful(c, p).ring)
+    monkeypatch.setitem(body_commands.BODIES, "carrier", lambda c, p: doubtful(c, p).carrier)
+    name, *more = command
+    code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
+    assert code == 0
+    json.loads(text)
+    assert err.count("\n") == 1
+    assert err.startswith("flexgear: ring: static error 3.4 % (load: tip end -z), above 2 %; set ")
+    if name != "reduce":
+        assert flexgear(name, "wind-5mw", *more, "--json", "-q", "--rigid", "ring")[2] == ""

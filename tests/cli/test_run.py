@@ -3,13 +3,14 @@
 import json
 
 import pytest
-from stage_samples import cheap_stage
+from stage_samples import cheap_stage, missing_the_promise
 
 from flexgear.cli import run_commands
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load
 from flexgear.results.summary import REQUIRED, missing
+from flexgear.studies.stage_bodies import StageBodies
 
 FAST = [
     "--set", "solver.time_step_s=2e-4",
@@ -23,18 +24,28 @@ FAST = [
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """Folder and exit code of one run without pictures, shared by the tests."""
+    """Folder, exit code and warnings of one run without pictures, shared by the tests."""
+    said = []
     out = tmp_path_factory.mktemp("results") / "mine"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_commands, "stage_bodies", lambda case, progress: cheap_stage(case))
+        patch.setattr(run_commands, "stage_bodies", doubtful)
+        patch.setattr(run_commands, "warn", said.extend)
         code = run(["run", "wind-5mw", "--no-pictures", "--out", str(out), *FAST])
-    return out, code
+    return out, code, said
+
+
+def doubtful(case, _progress):
+    """Cheap bodies, the ring's reduction with a larger error than promised."""
+    bodies = cheap_stage(case)
+    return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
 
 
 def test_run_writes_results_and_summary(finished):
-    out, code = finished
+    out, code, said = finished
     assert code == 0
     summary = json.loads((out / "summary.json").read_text())
+    assert len(said) == 1
+    assert said == summary["warnings"]
     assert list(missing(summary, REQUIRED)) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0

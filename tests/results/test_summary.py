@@ -48,6 +48,7 @@ def pieces(make_run):
         "steady": steady_summary(run, star(), {"flexible": run, "rigid": make_run("rigid")}),
         "torque_steps": {"2e6": {"flexible": torque_step_summary(run)}},
         "energy_residual": 1e-3,
+        "warnings": [],
         "timing_s": {"reduce": 1.0},
         "realtime_factor": 2.0,
     }

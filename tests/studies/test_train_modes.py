@@ -7,7 +7,7 @@ from train_contexts import bundled, mixed, one_stage
 from flexgear.analysis.mode_types import strain_shares
 from flexgear.analysis.modes import modes
 from flexgear.studies.train_dataset import context_of
-from flexgear.studies.train_model import train_modal
+from flexgear.studies.train_model import coupled_train
 from flexgear.studies.train_modes import (
     contributions,
     crossing_rows,
@@ -65,7 +65,7 @@ def test_strain_energies_of_special_supports(tmp_path, change):
 
 def test_kinetic_energies_sum_to_one():
     data = train_modes(bundled("nrel-5mw"))
-    np.testing.assert_allclose(data["kinetic_energy"].sum("body"), 1.0)
+    np.testing.assert_allclose(data["kinetic_energy"].sum("inertia"), 1.0)
     np.testing.assert_allclose(data["motion_energy"].sum("motion"), 1.0)
 
 
@@ -112,12 +112,18 @@ def test_crossings_lie_on_mode_and_order():
 
 
 def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
-    """Bodies that bend have strain energy of their own, and it closes with theirs."""
+    """Bodies that bend have energies of their own, and they close with theirs."""
     train, bodies = mixed(tmp_path)
-    context = context_of(train, train_modal(train, bodies=bodies), "flexible")
-    data = train_modes(context, limit_hz=300)
+    context = context_of(train, coupled_train(train, bodies=bodies), "flexible")
+    data = train_modes(context, limit_hz=500)
+    kinetic = data["kinetic_energy"]
+    assert {"first.ring", "first.sun", "first.output", "second.gear"} <= set(kinetic.inertia.values)
+    np.testing.assert_allclose(kinetic.sum("inertia"), 1.0, rtol=1e-9)
+    assert kinetic.sel(inertia="first.ring").max() > 0.5
+    for row in mode_rows(data):
+        assert sum(row["kinetic_energy"].values()) == pytest.approx(1.0)
     assert {"first.ring", "first.carrier"} <= set(data["spring"].values)
-    found, springs = modes(context.system, limit_hz=300), contributions(context)
+    found, springs = modes(context.system, limit_hz=500), contributions(context)
     total = sum(
         np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
         for rows, matrix in springs.values()
