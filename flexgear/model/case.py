@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.errors import InputError
-from flexgear.model.read import Written, nearest, override_data, parse_toml, put, read_text, to_si
+from flexgear.model.errors import InputError, echo
+from flexgear.model.input_file import read_text
+from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
 from flexgear.model.stage_case import Case, resolve_files, validated_case
 from flexgear.model.train import Train
 from flexgear.model.train_file import train_of
@@ -62,7 +64,7 @@ def _kind(raw: Mapping[str, Any], where: str) -> str:
     """What the file describes."""
     kind = raw.get("kind", "stage")
     if kind not in KINDS:
-        raise InputError(where, "kind", f"{kind!r} is unknown", nearest(str(kind), KINDS))
+        raise InputError(where, "kind", f"{echo(kind)} is unknown", nearest(str(kind), KINDS))
     if "kind" not in raw and "stages" in raw:
         raise InputError(
             where, "kind", "is missing in a file with [[stages]]", 'write kind = "train" at the top'
@@ -73,10 +75,12 @@ def _kind(raw: Mapping[str, Any], where: str) -> str:
 def _find(source: str | Path) -> tuple[str, str, Path, str]:
     """Text, how to name it in messages, folder for relative paths, name of the case."""
     path = Path(source)
-    if path.exists() or path.suffix or len(path.parts) != 1:
+    if path.suffix or len(path.parts) != 1 or os.path.isfile(path):
         return read_text(path), str(source), path.parent, path.stem
-    if str(source) in bundled_cases():
+    if str(source) in bundled_cases():  # which a folder of that name does not hide
         return bundled_text(str(source)), str(source), Path(), str(source)
+    if os.path.exists(path):
+        return read_text(path), str(source), path.parent, path.stem
     hint = nearest(str(source), bundled_cases())
     raise InputError(
         str(source), "case", "is neither a file nor a bundled case", f"give a .toml file, or {hint}"

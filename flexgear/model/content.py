@@ -7,6 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_FE_MESH, require_regular
+
 
 def content_hash(data: Any) -> str:
     """SHA-256 of plain data, 64 hex digits; numbers count with 12 digits."""
@@ -19,8 +22,10 @@ def file_digest(path: str | None) -> str | None:
     if path is None:
         return None
     try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError:
+        require_regular(Path(path), "file", MOST_FE_MESH)
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, InputError):
         return f"missing:{Path(path).name}"
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
+MOST_ECHOED = 80  # characters of a value that a message repeats
+
 
 class FlexgearError(Exception):
     """A run failed for a reason that is not the user's input; one line."""
@@ -15,5 +19,32 @@ class InputError(FlexgearError):
     """Something a user wrote: file or section, key, what is wrong, what to do; one line."""
 
     def __init__(self, where: str, key: str, problem: str, remedy: str) -> None:
-        self.where, self.key, self.problem, self.remedy = where, key, problem, remedy
-        super().__init__(f"{where}: {key}: {problem} -- {remedy}")
+        self.where, self.problem, self.remedy = where, shortened(problem), shortened(remedy)
+        self.key = shortened(key)
+        super().__init__(f"{_path(where)}: {self.key}: {self.problem} -- {self.remedy}")
+
+
+def echo(value: object) -> str:
+    """A value as it was written, at most 80 characters of it."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not print whole numbers of more than 4 300 digits
+        text = "a whole number of thousands of digits"
+    except RecursionError:
+        text = "a list in lists"
+    return text if len(text) <= MOST_ECHOED else f"{text[: MOST_ECHOED - 1]}…"
+
+
+def shortened(text: str) -> str:
+    """A text in which no word is longer than 80 characters."""
+    return re.sub(rf"\S{{{MOST_ECHOED + 1},}}", lambda word: _middle(word[0], MOST_ECHOED), text)
+
+
+def _path(where: str) -> str:
+    return where if len(where) <= 4 * MOST_ECHOED else _middle(where, 2 * MOST_ECHOED)
+
+
+def _middle(text: str, most: int) -> str:
+    """Both ends of a text: of a path the name at its end counts."""
+    half = (most - 1) // 2
+    return f"{text[:half]}…{text[-half:]}"

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.read import Written, nearest
 from flexgear.model.section import (
     Missing,
@@ -59,7 +59,7 @@ def input_error(
     if kind == "literal_error":
         words = [w.strip(" '") for w in context["expected"].replace(" or ", ", ").split(",")]
         return InputError(
-            where, key, f"{first['input']!r} is unknown", nearest(str(first["input"]), words)
+            where, key, f"{echo(first['input'])} is unknown", nearest(str(first["input"]), words)
         )
     if kind == "extra_forbidden":
         return InputError(
@@ -69,7 +69,7 @@ def input_error(
         return InputError(where, key, "is empty", "give at least one")
     want = _TYPES.get(kind)
     if want:
-        return InputError(where, key, f"{first['input']!r} is not {want}", f"give {want}")
+        return InputError(where, key, f"{echo(first['input'])} is not {want}", f"give {want}")
     return InputError(where, key, first["msg"], "correct it")
 
 
@@ -149,7 +149,7 @@ def _out_of_range(
 ) -> InputError:
     name = next(p for p in reversed(loc) if isinstance(p, str))
     low, high = _range(owner, name)
-    value = float(first["input"])
+    value = float(first["input"])  # of bounded whole numbers; ``to_si`` refuses others
     if quantity is None or not suffix:
         unit = f" {unit_name(quantity.suffixes[-1])}" if quantity else ""
         return InputError(

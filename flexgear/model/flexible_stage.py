@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.read import Written
 from flexgear.model.stage_case import Case, resolve_files
@@ -66,10 +67,10 @@ def take_flexible(
     """Read the case that stage k names into ``flexible``; what is there already changes it."""
     word = stage.get("case")
     if not isinstance(word, str):
-        problem = "is missing" if word is None else f"{word!r} is not text"
+        problem = "is missing" if word is None else f"{echo(word)} is not text"
         raise InputError(where, f"stages[{k}].case", problem, "name a bundled case or a file")
-    path = folder / Path(word).expanduser()
-    case = load_stage(path if path.suffix == ".toml" or path.is_file() else word)
+    path = folder / os.path.expanduser(word)
+    case = load_stage(path if path.suffix == ".toml" or os.path.isfile(path) else word)
     stage["flexible"] = _merged(case.model_dump(mode="python"), stage.get("flexible", {}))
     resolve_files(stage["flexible"], folder)
 

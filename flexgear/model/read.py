@@ -10,10 +10,9 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any, NoReturn
 
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.model.section import (
     Section,
     accepted_keys,
@@ -23,6 +22,9 @@ from flexgear.model.section import (
     usual_key,
 )
 from flexgear.model.units import ALL_SUFFIXES, Quantity
+
+MOST_NESTED = 32  # lists and sections in one another
+MOST_WHOLE = 2**63
 
 
 @dataclass
@@ -34,26 +36,33 @@ class Written:
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """TOML text as plain data; InputError with the line of a syntax error."""
+    return _toml(text, where, "TOML")
+
+
+def _toml(text: str, where: str, key: str) -> dict[str, Any]:
+    """As ``tomllib.loads``; InputError for what it cannot read, and for lists in lists in lists."""
+    deep = InputError(where, key, f"lists are nested more than {MOST_NESTED} deep", "flatten them")
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
-        raise InputError(
-            where, "TOML", f"{str(fault).splitlines()[0]}", "correct the syntax there"
-        ) from None
-
-
-def read_text(path: Path, what: str = "case file") -> str:
-    """A text file; InputError if it is missing, a folder, unreadable or not text."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(str(path), what, "there is no such file", "check the path") from None
-    except IsADirectoryError:
-        raise InputError(str(path), what, "is a folder", "name a file in it") from None
-    except UnicodeDecodeError:
-        raise InputError(str(path), what, "is not UTF-8 text", "save it as plain text") from None
-    except OSError as fault:
-        raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
+        problem = str(fault).splitlines()[0]
+        raise InputError(where, key, problem, "correct the syntax there") from None
+    except ValueError:  # Python reads no whole numbers of more than 4 300 digits
+        problem = "a whole number has thousands of digits"
+        raise InputError(where, key, problem, "correct it") from None
+    except RecursionError:
+        raise deep from None
+    level: list[Any] = [data]
+    for _ in range(MOST_NESTED):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(inner, (dict, list))
+        ]
+    if level:
+        raise deep
+    return data
 
 
 def nearest(word: str, words: list[str]) -> str:
@@ -131,12 +140,17 @@ def to_si(
         elif quantity is not None:
             out[name] = _numbers(value, quantity, suffix, is_list(section, name), where, full)
         else:
-            out[name] = _tuples(value)
+            out[name] = _tuples(value, where, full)
     return out
 
 
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
+def _tuples(value: Any, where: str, key: str) -> Any:
+    """Lists as tuples; InputError for whole numbers beyond what arrays can hold."""
+    if isinstance(value, list):
+        return tuple(_tuples(v, where, key) for v in value)
+    if isinstance(value, int) and abs(value) >= MOST_WHOLE:
+        raise InputError(where, key, f"{echo(value)} is too large", "correct it")
+    return value
 
 
 def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str, key: str) -> Any:
@@ -145,8 +159,11 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
             raise InputError(where, key, "is a list", "give one number")
         return tuple(_numbers(v, quantity, suffix, True, where, key) for v in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(where, key, f"{value!r} is not a number", f"give a number in {suffix}")
-    return quantity.to_si(float(value), suffix)
+        raise InputError(where, key, f"{echo(value)} is not a number", f"give a number in {suffix}")
+    try:
+        return quantity.to_si(float(value), suffix)
+    except OverflowError:
+        raise InputError(where, key, f"{echo(value)} is too large", "correct it") from None
 
 
 def override_data(
@@ -162,7 +179,7 @@ def override_data(
         seen = f"{seen}.{part}" if seen else part
         if section is None:
             raise InputError(where, key, f"{'.'.join(parts[:k])} has no keys below it", "cut it")
-        if part.isdigit() and path and isinstance(path[-1], str):
+        if is_place(part) and path and isinstance(path[-1], str):
             path.append(int(part))
             continue
         name, suffix = match_key(section, part, where, seen)
@@ -171,7 +188,7 @@ def override_data(
         if last:
             at = "".join(f"{p}." for p in path[:-1])
             prefix = key[: len(key) - len(part)]
-            value = to_si(section, {part: _value(text)}, where, written, prefix, at)
+            value = to_si(section, {part: _value(text, where, key)}, where, written, prefix, at)
             return path, value[name]
         if inner is None and suffix:
             raise InputError(where, key, f"{seen} has no keys below it", "cut it")
@@ -179,12 +196,20 @@ def override_data(
     raise InputError(where, key, "ends in the number of a list element", "name a key of it")
 
 
-def _value(text: str) -> Any:
+def is_place(part: str) -> bool:
+    """Whether a part of a key counts elements of a list."""
+    return part.isascii() and part.isdigit() and len(part) < 10
+
+
+def _value(text: str, where: str, key: str) -> Any:
     """The text as a TOML value where it is one, else as a word."""
     try:
-        return tomllib.loads(f"x = {text}")["x"]
+        tomllib.loads(f"x = {text}")
     except tomllib.TOMLDecodeError:
         return text
+    except (ValueError, RecursionError):
+        pass
+    return _toml(f"x = {text}", where, key)["x"]
 
 
 def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from flexgear.model.gear_mesh import Damping, GearMesh
 from flexgear.model.housing import Housing
 from flexgear.model.inertia import Inertias
 from flexgear.model.material import Material
-from flexgear.model.read import Written, put
+from flexgear.model.read import Written, is_place, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Refusal, Section
 from flexgear.model.shaft import Shaft
@@ -78,7 +79,7 @@ class Case(Section):
         data = self.model_dump(mode="python")
         for key, value in changes.items():
             path: list[str | int] = [
-                int(p) if p.isdigit() else p for p in key.replace("__", ".").split(".")
+                int(p) if is_place(p) else p for p in key.replace("__", ".").split(".")
             ]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
@@ -95,9 +96,13 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
     for section, key in _FILE_KEYS:
         inside = data.get(section)
         if isinstance(inside, dict) and isinstance(inside.get(key), str):
-            inside[key] = str((folder / Path(inside[key]).expanduser()).resolve())
+            inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
     drive = data.get("drive")
-    if isinstance(drive, dict) and drive.get("kind") == "csv" and drive.get("file"):
+    if (
+        isinstance(drive, dict)
+        and drive.get("kind") == "csv"
+        and isinstance(drive.get("file"), str)
+    ):
         drive["times"], drive["torques"] = read_torque_series(Path(drive["file"]))
 
 

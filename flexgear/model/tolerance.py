@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
+from flexgear.model.errors import echo
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
@@ -225,7 +226,9 @@ def check_tolerance(train: Train) -> None:
     for k, one in enumerate(train.tolerance.by_stage):
         at, names = f"tolerance.by_stage.{k}", [s.name for s in train.stages]
         if one.stage not in names:
-            raise Refusal(f"{at}.stage", f"no stage is {one.stage!r}", nearest(one.stage, names))
+            raise Refusal(
+                f"{at}.stage", f"no stage is {echo(one.stage)}", nearest(one.stage, names)
+            )
         if one.stage in seen:
             raise Refusal(f"{at}.stage", f"{one.stage} is named twice", "put them together")
         seen.add(one.stage)

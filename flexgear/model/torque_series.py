@@ -1,45 +1,53 @@
-"""A torque history from a CSV file with the columns time_s and torque_nm."""
+"""A torque history from a CSV file with the columns time_s and torque_nm.
+
+Columns stand between commas, or between semicolons or tabs; then numbers may have decimal commas,
+as spreadsheets write them where the comma is the decimal sign.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
-from flexgear.model.errors import InputError
-from flexgear.model.read import read_text
+from flexgear.model.errors import InputError, echo
+from flexgear.model.input_file import MOST_SERIES, read_text
 from flexgear.model.units import Quantity
 
 _COLUMNS = {"time": Quantity("time"), "torque": Quantity("torque")}
+_WHAT = "torque series"
+Row = tuple[int, list[str]]  # number of its line, cells
 
 
 def read_torque_series(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Times (s) and torques (N m) of a CSV file; other columns are left alone."""
     where = str(path)
-    rows = list(csv.reader(read_text(path, "torque series").splitlines()))
-    numbered = [(n, r) for n, r in enumerate(rows, 1) if r and not r[0].lstrip().startswith("#")]
-    if not numbered:
-        raise InputError(where, "torque series", "is empty", "give columns time_s, torque_nm")
-    header = [h.strip().lower() for h in numbered[0][1]]
+    text = read_text(path, _WHAT, MOST_SERIES)
+    separator = _separator(text)
+    rows = _rows(text, separator, where)
+    header = [h.strip().lower() for h in next(rows, (0, []))[1]]
+    if not header:
+        raise InputError(where, _WHAT, "is empty", "give columns time_s, torque_nm")
     columns = {name: _column(header, name, where) for name in _COLUMNS}
     times: list[float] = []
     torques: list[float] = []
-    for number, row in numbered[1:]:
-        if not any(cell.strip() for cell in row):
-            continue
+    for number, row in rows:
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise InputError(
+                where, f"line {number}", f"has {len(row)} cells under {len(header)} titles",
+                "write numbers with a decimal point, or semicolons between the columns",
+            )  # fmt: skip
         values = {}
         for name, (at, suffix) in columns.items():
             cell = row[at].strip() if at < len(row) else ""
-            try:
-                values[name] = _COLUMNS[name].to_si(float(cell), suffix)
-            except ValueError:
-                values[name] = math.nan
+            values[name] = _COLUMNS[name].to_si(_number(cell, separator), suffix)
             if not math.isfinite(values[name]):
                 raise InputError(
                     where,
                     f"line {number}, {header[at]}",
-                    f"{cell!r} is not a number" if cell else "is empty",
-                    "give a number with a decimal point",
+                    f"{echo(cell)} is not a number" if cell else "is empty",
+                    "give a number with a decimal point and nothing between thousands",
                 )
         if times and values["time"] <= times[-1]:
             raise InputError(
@@ -49,8 +57,42 @@ def read_torque_series(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]
         times.append(values["time"])
         torques.append(values["torque"])
     if len(times) < 2:
-        raise InputError(where, "torque series", f"has {len(times)} rows", "give at least two")
+        raise InputError(where, _WHAT, f"has {len(times)} rows", "give at least two")
     return tuple(times), tuple(torques)
+
+
+def _separator(text: str) -> str:
+    """What stands between the columns of the first line that is no comment."""
+    lines = (line for line in text.splitlines() if line.strip() and not _comment(line))
+    title = next(lines, "")
+    return next((sign for sign in ";\t" if sign in title), ",")
+
+
+def _comment(cell: str) -> bool:
+    return cell.lstrip().startswith("#")
+
+
+def _rows(text: str, separator: str, where: str) -> Iterator[Row]:
+    """Rows that are neither empty nor comments."""
+    rows = csv.reader(text.splitlines(), delimiter=separator)
+    try:
+        for row in rows:
+            if any(cell.strip() for cell in row) and not _comment(row[0]):
+                yield rows.line_num, row
+    except csv.Error as fault:
+        raise InputError(
+            where, f"line {rows.line_num}", f"is no CSV: {fault}", "save the table as CSV again"
+        ) from None
+
+
+def _number(cell: str, separator: str) -> float:
+    """The number in a cell; NaN where it is none."""
+    if separator != "," and "." not in cell:
+        cell = cell.replace(",", ".")
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
 
 
 def _column(header: list[str], name: str, where: str) -> tuple[int, str]:
@@ -61,6 +103,6 @@ def _column(header: list[str], name: str, where: str) -> tuple[int, str]:
             return at, suffix
     right = " or ".join(f"{name}_{s}" for s in _COLUMNS[name].suffixes)
     raise InputError(
-        where, f"column {name}", f"is not among {', '.join(header) or 'nothing'}",
+        where, f"column {name}", f"is not among {echo(', '.join(header))}",
         f"head a column {right}",
     )  # fmt: skip

@@ -13,7 +13,7 @@ from flexgear.model.gear_mesh import Damping
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.ports import Input, MemberLoad, Output
-from flexgear.model.read import Written, put
+from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Section
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import TrainTolerance, check_tolerance
@@ -151,7 +151,7 @@ class Train(Section):
         data = self.model_dump(mode="python")
         for key, value in changes.items():
             parts = numbered(key.replace("__", "."), data, "with_")
-            path: list[str | int] = [int(p) if p.isdigit() else p for p in parts]
+            path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
             refuse_taken(data, path, "with_", key)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from flexgear.model.errors import echo
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal
 
@@ -25,7 +26,7 @@ def _check_stage_names(train: Train) -> None:
         if stage.name in seen:
             raise Refusal(
                 f"stages.{k}.name",
-                f"{stage.name!r} is also the name of stage {seen[stage.name] + 1}",
+                f"{echo(stage.name)} is also the name of stage {seen[stage.name] + 1}",
                 "give each stage its own name",
             )
         seen[stage.name] = k
@@ -42,7 +43,7 @@ def _check_members(train: Train) -> None:
     known = list(train.member_names())
     for key, name in named:
         if name not in known:
-            raise Refusal(key, f"{name!r} is not a member", nearest(name, known))
+            raise Refusal(key, f"{echo(name)} is not a member", nearest(name, known))
 
 
 def _check_ports(train: Train) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flexgear.model.errors import InputError
-from flexgear.model.read import nearest
+from flexgear.model.errors import InputError, echo
+from flexgear.model.read import is_place, nearest
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
@@ -24,11 +24,11 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
         if len(parts) == 1:
             raise InputError(where, key, "is not a key", "name a key of it: stage.planets")
         return ["stages", "0", *parts[1:]]
-    if parts[0] == "stages" and len(parts) > 1 and not parts[1].isdigit():
+    if parts[0] == "stages" and len(parts) > 1 and not is_place(parts[1]):
         names = [s.get("name") or f"stage_{k}" for k, s in enumerate(stages, 1)]
         if parts[1] not in names:
             raise InputError(
-                where, key, f"no stage is named {parts[1]!r}", nearest(parts[1], names)
+                where, key, f"no stage is named {echo(parts[1])}", nearest(parts[1], names)
             )
         return ["stages", str(names.index(parts[1])), *parts[2:]]
     return parts

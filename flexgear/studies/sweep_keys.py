@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError
-from flexgear.model.read import match_key
+from flexgear.model.errors import InputError, echo
+from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
 from flexgear.model.train import Train
 from flexgear.model.train_errors import PLANET_LISTS
@@ -88,7 +88,7 @@ def parse_values(key: str, text: str) -> Values:
     known = [n for n in numbers if n is not None]
     if known and len(known) < len(parts):
         word = next(p for p, n in zip(parts, numbers, strict=True) if n is None)
-        raise InputError(WHERE, key, f"{word!r} is not a number as the others are", FORMS)
+        raise InputError(WHERE, key, f"{echo(word)} is not a number as the others are", FORMS)
     if len(parts) > MOST_VALUES:
         raise InputError(WHERE, key, f"has {len(parts)} values", f"give at most {MOST_VALUES}")
     texts, found = tuple(parts), None
@@ -110,7 +110,7 @@ def swept_key(base: Case | Train, key: str, values: Values) -> SweptKey:
     path, suffix, name = list[str](), "", ""
     for k, part in enumerate(parts):
         seen = ".".join(given[: max(k - extra, 0) + 1])
-        if part.isdigit() and path:
+        if is_place(part) and path:
             path.append(part)
             continue
         if section is None:
@@ -119,7 +119,7 @@ def swept_key(base: Case | Train, key: str, values: Values) -> SweptKey:
         name, suffix = match_key(section, part, WHERE, seen)
         path.append(name)
         section = section_of(section, name)
-    element = int(path[-1]) if path[-1].isdigit() else None
+    element = int(path[-1]) if is_place(path[-1]) else None
     quantity = quantity_of(owner, name)
     if section is not None:
         raise InputError(WHERE, key, "is a section, not a key", f"name a key of it: {key}.…")
@@ -181,22 +181,20 @@ def _range(key: str, text: str) -> Values:
     parts = [p.strip() for p in text.split(":")]
     logarithmic = len(parts) == 4 and parts[3] == "log"
     if len(parts) != 3 and not logarithmic:
-        raise InputError(WHERE, key, f"{text!r} is no range", FORMS)
+        raise InputError(WHERE, key, f"{echo(text)} is no range", FORMS)
     ends = [_number(p) for p in parts[:2]]
     for part, end in zip(parts, ends, strict=False):
         if end is None:
-            raise InputError(WHERE, key, f"{part!r} in {text!r} is not a number", FORMS)
+            raise InputError(WHERE, key, f"{echo(part)} in {echo(text)} is not a number", FORMS)
     start, stop = (float(e) for e in ends if e is not None)
-    if not parts[2].isdigit() or not 2 <= int(parts[2]) <= MOST_VALUES:
-        raise InputError(
-            WHERE, key, f"{text!r} is an empty range: its count is {parts[2] or 'missing'}",
-            f"give a whole number from 2 to {MOST_VALUES}",
-        )  # fmt: skip
+    if not is_place(parts[2]) or not 2 <= int(parts[2]) <= MOST_VALUES:
+        problem = f"{echo(text)} is an empty range: its count is {parts[2] or 'missing'}"
+        raise InputError(WHERE, key, problem, f"give a whole number from 2 to {MOST_VALUES}")
     if start == stop:
-        raise InputError(WHERE, key, f"{text!r} starts where it stops", "give one value alone")
+        raise InputError(WHERE, key, f"{echo(text)} starts where it stops", "give one value alone")
     if logarithmic and min(start, stop) <= 0:
         raise InputError(
-            WHERE, key, f"{text!r} in equal ratios needs positive ends", "leave :log out"
+            WHERE, key, f"{echo(text)} in equal ratios needs positive ends", "leave :log out"
         )
     space = np.geomspace if logarithmic else np.linspace
     numbers = tuple(float(v) for v in space(start, stop, int(parts[2])))
@@ -248,7 +246,7 @@ def _require_kind(key: SweptKey, section: type[Section], name: str, suffix: str)
         raise InputError(
             WHERE,
             key.key,
-            f"{key.values.texts[0]!r} is not a number",
+            f"{echo(key.values.texts[0])} is not a number",
             f"give numbers{unit}; {FORMS}",
         )
     if numbers is not None and key.whole:
@@ -280,7 +278,7 @@ def _list_of(
     owners: list[Any] = [base]
     for part in key.path[:-2]:
         inner = owners[-1]
-        owners.append(inner[int(part)] if part.isdigit() else getattr(inner, part))
+        owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
     stages = [base.stage] if isinstance(base, Case) else owners
     planets = next((o.planets for o in stages if hasattr(o, "planets")), 0)
     name = key.path[-2]

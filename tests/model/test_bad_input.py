@@ -139,3 +139,51 @@ def test_wrong_kinds_of_values_give_no_traceback(key):
             load_case("wind-5mw", {key: value})
         except InputError as fault:
             assert "\n" not in str(fault)  # noqa: PT017
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("stage.face_width_mm", "1" + "0" * 400, r"face_width_mm: 10+… is too large"),
+        ("stage.face_width_mm", "0x" + "f" * 9000, "a whole number of thousands of digits"),
+        ("stage.face_width_mm", "9" * 5000, "thousands of digits"),
+        ("stage.sun.teeth", "1" + "0" * 400, r"teeth: 10+… is too large"),
+        ("stage.sun.teeth", "0b1" + "0" * 63, r"teeth: 9223372036854775808 is too large"),
+        ("stage.sun.teeth", "9" * 5000, "thousands of digits"),
+        ("stage.sun.teeth", "[" * 5000 + "]" * 5000, "nested more than 32 deep"),
+        ("stage.sun.teeth", "[" * 100 + "]" * 100, "nested more than 32 deep"),
+        ("stage.sun.teeth", "'" + "x" * 9000 + "'", r"'x+… is not a whole number"),
+        ("drive.kind", "x" * 9000, r"'x+… is unknown"),
+        ("stage." + "x" * 9000, "1", r"stage\.x+…x+: is not a known key"),
+        ("stage." + "x." * 9000, "1", "no keys below|not a known key"),
+        ("shaft.sections.²", "1", "not a known key|is not"),
+        ("shaft.sections." + "9" * 5000 + ".length_mm", "1", "is not"),
+    ],
+)
+def test_absurd_values_are_one_short_line(tmp_path, key, value, words):
+    with pytest.raises(InputError, match=words) as caught:
+        load_case("wind-5mw", {key: value})
+    assert len(str(caught.value)) < 400
+    path = tmp_path / "mine.toml"
+    quoted = f"'{value}'" if value.startswith("xx") else value
+    section, _, last = key.rpartition(".")
+    path.write_text(f'[{section.replace("²", "")}]\n"{last}" = {quoted}\n')
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert len(str(caught.value)) < 700 + len(str(path))
+
+
+@given(
+    value=st.recursive(
+        st.one_of(st.integers(-(10**320), 10**320), st.floats(), st.text(max_size=200)),
+        lambda inner: st.lists(inner, max_size=3),
+        max_leaves=8,
+    ),
+    key=st.sampled_from(["stage.sun.teeth", "stage.face_width_mm", "drive.kind", "drive.times_s"]),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_value_is_taken_or_refused_in_one_short_line(key, value):
+    try:
+        load_case("wind-5mw", {key: str(value)})
+    except InputError as fault:
+        assert len(str(fault)) < 400  # noqa: PT017

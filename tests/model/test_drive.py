@@ -76,3 +76,35 @@ def test_broken_csv_is_one_clear_line(tmp_path, text, words):
 def test_incomplete_drives_are_refused(over, words):
     with pytest.raises(InputError, match=words):
         drive_of(**over)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time_s;torque_knm\n0;1000\n1,5;4000,25\n",
+        "﻿time_s;torque_knm;\r\n0;1000;\r\n1,5;4000.25;\r\n",
+        "# from a spreadsheet\ntime_s\ttorque_knm\n0\t1000\n1,5\t4000,25\n",
+        'time_s,torque_knm,\n0,"1000",\n1.5,4000.25,\n',
+    ],
+)
+def test_csv_as_spreadsheets_write_it(tmp_path, text):
+    f = tmp_path / "wind.csv"
+    f.write_text(text, encoding="utf-8")
+    assert drive_of(kind="csv", file=str(f)).torque_at([0, 1.5]) == pytest.approx([1e6, 4000.25e3])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time_s,torque_nm\n0,0,1,5\n", "line 2: has 4 cells under 2 titles.*semicolons"),
+        ("time_s;torque_nm\n0;1.000,5\n", "line 2, torque_nm: '1.000,5' is not a number"),
+        ("time_s;torque_nm\n0;" + "9x" * 1000 + "\n", "'9x.*… is not a number"),
+        ("time_s,torque_nm\n0,1\n1," + "9" * 200_000 + "\n", "line 3: is no CSV"),
+    ],
+)
+def test_csv_that_means_something_else_is_named(tmp_path, text, words):
+    f = tmp_path / "wind.csv"
+    f.write_text(text)
+    with pytest.raises(InputError, match=words) as caught:
+        drive_of(kind="csv", file=str(f))
+    assert len(str(caught.value)) < len(str(f)) + 250

@@ -23,7 +23,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.files.atomic import atomic_file
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError, InputError, echo
+from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.structures.fe_mesh.fe_mesh import (
     EDGES_VTK,
     HEX_FROM_VTK,
@@ -77,10 +78,11 @@ def read_fe_mesh(
     """
     path = Path(path)
     if unit not in UNITS:
-        raise InputError(where, "fe_mesh_unit", f"{unit!r} is not known", f"one of {_list(UNITS)}")
+        raise InputError(
+            where, "fe_mesh_unit", f"{echo(unit)} is not known", f"one of {_list(UNITS)}"
+        )
     _known_suffix(path, where)
-    if not path.is_file():
-        raise InputError(where, str(path), "no such file", "check the path")
+    require_regular(path, where, MOST_FE_MESH)
     deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
     kind, cells = _solid_cells(deck, path)
     used, cells = np.unique(cells, return_inverse=True)

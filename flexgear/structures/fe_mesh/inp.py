@@ -15,7 +15,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.errors import InputError
+from flexgear.model.errors import InputError, echo
 from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, FeMesh, facet_keys
 
 Array = NDArray[np.float64]
@@ -39,6 +39,7 @@ _TYPES = {  # element name -> meshio's cell type, number of nodes
     "SFM3D8": ("quad8", 8),
 }
 _SUFFIXES = ("RH", "IH", "MH", "R5", "R", "I", "H", "M", "RS", "T")
+MOST_NUMBERS = 10**8  # that one line of a set may generate
 
 
 @dataclass
@@ -125,10 +126,12 @@ class _Reader:
             for row in rows:
                 if "GENERATE" in options:
                     a, b, step = ([int(x) for x in row] + [1])[:3]
+                    if len(range(a, b + 1, step)) > MOST_NUMBERS:
+                        raise ValueError(f"{a} to {b} are more numbers than a mesh has")
                     into.extend(range(a, b + 1, step))
                 else:
                     for x in row:
-                        into.extend([int(x)] if x.isdigit() else known[x.upper()])
+                        into.extend([int(x)] if x.isdecimal() else known[x.upper()])
         elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
             into_surface = self.surfaces.setdefault(self._name(options["NAME"]), [])
             into_surface.extend((row[0], (row + [""])[1].upper()) for row in rows)
@@ -172,7 +175,7 @@ class _Reader:
                 self._face(element, face)
                 for which, face in pairs
                 for element in (
-                    [int(which)] if which.isdigit() else self.element_sets.get(which.upper(), [])
+                    [int(which)] if which.isdecimal() else self.element_sets.get(which.upper(), [])
                 )
             ]
             deck.groups[self.names[name]] = rows
@@ -201,7 +204,7 @@ class _Reader:
             f"S{i + 1}" for i in range(len(table))
         ]:
             raise InputError(
-                str(self.path), "*SURFACE", f"{face!r} is no face of a {kind}", "use S1 to S6"
+                str(self.path), "*SURFACE", f"{echo(face)} is no face of a {kind}", "use S1 to S6"
             )
         return np.array([nodes[i] for i in table[int(face[1:]) - 1]], dtype=np.int64)
 

@@ -1,0 +1,62 @@
+"""Files that a user names: regular ones of a bounded size, read without ever waiting."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from flexgear.model.errors import InputError
+
+MEGABYTE = 1 << 20
+MOST_CASE = 4 * MEGABYTE  # of TOML or JSON
+MOST_SERIES = 64 * MEGABYTE  # of a CSV file, millions of rows
+MOST_FE_MESH = 4096 * MEGABYTE
+
+
+def require_regular(path: Path, what: str, most: int) -> None:
+    """InputError if ``path`` is no regular file, or has more than ``most`` bytes.
+
+    Pipes and devices would keep a reader waiting, or feed it for ever.
+    """
+    try:
+        found = os.stat(path)
+    except FileNotFoundError:
+        raise InputError(str(path), what, "there is no such file", "check the path") from None
+    except OSError as fault:
+        raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
+    except ValueError as fault:  # a zero byte in the name
+        raise InputError(str(path), what, str(fault), "check the path") from None
+    if stat.S_ISDIR(found.st_mode):
+        raise InputError(str(path), what, "is a folder", "name a file in it")
+    if not stat.S_ISREG(found.st_mode):
+        raise InputError(str(path), what, "is a device or pipe", "name a file")
+    if found.st_size > most:
+        _too_large(path, what, most)
+
+
+def read_bytes(path: Path, what: str, most: int) -> bytes:
+    """The content of a regular file of at most ``most`` bytes; InputError where there is none."""
+    require_regular(path, what, most)
+    try:
+        with open(path, "rb") as file:
+            content = file.read(most + 1)  # it may grow meanwhile
+    except OSError as fault:
+        raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
+    if len(content) > most:
+        _too_large(path, what, most)
+    return content
+
+
+def read_text(path: Path, what: str = "case file", most: int = MOST_CASE) -> str:
+    """The text of a regular file; InputError also if it is no UTF-8. A byte order mark goes."""
+    try:
+        return read_bytes(path, what, most).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(str(path), what, "is not UTF-8 text", "save it as plain text") from None
+
+
+def _too_large(path: Path, what: str, most: int) -> None:
+    raise InputError(
+        str(path), what, f"is larger than {most // MEGABYTE} MB", "check that it is the right file"
+    )
