@@ -7,10 +7,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.gears.contact import gear_mesh_paths
-from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import power_flow
-from flexgear.gears.train_paths import stage_paths
+from flexgear.coupling.workable import require_workable
 from flexgear.model.case import Case, Train, load_case
 from flexgear.model.errors import InputError
 
@@ -53,16 +50,9 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
 
 
 def read_case(name: str, settings: list[str] | None) -> Case | Train:
-    """The flexible stage or train with ``--set`` carried out; its gears assemble."""
+    """The flexible stage or train with ``--set`` carried out; what cannot work is said now."""
     case = load_case(name, settings_of(settings))
-    # what cannot work is said now, with the name of the file, not after minutes of meshing
-    if isinstance(case, Train):
-        power_flow(case)
-        for stage in case.stages:
-            stage_paths(case, stage)
-        return case
-    stage_geometry(case.stage, case.source)
-    gear_mesh_paths(case)
+    require_workable(case)
     return case
 
 

@@ -10,7 +10,7 @@ from scipy import linalg
 
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, TurningSupport
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
 from flexgear.structures.bodies import Body, rigid_rows
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ class Assembly:
         if np.abs(matrix[5]).max() > 0 or np.abs(matrix[:, 5]).max() > 0:
             raise InputError(
                 self.source,
-                f"bearings.{name}",
+                _support_key(name),
                 "holds the rotation about the axis, so the train could not turn",
                 "set the stiffness about z to zero",
             )
@@ -179,48 +179,8 @@ class Assembly:
         return np.asarray(candidates @ vectors[:, loose])
 
 
-def rolling_motions(a: Assembly, rigid: Array, contact: Array, masters: Array) -> Array:
-    """Motions (d, F) in which no gear mesh is compressed, one radian of each master.
-
-    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes;
-    masters (F, d). FlexgearError where the train is loose beyond its F rotations.
-    """
-    # each row against what its terms could add up to, so that round-off stays small
-    scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)
-    scale = np.maximum(scale, 1e-3 * scale.max(initial=1e-300))
-    null = linalg.null_space((contact @ rigid) / scale, rcond=1e-9)
-    rolled = rigid @ null
-    if null.shape[1] > len(masters):
-        raise FlexgearError(
-            f"{a.source}: nothing holds {_and(_sideways(a, rolled)) or 'a rotation'}: gear meshes "
-            "and supports leave free motions beside the rotation of the train; give a radial "
-            "stiffness to a support or joint there"
-        )
-    if null.shape[1] < len(masters):
-        raise FlexgearError(
-            f"{a.source}: a member that should turn is held; take the tangential or torsional "
-            "stiffness out of its support, or name it in held"
-        )
-    turn = masters @ rolled
-    if np.linalg.cond(turn) > 1e9:
-        raise FlexgearError(
-            f"{a.source}: members whose speeds are given do not turn freely; check their supports"
-        )
-    return np.asarray(rolled @ np.linalg.inv(turn))
-
-
-def _sideways(a: Assembly, motions: Array) -> list[str]:
-    """Bodies about fixed axes that move otherwise than about their axis in free motions."""
-    found = []
-    for body in a.bodies:
-        if body.name.rsplit(".", 1)[-1].startswith("planet_"):
-            continue
-        nodes = (body.node_map @ motions[a.slice_of(body.name)]).reshape(-1, 6, motions.shape[1])
-        if np.abs(nodes[:, :5]).max(initial=0.0) > 1e-6 * np.abs(motions).max():
-            found.append(body.name)
-    return found
-
-
-def _and(names: Sequence[str]) -> str:
-    """ "a", "a and b", "a, b and c"."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+def _support_key(name: str) -> str:
+    """Key of a support in the case: of a lumped member, or of a flexible stage's bearing."""
+    if name.endswith("_support"):
+        return f"stages.{name.removesuffix('_support')}.support"
+    return f"bearings.{name.rpartition('.')[2]}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.determinacy import holding_rows, rolling_motions
 from flexgear.coupling.gear_meshes import ExtraRows, labels, pair_data
 from flexgear.coupling.stage_parts import (
     Stiffening,
@@ -59,12 +60,17 @@ def build_system(
     turning = a.rotation("shaft") + a.rotation("output")
     z_s, z_p, z_r = (getattr(case.stage, g).teeth for g in ("sun", "planet", "ring"))
     rolling = orbit - (z_r - z_p) / z_p * sum(spins) + (z_s + z_r) / z_s * turning
-    rigid = orthonormal_rigid(a.mass, np.column_stack([orbit, *spins, turning]))
+    loose, known = a.loose_motions(), np.column_stack([orbit, *spins, turning])
+    # more where the sun floats without spring; those known in closed form have no round-off
+    rigid = orthonormal_rigid(a.mass, known if loose.shape == known.shape else loose)
     pin_angle = pin_rotation(a, case, radius)
     blocks, teeth = stage_nodes(a, case)
     sets = stage_sets(case, geometry, tooth_positions=teeth)
     extra = ExtraRows(a.support_rows, a.node_angles, first_block=len(blocks))
     blocks += a.contact_nodes
+    pairs = pair_data(sets, len(blocks), extra)
+    contact = holding_rows(pairs, np.vstack(blocks), 1)
+    rolling_motions(a.bodies, case.source, rigid, contact, pin_angle[None])  # nothing else is free
     d = case.damping
     modal = d.kind == "modal"
     output_torque = case.brake.rated_torque or motion.output_torque
@@ -82,7 +88,7 @@ def build_system(
             Port("carrier", drive, case.drive.rated_torque),
             Port("output", a.rows("output", "output")[5], -output_torque, reaction=True),
         ),
-        pairs=pair_data(sets, len(blocks), extra),
+        pairs=pairs,
         gear_meshes=labels(sets),
         links=tuple(a.links),
         turning=tuple(a.turning),

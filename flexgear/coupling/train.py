@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.assembly import Assembly, rolling_motions
+from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.determinacy import holding_rows, rolling_motions
 from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, labels, pair_data
 from flexgear.coupling.links import behind_spline, turn
-from flexgear.coupling.pair_data import front_meshes, pair_rows
-from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.stage_parts import (
     pin_rotation,
     spline_matrix,
@@ -42,6 +41,7 @@ from flexgear.coupling.train_parts import (
 )
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.train_faults import inside
 from flexgear.gears.train_radii import stage_radii
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint
@@ -119,9 +119,9 @@ def _bodies(
         if stage.flexible.housing.kind == "lumped":
             raise InputError(
                 train.source,
-                f"{stage.name}.case",
-                "has a lumped housing, which a train cannot hold",
-                'set housing.kind = "rigid" in that case',
+                f"stages.{stage.name}.flexible.housing.kind",
+                "is lumped, which a train cannot hold",
+                'set it to "rigid"',
             )
         sun = f"{stage.name}.sun"
         hung = stage.flexible.inertia.model_copy(update={"output": train.port_inertia(sun)})
@@ -186,7 +186,8 @@ def _tie_and_mesh(b: _Build, number: int) -> None:
     stage, frame, first = b.train.stages[number], b.frames[number], len(b.blocks)
     if stage.flexible is not None:
         at, case = f"{stage.name}.", stage.flexible
-        tie_stage(b.a, case, at, frame.carrier)
+        with inside(b.train, stage):
+            tie_stage(b.a, case, at, frame.carrier)
         nodes, teeth = stage_nodes(b.a, case, at)
         b.blocks += nodes
         b.sets += stage_sets(
@@ -260,7 +261,8 @@ def _loads(b: _Build) -> list[tuple[int, Array, int]]:
         frame = b.frames[number]
         if stage.flexible is not None and gravity.any():
             raise InputError(
-                b.train.source, "gravity", f"does not reach the flexible stage {stage.name}",
+                b.train.source, "gravity_m_per_s2",
+                f"does not reach the flexible stage {stage.name}",
                 "set it to zero; weight hardly bends its bodies",
             )  # fmt: skip
         speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
@@ -326,8 +328,11 @@ def _system(b: _Build) -> System:
     given = [p for p in train.ports if p.speed is not None]
     masters = np.vstack([_speed_row(b, p.member) for p in given])
     angles = np.vstack(b.angles)
-    contact = _holding_rows(pairs, blocks, len(angles), b.clearances)
-    rolling = rolling_motions(a, rigid, contact, masters)
+    bearings = [
+        row for c in b.clearances for row in c.inner[:2] - (0.0 if c.outer is None else c.outer[:2])
+    ]
+    contact = holding_rows(pairs, blocks, len(angles), bearings)
+    rolling = rolling_motions(a.bodies, a.source, rigid, contact, masters)
     gyroscopic, centripetal = _frame_forces(b, rolling, masters)
     output = train.output.member
     torque, speed = flow.torque[output], flow.speed[output]
@@ -370,24 +375,6 @@ def _system(b: _Build) -> System:
         centripetal=centripetal,
         header={"brake_exponent": train.brake_exponent},
     )
-
-
-def _holding_rows(pairs: object, blocks: Array, angles: int, loose: list[Clearance]) -> Array:
-    """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0."""
-    rows = pair_rows(pairs)  # type: ignore[arg-type]
-    n, _ = build_rows(pairs, rows, np.zeros(angles), front_meshes(pairs))  # type: ignore[arg-type]
-    out = []
-    for i in range(n):
-        if rows.kind[i] < 0:
-            continue
-        line = np.zeros(blocks.shape[1])
-        for k in range(rows.width[i]):
-            at = 6 * rows.blocks[i, k]
-            line += rows.coef[i, k] @ blocks[at : at + 6]
-        out.append(line)
-    for c in loose:
-        out += list(c.inner[:2] - (0.0 if c.outer is None else c.outer[:2]))
-    return np.array(out)
 
 
 def _frame_forces(b: _Build, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:

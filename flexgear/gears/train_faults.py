@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
+    from flexgear.model.train import Train
     from flexgear.model.train_stage import TrainStage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
@@ -42,6 +43,16 @@ def named(stage: TrainStage) -> Iterator[None]:
             texts[0] = re.sub(r"\.(sun|planet)(?=\.|$)", _parallel_word, key)
             texts[1:] = [re.sub(r"\b(sun|planet)\b", _parallel_word, t) for t in texts[1:]]
         raise InputError(fault.where, *texts) from None
+
+
+@contextmanager
+def inside(train: Train, stage: TrainStage) -> Iterator[None]:
+    """Within it, an InputError about a flexible stage's own case tells which stage it is."""
+    try:
+        yield
+    except InputError as fault:
+        key = f"{stage_key(stage, 'flexible')}.{fault.key}"
+        raise InputError(train.source, key, fault.problem, fault.remedy) from None
 
 
 def _parallel_word(match: re.Match[str]) -> str:

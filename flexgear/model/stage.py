@@ -94,12 +94,7 @@ class Stage(Section):
                 "about z_sun + 2 z_planet",
             )
         for name, gear in (("planet", self.planet), ("sun", self.sun)):
-            if gear.bore_diameter >= self.normal_module * (gear.teeth - 2 * gear.dedendum):
-                raise Refusal(
-                    f"{name}.bore_diameter",
-                    "the bore is as large as the root circle",
-                    "lower it",
-                )
+            check_bore(name, gear, self.normal_module)
         if self.face_width > 20 * self.normal_module * self.planet.teeth:
             raise Refusal(
                 "face_width",
@@ -116,3 +111,11 @@ def required_hand(data: Mapping[str, Any]) -> list[Missing]:
         remedy = 'add planet_hand = "right" or "left"'
         return [Missing("planet_hand", "is missing with a helix angle", remedy)]
     return []
+
+
+def check_bore(name: str, gear: Gear, module: float) -> None:
+    """Refusal if the bore of an external gear reaches its root circle."""
+    if gear.bore_diameter >= module * (gear.teeth - 2 * gear.dedendum):
+        raise Refusal(
+            f"{name}.bore_diameter", "the bore is as large as the root circle", "lower it"
+        )

@@ -123,6 +123,13 @@ def _check_across(case: Case) -> None:
             raise Refusal(
                 f"errors.{key}", f"{count} values for {n} planets", "give one for each planet"
             )
+    bore, pin = case.stage.planet.bore_diameter, case.carrier.pin_diameter
+    if 0.0 < bore <= pin:
+        raise Refusal(
+            "carrier.pin_diameter",
+            f"a pin of {pin * 1e3:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
+            "lower it, or raise stage.planet.bore_diameter_mm",
+        )
     half = case.stage.face_width / 2 * (1 + 1e-9)
     for k, fit in enumerate(case.ring.fits):
         if fit.band[0] < -half or fit.band[1] > half:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from flexgear.model.section import Missing, Refusal, Section, error_details
-from flexgear.model.stage import Stage, required_hand
+from flexgear.model.stage import Stage, check_bore, required_hand
 from flexgear.model.stage_case import Case
 from flexgear.model.train_errors import PLANET_LISTS, TrainErrors
 from flexgear.model.train_gear_mesh import TrainGearMesh
@@ -160,6 +160,9 @@ class TrainStage(Section):
             raise Refusal(key, "a parallel stage has no planets", "take it out, or use position")
         if self.double_helical and self.helix_angle == 0:
             raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
+        for name, gear in (("pinion", self.pinion), ("gear", self.gear)):
+            assert gear is not None
+            check_bore(name, gear, self.normal_module)
 
     def _check_planetary(self) -> None:
         self._check_parts(("sun", "planet", "ring", "carrier"), PARALLEL)

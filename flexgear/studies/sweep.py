@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.coupling.workable import require_workable
 from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import FlexgearError, InputError
@@ -229,7 +230,9 @@ def _model(
 ) -> Case | Train | InputError:
     """The case of a point, or why there is none."""
     try:
-        return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
+        found = load_case(source, {**(settings or {}), **overrides_at(keys, point)})
+        require_workable(found)
+        return found
     except InputError as fault:
         where = WHERE if fault.where == "--set" else fault.where
         return InputError(where, fault.key, fault.problem, fault.remedy)

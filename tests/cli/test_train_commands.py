@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from train_contexts import BUNDLED
+from train_contexts import BUNDLED, MIXED
 from trains import STAGE, write
 
 from flexgear.cli import train_analyses, train_run
@@ -240,7 +240,7 @@ def test_train_without_torque_has_no_answer(flexgear, tmp_path):
 
 def test_loose_train_is_one_line(flexgear, train_file):
     code, _, err = flexgear("check", train_file(planets=2))
-    assert code == 1
+    assert code == 2
     assert "nothing holds stage.sun" in err
     assert err.count("\n") == 1
 
@@ -261,3 +261,30 @@ def test_options_of_the_other_kind(flexgear):
     code, _, err = flexgear("simulate", "lin-parker", "--torque-share", "0")
     assert code == 2
     assert "not positive" in err
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["--set", "gravity_m_per_s2=[0, -9.81, 0]"],
+        ["--set", "stages.second.gear.support.tilt_nm_per_rad=0"],
+        ["--set", "stages.first.flexible.carrier.plate_diameter_mm=900"],
+    ],
+)
+def test_what_cannot_work_is_said_before_any_work(flexgear, tmp_path, monkeypatch, settings):
+    """By every command in the words of check; no body is meshed for it."""
+
+    def work(*_):
+        raise AssertionError("bodies were asked for")
+
+    monkeypatch.setattr("flexgear.studies.train_model.stage_bodies", work)
+    settings = [*settings, "--set", "stages.second.pinion.support.tilt_nm_per_rad=0"]
+    path = write(tmp_path, MIXED, 'kind = "train"\nkinematics = "spatial"\n')
+    said = set()
+    for command in ("check", "static", "modes", "simulate", "run", "compare", "tolerance"):
+        code, out, err = flexgear(command, path, *settings)
+        assert (code, out, err.count("\n")) == (2, "", 1), command
+        said.add(err)
+    _, _, err = flexgear("sweep", path, "damping.ratio=0.01,0.02", *settings)
+    assert len(said | {err}) == 1
+    assert " -- " in err

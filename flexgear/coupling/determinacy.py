@@ -1,0 +1,196 @@
+"""Whether supports, joints and gear meshes hold a train just so: its free motions are its rolling.
+
+Free motions q resist neither constant springs nor gear meshes: K q = 0, V q = 0. Among the rigid
+motions of all bodies they are as many as the train has independent rotations, or some body is loose
+(more) or held (fewer).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from flexgear.coupling.pair_data import PairData, front_meshes, pair_rows
+from flexgear.coupling.pairs import build_rows
+from flexgear.model.errors import InputError
+from flexgear.structures.bodies import Body
+
+Array = NDArray[np.float64]
+MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
+MOST_KEYS = 3  # that a message lists
+
+# directions of a node: rows, how messages call it, and the key of a spring against it
+DIRECTIONS = {
+    "radial": ((0, 1), "sideways", "radial_n_per_m"),
+    "axial": ((2,), "along the axis", "axial_n_per_m"),
+    "tilt": ((3, 4), "against tilting", "tilt_nm_per_rad"),
+    "rotation": ((5,), "against turning", "torsion_nm_per_rad"),
+}
+# what holds the bodies of a flexible stage, below its own case
+_HOLDERS = {
+    "ring": "ring.bolts",
+    "carrier": "bearings.carrier_drive",
+    "shaft": "shaft.spline",
+    "output": "bearings.output",
+    "planet": "bearings.planet",
+    "housing": "housing.mount",
+}
+# a sun's shaft hangs on its spline, planets on the carrier: asked for when what holds these stands
+_LATER = {"shaft": 1, "planet": 2}
+_BOLTS = {
+    "radial_n_per_m": "stiffness_radial_n_per_m",
+    "axial_n_per_m": "stiffness_axial_n_per_m",
+    "tilt_nm_per_rad": "stiffness_axial_n_per_m",
+    "torsion_nm_per_rad": "stiffness_tangential_n_per_m",
+}
+
+
+def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:
+    """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0: gear meshes, more."""
+    rows = pair_rows(pairs)
+    n, _ = build_rows(pairs, rows, np.zeros(angles), front_meshes(pairs))
+    out = []
+    for i in range(n):
+        if rows.kind[i] < 0:
+            continue
+        line = np.zeros(blocks.shape[1])
+        for k in range(rows.width[i]):
+            at = 6 * rows.blocks[i, k]
+            line += rows.coef[i, k] @ blocks[at : at + 6]
+        out.append(line)
+    return np.array([*out, *more])
+
+
+def free_motions(rigid: Array, contact: Array) -> Array:
+    """Those of the motions ``rigid`` (d, r) that compress no row of ``contact`` (n, d); (d, k)."""
+    # each row against what its terms could add up to, so that round-off stays small
+    scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)
+    scale = np.maximum(scale, 1e-3 * scale.max(initial=1e-300))
+    return np.asarray(rigid @ linalg.null_space((contact @ rigid) / scale, rcond=1e-9))
+
+
+def rolling_motions(
+    bodies: Sequence[Body], source: str, rigid: Array, contact: Array, masters: Array
+) -> Array:
+    """Motions (d, F) in which no gear mesh is compressed, one radian of each master.
+
+    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes; masters
+    (F, d). InputError where the train is loose beyond its F rotations, or held.
+    """
+    rolled = free_motions(rigid, contact)
+    if rolled.shape[1] > len(masters):
+        raise loose_fault(bodies, source, rolled, len(masters))
+    if rolled.shape[1] < len(masters):
+        raise InputError(
+            source, "held", "a support or joint holds a member that should turn",
+            "take the stiffness about the axis out of it, or name the member in held",
+        )  # fmt: skip
+    turn = masters @ rolled
+    if np.linalg.cond(turn) > 1e9:
+        raise InputError(
+            source, "inputs", "members whose speeds are given do not turn freely",
+            "check their supports",
+        )  # fmt: skip
+    return np.asarray(rolled @ np.linalg.inv(turn))
+
+
+def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) -> InputError:
+    """Names the bodies and directions in which springs would leave only ``allowed`` free motions.
+
+    free (d, k): all free motions. Springs are put in, one after the other, where they stop most of
+    them; at members before planets, and against turning only where nothing else helps.
+    """
+    found: list[tuple[Body, str]] = []
+    places = _places(bodies)
+    while free.shape[1] > allowed:
+        stopped = [_rank(rows @ free, free) for _, _, rows in places]
+        best = int(np.argmax(stopped))
+        if stopped[best] == 0:
+            break
+        body, direction, rows = places[best]
+        found.append((body, direction))
+        free = free @ linalg.null_space(rows @ free, rcond=MOVES)
+    if not found:
+        return InputError(source, "held", "nothing holds a rotation", "name a member in held")
+    said: dict[str, dict[str, None]] = {}
+    for body, direction in found:
+        said.setdefault(_said(body.name), {})[DIRECTIONS[direction][1]] = None
+    keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in found))
+    more = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
+    more = ", likewise for the others" if len(keys) > MOST_KEYS else more
+    remedy = f"give a stiffness there{more}, or hold them by a joint"
+    if all(d in ("axial", "tilt") for _, d in found) and all(_is_lumped(key) for key in keys):
+        remedy += ', or take kinematics = "planar"'
+    moving = _and([f"{name} {_and(list(ways))}" for name, ways in said.items()])
+    return InputError(source, keys[0], f"nothing holds {moving}", remedy)
+
+
+def _is_lumped(key: str) -> bool:
+    """Whether the key is that of a lumped member, whose kinematics can be chosen."""
+    return "support." in key or "planet_bearing." in key
+
+
+def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
+    """Where springs could be: body, direction, rows (m, d); in the order of preference."""
+    size = sum(body.size for body in bodies)
+    ordered: dict[tuple[bool, int, int], tuple[Body, str, Array]] = {}
+    start = 0
+    for k, body in enumerate(bodies):
+        for n, (direction, (rows, _, _)) in enumerate(DIRECTIONS.items()):
+            planet = _part(body.name) == "planet"
+            if planet and direction == "radial":
+                rows = (0,)  # along its own tangential axis it rolls
+            picked = np.zeros((len(rows), size))
+            several = body.rigid and len(body.node_names) > 1  # coordinates are those of its origin
+            motion = np.eye(6) if several else body.node_map
+            picked[:, start : start + body.size] = motion[list(rows)]
+            order = (
+                direction == "rotation",
+                _LATER.get(_part(body.name), 0),
+                len(DIRECTIONS) * k + n,
+            )
+            ordered[order] = (body, direction, picked)
+        start += body.size
+    return [ordered[key] for key in sorted(ordered)]
+
+
+def _rank(moved: Array, free: Array) -> int:
+    """How many of the free motions a spring on rows would stop: rank of rows @ free."""
+    values = np.linalg.svd(moved, compute_uv=False)
+    return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
+
+
+def _part(name: str) -> str:
+    """ "planet" of "stage_1.planet_3"."""
+    part = name.rpartition(".")[2]
+    return part.partition("_")[0] if part.startswith(("planet_", "ring_")) else part
+
+
+def _said(name: str) -> str:
+    """A body as messages call it: planets of a stage together."""
+    if _part(name) != "planet":
+        return name
+    stage = name.rpartition(".")[0]
+    return f"planets of {stage}" if stage else "planets"
+
+
+def _holder(bodies: Sequence[Body], name: str, direction: str) -> str:
+    """Key of the spring that would hold a body: of a lumped member or of a flexible stage."""
+    stage, part, key = name.rpartition(".")[0], _part(name), DIRECTIONS[direction][2]
+    before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
+    names = [body.name for body in bodies]
+    if part == "shaft" and stage and f"{stage}.output" not in names:
+        return f"joints.{key}"  # in series with its spline
+    if f"{stage}.shaft".lstrip(".") in names:
+        inside = f"{before}flexible." if stage else ""
+        return f"{inside}{_HOLDERS[part]}.{_BOLTS[key] if part == 'ring' else key}"
+    holder = "planet_bearing" if part == "planet" else f"{part}.support"
+    return f"{before}{holder}.{key}"
+
+
+def _and(names: Sequence[str]) -> str:
+    """ "a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,0 +1,141 @@
+"""What cannot work is said before any work: gears, generators of FE meshes, supports.
+
+Every command asks ``require_workable`` first. Nothing is checked here that the work itself does not
+check: the coupled system is built from the same code on rigid stand-ins of ring and carrier, whose
+rigid motions are those of the finite-element bodies.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.system import Variant
+from flexgear.coupling.train import train_system
+from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.train_faults import inside, stage_key
+from flexgear.gears.train_paths import stage_paths
+from flexgear.model.carrier import Carrier
+from flexgear.model.errors import InputError
+from flexgear.model.ring import Ring
+from flexgear.model.stage_case import Case
+from flexgear.model.train import Train
+from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
+from flexgear.structures.reduced import ReducedBody
+
+Array = NDArray[np.float64]
+RIGID = Variant(False, False, False)
+
+
+def require_workable(case: Case | Train) -> None:
+    """InputError, with the key and what to do, for a case that no analysis could be made of."""
+    if isinstance(case, Case):
+        _require_stage(case)
+        build_system(case, *stand_ins(case), RIGID)
+        return
+    power_flow(case)
+    bodies = {}
+    for stage in case.stages:
+        if stage.flexible is None:
+            stage_paths(case, stage)
+            continue
+        if f"{stage.name}.ring" not in case.held_members():
+            raise InputError(
+                case.source, stage_key(stage, "flexible"),
+                "is a flexible stage, whose ring is bolted to the housing, but the ring turns",
+                f'add "{stage.name}.ring" to held and let carrier and sun turn, or use a lumped '
+                "stage",
+            )  # fmt: skip
+        with inside(case, stage):
+            _require_stage(stage.flexible)
+            bodies[stage.name] = stand_ins(stage.flexible)
+    train_system(case, bodies, dict.fromkeys(bodies, RIGID))
+
+
+def _require_stage(case: Case) -> None:
+    """Gears mesh and assemble, and FE meshes can be made, or their files are there."""
+    stage_geometry(case.stage, case.source)
+    gear_mesh_paths(case)
+    for part, generator in ((case.ring, RingMeshParameters), (case.carrier, CarrierMeshParameters)):
+        if part.fe_mesh == "generate":
+            generator.from_case(case).check()  # type: ignore[attr-defined]
+        else:
+            _require_file(case, part)
+
+
+def _require_file(case: Case, part: Ring | Carrier) -> None:
+    file = Path(str(part.fe_mesh_file))
+    if not file.is_file():
+        key = f"{'ring' if part is case.ring else 'carrier'}.fe_mesh_file"
+        problem = "is a folder" if file.is_dir() else "there is no such file"
+        raise InputError(case.source, key, f"{file}: {problem}", "check the path")
+
+
+def stand_ins(case: Case) -> tuple[ReducedBody, ReducedBody]:
+    """Ring and carrier of a stage as rigid bodies of the size of the case."""
+    geometry, stage, width = stage_geometry(case.stage), case.stage, case.stage.face_width
+    end = math.copysign(0.5 * width, 1 if case.ring.end == "+z" else -1)
+    ring = {
+        **_circle("tooth_{:03d}", stage.ring.teeth, geometry.ring.reference_radius),
+        **{f"fit_{k + 1}": (0.0, 0.0, fit.z) for k, fit in enumerate(case.ring.fits)},
+        **_circle(
+            "bolt_{:02d}", case.ring.bolts.number, 0.5 * case.ring.bolts.circle_diameter,
+            end, case.ring.bolts.first_angle,
+        ),
+    }  # fmt: skip
+    c, side = case.carrier, 1.0 if case.carrier.drive_side == "+z" else -1.0
+    drive = 0.5 * c.plate_gap + c.plate_thickness_drive
+    far = 0.5 * (c.plate_gap + c.seat_far.width) + c.plate_thickness_far
+    radius = geometry.center_distance
+    carrier = {
+        "drive": (0.0, 0.0, side * (drive + c.hub_length)),
+        "bearing_drive": (0.0, 0.0, side * (drive + 0.5 * c.seat_drive.width)),
+        "bearing_far": (0.0, 0.0, -side * far),
+        **{
+            f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
+            for i, phi in enumerate(stage.planet_angles)
+        },
+    }
+    density = case.material.density
+    outer = geometry.ring.root_radius + case.ring.rim_thickness
+    masses = (
+        density * math.pi * (outer**2 - geometry.ring.root_radius**2) * width,
+        density * math.pi * (c.plate_diameter / 2) ** 2 * 2 * c.plate_thickness_drive,
+    )
+    return _stand_in("ring", ring, masses[0]), _stand_in("carrier", carrier, masses[1])
+
+
+def _circle(
+    name: str, number: int, radius: float, z: float = 0.0, first: float = 0.0
+) -> dict[str, tuple[float, float, float]]:
+    angles = first + 2 * math.pi * np.arange(number) / max(number, 1)
+    return {
+        name.format(k + 1): (radius * math.cos(a), radius * math.sin(a), z)
+        for k, a in enumerate(angles)
+    }
+
+
+def _stand_in(name: str, nodes: dict[str, tuple[float, float, float]], mass: float) -> ReducedBody:
+    """The mass shared by the nodes, each a ball about as far across as the body's nodes reach."""
+    positions = np.array(list(nodes.values()))
+    each, reach = mass / len(positions), np.abs(positions).max()
+    node = each * np.array([1, 1, 1, *3 * [0.1 * reach**2]])
+    size = 6 * len(positions)
+    return ReducedBody(
+        name=name,
+        node_names=tuple(nodes),
+        positions=positions,
+        mass=np.diag(np.tile(node, len(positions))),
+        stiffness=np.zeros((size, size)),
+        n_modes=0,
+        report={},
+        points=np.zeros((0, 3)),
+        cells=np.zeros((0, 8), dtype=np.int64),
+        recovery=np.zeros((0, size), dtype=np.float32),
+    )

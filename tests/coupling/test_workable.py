@@ -1,0 +1,151 @@
+"""What cannot work is said at once, with the right stage, key and remedy."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from coupled import make_bodies
+from train_contexts import MIXED
+from trains import stage_train, write
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.train import train_system
+from flexgear.coupling.workable import require_workable
+from flexgear.model.bundled import bundled_cases
+from flexgear.model.case import load_case
+from flexgear.model.errors import InputError
+
+SPATIAL = 'kind = "train"\nkinematics = "spatial"\n'
+FLEXIBLE = "stages.first.flexible."
+TILT = "support.tilt_nm_per_rad"
+NO_TILT = {f"stages.second.{gear}.{TILT}": "0" for gear in ("gear", "pinion")}
+NO_CARRIER_BEARINGS = {
+    f"bearings.carrier_{side}.{key}": "0"
+    for side in ("drive", "far")
+    for key in ("radial_n_per_m", "axial_n_per_m", "tilt_nm_per_rad")
+}
+MOUNT = {
+    f"{FLEXIBLE}housing.mount.{key}": "1e9"
+    for key in ("radial_n_per_m", "axial_n_per_m", "tilt_nm_per_rad", "torsion_nm_per_rad")
+}
+LUMPED_HOUSING = {
+    f"{FLEXIBLE}housing.kind": "lumped",
+    f"{FLEXIBLE}housing.mass_kg": "1e3",
+    f"{FLEXIBLE}housing.inertia_kg_m2": "[1e3, 1e3, 1e3]",
+    **MOUNT,
+}
+
+
+def refusal(case):
+    """Key, and problem with remedy, of a case that cannot work."""
+    with pytest.raises(InputError) as caught:
+        require_workable(case)
+    assert "\n" not in str(caught.value)
+    return caught.value.key, f"{caught.value.problem} -- {caught.value.remedy}"
+
+
+@pytest.mark.parametrize("name", bundled_cases())
+def test_bundled_cases_work(name):
+    require_workable(load_case(name))
+
+
+@pytest.mark.parametrize(
+    ("settings", "key", "said"),
+    [
+        ({"gravity_m_per_s2": "[0, -9.81, 0]"}, "gravity_m_per_s2",
+         "does not reach the flexible stage first -- set it to zero"),
+        (LUMPED_HOUSING, "stages.first.flexible.housing.kind", 'is lumped.* -- set it to "rigid"'),
+        (NO_TILT, f"stages.second.pinion.{TILT}",
+         f"nothing holds second.pinion against tilting and second.gear against tilting -- give a "
+         f"stiffness there and at stages.second.gear.{TILT}"),
+        ({FLEXIBLE + key: value for key, value in NO_CARRIER_BEARINGS.items()},
+         f"{FLEXIBLE}bearings.carrier_drive.radial_n_per_m",
+         "nothing holds first.carrier sideways and along the axis"),
+        ({"joints.0.axial_n_per_m": "0"}, "joints.axial_n_per_m",
+         "nothing holds first.shaft along the axis"),
+        ({FLEXIBLE + "bearings.carrier_far.torsion_nm_per_rad": "1e6"},
+         f"{FLEXIBLE}bearings.carrier_far", "holds the rotation about the axis"),
+        ({FLEXIBLE + "bearings.planet.torsion_nm_per_rad": "1e6"},
+         f"{FLEXIBLE}bearings.planet", "holds the planet's rotation"),
+        ({FLEXIBLE + "carrier.plate_diameter_mm": "900"}, f"{FLEXIBLE}carrier.plate_diameter",
+         "does not enclose the pins"),
+        ({FLEXIBLE + "stage.planets": "7"}, "stages.first.planets",
+         "planets"),
+    ],
+)  # fmt: skip
+def test_trains_with_a_flexible_stage(tmp_path, settings, key, said):
+    found, words = refusal(load_case(write(tmp_path, MIXED, SPATIAL), settings))
+    assert found == key
+    assert re.search(said, words), words
+
+
+def test_a_flexible_stage_is_no_star(tmp_path):
+    text = MIXED.replace('member = "first.carrier"', 'member = "first.ring"')
+    train = load_case(write(tmp_path, text, SPATIAL + 'held = ["first.carrier"]\n'))
+    key, words = refusal(train)
+    assert key == "stages.first.flexible"
+    assert "whose ring is bolted to the housing, but the ring turns" in words
+
+
+def test_a_pin_goes_into_the_bore_of_its_planet():
+    sizes = {"carrier.pin_diameter_mm": "180", "stage.planet.bore_diameter_mm": "100"}
+    with pytest.raises(InputError, match=r"carrier.pin_diameter_mm: a pin of 180 mm does not go"):
+        load_case("wind-5mw", sizes)
+    load_case("wind-5mw", {**sizes, "stage.planet.bore_diameter_mm": "181"})
+
+
+SUPPORTS = [
+    ({}, None),
+    ({"bearings.output.axial_n_per_m": "0"}, "bearings.output.axial_n_per_m"),
+    ({"shaft.spline.axial_n_per_m": "0"}, "shaft.spline.axial_n_per_m"),
+    ({"shaft.spline.radial_n_per_m": "0", "shaft.spline.tilt_nm_per_rad": "0"}, None),
+    ({"bearings.output.radial_n_per_m": "0", "bearings.output.tilt_nm_per_rad": "0"}, None),
+    (NO_CARRIER_BEARINGS, "bearings.carrier_drive.axial_n_per_m"),
+    ({"ring.bolts.stiffness_axial_n_per_m": "0"}, "ring.bolts.stiffness_axial_n_per_m"),
+]
+
+
+@pytest.mark.parametrize(("settings", "key"), SUPPORTS)
+def test_supports_of_a_stage(settings, key):
+    """Rigid stand-ins and bodies that bend are held, or not, alike."""
+    case = load_case("wind-5mw", settings)
+    if key is None:
+        require_workable(case)
+        build_system(case, *make_bodies(case))
+        return
+    assert refusal(case)[0] == key
+    with pytest.raises(InputError, match="nothing holds"):
+        build_system(case, *make_bodies(case))
+
+
+def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
+    """Beside rotations those of a sun without spline or bearing: all it has but turning."""
+    loose = {f"shaft.spline.{k}": "0" for k in ("radial_n_per_m", "tilt_nm_per_rad")}
+    held = load_case("wind-5mw")
+    floating = load_case("wind-5mw", loose)
+    bodies = make_bodies(held)
+    size = [build_system(case, *bodies).rigid.shape[1] for case in (held, floating)]
+    assert size == [7, 7 + 4]  # orbit, planets and sun turn; then sideways and tilting, twice each
+
+
+@pytest.mark.parametrize(
+    ("kinematics", "ways"), [("axial", "along the axis"), ("spatial", "against tilting and along")]
+)
+def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
+    train = stage_train(tmp_path, head=f'kind = "train"\nkinematics = "{kinematics}"\n')
+    key, words = refusal(train)
+    assert key.startswith("stage.sun.support.")
+    for member in ("stage.sun", "stage.ring", "stage.carrier", "planets of stage"):
+        assert f"{member} {ways}" in words
+    assert "sideways" not in words  # radial stiffness is there
+    assert 'kinematics = "planar"' in words
+    with pytest.raises(InputError, match="nothing holds"):
+        train_system(train)
+
+
+def test_files_are_there(tmp_path):
+    settings = {"ring.fe_mesh": "file", "ring.fe_mesh_file": str(tmp_path)}
+    key, words = refusal(load_case("wind-5mw", settings))
+    assert key == "ring.fe_mesh_file"
+    assert "is a folder" in words
