@@ -31,6 +31,7 @@ from flexgear.coupling.system import Variant
 from flexgear.model.case import Train
 from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
+from flexgear.results.flanks import GEARS, carrying_flank, tooth_loads
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.summary import RPM, finite, sharing_summary
 from flexgear.studies.reduction_warnings import stage_warnings
@@ -202,8 +203,8 @@ def simulate(
         "second_reduction": finite(modal.figures),
         "carrier_speed_rpm": _range(data["carrier_speed"], RPM),
         "ring_mesh_force_n_mean": float(data["ring_gear_mesh_force"].mean()),
-        "ring_tooth_load_n": _range(data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)),
-        "sun_tooth_load_n": _range(data["sun_pair_load"].where(data["sun_pair_tooth"] > 0)),
+        "carrying_flank": {gear: carrying_flank(data, gear) for gear in GEARS},
+        **{f"{gear}_tooth_load_n": _range(tooth_loads(data, gear)) for gear in GEARS},
         "load_sharing_max": _number(data["load_sharing"].max()),
         "planet_force_spread_max": float(data["planet_force_spread"].max()),
     }
@@ -257,10 +258,9 @@ def compare(
             report("variants", k / 8)
             variant = Variant(*choice)
             _, data = equilibria(found, stage_modal(found, bodies, variant), angles)
-            load = data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)
             figures[variant.label] = {
                 "load_sharing": sharing_summary(data),
-                "ring_tooth_load_n_max": float(load.max()),
+                "ring_tooth_load_n_max": float(tooth_loads(data, "ring").max()),
                 "tooth_displacement_um_max": 1e6 * float(np.abs(data["tooth_displacement"]).max()),
                 "sun_wind_up_mrad_mean": 1e3 * float(data["sun_displacement"].sel(dof="rz").mean()),
             }

@@ -15,6 +15,7 @@ import xarray as xr
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.contact_share import contact_share
+from flexgear.results.flanks import GEARS, carrying_pairs, tooth_loads
 from flexgear.results.harmonics import radial_harmonics
 
 ORDERS = 21  # radial harmonics 0 … 20
@@ -77,7 +78,7 @@ def steady_summary(
     """
     # the force is averaged over whole tooth passages by averaging over the revolution
     force = flexible["ring_gear_mesh_force"].to_numpy()
-    tooth = flexible["ring_pair_tooth"].to_numpy()
+    tooth = carrying_pairs(flexible, "ring")["tooth"].to_numpy()
     node = np.abs(flexible["tooth_displacement"].isel(tooth=0).to_numpy()).max(axis=0)
     harmonics = np.abs(radial_harmonics(rated_equilibrium["tooth_displacement"].to_numpy()[0]))
     return {
@@ -105,14 +106,10 @@ def sharing_summary(data: xr.Dataset) -> dict[str, float]:
 def torque_step_summary(data: xr.Dataset) -> dict[str, float]:
     """Figures of one torque drop: slowest speed, lowest tooth load, load sharing, spread.
 
-    The lowest tooth load is that of all pairs at work (negative with linear contact only); slots
-    without a pair do not count.
+    The lowest tooth load is that of all pairs at work on the flank that carries (negative with
+    linear contact only); slots without a pair do not count.
     """
-    lowest = [
-        float(np.min(data[f"{kind}_pair_load"].to_numpy()[at]))
-        for kind in ("ring", "sun")
-        if (at := data[f"{kind}_pair_tooth"].to_numpy() > 0).any()
-    ]
+    lowest = [float(f.min()) for gear in GEARS if (f := tooth_loads(data, gear)).size]
     if not lowest:
         raise FlexgearError("no tooth pair was in contact during the torque step")
     return {

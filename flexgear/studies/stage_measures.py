@@ -10,6 +10,7 @@ import xarray as xr
 
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.case import Case
+from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.load_sharing import load_sharing
 from flexgear.studies.measure import (
     Found,
@@ -23,7 +24,6 @@ from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 
 POSITIONS = 40  # equilibria over one planet spacing, or over a turn where spacings differ
-FLANKS = ("ring", "sun")
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class StagePoint:
 def _sharing(point: StagePoint) -> Found:
     data = point.equilibria
     rated = data.attrs["rated_mean_force_n"]
-    forces = {kind: data[f"{kind}_gear_mesh_force"].to_numpy() for kind in FLANKS}
+    forces = {kind: data[f"{kind}_gear_mesh_force"].to_numpy() for kind in GEARS}
     factors = {
         kind: load_sharing(force, rated if kind == "ring" else np.abs(force).mean())
         for kind, force in forces.items()
@@ -59,7 +59,7 @@ def _sharing(point: StagePoint) -> Found:
 
 
 def _tooth_load(point: StagePoint) -> Found:
-    loads = {kind: point.equilibria[f"{kind}_pair_load"].to_numpy() for kind in FLANKS}
+    loads = {gear: tooth_loads(point.equilibria, gear).to_numpy() for gear in GEARS}
     return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
 
 

@@ -5,7 +5,7 @@ Stiffness split (eq. 23): F_l = k_l / Σ k · Σ F over the pairs l of one plane
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.flanks import carrying_flank, carrying_pairs
+from flexgear.results.stiffness_split import stiffness_split
 from flexgear.views.select import (
     Runs,
     Window,
@@ -45,13 +47,6 @@ from flexgear.views.style import (
 
 LABELS = {"ring": "ring–planet", "sun": "sun–planet"}
 X_LABELS = {"carrier_angle": "carrier angle $θ_c$ (rad)", "time": "time (s)"}
-
-
-def stiffness_split(load: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """F_l = k_l / Σ k · Σ F (eq. 23) along the last axis; 0 where no pair is in contact."""
-    total = stiffness.sum(axis=-1, keepdims=True)
-    share = np.divide(stiffness, total, out=np.zeros_like(stiffness), where=total > 0)
-    return np.asarray(share * load.sum(axis=-1, keepdims=True))
 
 
 def pair_curves(
@@ -87,17 +82,29 @@ def engagements(x: FloatArray, tooth: FloatArray) -> FloatArray:
 def pair_arrays(
     dataset: xr.Dataset, gear_mesh: str, planet: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh."""
+    """Load (N), tooth number and stiffness (N/m), each (n, slots), of one planet's gear mesh, on
+    whichever flank carries."""
     if gear_mesh not in LABELS:
         raise FlexgearError(f"cannot draw gear mesh '{gear_mesh}': choose ring or sun")
     if not 1 <= planet <= planet_count(dataset):
         raise FlexgearError(f"cannot draw planet {planet}: there are {planet_count(dataset)}")
     dim = leading_dim(dataset)
-    arrays = []
     for name in ("load", "tooth", "stiffness"):
-        field = variable(dataset, f"{gear_mesh}_pair_{name}").isel(planet=planet - 1)
-        arrays.append(np.asarray(field.transpose(dim, "slot"), dtype=float))
-    return arrays[0], arrays[1], arrays[2]
+        variable(dataset, f"{gear_mesh}_pair_{name}")
+    pairs = carrying_pairs(dataset.isel(planet=[planet - 1]), gear_mesh).isel(planet=0)
+    load, tooth, stiffness = (
+        np.asarray(pairs[name].transpose(dim, "slot"), dtype=float)
+        for name in ("load", "tooth", "stiffness")
+    )
+    return load, tooth, stiffness
+
+
+def said_flank(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> str:
+    """Which flank a picture shows, for its title: nothing where it is the drive flank."""
+    flanks = {carrying_flank(d.isel(planet=[planet - 1]), gear_mesh) for d in datasets} - {"none"}
+    if flanks <= {"drive"}:
+        return ""
+    return ", coast flank" if flanks == {"coast"} else ", flank that carries"
 
 
 def draw_pairs(
@@ -150,7 +157,8 @@ def pair_loads(
         planets = planet_count(dataset)
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel("load of a tooth pair (kN)")
-    ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}")
+    flank = said_flank(chosen.values(), gear_mesh, planet)
+    ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank}")
     finish_x(ax, x, planets, min(lows), max(highs))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
@@ -169,7 +177,8 @@ def numbered_pair_loads(
     load, tooth, _ = pair_arrays(dataset, gear_mesh, planet)
     figure, axes = panels(2, 1, height_mm=98, sharex=True, height_ratios=[4, 1])
     top, bottom = axes[:, 0]
-    edge = 0.01 * (at[-1] - at[0])
+    low, high = sorted((float(at[0]), float(at[-1])))
+    edge = 0.01 * (high - low)
     for number, (theta, value) in pair_curves(at, tooth, load).items():
         colour = PLANET_COLOURS[number % 5]
         top.plot(theta, value * KILO, color=colour)
@@ -181,7 +190,7 @@ def numbered_pair_loads(
                 continue
             peak = int(np.nanargmax(value[piece]))
             place = theta[piece][peak]
-            if not at[0] + edge < place < at[-1] - edge:
+            if not low + edge < place < high - edge:
                 continue
             top.annotate(
                 f"{number}",
@@ -196,7 +205,8 @@ def numbered_pair_loads(
     top.axhline(0, color=NEUTRAL, lw=0.7)
     top.set_ylabel("load of a tooth pair (kN)")
     teeth = "ring" if gear_mesh == "ring" else "sun"
-    top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet} (numbers: {teeth} teeth)")
+    flank = said_flank([dataset], gear_mesh, planet)
+    top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank} (numbers: {teeth} teeth)")
     bottom.step(at, (tooth > 0).sum(axis=1), where="mid", color=planet_colour(planet))
     bottom.yaxis.set_major_locator(MaxNLocator(integer=True))
     bottom.set_ylabel("pairs in\ncontact")
@@ -260,9 +270,10 @@ States = list[tuple[FloatArray, FloatArray, FloatArray]]
 def zoom_window(x: FloatArray, tooth: FloatArray) -> Window:
     """A stretch in the middle of x over which about four new teeth come into contact."""
     newest = np.diff(tooth.max(axis=1)) > 0
-    each = (x[-1] - x[0]) / max(int(newest.sum()), 1)
-    middle = 0.5 * (x[0] + x[-1])
-    return max(x[0], middle - 2.5 * each), min(x[-1], middle + 2.5 * each)
+    low, high = sorted((float(x[0]), float(x[-1])))  # x falls where the carrier turns backwards
+    each = (high - low) / max(int(newest.sum()), 1)
+    middle = 0.5 * (low + high)
+    return max(low, middle - 2.5 * each), min(high, middle + 2.5 * each)
 
 
 def draw_engagements(axes: Axes, at: FloatArray, states: States, last: int) -> None:

@@ -33,10 +33,22 @@ def test_rigid_ring_does_not_bend(flexgear):
     assert json.loads(text)["0 deg"]["radial_harmonic_5_um"] < 1e-6
 
 
-def test_too_little_torque_is_a_failure_in_one_line(flexgear):
-    code, _, err = flexgear("static", "wind-5mw", "--torque-nm", 0, "-q")
-    assert code == 1
-    assert err.startswith("flexgear: no equilibrium")
+def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
+    """Coast flanks bear what drive flanks do: not zero, as the drive flanks' own loads are."""
+    few = ("--duration-s", 0.02, "--json", "-q", "--rigid", "all")
+    found = {}
+    for torque in ("4e6", "-4e6"):
+        code, text, _ = flexgear("simulate", "wind-5mw", "--set", f"drive.torque_nm={torque}", *few)
+        assert code == 0
+        found[torque] = json.loads(text)["transient"]
+    ahead, back = found.values()
+    assert ahead["carrying_flank"] == {"ring": "drive", "sun": "drive"}
+    assert back["carrying_flank"] == {"ring": "coast", "sun": "coast"}
+    for name in ("ring_tooth_load_n", "sun_tooth_load_n"):
+        assert back[name]["max"] == pytest.approx(ahead[name]["max"], rel=0.1)
+    mean = "ring_mesh_force_n_mean"
+    assert back[mean] == pytest.approx(-ahead[mean], rel=1e-2)
+    assert back["load_sharing_max"] == pytest.approx(ahead["load_sharing_max"], rel=0.05)
 
 
 def test_modes_start_with_the_rigid_rotation(flexgear):

@@ -75,3 +75,21 @@ def test_wrong_choices_are_one_clear_line(steady):
         loads.pair_loads(steady, "ring", 6)
     with pytest.raises(FlexgearError, match="nothing to draw between"):
         loads.pair_loads(steady, "ring", 1, window=(80.0, 90.0))
+
+
+def test_reversed_torque_draws_the_coast_flanks(steady):
+    """The same loads and teeth on the other flank make the same curves, and the title says so."""
+    ahead = steady["flexible"]
+    names = [n for n in ahead if str(n).startswith("ring_pair_")]
+    back = ahead.assign({n.replace("ring_pair", "ring_back_pair"): ahead[n] for n in names})
+    back = back.assign({n: 0 * ahead[n] for n in names})
+    for draw in (
+        lambda d: loads.pair_loads({"flexible": d}, "ring", 1, window=(1.0, 1.5)),
+        lambda d: loads.numbered_pair_loads(d, window=(1.0, 1.6)),
+    ):
+        one, other = draw(ahead).axes[0], draw(back).axes[0]
+        for a, b in zip(one.get_lines(), other.get_lines(), strict=True):
+            np.testing.assert_array_equal(a.get_ydata(), b.get_ydata())
+        assert "coast flank" in other.get_title(loc="left")
+        assert "flank" not in one.get_title(loc="left")
+    assert len(loads.engagement_map(back).axes[0].collections) == 5

@@ -1,0 +1,59 @@
+"""Which flank of a gear mesh carries, and the tooth pairs there.
+
+Datasets of a flexible stage hold the pairs of both flanks. Under the sense of torque that is rated
+the drive flanks carry ("ring_pair_…"), under the other the coast flanks ("ring_back_pair_…"), and
+after a torque reversal each in its turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.errors import FlexgearError
+
+GEARS = ("ring", "sun")
+PARTS = ("load", "tooth", "stiffness", "position")
+
+
+def coast_carries(data: xr.Dataset, gear: str) -> xr.DataArray:
+    """True (sample, planet) where the coast flank bears more than the drive flank.
+
+    gear: "ring" or "sun". Nowhere with the linear contact law, which has no coast flanks.
+    """
+    drive = abs(data[f"{gear}_pair_load"].sum("slot"))
+    if f"{gear}_back_pair_load" not in data:
+        return xr.DataArray(drive < 0)
+    return xr.DataArray(data[f"{gear}_back_pair_load"].sum("slot") > drive)
+
+
+def carrying_pairs(data: xr.Dataset, gear: str) -> xr.Dataset:
+    """Pairs of the flank that carries, planet by planet and sample by sample.
+
+    "load" N, "tooth" from 1 (0: none), "stiffness" N/m and "position" m, each (sample, planet,
+    slot); those that ``data`` holds. The drive flank's where neither carries.
+    """
+    if f"{gear}_pair_load" not in data:
+        raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
+    coast = coast_carries(data, gear)
+    found = {}
+    for part in PARTS:
+        name, other = f"{gear}_pair_{part}", f"{gear}_back_pair_{part}"
+        if name in data:
+            found[part] = data[name].where(~coast, data[other]) if other in data else data[name]
+    return xr.Dataset(found)
+
+
+def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
+    """Loads of the pairs on the flank that carries, N, flat; slots without a pair are left out."""
+    pairs = carrying_pairs(data, gear)
+    at = pairs["tooth"].to_numpy() > 0
+    return xr.DataArray(pairs["load"].to_numpy()[at], dims="pair", attrs={"units": "N"})
+
+
+def carrying_flank(data: xr.Dataset, gear: str) -> str:
+    """Which flank carries over the samples: "drive", "coast", "drive and coast" or "none"."""
+    coast = coast_carries(data, gear).to_numpy()
+    loaded = np.abs(carrying_pairs(data, gear)["load"].sum("slot").to_numpy()) > 0
+    words = [w for w, at in (("drive", ~coast), ("coast", coast)) if np.any(at & loaded)]
+    return " and ".join(words) or "none"
