@@ -58,10 +58,11 @@ def _body(name, mass, polar, dofs):
 
 def lin_parker(planets=3, *, dofs=PLANAR, helix=0.0, ring_torsion=RING_TORSION, angles=None,
                axial=1e8, tilt=1e5, gear_mesh=GEAR_MESH, planet_bearing=BEARING,
-               central=None):  # fmt: skip
+               central=None, sun_torsion=0.0, carrier_torsion=0.0):  # fmt: skip
     """The stage with any number of planets, planar or spatial (axial N/m, tilt N m/rad a body).
 
-    central: radial support N/m by name of central member, where it is not the published one.
+    central: radial support N/m by name of central member, where it is not the published one;
+    …_torsion: support k of u = r θ, N/m.
     """
     phi = 2 * np.pi * np.arange(planets) / planets if angles is None else np.asarray(angles)
     names = ["sun", "ring", "carrier"] + [f"planet_{i + 1}" for i in range(planets)]
@@ -89,7 +90,11 @@ def lin_parker(planets=3, *, dofs=PLANAR, helix=0.0, ring_torsion=RING_TORSION, 
         return u
 
     springs, support = {}, np.zeros((size, size))
-    for name, torsion in (("sun", 0.0), ("ring", ring_torsion), ("carrier", 0.0)):
+    for name, torsion in (
+        ("sun", sun_torsion),
+        ("ring", ring_torsion),
+        ("carrier", carrier_torsion),
+    ):
         twist = torsion * RADIUS[name] ** 2
         radial = (central or {}).get(name, BEARING)
         matrix = np.diag([radial, radial, axial, tilt, tilt, twist])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from flexgear.model.bundled import bundled_text
 from flexgear.model.case import load_case
 
 STEEL = """
@@ -74,3 +75,12 @@ def stage_train(folder, *, planets=4, sun="0", helix=0, head='kind = "train"\n',
     """The spur stage as a train; overrides by TOML key."""
     path = write(folder, STAGE.format(planets=planets, sun=sun, helix=helix), head)
     return load_case(path, overrides=overrides)
+
+
+def free_stage(folder, ports="", **settings):
+    """lin-parker without inputs and output, or with the ports given."""
+    text, rest = bundled_text("lin-parker").split("[[inputs]]")
+    text += ports + rest[rest.index("[damping]") :]
+    path = folder / "free.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_case(path, settings)

@@ -62,7 +62,7 @@ def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None 
     free = len(system.masters)
     values, shapes = _lowest(0.5 * (k + k.T), system.mass, free, limit_hz)
     omega = np.sqrt(np.clip(values, 0.0, None))
-    if len(omega) > free and omega[free - 1] < 1e-3 * omega[free]:
+    if 0 < free < len(omega) and omega[free - 1] < 1e-3 * omega[free]:
         omega[:free] = 0.0
     frequencies = omega / (2 * np.pi)
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))

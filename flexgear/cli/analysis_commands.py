@@ -132,7 +132,7 @@ def modes(
     """Natural modes of the coupled train: frequencies, types, the components that move."""
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
-    found, parts = read_case(case, settings), rigid_parts(rigid)
+    found, parts = read_case(case, settings, loaded=False), rigid_parts(rigid)
     if isinstance(found, Train):
         way = Shown(as_json, quiet, out)
         modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)

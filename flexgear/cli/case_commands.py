@@ -31,7 +31,7 @@ def register(app: typer.Typer) -> None:
 
 def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
     """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
-    found = read_case(case, settings)
+    found = read_case(case, settings, loaded=False)
     if isinstance(found, Train):
         present(f"{found.name}: {found.title or 'valid'}", derived_of_train(found), as_json)
         return

@@ -49,9 +49,14 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
     return overrides
 
 
-def read_case(name: str, settings: list[str] | None) -> Case | Train:
-    """The flexible stage or train with ``--set`` carried out; what cannot work is said now."""
+def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> Case | Train:
+    """The flexible stage or train with ``--set`` carried out; what cannot work is said now.
+
+    loaded: whether it is needed for more than its modes, so that free vibration will not do.
+    """
     case = load_case(name, settings_of(settings))
+    if loaded and isinstance(case, Train):
+        case.require_load()
     require_workable(case)
     return case
 

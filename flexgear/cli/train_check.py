@@ -21,9 +21,20 @@ Sections = dict[str, dict[str, Any]]
 
 def derived_of_train(train: Train) -> Sections:
     """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
-    flow, motions = power_flow(train), stage_motions(train, power_flow(train))
-    sections: Sections = dict(train_report(train))
-    sections |= _members(flow)
+    flow = power_flow(train)
+    running = {} if train.output is None else _running(train, flow)
+    return {
+        **train_report(train),
+        "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
+        **running,
+        "system": _system(train),
+        "case": {"name": train.name, "content_hash": train.content_hash()},
+    }
+
+
+def _running(train: Train, flow: PowerFlow) -> Sections:
+    """What follows from torques and speeds: members, stages, the whole train."""
+    motions, sections = stage_motions(train, flow), _members(flow)
     lives = planet_bearing_life_hours(train, flow)
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
@@ -36,15 +47,12 @@ def derived_of_train(train: Train) -> Sections:
         "input_power_w": flow.input_power,
         "circulating_power_w": flow.circulating_power,
     }
-    sections["system"] = _system(train)
-    sections["case"] = {"name": train.name, "content_hash": train.content_hash()}
     return sections
 
 
 def _members(flow: PowerFlow) -> Sections:
-    """Speed, torque by the rest of the train and power into the stage, of every member."""
+    """Torque by the rest of the train and power into the stage, of every member."""
     return {
-        "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         "torques_on_the_stages_nm": dict(flow.branch_torque),
         "powers_into_the_stages_w": dict(flow.branch_power),
         "torques_from_outside_nm": dict(flow.torque),
@@ -106,4 +114,5 @@ def _system(train: Train) -> dict[str, Any]:
         "degrees_of_freedom": system.size,
         "gear_meshes": len(system.gear_meshes),
         "gyroscopic": system.gyroscopic is not None,
+        "free_vibration": train.output is None,
     }

@@ -15,6 +15,7 @@ from scipy import linalg
 
 from flexgear.coupling.pair_data import PairData, front_meshes, pair_rows
 from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
 from flexgear.structures.bodies import Body
 
@@ -95,6 +96,14 @@ def rolling_motions(
             "check their supports",
         )  # fmt: skip
     return np.asarray(rolled @ np.linalg.inv(turn))
+
+
+def vibration_motions(mass: Array, rigid: Array, contact: Array) -> tuple[Array, Array]:
+    """Motions (d, F) that nothing resists in free vibration, M-orthonormal, and the rows (F, d)
+    that give their share of a motion. Where supports resist all turning, there are none."""
+    free = free_motions(rigid, contact)
+    rolled = orthonormal_rigid(mass, free)
+    return rolled, rolled.T @ mass
 
 
 def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) -> InputError:

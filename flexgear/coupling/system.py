@@ -222,6 +222,8 @@ class System:
 
 def orthonormal_rigid(mass: Array, motions: Array) -> Array:
     """M-orthonormal basis of the given motions (d, r), by Cholesky of their Gram matrix."""
+    if not motions.shape[1]:
+        return motions
     gram = motions.T @ mass @ motions
     lower = linalg.cholesky(gram, lower=True)
     return linalg.solve_triangular(lower, motions.T, lower=True).T

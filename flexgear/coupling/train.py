@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.determinacy import holding_rows, rolling_motions
+from flexgear.coupling.determinacy import (
+    free_motions,
+    holding_rows,
+    rolling_motions,
+    vibration_motions,
+)
 from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, labels, pair_data
 from flexgear.coupling.links import behind_spline, turn
 from flexgear.coupling.stage_parts import (
@@ -325,21 +330,19 @@ def _system(b: _Build) -> System:
     blocks = np.vstack([*b.blocks, *a.contact_nodes])
     pairs = pair_data(b.sets, len(blocks) // 6, extra)
     rigid = orthonormal_rigid(a.mass, a.loose_motions())
-    given = [p for p in train.ports if p.speed is not None]
-    masters = np.vstack([_speed_row(b, p.member) for p in given])
     angles = np.vstack(b.angles)
     bearings = [
         row for c in b.clearances for row in c.inner[:2] - (0.0 if c.outer is None else c.outer[:2])
     ]
     contact = holding_rows(pairs, blocks, len(angles), bearings)
-    rolling = rolling_motions(a.bodies, a.source, rigid, contact, masters)
+    rolling, masters, speeds = _rolling(b, rigid, contact)
     gyroscopic, centripetal = _frame_forces(b, rolling, masters)
-    output = train.output.member
-    torque, speed = flow.torque[output], flow.speed[output]
+    torque, speed = (
+        flow.torque.get(train.brake_member, 0.0),
+        flow.speed.get(train.brake_member, 1.0),
+    )
     d, modal = train.damping, train.damping.kind == "modal"
-    given_torque = {p.member: p.given_torque for p in train.inputs}
-    given_torque[output] = train.output.torque
-    first_torque = flow.torque[train.inputs[0].member]
+    lead = train.inputs[0].member if train.inputs else ""
     return System(
         variant=Variant(),
         bodies=tuple(a.bodies),
@@ -355,7 +358,7 @@ def _system(b: _Build) -> System:
                 p.member,
                 _rotation(b, p.member),
                 flow.torque[p.member],
-                reaction=given_torque[p.member] is None,
+                reaction=p.given_torque is None,
             )
             for p in train.ports
         ),
@@ -367,14 +370,29 @@ def _system(b: _Build) -> System:
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
         brake=Brake(abs(torque), abs(speed), train.brake_exponent),
-        rated_torque=first_torque,
-        rated_speed=flow.speed[train.inputs[0].member],
-        master_speeds=tuple(flow.speed[p.member] for p in given),
+        rated_torque=flow.torque.get(lead, 0.0),
+        rated_speed=flow.speed.get(lead, 0.0),
+        master_speeds=speeds,
         planets=max(s.planets for s in train.stages),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
         header={"brake_exponent": train.brake_exponent},
     )
+
+
+def _rolling(b: _Build, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
+    """Rolling (d, F) of the train, rows (F, d) of its independent rotations, their rated speeds.
+
+    In free vibration supports may resist rotations, or members float: what is left free has no
+    speed of its own, unless it is the rotations that the inputs give.
+    """
+    given = [p.member for p in b.train.ports if p.speed is not None]
+    free = free_motions(rigid, contact).shape[1]
+    if b.train.output is None and (not given or free != len(given)):
+        return *vibration_motions(b.a.mass, rigid, contact), ()
+    masters = np.array([_speed_row(b, m) for m in given]).reshape(-1, b.a.size)
+    rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, masters)
+    return rolling, masters, tuple(b.flow.speed[m] for m in given)
 
 
 def _frame_forces(b: _Build, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:

@@ -26,6 +26,7 @@ from flexgear.gears.circulating_power import circulating_power, shafts
 from flexgear.gears.stage_flow import StageFlow, stage_flow
 from flexgear.gears.train_determinacy import (
     port_matrix,
+    rank,
     require_free_ties,
     require_speeds,
     require_torques,
@@ -70,15 +71,22 @@ class PowerFlow:
 def power_flow(train: Train) -> PowerFlow:
     """Speeds, torques, powers and mean forces of a train.
 
-    Raises InputError where the train has no or more than one answer.
+    In free vibration (no output) nothing is loaded, and without inputs all is at rest. Raises
+    InputError where the train has no or more than one answer.
     """
     members = train_members(train)
-    mobility = require_free_ties(members)
-    require_speeds(members, mobility)
-    require_torques(members, mobility)
     ties = tie_matrix(members, members.ties)
-    speeds = _speeds(members, ties)
-    outside, ties_torque = _torques(members, ties)
+    if members.ports:
+        mobility = require_free_ties(members)
+        require_speeds(members, mobility)
+        speeds = _speeds(members, ties)
+    else:
+        mobility, speeds = len(members.names) - rank(ties), np.zeros(len(members.names))
+    if train.output is None:
+        outside, ties_torque = {p.member: 0.0 for p in members.ports}, np.zeros(len(ties))
+    else:
+        require_torques(members, mobility)
+        outside, ties_torque = _torques(members, ties)
     speed = dict(zip(members.names, speeds.tolist(), strict=True))
     branch_torque = _branch_torques(members, ties, ties_torque)
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}

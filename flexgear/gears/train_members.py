@@ -72,7 +72,8 @@ def train_members(train: Train) -> TrainMembers:
         Port(given.member, f"inputs[{k}]", given.speed, given.given_torque)
         for k, given in enumerate(train.inputs)
     ]
-    ports.append(Port(train.output.member, "output", train.output.speed, train.output.torque))
+    if train.output is not None:
+        ports.append(Port(train.output.member, "output", train.output.speed, train.output.torque))
     loads = dict.fromkeys((load.member for load in train.loads), 0.0)
     for load in train.loads:
         loads[load.member] += load.moment[2]

@@ -57,6 +57,11 @@ class Output(Section):
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
     brake_exponent: float | None = Field(default=None, ge=0.0, le=5.0)
 
+    @property
+    def given_torque(self) -> float | None:
+        """Torque on the member, N m; None if it follows from the others."""
+        return self.torque
+
     @model_validator(mode="after")
     def _finite_slope(self) -> Output:
         if 0.0 < (self.brake_exponent or 0.0) < 1.0:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.content import content_hash
+from flexgear.model.errors import InputError
 from flexgear.model.faults import input_error
 from flexgear.model.flexible_stage import refuse_taken
 from flexgear.model.gear_mesh import Damping
@@ -14,7 +16,7 @@ from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.ports import Input, MemberLoad, Output
 from flexgear.model.read import Written, is_place, put
-from flexgear.model.section import Section
+from flexgear.model.section import Missing, Section
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import TrainTolerance, check_tolerance
 from flexgear.model.train_checks import check_train
@@ -34,6 +36,10 @@ class Train(Section):
     kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
     of the carriers' frames at rated speed. gravity: fixed axes. held: members that do not turn; a
     planetary stage without a held member holds its ring unless that is a port or in a joint.
+
+    Without ``output`` the case is one of free vibration, which has modes only: about rest without
+    inputs, else about the steady speeds that they give. Only there may members that turn have a
+    support against turning: a spring to what turns on at their steady speed.
     """
 
     name: str = "train"
@@ -47,8 +53,8 @@ class Train(Section):
     stages: tuple[TrainStage, ...] = Field(min_length=1)
     joints: tuple[Joint, ...] = ()
     held: tuple[str, ...] = ()
-    inputs: tuple[Input, ...] = Field(min_length=1)
-    output: Output
+    inputs: tuple[Input, ...] = ()
+    output: Output | None = None
     loads: tuple[MemberLoad, ...] = ()
     damping: Damping = Damping()
     tolerance: TrainTolerance = TrainTolerance()
@@ -75,7 +81,15 @@ class Train(Section):
     @property
     def ports(self) -> tuple[Input | Output, ...]:
         """Inputs in their order, then the output."""
-        return (*self.inputs, self.output)
+        return self.inputs if self.output is None else (*self.inputs, self.output)
+
+    def require_load(self) -> None:
+        """InputError for a case of free vibration, where anything but modes is asked for."""
+        if self.output is None:
+            raise InputError(
+                self.source, "output", "is missing, so that this is a case of free vibration",
+                "ask for its modes, or add [output], and inputs with speed and torque",
+            )  # fmt: skip
 
     def port_at(self, member: str) -> Input | Output | None:
         """The port at a member, if there is one."""
@@ -91,8 +105,15 @@ class Train(Section):
         return case.inertia.drive if member.endswith(".carrier") else case.inertia.output
 
     @property
+    def brake_member(self) -> str:
+        """Member that the load brakes; "" in free vibration."""
+        return "" if self.output is None else self.output.member
+
+    @property
     def brake_exponent(self) -> float:
         """Of the load at the output, T ~ |ω|^exponent."""
+        if self.output is None:
+            return 1.0
         case, given = self.stage(self.output.member).flexible, self.output.brake_exponent
         if given is not None:
             return given
@@ -110,12 +131,13 @@ class Train(Section):
         for name in self.member_names():
             if self.kinematics_of(name) == "fixed":
                 held.add(name)
-        used = {p.member for p in self.inputs} | {self.output.member}
+        used = {port.member for port in self.ports}
         used |= {name for joint in self.joints for name in (joint.first, joint.second)}
         for stage in self.stages:
             names = {f"{stage.name}.{member}" for member in stage.members}
             ring = f"{stage.name}.ring"
-            if stage.kind == "planetary" and not names & held and ring not in used:
+            free = stage.flexible is None and not self.ports  # supports alone say what is held
+            if stage.kind == "planetary" and not names & held and ring not in used and not free:
                 held.add(ring)
         return tuple(name for name in self.member_names() if name in held)
 
@@ -162,6 +184,18 @@ class Train(Section):
         """Plain data in SI, as it is written beside results."""
         return self.model_dump(mode="json")
 
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """Where power goes in, a member takes it, and the other way round."""
+        inputs, loaded = data.get("inputs") or (), data.get("output") is not None
+        if loaded and not inputs:
+            return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
+        powers = [k for i in inputs for k in ("torque", "power") if _given(i, k) is not None]
+        if powers and not loaded:
+            remedy = f"add [output], or take {powers[0]} out for free vibration"
+            return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
+        return []
+
     @model_validator(mode="before")
     @classmethod
     def _named_stages(cls, data: Any) -> Any:
@@ -180,6 +214,11 @@ class Train(Section):
         check_train(self)
         check_tolerance(self)
         return self
+
+
+def _given(port: Any, key: str) -> Any:
+    """What an input, read or not yet read, says."""
+    return port.get(key) if isinstance(port, Mapping) else getattr(port, key, None)
 
 
 def validated_train(data: dict[str, Any], where: str, written: Written) -> Train:

@@ -36,7 +36,8 @@ def _check_members(train: Train) -> None:
     """Every member that is named exists."""
     named = [(f"held.{k}", name) for k, name in enumerate(train.held)]
     named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
-    named += [("output.member", train.output.member)]
+    if train.output is not None:
+        named += [("output.member", train.output.member)]
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(train.loads)]
     for k, joint in enumerate(train.joints):
         named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
@@ -49,7 +50,8 @@ def _check_members(train: Train) -> None:
 def _check_ports(train: Train) -> None:
     """A member has one role."""
     ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
-    ports.append(("output.member", train.output.member))
+    if train.output is not None:
+        ports.append(("output.member", train.output.member))
     seen: dict[str, str] = {}
     for key, name in ports:
         if name in seen:
@@ -75,7 +77,7 @@ def _check_ports(train: Train) -> None:
 
 
 def _check_held(train: Train) -> None:
-    """What is held has a support against turning, and nothing else has."""
+    """What is held has a support against turning, and nothing else has but in free vibration."""
     held = train.held_members()
     for name in train.member_names():
         k = train.stage_index(name)
@@ -84,16 +86,18 @@ def _check_held(train: Train) -> None:
         part = name.partition(".")[2]
         support = train.member(name).support
         turns = train.kinematics_of(name) != "fixed"
-        if name in held and turns and not support.holds_rotation:
+        said = train.output is None and name in train.held  # there is no torque to take
+        if name in held and turns and not support.holds_rotation and not said:
             raise Refusal(
                 f"stages.{k}.{part}.support.tangential",
                 f"is zero, so nothing takes the torque of the held {name}",
                 f'give it (or torsion), or {part}.kinematics = "fixed"',
             )
-        if name not in held and support.holds_rotation:
+        if name not in held and support.holds_rotation and train.output is not None:
             key = "tangential" if support.tangential > 0 else "torsion"
             raise Refusal(
                 f"stages.{k}.{part}.support.{key}",
                 f"holds the rotation of {name}, which turns",
-                f'set it to zero, or name "{name}" in held',
+                f'set it to zero, or name "{name}" in held (a case of free vibration, without '
+                "[output], may have it)",
             )

@@ -94,8 +94,7 @@ def lead_speed(train: Train, flow: PowerFlow) -> float:
 
 def given_speeds(train: Train) -> list[str]:
     """Members whose speed is given: their rotations are the independent ones."""
-    given = [p.member for p in train.inputs if p.speed is not None]
-    return given if train.output.speed is None else [*given, train.output.member]
+    return [port.member for port in train.ports if port.speed is not None]
 
 
 def _stands_in_space(train: Train) -> bool:

@@ -49,7 +49,8 @@ class TrainContext:
 
     @cached_property
     def modal(self) -> ModalSystem:
-        """The coupled train in the modes that ``solver`` asks for."""
+        """The coupled train in the modes that ``solver`` asks for; InputError without load."""
+        self.train.require_load()
         return self.made or chosen_modal(self.system, self.train.solver)
 
 

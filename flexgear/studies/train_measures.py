@@ -25,7 +25,7 @@ from flexgear.studies.measure import (
 )
 from flexgear.studies.train_angles import samples_of_stage, stage_motions
 from flexgear.studies.train_dataset import TrainContext, context_of
-from flexgear.studies.train_model import train_modal, train_variants, variant_label
+from flexgear.studies.train_model import coupled_train, train_variants, variant_label
 from flexgear.studies.train_sharing import shared_stages, train_sharing
 from flexgear.studies.train_static import train_equilibria
 from flexgear.studies.train_transient import settled, simulate_train
@@ -52,7 +52,7 @@ class TrainPoint:
     def context(self) -> TrainContext:
         """The train put together."""
         variant = variant_label(train_variants(self.train))
-        return context_of(self.train, train_modal(self.train), variant)
+        return context_of(self.train, coupled_train(self.train), variant)
 
     @cached_property
     def sharing(self) -> list[xr.Dataset]:

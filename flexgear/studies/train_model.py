@@ -73,7 +73,8 @@ def train_modal(
     bodies: Bodies | None = None,
     variants: Mapping[str, Variant] | None = None,
 ) -> ModalSystem:
-    """``coupled_train`` in the modes that ``solver`` asks for."""
+    """``coupled_train`` in the modes that ``solver`` asks for; InputError without load."""
+    train.require_load()
     system = coupled_train(train, progress, bodies=bodies, variants=variants)
     return chosen_modal(system, train.solver)
 

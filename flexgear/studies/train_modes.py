@@ -21,6 +21,7 @@ from flexgear.analysis.mode_types import (
 from flexgear.analysis.modes import gear_mesh_stiffness, modes, row_vectors, rows_at
 from flexgear.coupling.pair_data import CLEARANCE, SUPPORT
 from flexgear.coupling.system import System
+from flexgear.model.errors import InputError
 from flexgear.results.train_dataset import train_dataset
 from flexgear.studies.train_dataset import TrainContext, body_rows, result_name, train_attrs
 from flexgear.studies.train_labels import gear_meshes_of
@@ -37,6 +38,11 @@ def train_modes(
 ) -> xr.Dataset:
     """Undamped modes at rest with the gear meshes as they are at a rotation of the lead, rad."""
     system = context.system
+    if angle and not system.master_speeds:
+        raise InputError(
+            context.train.source, "inputs", "give no speed of a free rotation, which has an angle",
+            "look at the modes at angle 0",
+        )  # fmt: skip
     found = modes(system, carrier_angle=_masters(system, angle), limit_hz=limit_hz)  # type: ignore[arg-type]
     rigid = int(np.sum(found.frequencies == 0.0))
     kinds = classify(

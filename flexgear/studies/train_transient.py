@@ -137,7 +137,7 @@ def refuse_runaway(context: TrainContext, found: Transient) -> None:
 
 
 def _require_brake(context: TrainContext) -> None:
-    output = context.train.output.member
+    output = context.train.ports[-1].member
     if context.flow.power[output] > 0:
         raise InputError(
             context.train.source,
