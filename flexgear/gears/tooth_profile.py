@@ -5,7 +5,7 @@ at radius ρ the flank is at the half angle δ(ρ) = s/(2 r) ± (inv α_ρ - inv
 (+ internal). Below it a circular arc of radius ρ_f touches flank and root circle, its centre at
 r_f + ρ_f (external) or r_f - ρ_f (internal); where it would touch below the base circle, the flank
 runs down radially. The root section is where the arc makes 30° (external) or 60° (internal) with
-the middle line, as in ISO 6336-3.
+the middle line, as in ISO 6336-3, or where the arc begins if it is steeper there.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Array = NDArray[np.float64]
 class ToothProfile:
     """One tooth in the transverse plane.
 
-    x, y: (n,) m, from tip to root section, x falling outside and rising inside; form_radius:
-    where the involute ends, m.
+    x, y: (n,) m, from tip to root section, x falling outside and rising inside, the first
+    flank_points on the flank; form_radius: where the involute ends, m.
     """
 
     gear: GearGeometry
@@ -35,6 +35,7 @@ class ToothProfile:
     x: Array
     y: Array
     form_radius: float
+    flank_points: int
 
     def half_angle(self, radius: Array) -> Array:
         """δ(ρ) on the involute, rad."""
@@ -96,12 +97,12 @@ def tooth_profile(
     alpha, delta = flank(form)
     # the arc is run through by the angle τ between its tangent and the middle line
     start = alpha + delta if gear.internal else alpha - delta
-    end = math.radians(60.0 if gear.internal else 30.0)
-    tau = np.linspace(min(start, end), end, points // 3)
+    root = math.radians(60.0 if gear.internal else 30.0)
+    tau = np.linspace(start, max(start, root), points // 3)
     arc_x = cx - out * fillet_radius * np.sin(tau)
     arc_y = cy - fillet_radius * np.cos(tau)
     radius = np.linspace(gear.tip_radius, form, points)
     delta_r = half_angle(gear, transverse_angle, np.maximum(radius, base))
     x = np.concatenate([radius * np.cos(delta_r), arc_x[1:]])
     y = np.concatenate([radius * np.sin(delta_r), arc_y[1:]])
-    return ToothProfile(gear, transverse_angle, x, y, max(form, base))
+    return ToothProfile(gear, transverse_angle, x, y, max(form, base), points)

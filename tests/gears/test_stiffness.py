@@ -68,12 +68,12 @@ def test_iso_single_stiffness_of_a_spur_pair_by_hand():
 @pytest.mark.parametrize("gear", ["sun", "ring"])
 @pytest.mark.parametrize("helix", ["0", "7.5"])
 def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
-    """ISO's q' is a fit of Weber-Banaschek results; C_M = 0.8 and C_B taken out again."""
+    """ISO's q' is a fit of Weber-Banaschek results; C_M = 0.8 and C_B taken out again: 2 %."""
     case = load_case("wind-5mw", {"stage.helix_angle_deg": helix})
     g = stage_geometry(case.stage)
     split = compliance(case, g, gear)
     peak = (1 / split.total).max() / math.cos(g.base_helix_angle) ** 2
-    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / 0.975, rel=0.12)
+    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / 0.975, rel=0.03)
     k = 1 / split.total
     assert 0.3 < split.xi[k.argmax()] < 0.7
     for end in (k[0], k[-1]):
@@ -88,25 +88,34 @@ def test_compliances_grow_towards_the_tip():
         p = tooth_profile(gear, g.transverse_angle, 0.38 * 0.018)
         radius = np.linspace(p.form_radius, gear.tip_radius, 20)
         c = tooth_compliance(p, radius, 210e9, 0.3)
-        assert np.all(np.diff(c.bending) > 0)
+        angle = p.load_angle(radius)
+        outward = np.sign(p.x[0] - p.x[-1])
+        lever = outward * (p.gear.base_radius / np.cos(angle) - p.x[-1])
+        assert np.all((c.bending == 0.0) == (lever <= 0))  # it passes below the root section
+        # at the base circle the load leans outward, and its lever falls at first
+        rising = (lever > 0) & (angle > 0)
+        assert rising.sum() > 15
+        assert np.all(np.diff(c.bending[rising]) > 0)
+        assert np.all(np.diff((c.bending + c.foundation)[rising]) > 0)
         assert c.bending[-1] > 10 * c.bending[0]
         assert np.all(np.diff(p.x) * (1 if gear.internal else -1) > 0)
 
 
 def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
-    """Timoshenko beam under the same oblique load: u²-bending, shear and axial shortening."""
+    """Timoshenko cantilever as long as from the root to where load and middle line cross.
+
+    What lies between that point and the flank is the contact's part, down to the middle line.
+    """
     case = load_case("wind-5mw")
     g = stage_geometry(case.stage)
     p = tooth_profile(g.planet, g.transverse_angle, 0.38 * 0.018)
     y = 0.015
-    flat = type(p)(p.gear, p.transverse_angle, p.x, np.full_like(p.y, y), p.form_radius)
+    flat = type(p)(p.gear, p.transverse_angle, p.x, np.full_like(p.y, y), p.form_radius, 160)
     r = np.array([g.planet.tip_radius])
     a = float(p.load_angle(r)[0])
-    start, root = float((r * np.cos(p.half_angle(r)))[0]), p.x[-1]
-    cross = g.planet.base_radius / math.cos(a)
     e, nu = 210e9, 0.3
-    plane, length = (1 - nu**2) / e, start - root
-    bend = ((cross - root) ** 3 - (cross - start) ** 3) / 3 * 12 * plane / (2 * y) ** 3
+    plane, length = (1 - nu**2) / e, g.planet.base_radius / math.cos(a) - p.x[-1]
+    bend = length**3 / 3 * 12 * plane / (2 * y) ** 3
     shear = 1.2 * 2 * (1 + nu) / e * length / (2 * y)
     axial = math.sin(a) ** 2 * plane * length / (2 * y)
     expected = math.cos(a) ** 2 * (bend + shear) + axial

@@ -128,7 +128,8 @@ TABLE = {"position": (0.0, 1.0), "stiffness": (10e9, 14e9)}
 
 def test_laws_of_tables_and_of_tooth_deflection():
     """A lumped stage has nothing of its teeth in an FE mesh: whole compliance, at the load that
-    passes; the mean after Weber and Banaschek is near that of ISO 6336-1."""
+    passes; the mean after Weber and Banaschek is the theoretical one of ISO 6336-1, whose c' is
+    smaller by C_M = 0.8 and C_B."""
     stage = planetary(gear_mesh={
         "model": "per_pair", "pair_stiffness": "table", "table": {"ring": TABLE, "sun": TABLE},
     })  # fmt: skip
@@ -144,7 +145,7 @@ def test_laws_of_tables_and_of_tooth_deflection():
             })  # fmt: skip
             stage = train.stage(name)
             means.append(mean_stiffness(train, stage, train_geometry(stage), "sun"))
-        assert means[1] == pytest.approx(means[0], rel=0.25)
+        assert means[1] * 0.8 * 0.975 == pytest.approx(means[0], rel=0.03)
 
 
 def test_tooth_deflection_needs_a_load():

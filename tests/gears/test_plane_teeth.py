@@ -1,0 +1,103 @@
+"""Weber and Banaschek's tooth against plane-strain finite elements, term by term.
+
+Bounds are what was found on the bundled stage's gears, rounded up; ``validation/weber_banaschek``
+has the figures over the whole flank.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from plane_teeth import HELD, deflection, load_at
+from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense
+from skfem import solve as solved
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tooth_profile import tooth_profile
+from flexgear.gears.weber_banaschek import tooth_compliance
+from flexgear.model.case import load_case
+
+YOUNG, POISSON = 210e9, 0.3
+PLANE = (1 - POISSON**2) / YOUNG
+
+
+@pytest.mark.parametrize(
+    ("name", "tooth", "whole"), [("sun", 0.08, 0.08), ("planet", 0.1, 0.08), ("ring", 0.12, 0.16)]
+)
+@pytest.mark.parametrize("height", [0.5, 0.8])
+def test_a_tooth_bends_as_in_plane_strain(name, tooth, whole, height):
+    """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
+    g, module = stage_geometry(case.stage), case.stage.normal_module
+    p = tooth_profile(getattr(g, name), g.transverse_angle, 0.38 * module)
+    radius = p.form_radius + height * (p.gear.tip_radius - p.form_radius)
+    theory = tooth_compliance(p, np.array([radius]), YOUNG, POISSON)
+    load = load_at(p, radius, 0.06 * module)
+    found = deflection(p, load, YOUNG, POISSON, held=HELD * p.root_thickness, size=0.3 * module)
+    assert theory.bending[0] == pytest.approx(found.tooth, rel=tooth)
+    total = theory.bending[0] + theory.foundation[0]
+    assert total == pytest.approx(found.total, rel=whole)
+    assert total > found.total  # beams and half planes are softer than what they stand for
+    # the middle line moves as the flank less Hertz's part does
+    assert found.centre == pytest.approx(found.total, rel=0.06)
+
+
+def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
+    g, module = stage_geometry(case.stage), case.stage.normal_module
+    p = tooth_profile(g.ring, g.transverse_angle, 0.38 * module)
+    radius = 0.5 * (p.form_radius + p.gear.tip_radius)
+    coarse, fine, spread = (
+        deflection(p, load_at(p, radius, a * module), YOUNG, POISSON, held=0.06, size=h * module)
+        for a, h in ((0.06, 0.4), (0.06, 0.2), (0.12, 0.4))
+    )
+    for one in (coarse, spread):
+        assert one.total == pytest.approx(fine.total, rel=5e-3)
+        assert one.tooth == pytest.approx(fine.tooth, rel=5e-3)
+
+
+def test_the_foundation_is_a_half_plane_held_at_a_depth():
+    """A plane has no displacement under a force by itself: it grows with the logarithm of the
+    depth at which the body is held, here ``HELD`` root thicknesses."""
+    columns, rows = _graded(0.5, 8.0), _graded(0.0, HELD)
+    both = np.concatenate([-columns[:0:-1], columns])
+    fe_mesh = MeshQuad.init_tensor(both, -rows[::-1])
+    element = ElementVector(ElementQuad2())
+    basis = Basis(fe_mesh, element)
+    stiffness = linear_elasticity(*lame_parameters(YOUNG, POISSON)).assemble(basis)
+    root = fe_mesh.facets_satisfying(lambda x: (x[1] > -1e-9) & (np.abs(x[0]) < 0.5))
+    edge = fe_mesh.facets_satisfying(lambda x: (x[1] < 1e-9 - HELD) | (np.abs(x[0]) > 8 - 1e-9))
+    found = {}
+    for name, traction in {
+        "shear": LinearForm(lambda v, w: 1.5 * (1 - 4 * w.x[0] ** 2) * v[0]),
+        "moment": LinearForm(lambda v, w: 12 * w.x[0] * v[1]),
+    }.items():
+        force = traction.assemble(FacetBasis(fe_mesh, element, facets=root))
+        motion = solved(*condense(stiffness, force, D=basis.get_dofs(facets=edge)))
+        found[name] = force @ motion / PLANE
+    assert found["shear"] == pytest.approx(4.82 / math.pi, rel=0.02)
+    assert found["moment"] == pytest.approx(16.67 / math.pi, rel=0.03)
+
+
+def _graded(fine, last):
+    """Places from 0 to ``last``: even to ``fine``, then growing."""
+    step = 1 / 24
+    places = list(np.arange(0, fine + step / 2, step)) if fine else [0.0]
+    while places[-1] < last:
+        places.append(min(last, places[-1] + step))
+        step *= 1.12 if places[-1] > fine else 1.0
+    return np.array(places)
+
+
+@pytest.mark.parametrize("name", ["sun", "planet", "ring"])
+def test_a_load_towards_the_root_leaves_the_foundation_only(name):
+    """Continuous where load and middle line cross below the root section, and never negative."""
+    case = load_case("wind-5mw")
+    g = stage_geometry(case.stage)
+    p = tooth_profile(getattr(g, name), g.transverse_angle, 0.38 * case.stage.normal_module)
+    radius = np.linspace(p.form_radius, p.gear.tip_radius, 400)
+    c = tooth_compliance(p, radius, YOUNG, POISSON)
+    total = c.bending + c.foundation
+    assert total.min() > PLANE
+    assert np.abs(np.diff(total)).max() < 0.02 * total.max()

@@ -1,0 +1,270 @@
+"""Plane-strain finite elements of a loaded tooth, its neighbours and the body below them.
+
+Tooth frame as in ``flexgear.gears.tooth_profile``: the loaded tooth stands on the x axis, the load
+presses its +y flank. The body is held on a circle below the teeth and at both ends of the sector.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, LinearForm, MeshTri, condense
+from skfem import solve as solved
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from flexgear.structures.fe_mesh.session import gmsh_session
+
+NEIGHBOURS = 2  # teeth on either side
+FILLET_CHORDS = 12
+HELD = 1.27  # root thicknesses below the root section: where Weber's half plane would be held
+ELEMENT = ElementVector(ElementTriP2())
+
+
+@dataclass(frozen=True)
+class Load:
+    """Hertz pressure on the +y flank: radius of its middle and half width a, m; in the tooth frame
+    its middle (2,), unit direction (2,), and where its line crosses the tooth's middle line (x)."""
+
+    radius: float
+    half_width: float
+    middle: np.ndarray
+    direction: np.ndarray
+    cross: float
+    depth: float
+
+    def pressure(self, x):
+        """Of one newton per metre of face, Pa."""
+        share = ((x[0] - self.middle[0]) ** 2 + (x[1] - self.middle[1]) ** 2) / self.half_width**2
+        return 2 / (math.pi * self.half_width) * np.sqrt(np.maximum(1 - share, 0.0))
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """Along a unit line load, m²/N: of the flank less its Hertz part down to the middle line; of
+    the root section as a rigid line (foundation); of the middle line where the load crosses it."""
+
+    total: float
+    foundation: float
+    centre: float
+
+    @property
+    def tooth(self):
+        """Bending, shear and shortening above the root section."""
+        return self.total - self.foundation
+
+
+def load_at(profile, radius, half_width):
+    """The load at a radius on the involute."""
+    angle = float(profile.load_angle(np.array([radius]))[0])
+    half = float(profile.half_angle(np.array([radius]))[0])
+    inward = 1.0 if profile.gear.internal else -1.0
+    return Load(
+        radius,
+        half_width,
+        radius * np.array([math.cos(half), math.sin(half)]),
+        np.array([inward * math.sin(angle), -math.cos(angle)]),
+        profile.gear.base_radius / math.cos(angle),
+        radius * math.sin(half) / math.cos(angle),
+    )
+
+
+def hertz(load, young, poisson):
+    """Compliance of one flank down to the middle line, m²/N (Weber and Banaschek 1953)."""
+    plane = (1 - poisson**2) / young
+    depth = math.log(2 * load.depth / load.half_width)
+    return 2 * plane / math.pi * (depth - poisson / (2 * (1 - poisson)))
+
+
+def deflection(profile, load, young, poisson, *, held, size):
+    """Plane-strain deflection under a load; held: depth below the root section at which the body
+    is held, m; size: of the elements at the tooth, m."""
+    fe_mesh, edges = _meshed(profile, load, held, size)
+    basis = Basis(fe_mesh, ELEMENT)
+    stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
+
+    @LinearForm
+    def pressed(v, w):
+        return load.pressure(w.x) * (load.direction[0] * v[0] + load.direction[1] * v[1])
+
+    force = pressed.assemble(FacetBasis(fe_mesh, ELEMENT, facets=edges["contact"]))
+    force /= force @ _uniform(basis, load.direction)
+    u = solved(*condense(stiffness, force, D=basis.get_dofs(facets=edges["held"])))
+    node = np.argmin(np.hypot(*(fe_mesh.p.T - load.middle).T))
+    flank = float(u[basis.nodal_dofs[:, node]] @ load.direction)
+    centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
+    return Deflection(
+        flank - hertz(load, young, poisson),
+        _of_root_section(profile, load, lambda x: _at(basis, u, x)),
+        float(centre @ load.direction),
+    )
+
+
+def _of_root_section(profile, load, motion):
+    """The section's rotation and translation, work conjugate to linear normal stress, parabolic
+    shear and even tension, carried to the line of the load."""
+    x, half = profile.x[-1], profile.y[-1]
+    share = np.linspace(-0.98, 0.98, 197)  # chords of the fillet cut the corners off
+    u = motion(np.array([np.full_like(share, x), share * half]))
+    turn = -np.sum(u[0] * share) / np.sum(share**2) / half
+    weight = 1 - share**2
+    moved = [u[0].mean(), u[1] @ weight / weight.sum() + turn * (load.cross - x)]
+    return float(load.direction @ moved)
+
+
+def _uniform(basis, direction):
+    """Dofs of a unit translation."""
+    out = np.zeros(basis.N)
+    for dofs in (basis.nodal_dofs, basis.facet_dofs):
+        for k in range(2):
+            out[dofs[k]] = direction[k]
+    return out
+
+
+def _at(basis, u, x):
+    """Displacement (2, n) at points (2, n)."""
+    return np.asarray(basis.probes(x) @ u).reshape(2, -1)
+
+
+def half_outline(profile):
+    """Flank from the tip to the fillet (n, 2); the fillet's centre and its end on the root circle.
+
+    The profile ends at the root section, on the arc: three of its points give the arc's centre.
+    """
+    points = np.column_stack([profile.x, profile.y])
+    flank, arc = points[: profile.flank_points], points[profile.flank_points - 1 :]
+    first, middle, last = arc[0], arc[len(arc) // 2], arc[-1]
+    centre = np.linalg.solve(
+        2 * np.array([middle - first, last - first]),
+        [middle @ middle - first @ first, last @ last - first @ first],
+    )
+    return flank, centre, profile.gear.root_radius * centre / np.linalg.norm(centre)
+
+
+class _Outline:
+    """gmsh points and curves of the teeth, run through from -y to +y."""
+
+    def __init__(self, gmsh, profile, size):
+        self.geo, self.size, self.profile = gmsh.model.geo, size, profile
+        self.origin = self.geo.addPoint(0, 0, 0, size)
+        self.flank, self.centre, self.end = half_outline(profile)
+        self.pitch = 2 * math.pi / profile.gear.teeth
+        self.curves, self.fillets, self.last = [], [], 0
+
+    def point(self, place, size=None):
+        return self.geo.addPoint(*place, 0.0, size or self.size)
+
+    def arc_to(self, place, centre=None):
+        """Circle about the gear's centre, or about a fillet's, whose chords must be short."""
+        middle = self.origin if centre is None else self.point(centre)
+        to = self.point(place)
+        self.curves.append(self.geo.addCircleArc(self.last, middle, to))
+        if centre is not None:
+            self.fillets.append(self.curves[-1])
+        self.last = to
+
+    def spline_to(self, places):
+        """Through places (n, 2) to the last of them; its curve."""
+        ids = [self.point(place) for place in places]
+        self.curves.append(self.geo.addSpline([self.last, *ids]))
+        self.last = ids[-1]
+        return self.curves[-1]
+
+    def tooth(self, angle, marks=()):
+        """From root land to root land; marks: places on the +y flank that end curves."""
+        turn = _rotation(angle)
+        flip = np.array([1.0, -1.0])
+        land = self.profile.gear.root_radius * np.array(
+            [math.cos(self.pitch / 2), math.sin(self.pitch / 2)]
+        )
+        if not self.last:
+            self.last = self.first = self.point(turn @ (land * flip))
+        self.arc_to(turn @ (self.end * flip))
+        self.arc_to(turn @ (self.flank[-1] * flip), turn @ (self.centre * flip))
+        self.spline_to((self.flank[-2::-1] * flip) @ turn.T)
+        self.arc_to(turn @ self.flank[0])
+        cut = [self.spline_to(part @ turn.T) for part in _parts(self.flank, marks)]
+        self.arc_to(turn @ self.end, turn @ self.centre)
+        self.arc_to(turn @ land)
+        return cut
+
+
+def _rotation(angle):
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def _parts(flank, marks):
+    """The flank beyond its first point, cut at marks (k, 2); each part ends with its mark."""
+    parts, left, along = [], flank[1:], flank[:, 0]
+    sense = np.sign(along[-1] - along[0])
+    for mark in marks:
+        before = sense * left[:, 0] < sense * mark[0]
+        parts.append(np.vstack([left[before], mark]))
+        left = left[~before]
+    return [*parts, left]
+
+
+def _marks(profile, load):
+    """Ends and middle of the pressure on the flank, from the tip to the root.
+
+    Along the involute the arc is ρ dρ/r_b with the radius of curvature ρ.
+    """
+    base = profile.gear.base_radius
+    rho = math.sqrt(load.radius**2 - base**2)
+    radii = [math.hypot(base, rho + k * load.half_width * base / rho) for k in (-1, 0, 1)]
+    out = sorted(radii, reverse=not profile.gear.internal)
+    half = profile.half_angle(np.array(out))
+    return np.column_stack([out * np.cos(half), out * np.sin(half)])
+
+
+def _meshed(profile, load, held, size):
+    """FE mesh and its edges: "contact", "held"."""
+    out = 1.0 if profile.gear.internal else -1.0
+    far = profile.x[-1] + out * held
+    with gmsh_session("teeth") as gmsh:
+        line = _Outline(gmsh, profile, size)
+        parts = {
+            j: line.tooth(j * line.pitch, () if j else _marks(profile, load))
+            for j in range(-NEIGHBOURS, NEIGHBOURS + 1)
+        }
+        end = (NEIGHBOURS + 0.5) * line.pitch
+        corners = [
+            line.point((far * math.cos(a), far * math.sin(a)), 3 * size) for a in (end, 0, -end)
+        ]
+        edge = [
+            line.geo.addLine(line.last, corners[0]),
+            line.geo.addCircleArc(corners[0], line.origin, corners[1]),
+            line.geo.addCircleArc(corners[1], line.origin, corners[2]),
+            line.geo.addLine(corners[2], line.first),
+        ]
+        line.geo.addPlaneSurface([line.geo.addCurveLoop([*line.curves, *edge])])
+        line.geo.synchronize()
+        for curve in line.fillets:
+            gmsh.model.mesh.setTransfiniteCurve(curve, FILLET_CHORDS + 1)
+        fields, finest = gmsh.model.mesh.field, load.half_width / 4
+        refined = fields.add("MathEval")
+        x, y = load.middle
+        fields.setString(refined, "F", f"{finest} + 0.2*sqrt((x-({x}))^2 + (y-({y}))^2)")
+        fields.setAsBackgroundMesh(refined)
+        gmsh.model.mesh.generate(2)
+        return _read(gmsh, {"contact": parts[0][1:3], "held": edge})
+
+
+def _read(gmsh, curves):
+    """scikit-fem's mesh of gmsh's triangles, and facets by the name of their curves."""
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    _, corners = gmsh.model.mesh.getElementsByType(2)
+    used, corners = np.unique(corners, return_inverse=True)
+    row = np.full(int(tags.max()) + 1, -1)
+    row[tags] = np.arange(len(tags))
+    points = places.reshape(-1, 3)[row[used], :2]
+    fe_mesh = MeshTri(np.ascontiguousarray(points.T), corners.reshape(-1, 3).T.copy())
+    number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
+    facets = {}
+    for name, tags_of in curves.items():
+        pairs = np.concatenate([gmsh.model.mesh.getElementsByType(1, c)[1] for c in tags_of])
+        pairs = np.sort(np.searchsorted(used, pairs).reshape(-1, 2), axis=1)
+        facets[name] = np.array([number[tuple(pair)] for pair in pairs])
+    return fe_mesh, facets
