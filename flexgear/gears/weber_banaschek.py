@@ -4,9 +4,9 @@ For a line load w (N/m) at the flank, compliances per unit face width in m²/N, 
 line of action, all in plane strain. The load's line crosses the tooth's middle line at
 x_P = r_b/cos α'. Contact is the approach of the flank to that point, the rest its motion under the
 load there: u(x) is the lever from a section at x to x_P, and the integrals over the tooth run from
-x_P to the root section. (From the section of the load they would count twice what lies between:
-shear above all, a quarter to a half of the tooth's part.) Where the line crosses below the root
-section, the tooth has no part.
+x_P to the root section. (From the section of the load they would count twice what lies between,
+shear above all: at mid-height a quarter of an external tooth's part, two fifths of an internal
+one's.) Where the line crosses below the root section, the tooth has no part.
 
     bending     cos²α' 12 (1-ν²)/E ∫ u²/(2y)³ dx
     shear       cos²α' 1.2/G ∫ dx/(2y)
