@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.fe_mesh_source import FeMeshSource
+from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Length
 
 
@@ -17,14 +18,11 @@ class Seat(Section):
     width: Length = Field(ge=1e-3, le=2.0)
 
 
-class Carrier(Section):
+class Carrier(FeMeshSource):
     """Along the axis from the drive side: hub with seat_drive, plate, gap with pins and webs,
     plate, seat_far. hub_length is counted from the plate and includes the seat."""
 
     flexible: bool = True
-    fe_mesh: Literal["generate", "file"] = "generate"
-    fe_mesh_file: str | None = None
-    fe_mesh_unit: Literal["m", "mm"] = "mm"
     drive_side: Literal["-z", "+z"]
     plate_diameter: Length = Field(ge=1e-2, le=10.0)
     plate_thickness_drive: Length = Field(ge=1e-3, le=1.0)
@@ -45,10 +43,6 @@ class Carrier(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Carrier:
-        if self.fe_mesh == "file" and not self.fe_mesh_file:
-            raise Missing(
-                "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
-            )
         if self.pin_bore >= self.pin_diameter:
             raise Refusal("pin_bore", "is as large as the pin", "lower it")
         return self

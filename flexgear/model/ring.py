@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.fe_mesh_source import FeMeshSource
+from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length, RotationalStiffness, Stiffness
 
 Fidelity = Literal["quick", "standard", "fine"]
@@ -45,13 +46,10 @@ class Fit(Section):
         return (self.z - self.half_width, self.z + self.half_width)
 
 
-class Ring(Section):
+class Ring(FeMeshSource):
     """Ring gear as a body. rim_thickness is counted outside the root circle of the teeth."""
 
     flexible: bool = True
-    fe_mesh: Literal["generate", "file"] = "generate"
-    fe_mesh_file: str | None = None
-    fe_mesh_unit: Literal["m", "mm"] = "mm"
     rim_thickness: Length = Field(ge=1e-3, le=3.0)
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"
@@ -62,10 +60,6 @@ class Ring(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Ring:
-        if self.fe_mesh == "file" and not self.fe_mesh_file:
-            raise Missing(
-                "fe_mesh_file", "is missing", "name the mesh file, or fe_mesh = 'generate'"
-            )
         held = self.bolts.number * self.bolts.stiffness_tangential > 0
         if not held:
             raise Refusal(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,11 @@ from flexgear.structures.cyclic_path import sector_counts
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
+    Groups,
     RingMeshParameters,
+    carrier_groups,
     carrier_of_case,
+    ring_groups,
     ring_of_case,
 )
 from flexgear.structures.fem import FeModel
@@ -49,7 +52,7 @@ def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     ring = case.ring
     key = content_key(
         body="ring",
-        fe_mesh=_mesh_content(case, ring, RingMeshParameters),
+        fe_mesh=_mesh_content(case, ring, RingMeshParameters, ring_groups),
         material=case.material.model_dump(),
         ties=[ring.tie, ring.tie_kind, ring.end, [f.z for f in ring.fits]],
         bolts=[
@@ -73,7 +76,7 @@ def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     carrier = case.carrier
     key = content_key(
         body="carrier",
-        fe_mesh=_mesh_content(case, carrier, CarrierMeshParameters),
+        fe_mesh=_mesh_content(case, carrier, CarrierMeshParameters, carrier_groups),
         material=case.material.model_dump(),
         pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
         modes=carrier.fixed_interface_modes,
@@ -215,14 +218,18 @@ def _mesh_content(
     case: Case,
     part: Ring | Carrier,
     generator: type[RingMeshParameters] | type[CarrierMeshParameters],
+    groups: Callable[[Case], Groups],
 ) -> object:
-    """What a mesh depends on: the generator's parameters, or the bytes of the user's file."""
+    """What a mesh depends on: the generator's parameters, or the bytes of the user's file, where
+    it is put, and what its place was judged by."""
     if part.fe_mesh == "generate" or part.fe_mesh_file is None:
         return replace(generator.from_case(case), where="")  # the case's path changes nothing
-    file, unit = part.fe_mesh_file, part.fe_mesh_unit
+    file = part.fe_mesh_file
     try:
-        return ["file", unit, hashlib.sha256(Path(file).read_bytes()).hexdigest()]
+        digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError as error:
         raise InputError(
             "case", "fe_mesh_file", f"{file}: {error.strerror}", "check the path"
         ) from None
+    put = [part.fe_mesh_unit, part.fe_mesh_shift, part.fe_mesh_turn]
+    return ["file", digest, put, groups(case).content()]

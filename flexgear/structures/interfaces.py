@@ -50,15 +50,10 @@ def ring_interface(case: Case, model: FeModel) -> Interface:
         sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
         position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
         ties.append(tie(f"tooth_{j + 1:03d}", position, sample))
-    lows = sorted(fit.band for fit in ring.fits)
-    for k, fit in enumerate(ring.fits):
-        # the generator numbers its bands by rising z; a user's groups follow the case
-        patch = lows.index(fit.band) if ring.fe_mesh == "generate" else k
-        sample = facet_sample(model, patches[f"fit_{patch + 1}"])
-        ties.append(averaging_tie(f"fit_{k + 1}", np.array([0.0, 0.0, fit.z]), sample))
-    bolts = ring.bolts
-    z = np.asarray(model.fe_mesh.points)[:, 2]
-    face = z.max() if ring.end == "+z" else z.min()
+    for k, fit in enumerate(ring.fits, 1):
+        sample = facet_sample(model, patches[f"fit_{k}"])
+        ties.append(averaging_tie(f"fit_{k}", np.array([0.0, 0.0, fit.z]), sample))
+    bolts, face = ring.bolts, _bolted_face(case, model)
     for k in range(bolts.number):
         angle = bolts.first_angle + 2 * np.pi * k / bolts.number
         arm = 0.5 * bolts.circle_diameter
@@ -70,6 +65,14 @@ def ring_interface(case: Case, model: FeModel) -> Interface:
             disc = disc_points(position, np.array([0.0, 0.0, 1.0]), bolts.diameter)
             ties.append(averaging_tie(name, position, point_sample(model, *disc)))
     return interface_of(model, ties)
+
+
+def _bolted_face(case: Case, model: FeModel) -> float:
+    """z of the face that is bolted, m: the group's, or the body's end where there is none."""
+    end = "end_plus" if case.ring.end == "+z" else "end_minus"
+    points, facets = np.asarray(model.fe_mesh.points), model.fe_mesh.facets
+    z = points[facets[end] if end in facets else slice(None)][..., 2]
+    return float(z.max() if case.ring.end == "+z" else z.min())
 
 
 def carrier_interface(case: Case, model: FeModel) -> Interface:

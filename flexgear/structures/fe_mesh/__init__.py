@@ -3,25 +3,22 @@
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import UNITS, read_fe_mesh, write_fe_mesh
-from flexgear.structures.fe_mesh.of_case import (
-    carrier_of_case,
-    carrier_patches,
-    ring_of_case,
-    ring_patches,
-)
+from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
+from flexgear.structures.fe_mesh.of_case import carrier_of_case, ring_of_case
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
 __all__ = [
     "UNITS",
     "CarrierMeshParameters",
     "FeMesh",
+    "Groups",
     "RingMeshParameters",
     "carrier_fe_mesh",
+    "carrier_groups",
     "carrier_of_case",
-    "carrier_patches",
     "read_fe_mesh",
     "ring_fe_mesh",
+    "ring_groups",
     "ring_of_case",
-    "ring_patches",
     "write_fe_mesh",
 ]

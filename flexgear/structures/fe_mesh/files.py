@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -69,10 +70,12 @@ def read_fe_mesh(
     required_patches: Sequence[str] = (),
     expected_size: float | None = None,
     where: str = "fe_mesh_file",
+    stems: Sequence[str] = (),
 ) -> FeMesh:
     """A user's own FE mesh with its named groups as patches, converted to m.
 
-    unit: of the file's lengths; expected_size: largest dimension of the body in m, if known.
+    unit: of the file's lengths; expected_size: largest dimension of the body in m, if known;
+    stems: of numbered names whose node sets are taken too, required or not.
     Second-order cells are taken by their corners when straight-sided. Left-handed cells are
     renumbered; facets on the surface are turned outward. Everything wrong is an InputError.
     """
@@ -97,7 +100,7 @@ def read_fe_mesh(
     number[used] = np.arange(len(used))
     stored = cells[:, HEX_FROM_VTK] if kind == "hex" else cells
     body = FeMesh(points, stored, kind, {})
-    return body.with_facets(_patches(deck, body, number, required_patches, path))
+    return body.with_facets(_patches(deck, body, number, required_patches, stems, path))
 
 
 def _known_suffix(path: Path, where: str = "export") -> None:
@@ -290,9 +293,14 @@ def _right_handed(points: Array, cells: Ints, kind: Kind, path: Path) -> Ints:
 
 
 def _patches(
-    deck: InpDeck, body: FeMesh, number: Ints, required: Sequence[str], path: Path
+    deck: InpDeck,
+    body: FeMesh,
+    number: Ints,
+    required: Sequence[str],
+    stems: Sequence[str],
+    path: Path,
 ) -> dict[str, Ints]:
-    """Named groups as facets of the body; node sets only where a required name is one."""
+    """Named groups as facets of the body; node sets only where their name means something."""
     n, sides = len(body.points), 4 if body.kind == "hex" else 3
     every = body.every_facet
     keys, first, count = np.unique(facet_keys(every, n), return_index=True, return_counts=True)
@@ -315,7 +323,8 @@ def _patches(
             )
         outward = np.where((count[at] == 1)[:, None], every[first[at]], ids)
         patches[name] = outward[np.unique(wanted, return_index=True)[1]]
-    for name in required:
+    meant = re.compile(rf"(?:{'|'.join(stems)})_\d+")
+    for name in [*required, *filter(meant.fullmatch, deck.node_sets)]:
         if name not in patches and name in deck.node_sets:
             inside = np.zeros(n, dtype=bool)
             members = number[deck.node_sets[name]]

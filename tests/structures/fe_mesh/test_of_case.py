@@ -12,11 +12,11 @@ from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     RingMeshParameters,
     carrier_fe_mesh,
+    carrier_groups,
     carrier_of_case,
-    carrier_patches,
     ring_fe_mesh,
+    ring_groups,
     ring_of_case,
-    ring_patches,
     write_fe_mesh,
 )
 
@@ -33,7 +33,7 @@ def test_the_bundled_case_is_the_generators_default(case: Case) -> None:
     )
     ours, default = carrier_of_case(case), carrier_fe_mesh(CarrierMeshParameters(fidelity="quick"))
     assert ours.volume() == pytest.approx(default.volume(), rel=1e-3)
-    assert set(carrier_patches(case)) <= set(ours.facets)
+    assert set(carrier_groups(case).needed) <= set(ours.facets)
 
 
 @pytest.mark.parametrize("shift", [-0.2, 0.0, 0.1])
@@ -82,8 +82,8 @@ def test_own_files_are_read_and_checked(case: Case, tmp_path: Path) -> None:
             "carrier.fe_mesh_unit": "m",
         }
     )
-    assert set(ring_patches(own)) <= set(ring_of_case(own).facets)
-    assert set(carrier_patches(own)) <= set(carrier_of_case(own).facets)
+    assert set(ring_groups(own).needed) <= set(ring_of_case(own).facets)
+    assert set(carrier_groups(own).needed) <= set(carrier_of_case(own).facets)
     with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
         ring_of_case(own.with_(**{"ring.fe_mesh_unit": "mm"}))
     with pytest.raises(InputError, match="25 of 120 missing"):

@@ -1,0 +1,166 @@
+"""Named groups of a body's FE mesh, and where the case has them: one table for reading a user's
+file, for checking its place, and for `flexgear mesh --groups`.
+
+Frame of the case: origin on the axis at mid-face, z the axis (docs/conventions.md). What a group
+is, in detail: ring.py and carrier.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.structures.fe_mesh.ring import RingMeshParameters
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+Array = NDArray[np.float64]
+
+_ANYWHERE = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Groups of one kind.
+
+    names: of all that the case has; stem: what they are called without a number; places: (n, 3) m,
+    the centre of each, not a number where the case leaves a coordinate open; radial: how far the
+    centre may be off along the radius, m; side: the side of mid-face it is on, 0 for either;
+    needed: whether a file must have them; twist: dθ/dz along the group, rad/m, None if any;
+    says: the key that says how many there are; meaning: in words.
+    """
+
+    stem: str
+    meaning: str
+    names: tuple[str, ...]
+    places: Array = field(repr=False)
+    needed: bool
+    says: str
+    radial: float = float("inf")
+    side: Literal[-1, 0, 1] = 0
+    twist: float | None = None
+
+    @property
+    def numbered(self) -> bool:
+        """Whether the names are the stem and a number."""
+        return self.names != (self.stem,)
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """All named groups of a body and the lengths that tolerances of their place follow from.
+
+    body: section of the case; radius: where teeth or pins stand, m; pitch: of the ring's teeth
+    round the reference circle, m; face_width: m.
+    """
+
+    body: Literal["ring", "carrier"]
+    families: tuple[Family, ...]
+    radius: float
+    pitch: float
+    face_width: float
+
+    @property
+    def needed(self) -> list[str]:
+        """Names that a file must have."""
+        return [name for f in self.families if f.needed for name in f.names]
+
+    def content(self) -> object:
+        """What of the case the place of a file is judged by: part of the cache's key."""
+        families = [
+            [f.stem, list(f.names), f.places, f.needed, f.radial, f.side, f.twist]
+            for f in self.families
+        ]
+        return [self.body, families, self.radius, self.pitch, self.face_width]
+
+
+def ring_groups(case: Case) -> Groups:
+    """Teeth for either tie, fits, and what holds the bolts: walls of holes, or the bolted face."""
+    p = RingMeshParameters.from_case(case)
+    tooth, ring, teeth = p.tooth, case.ring, case.stage.ring.teeth
+    angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
+    depth = tooth.root_radius - tooth.tip_radius
+    middle = (tooth.tip_radius + tooth.form_radius) / 2.0
+    half = float(tooth.half_angle(middle))
+
+    def of_teeth(part: str, meaning: str, radius: float, offset: float, needed: bool) -> Family:
+        stem = f"tooth_{part}"
+        return Family(
+            *(stem, meaning, _numbered(stem, teeth, 3)),
+            *(_polar(radius, angles + offset), needed, "stage.ring.teeth"),
+            radial=depth,
+            twist=p.helix_rate,
+        )
+
+    bolts, fits = ring.bolts, ring.fits
+    holes = bolts.number if bolts.holes else 0
+    bolt_angles = bolts.first_angle + 2.0 * np.pi * np.arange(holes, dtype=float) / max(holes, 1)
+    families = [
+        of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, ring.tie == "root"),
+        of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, ring.tie == "flank"),
+        of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
+        Family(
+            *("fit", "band of housing fit k, as ring.fits lists them"),
+            _numbered("fit", len(fits), 1),
+            np.array([[0.0, 0.0, fit.z] for fit in fits]).reshape(-1, 3),
+            *(True, "ring.fits"),
+        ),
+        Family(
+            *("bolt", "wall of bolt hole k, with ring.bolts.holes = true"),
+            _numbered("bolt", holes, 2),
+            _polar(bolts.circle_diameter / 2.0, bolt_angles, _ANYWHERE),
+            *(True, "ring.bolts.number" if bolts.holes else "ring.bolts.holes"),
+            radial=bolts.diameter / 2.0,
+        ),
+    ]
+    bolted = None if bolts.holes or not bolts.number else ring.end
+    for name, end, side in (("end_minus", "-z", -1), ("end_plus", "+z", 1)):
+        meaning = f"end face on the {end} side; bolts without holes act there if it is ring.end"
+        place = np.full((1, 3), _ANYWHERE)
+        families.append(
+            Family(name, meaning, (name,), place, end == bolted, "ring.end", side=side)  # type: ignore[arg-type]
+        )
+    families = [f for f in families if f.names or f.stem == "bolt"]
+    pitch = tooth.pitch_angle * tooth.reference_radius
+    return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
+
+
+def carrier_groups(case: Case) -> Groups:
+    """Drive flange, bearing seats and pins."""
+    drive: Literal[-1, 1] = 1 if case.carrier.drive_side == "+z" else -1
+    gears, angles = stage_geometry(case.stage), np.array(case.stage.planet_angles)
+    on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
+
+    def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
+        return Family(name, meaning, (name,), on_axis, True, "carrier.drive_side", side=side)
+
+    far: Literal[-1, 1] = 1 if drive == -1 else -1
+    reference = gears.ring.reference_radius
+    pitch = 2.0 * np.pi * reference / case.stage.ring.teeth
+    families = (
+        at_end("drive", "face that the drive is bolted to", drive),
+        at_end("bearing_drive", "bearing seat on the drive's side", drive),
+        at_end("bearing_far", "bearing seat on the other side", far),
+        Family(
+            *("pin", "seat of planet i on its pin"),
+            _numbered("pin", case.stage.planets, 1),
+            _polar(gears.center_distance, angles),
+            *(True, "stage.planets"),
+            radial=0.2 * pitch,
+        ),
+    )
+    return Groups("carrier", families, gears.center_distance, pitch, case.stage.face_width)
+
+
+def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:
+    return tuple(f"{stem}_{k:0{digits}d}" for k in range(1, count + 1))
+
+
+def _polar(radius: float, angles: Array, z: float = 0.0) -> Array:
+    """Points (n, 3) at one radius and height."""
+    return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), 0.0 * angles + z])

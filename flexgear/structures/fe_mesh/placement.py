@@ -1,0 +1,295 @@
+"""Where a user's FE mesh is, against where the case has its groups.
+
+The centres c of the groups (area-weighted) are compared with their places p in the case. The rigid
+motion x = R c + t that brings them together best, in the least squares of the coordinates that the
+case states, says whether the body as a whole is off. It is refused if that motion turns teeth or
+pins by more than _BODY of a tooth pitch or shifts them by that share of the pitch across the axis
+or of the face width along it; a single group, if it is off by more than _GROUP of these. Where the
+motion mends everything, the keys that carry it out are offered.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, degrees, log10
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from flexgear.model.errors import InputError
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, facet_areas
+from flexgear.structures.fe_mesh.groups import Groups
+
+Array = NDArray[np.float64]
+
+_BODY = 0.02  # of pitch and face width; centres of a whole set of groups are far more exact
+_GROUP = (
+    0.2  # the same for one group, whose border follows the cells; flanks are half a pitch apart
+)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """x = R X + shift: R turns by turn (rad) about the fixed x, then y, then z axis; shift in m."""
+
+    shift: tuple[float, ...] = (0.0, 0.0, 0.0)
+    turn: tuple[float, ...] = (0.0, 0.0, 0.0)
+
+    @property
+    def rotation(self) -> Rotation:
+        """R."""
+        return Rotation.from_euler("xyz", self.turn)
+
+    def of(self, points: Array) -> Array:
+        """Points (n, 3) m of the file in the frame of the case."""
+        if not any(self.turn):
+            return points + np.array(self.shift)
+        return points @ self.rotation.as_matrix().T + np.array(self.shift)
+
+
+def placed(fe_mesh: FeMesh, placement: Placement) -> FeMesh:
+    """The mesh where the placement puts it."""
+    if placement == Placement():
+        return fe_mesh
+    return FeMesh(placement.of(fe_mesh.points), fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
+
+
+def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str) -> None:
+    """Raise InputError, naming group, places and remedy, unless every group is where the case has
+    it. fe_mesh: in the frame of the case, where `placement` put it; path: of its file."""
+    _refuse_extra(fe_mesh, groups, path)
+    found = _Found(fe_mesh, groups)
+    motion, shift = found.best_motion()
+    if found.is_off_as_a_whole(motion, shift):
+        moved = motion.apply(found.centres) + shift
+        if found.misfit(moved).max() <= 1.0:
+            _refuse_body(found, moved, placement, motion, shift, path)
+    _refuse_clockwise(found, path)
+    _refuse_group(found, path)
+    _refuse_helix(fe_mesh, found, path)
+
+
+class _Found:
+    """Groups that are in a file: names, families, centres (n, 3), places (n, 3), both in m."""
+
+    def __init__(self, fe_mesh: FeMesh, groups: Groups) -> None:
+        self.groups = groups
+        pairs = [
+            (f, name, place)
+            for f in groups.families
+            for name, place in zip(f.names, f.places, strict=True)
+            if name in fe_mesh.facets
+        ]
+        self.families = [f for f, _, _ in pairs]
+        self.names = [name for _, name, _ in pairs]
+        self.places = np.array([place for _, _, place in pairs])
+        self.centres = np.array([_centre(fe_mesh, name) for name in self.names])
+        self.side = np.array([f.side for f in self.families], dtype=float)
+        self.radial = np.array([f.radial for f in self.families])
+
+    def best_motion(self) -> tuple[Rotation, Array]:
+        """R and t that bring the centres to their places, where the case states these."""
+        size = float(np.abs(self.centres - self.centres.mean(axis=0)).max())
+        stated = np.isfinite(self.places)
+        guess = np.where(stated, self.places, 0.0)
+        guess[:, 2] += np.where(stated[:, 2], 0.0, self.side * size)
+        used = stated.any(axis=1)
+        middle, target = self.centres[used].mean(axis=0), guess[used].mean(axis=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # points on one line leave a turn open, rightly
+            start, _ = Rotation.align_vectors(guess[used] - target, self.centres[used] - middle)
+
+        def off(x: Array) -> Array:
+            turned = (Rotation.from_rotvec(x[:3]) * start).apply(self.centres - middle)
+            return np.asarray((turned + target + size * x[3:] - self.places)[stated] / size)
+
+        tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
+        best = least_squares(off, np.zeros(6), **tight).x
+        rotation = Rotation.from_rotvec(best[:3]) * start
+        return rotation, target + size * best[3:] - rotation.apply(middle)
+
+    def is_off_as_a_whole(self, motion: Rotation, shift: Array) -> bool:
+        """Whether the motion is more than the groups' centres are uncertain by."""
+        g, turn = self.groups, motion.as_rotvec()
+        across = max(abs(turn[2]) * g.radius, float(np.hypot(*shift[:2])))
+        along = max(float(np.hypot(*turn[:2])) * g.radius, abs(float(shift[2])))
+        return across > _BODY * g.pitch or along > _BODY * g.face_width
+
+    def misfit(self, centres: Array) -> Array:
+        """How far each group is off, over what it may be (n,)."""
+        g = self.groups
+        open_across = np.isnan(self.places[:, 0])
+        places = np.where(np.isnan(self.places), centres, self.places)
+        radius, angle = np.hypot(*places[:, :2].T), np.arctan2(places[:, 1], places[:, 0])
+        radial = centres[:, 0] * np.cos(angle) + centres[:, 1] * np.sin(angle) - radius
+        around = centres[:, 1] * np.cos(angle) - centres[:, 0] * np.sin(angle)
+        on_axis = radius < _GROUP * g.pitch
+        allowed = np.where(on_axis, _GROUP * g.pitch, self.radial)
+        across = np.maximum(np.abs(radial) / allowed, np.abs(around) / (_GROUP * g.pitch))
+        along = np.abs(centres[:, 2] - places[:, 2]) / (_GROUP * g.face_width)
+        wrong_side = np.where(self.side * centres[:, 2] < 0.0, np.inf, 0.0)
+        return np.maximum.reduce([np.where(open_across, 0.0, across), along, wrong_side])
+
+    def where(self, i: int) -> str:
+        """Where group i is and where it belongs, in words."""
+        step = 1e3 * 0.1 * _BODY * min(self.groups.pitch, self.groups.face_width)
+        sign = "+" if self.side[i] > 0 else "-"
+        stated = _point(self.places[i], step)
+        belongs = f"at {stated}" if stated else f"on the {sign}z side"
+        if stated and self.side[i] and np.isnan(self.places[i, 2]):
+            belongs += f" on the {sign}z side"
+        return f"its centre is at {_point(self.centres[i], step)} but belongs {belongs}"
+
+
+def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
+    for f in groups.families:
+        if not f.numbered:
+            continue
+        strange = [n for n in fe_mesh.facets if re.fullmatch(rf"{f.stem}_\d+", n)]
+        extra = sorted(set(strange) - set(f.names))
+        if extra:
+            raise InputError(
+                path,
+                extra[0],
+                f"is none of the {len(f.names)} groups {f.stem}_… that the case has"
+                + (f", nor are {len(extra) - 1} more" if extra[1:] else ""),
+                f"correct {f.says}, or rename or take out the group",
+            )
+
+
+def _refuse_body(
+    found: _Found, moved: Array, placement: Placement, motion: Rotation, shift: Array, path: str
+) -> NoReturn:
+    worst = int(np.argmax(np.linalg.norm(moved - found.centres, axis=1)))
+    raise InputError(
+        path,
+        found.names[worst],
+        f"{found.where(worst)}; the whole FE mesh is out of place",
+        _keys(found.groups, placement, motion, shift),
+    )
+
+
+def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) -> str:
+    """The keys that put the mesh in place, beginning with those that are set already; numbers as
+    round as they may be, for the groups' centres are not exact either."""
+    fine = 0.05 * _BODY
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a quarter turn about y: x and z are one, either will do
+        turn = (motion * placement.rotation).as_euler("xyz", degrees=True)
+    mm = 1e3 * (motion.apply(np.array(placement.shift)) + shift)
+    off = 1e3 * fine * np.array([groups.pitch, groups.pitch, groups.face_width])
+    keys = {
+        "shift_mm": [_roundest(v, slack) for v, slack in zip(mm, off, strict=True)],
+        "turn_deg": [_roundest(v, degrees(fine * groups.pitch / groups.radius)) for v in turn],
+    }
+    set_now = {"shift_mm": any(placement.shift), "turn_deg": any(placement.turn)}
+    said = [
+        f"{groups.body}.fe_mesh_{key} = {_numbers(values)}"
+        for key, values in keys.items()
+        if any(values) or set_now[key]
+    ]
+    return f"set {' and '.join(said)}, or correct the file or its groups"
+
+
+def _refuse_clockwise(found: _Found, path: str) -> None:
+    """Numbers that rise clockwise: the mean of e^{i(θ + θ_place)} is 1, of e^{i(θ - θ_place)} 0."""
+    for f in found.groups.families:
+        at = [k for k, family in enumerate(found.families) if family is f]
+        if len(at) < 3:
+            continue
+        angle, place = (np.arctan2(x[at, 1], x[at, 0]) for x in (found.centres, found.places))
+        against, along = (abs(np.mean(np.exp(1j * (angle + s * place)))) for s in (1, -1))
+        if against > 0.9 > 0.5 > along:
+            raise InputError(
+                path,
+                found.names[at[1]],
+                f"{found.where(at[1])}; {f.stem}_… are numbered clockwise, seen from +z",
+                "number them counter-clockwise from the x axis on, or mirror the FE mesh",
+            )
+
+
+def _refuse_group(found: _Found, path: str) -> None:
+    misfit = found.misfit(found.centres)
+    worst, count = int(np.argmax(misfit)), int((misfit > 1.0).sum())
+    if count:
+        others = f"; {count} of {len(misfit)} groups are out of place" if count > 1 else ""
+        raise InputError(
+            path,
+            found.names[worst],
+            found.where(worst) + others,
+            "give that name to the surface that belongs there, or correct the case: "
+            f"{found.families[worst].says}, dimensions, sides",
+        )
+
+
+def _refuse_helix(fe_mesh: FeMesh, found: _Found, path: str) -> None:
+    """Ends of a tooth, half a face width from its middle, must be near their place too."""
+    g = found.groups
+    for f in g.families:
+        names = [n for n in f.names if n in fe_mesh.facets]
+        if f.twist is None or not names:
+            continue
+        twist = float(np.median([_twist(fe_mesh, name) for name in names]))
+        if abs(twist - f.twist) * g.face_width / 2.0 * g.radius > _GROUP * g.pitch:
+            raise InputError(
+                path,
+                names[0],
+                f"turns by {degrees(twist * g.face_width):.2f} degrees over the face width, the "
+                f"case's helix by {degrees(f.twist * g.face_width):.2f}",
+                "correct stage.helix_angle, stage.planet_hand (the ring's too) or the FE mesh",
+            )
+
+
+def _centre(fe_mesh: FeMesh, name: str) -> Array:
+    """Centre of area of a group, (3,) m."""
+    middles, areas = _facets(fe_mesh, name)
+    return np.asarray(areas @ middles / areas.sum())
+
+
+def _twist(fe_mesh: FeMesh, name: str) -> float:
+    """Slope dθ/dz of a group's facets, by area, rad/m."""
+    middles, areas = _facets(fe_mesh, name)
+    centre = areas @ middles / areas.sum()
+    away = middles - centre
+    radius = np.hypot(*centre[:2])
+    around = (away[:, 1] * centre[0] - away[:, 0] * centre[1]) / radius**2
+    spread = float(areas @ away[:, 2] ** 2)
+    return float(areas @ (around * away[:, 2])) / spread if spread > 0.0 else 0.0
+
+
+def _facets(fe_mesh: FeMesh, name: str) -> tuple[Array, Array]:
+    """Centres (k, 3) and areas (k,) of a group's facets, quadrilaterals as two triangles."""
+    ids = fe_mesh.facets[name]
+    if ids.shape[1] == 4:
+        ids = np.concatenate([ids[:, [0, 1, 2]], ids[:, [0, 2, 3]]])
+    return fe_mesh.points[ids].mean(axis=1), facet_areas(fe_mesh.points, ids)
+
+
+def _point(place: Array, step: float) -> str:
+    """Coordinates that are stated, in mm, to the decimals that show the step."""
+    decimals = max(0, ceil(-log10(step)))
+    shown = [
+        f"{axis} {round(1e3 * float(value), decimals) + 0.0:.12g}"
+        for axis, value in zip("xyz", place, strict=True)
+        if np.isfinite(value)
+    ]
+    return f"{', '.join(shown)} mm" if shown else ""
+
+
+def _roundest(value: float, slack: float) -> float:
+    """The number with the fewest decimals within the slack of a value."""
+    decimals = range(max(1, ceil(-log10(slack)) + 1))
+    tried = (round(float(value), d) for d in decimals)
+    return next((v for v in tried if abs(v - value) <= slack), float(value)) + 0.0
+
+
+def _numbers(values: Sequence[float]) -> str:
+    """As the keys take them: one number for z alone, else three."""
+    words = [f"{v:.12g}" for v in values]
+    return f"[{', '.join(words)}]" if any(values[:2]) else words[2]
