@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,10 +13,19 @@ from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
 from flexgear.model.errors import InputError
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.cache import cache_directory
-from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
+from flexgear.structures.fe_mesh import (
+    FeMesh,
+    Groups,
+    carrier_groups,
+    carrier_of_case,
+    ring_groups,
+    ring_of_case,
+    write_fe_mesh,
+)
 from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.stage_bodies import named
 
+GROUPS = {"ring": ring_groups, "carrier": carrier_groups}
 MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
 BODIES = {"ring": ring_body, "carrier": carrier_body}
 Component = Annotated[
@@ -45,12 +55,22 @@ def mesh(
         Path | None,
         typer.Option("--export", metavar="FILE", help="Write .vtu, .msh or .inp with the patches."),
     ] = None,
+    groups: Annotated[
+        bool, typer.Option("--groups", help="List the named groups that a file has, and where.")
+    ] = False,
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Generate (or read) the FE meshes of ring and carrier; export one."""
+    """Generate (or read) the FE meshes of ring and carrier; export one, or list their groups."""
     found, names = read_stage(case, settings), components(component)
+    if groups and export is not None:
+        raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
+    if groups:
+        tables = {name: GROUPS[name](found) for name in names}
+        rows = {name: (_groups if as_json else _families)(g) for name, g in tables.items()}
+        present(f"{found.name}: named groups of FE meshes", rows, as_json)
+        return
     if export is not None and len(names) != 1:
         raise InputError("--export", str(export), "takes one component", "add --component ring")
     figures = {}
@@ -65,6 +85,34 @@ def mesh(
     present(f"{found.name}: FE meshes, {found.solver.fidelity}", figures, as_json)
     if export is not None and not as_json:
         typer.echo(f"\nwrote {export}, lengths in m")
+
+
+def _families(groups: Groups) -> dict[str, str]:
+    """Groups by kind, in words."""
+    rows = {}
+    for f in groups.families:
+        if not f.names:
+            continue
+        name = f"{f.names[0]} … {f.names[-1]}" if f.names[1:] else f.names[0]
+        first = groups.point(f.places[0])
+        at = f", {'the first ' if f.names[1:] else ''}at {first}" if first else ""
+        side = f", on the {'+' if f.side > 0 else '-'}z side" if f.side else ""
+        rows[name] = f"{'needed' if f.needed else 'may be there'}: {f.meaning}{at}{side}"
+    return rows
+
+
+def _groups(groups: Groups) -> dict[str, Any]:
+    """Every group with its place, m; null where the case leaves a coordinate open."""
+    return {
+        name: {
+            "needed": f.needed,
+            "meaning": f.meaning,
+            "centre_m": [float(x) if math.isfinite(x) else None for x in place],
+            "side": {1: "+z", -1: "-z", 0: None}[f.side],
+        }
+        for f in groups.families
+        for name, place in zip(f.names, f.places, strict=True)
+    }
 
 
 def _figures(fe_mesh: FeMesh) -> dict[str, Any]:

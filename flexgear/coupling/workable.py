@@ -26,7 +26,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.model.stage_case import Case
 from flexgear.model.train import Train
-from flexgear.structures.fe_mesh import CarrierMeshParameters, RingMeshParameters
+from flexgear.structures.fe_mesh import check_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -59,14 +59,13 @@ def require_workable(case: Case | Train) -> None:
 
 
 def _require_stage(case: Case) -> None:
-    """Gears mesh and assemble, and FE meshes can be made, or their files are there."""
+    """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     stage_geometry(case.stage, case.source)
     gear_mesh_paths(case)
-    for part, generator in ((case.ring, RingMeshParameters), (case.carrier, CarrierMeshParameters)):
-        if part.fe_mesh == "generate":
-            generator.from_case(case).check()  # type: ignore[attr-defined]
-        else:
+    for part in (case.ring, case.carrier):
+        if part.fe_mesh == "file":
             _require_file(case, part)
+    check_fe_meshes(case)
 
 
 def _require_file(case: Case, part: Ring | Carrier) -> None:

@@ -5,6 +5,8 @@ import json
 import pytest
 
 from flexgear.model.bundled import bundled_text
+from flexgear.model.case import load_case
+from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
 
 
 def test_check_prints_what_follows_from_the_case(flexgear):
@@ -25,6 +27,37 @@ def test_check_as_json_follows_willis(flexgear):
     assert found["ring"]["reference_diameter_mm"] == pytest.approx(1688.44, abs=0.01)
     # planet 2 is 93/5 ring teeth on: the fraction is its phase, falling along the path
     assert found["ring_gear_mesh"]["phase_of_planets_in_pitches"][1] == pytest.approx(0.4)
+
+
+def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, tmp_path):
+    """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
+    quick = ("--set", "solver.fidelity=quick")
+    case, file = load_case("wind-5mw", {"solver.fidelity": "quick"}), tmp_path / "ring.msh"
+    m = ring_of_case(case)
+    write_fe_mesh(FeMesh(1e3 * (m.points + [0, 0, 0.215]), m.cells, m.kind, m.facets), file)
+    own = (*quick, "--set", "ring.fe_mesh=file", "--set", f"ring.fe_mesh_file={file}")
+    for command in (("check",), ("mesh", "-q", "-c", "ring")):
+        code, out, err = flexgear(*command, "wind-5mw", *own)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        for word in ("ring.msh: tooth_root_", "z 215 mm", "set ring.fe_mesh_shift_mm = -215"):
+            assert word in err
+        code, out, err = flexgear(*command, "wind-5mw", *own, "--set", "ring.fe_mesh_shift_mm=-215")
+        assert code == 0, err
+
+
+def test_named_groups_are_listed_with_their_places(flexgear):
+    code, out, _ = flexgear("mesh", "wind-5mw", "--groups")
+    assert code == 0
+    for words in ("tooth_root_001 … tooth_root_093", "end_minus", "pin_1 … pin_5", "needed"):
+        assert words in out
+    code, out, _ = flexgear("mesh", "wind-5mw", "--groups", "-c", "carrier", "--json")
+    pins = json.loads(out)["carrier"]
+    assert pins["pin_2"]["needed"] is True
+    assert pins["pin_2"]["centre_m"] == pytest.approx([0.168309, 0.518002, 0.0], abs=1e-6)
+    assert pins["drive"] == {**pins["drive"], "centre_m": [0.0, 0.0, None], "side": "-z"}
+    code, _, err = flexgear("mesh", "wind-5mw", "--groups", "-c", "ring", "--export", "a.vtu")
+    assert code == 2
+    assert "--export" in err
 
 
 def test_cases_lists_prints_and_copies(flexgear, tmp_path):

@@ -8,7 +8,8 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import load_case
 from flexgear.model.gear_errors import GearErrors
 from flexgear.structures import build
-from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
+from flexgear.structures.cyclic_sectors import turn
+from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import StageBodies, stage_modal, variant_of
 
@@ -156,3 +157,29 @@ def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     assert forces.mean(axis=1) == pytest.approx(expected, rel=1e-6)
     assert forces[1] == pytest.approx(forces[0][[2, 3, 0, 1]], rel=1e-8)
     assert np.ptp(forces[0]) > 1e-4 * expected  # their gear meshes are not in phase
+
+
+@pytest.mark.parametrize("name", ["ring", "carrier"])
+def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_path):
+    """Written elsewhere than the case has it; the keys undo that."""
+    generated = request.getfixturevalue(name)
+    fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
+    shift, axes = (0.1, -0.2, 0.115), turn(0.7)
+    back = FeMesh((fe_mesh.points - shift) @ axes, fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
+    write_fe_mesh(back, tmp_path / "own.msh")
+    keys = {
+        "fe_mesh": "file",
+        "fe_mesh_file": str(tmp_path / "own.msh"),
+        "fe_mesh_unit": "m",
+        "fe_mesh_shift": shift,
+        "fe_mesh_turn": 0.7,
+        "fixed_interface_modes": 0,
+    }
+    own = case.with_(**{f"{name}.{key}": value for key, value in keys.items()})
+    body = {"ring": build.ring_body, "carrier": build.carrier_body}[name](own)
+    b = body.interface_dofs
+    for made in ("stiffness", "mass"):
+        expected = getattr(generated, made)[:b, :b]
+        scale = np.sqrt(np.diag(expected))
+        difference = (getattr(body, made)[:b, :b] - expected) / scale / scale[:, None]
+        assert np.abs(difference).max() < 1e-9

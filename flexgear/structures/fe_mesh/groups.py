@@ -8,6 +8,7 @@ is, in detail: ring.py and carrier.py.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import ceil, log10
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -70,6 +71,16 @@ class Groups:
         """Names that a file must have."""
         return [name for f in self.families if f.needed for name in f.names]
 
+    def point(self, place: Array) -> str:
+        """Coordinates that are stated, in mm, to about a thousandth of a pitch."""
+        decimals = max(0, ceil(-log10(1e3 * 1e-3 * min(self.pitch, self.face_width))))
+        shown = [
+            f"{axis} {round(1e3 * float(value), decimals) + 0.0:.12g}"
+            for axis, value in zip("xyz", place, strict=True)
+            if np.isfinite(value)
+        ]
+        return f"{', '.join(shown)} mm" if shown else ""
+
     def content(self) -> object:
         """What of the case the place of a file is judged by: part of the cache's key."""
         families = [
@@ -125,7 +136,6 @@ def ring_groups(case: Case) -> Groups:
         families.append(
             Family(name, meaning, (name,), place, end == bolted, "ring.end", side=side)  # type: ignore[arg-type]
         )
-    families = [f for f in families if f.names or f.stem == "bolt"]
     pitch = tooth.pitch_angle * tooth.reference_radius
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
 

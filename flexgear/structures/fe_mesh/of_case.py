@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,18 +33,47 @@ def carrier_of_case(case: Case) -> FeMesh:
     return _own(case, case.carrier, carrier_groups(case), case.carrier.plate_diameter)
 
 
+def check_fe_meshes(case: Case) -> None:
+    """Raise InputError for what either FE mesh would be refused for, without generating any."""
+    if case.ring.fe_mesh == "generate":
+        RingMeshParameters.from_case(case).check()
+    else:
+        ring_of_case(case)
+    if case.carrier.fe_mesh == "generate":
+        CarrierMeshParameters.from_case(case).check()
+    else:
+        carrier_of_case(case)
+
+
 def _own(case: Case, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
-    path = Path(str(source.fe_mesh_file))
-    read = read_fe_mesh(
-        path,
-        source.fe_mesh_unit,
-        groups.needed,
-        size,
-        f"{case.source}: {groups.body}.fe_mesh_file",
-        tuple(f.stem for f in groups.families if f.numbered),
-    )
+    file = str(source.fe_mesh_file)
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
+    stems = tuple(f.stem for f in groups.families if f.numbered)
+    where = f"{case.source}: {groups.body}.fe_mesh_file"
+    read = _read(file, _stamp(file), source.fe_mesh_unit, tuple(groups.needed), size, where, stems)
     fe_mesh = placed(read, placement)
-    check_place(fe_mesh, groups, placement, str(path))
+    check_place(fe_mesh, groups, placement, file)
     return fe_mesh
+
+
+def _stamp(file: str) -> tuple[int, int]:
+    """Differs when the file has changed."""
+    try:
+        found = Path(file).stat()
+    except OSError:
+        return (0, 0)
+    return (found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=2)  # a command looks at both files before its work, a sweep at every point
+def _read(
+    file: str,
+    stamp: tuple[int, int],
+    unit: str,
+    needed: tuple[str, ...],
+    size: float,
+    where: str,
+    stems: tuple[str, ...],
+) -> FeMesh:
+    return read_fe_mesh(file, unit, needed, size, where, stems)

@@ -138,13 +138,12 @@ class _Found:
 
     def where(self, i: int) -> str:
         """Where group i is and where it belongs, in words."""
-        step = 1e3 * 0.1 * _BODY * min(self.groups.pitch, self.groups.face_width)
         sign = "+" if self.side[i] > 0 else "-"
-        stated = _point(self.places[i], step)
+        stated = self.groups.point(self.places[i])
         belongs = f"at {stated}" if stated else f"on the {sign}z side"
         if stated and self.side[i] and np.isnan(self.places[i, 2]):
             belongs += f" on the {sign}z side"
-        return f"its centre is at {_point(self.centres[i], step)} but belongs {belongs}"
+        return f"its centre is at {self.groups.point(self.centres[i])} but belongs {belongs}"
 
 
 def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
@@ -269,17 +268,6 @@ def _facets(fe_mesh: FeMesh, name: str) -> tuple[Array, Array]:
     if ids.shape[1] == 4:
         ids = np.concatenate([ids[:, [0, 1, 2]], ids[:, [0, 2, 3]]])
     return fe_mesh.points[ids].mean(axis=1), facet_areas(fe_mesh.points, ids)
-
-
-def _point(place: Array, step: float) -> str:
-    """Coordinates that are stated, in mm, to the decimals that show the step."""
-    decimals = max(0, ceil(-log10(step)))
-    shown = [
-        f"{axis} {round(1e3 * float(value), decimals) + 0.0:.12g}"
-        for axis, value in zip("xyz", place, strict=True)
-        if np.isfinite(value)
-    ]
-    return f"{', '.join(shown)} mm" if shown else ""
 
 
 def _roundest(value: float, slack: float) -> float:

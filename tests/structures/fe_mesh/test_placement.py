@@ -1,0 +1,267 @@
+"""A user's FE mesh that is elsewhere than in the case is refused in one line with what mends it."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from flexgear.model.case import Case, load_case
+from flexgear.model.errors import InputError
+from flexgear.structures import build
+from flexgear.structures.fe_mesh import (
+    FeMesh,
+    Groups,
+    carrier_groups,
+    carrier_of_case,
+    check_fe_meshes,
+    ring_groups,
+    ring_of_case,
+    write_fe_mesh,
+)
+from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
+
+BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carrier_groups)}
+
+
+def bundled(**changes: object) -> Case:
+    return load_case("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
+
+
+@pytest.fixture(scope="module")
+def meshes() -> dict[str, FeMesh]:
+    return {name: of_case(bundled()) for name, (of_case, _) in BODIES.items()}
+
+
+def moved(fe_mesh: FeMesh, turn: tuple[float, ...], shift: tuple[float, ...]) -> FeMesh:
+    """Turned by degrees about the fixed x, then y, then z axis, then shifted by mm."""
+    axes = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
+    points = fe_mesh.points @ axes.T + np.array(shift) / 1e3
+    return FeMesh(points, fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
+
+
+def refusal(fe_mesh: FeMesh, groups: Groups, placement: Placement | None = None) -> str:
+    with pytest.raises(InputError) as error:
+        check_place(fe_mesh, groups, placement or Placement(), "own.vtu")
+    text = str(error.value)
+    assert "\n" not in text
+    assert text.startswith("own.vtu: ")
+    return text
+
+
+def keys_of(text: str, body: str) -> Placement:
+    """The placement that a refusal offers."""
+    found = {}
+    for key in ("shift_mm", "turn_deg"):
+        said = re.search(rf"{body}\.fe_mesh_{key} = (\[.*?\]|\S+?)(?=,? and |, or )", text)
+        words = said[1].strip("[]").split(", ") if said else ["0"]
+        numbers = [float(w) for w in words]
+        found[key] = numbers if len(numbers) == 3 else [0.0, 0.0, *numbers]
+    return Placement(
+        tuple(v / 1e3 for v in found["shift_mm"]), tuple(np.radians(found["turn_deg"]).tolist())
+    )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"ring.bolts.holes": True, "ring.bolts.first_angle": 0.05},
+        {"ring.tie": "flank", "stage.planet_hand": "left"},
+        {"carrier.drive_side": "+z", "ring.end": "+z", "ring.fits": ()},
+        {"stage.planets": 4, "stage.planet_positions": tuple(np.radians([87.0, 0, 180, 267]))},
+        {"stage.planets": 2},
+    ],
+)
+def test_generated_meshes_are_in_place(changes: dict) -> None:
+    case = bundled(**changes)
+    for of_case, groups_of in BODIES.values():
+        check_place(of_case(case), groups_of(case), Placement(), "generated")
+
+
+@pytest.mark.parametrize("body", ["ring", "carrier"])
+@pytest.mark.parametrize(
+    ("turn", "shift", "offered"),
+    [
+        ((0, 0, 0), (0, 0, 115), "fe_mesh_shift_mm = -115"),
+        ((0, 0, 10), (0, 0, 0), "fe_mesh_turn_deg = -10"),
+        ((0, 90, 0), (0, 0, 0), "fe_mesh_turn_deg = [0, -90, 0]"),
+        ((-90, 0, 0), (0, 0, 0), "fe_mesh_turn_deg = [90, 0, 0]"),
+        ((0, 0, 0), (7, -3, 0), "fe_mesh_shift_mm = [-7, 3, 0]"),
+        ((0, 0, 0.2), (0, 0, 0), "fe_mesh_turn_deg = -0.2"),
+        ((0, 2, 0), (0, 0, 0), "fe_mesh_turn_deg = [0, -2, 0]"),
+        ((180, 0, 0), (0, 0, 0), "fe_mesh_turn_deg = ["),
+        ((20, -70, 145), (2000, 300, -5000), "fe_mesh_shift_mm = ["),
+    ],
+)
+def test_a_moved_mesh_is_refused_with_the_keys_that_mend_it(
+    meshes: dict[str, FeMesh], body: str, turn: tuple, shift: tuple, offered: str
+) -> None:
+    groups, away = BODIES[body][1](bundled()), moved(meshes[body], turn, shift)
+    text = refusal(away, groups)
+    assert offered in text
+    mended = placed(away, keys_of(text, body))
+    check_place(mended, groups, Placement(), "mended")
+    off = np.linalg.norm(mended.points - meshes[body].points, axis=1)
+    assert off.max() < 0.02 * groups.pitch
+
+
+def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -> None:
+    away = moved(meshes["ring"], (0, 0, 10), (0, 0, 115))
+    half = Placement((0.0, 0.0, -0.1), (0.0, 0.0, float(np.radians(-3))))
+    text = refusal(placed(away, half), ring_groups(bundled()), half)
+    assert "set ring.fe_mesh_shift_mm = -115 and ring.fe_mesh_turn_deg = -10, or" in text
+
+
+def test_what_is_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> None:
+    for body, (_, groups_of) in BODIES.items():
+        groups = groups_of(bundled())
+        a_little = moved(meshes[body], (0, 0, 0.02), (2e-3 * groups.pitch, 0, 4.0))
+        check_place(a_little, groups, Placement(), "own.vtu")
+
+
+def renamed(fe_mesh: FeMesh, new: Callable[[str], str]) -> FeMesh:
+    return fe_mesh.with_facets({new(name): rows for name, rows in fe_mesh.facets.items()})
+
+
+def numbered(name: str, stem: str, change: Callable[[int], int]) -> str:
+    if not re.fullmatch(rf"{stem}_\d+", name):
+        return name
+    digits = name.rsplit("_", 1)[1]
+    return f"{stem}_{change(int(digits)):0{len(digits)}d}"
+
+
+def swapped(a: str, b: str) -> Callable[[str], str]:
+    other = {a: b, b: a}
+    return lambda name: next((name.replace(k, v) for k, v in other.items() if k in name), name)
+
+
+def test_clockwise_numbers_are_named(meshes: dict[str, FeMesh]) -> None:
+    for body, stem, count in (("ring", "tooth_root", 93), ("carrier", "pin", 5)):
+        clockwise = renamed(
+            meshes[body],
+            lambda name, s=stem, n=count: numbered(name, s, lambda k: (1 - k) % n + 1),
+        )
+        text = refusal(clockwise, BODIES[body][1](bundled()))
+        assert "clockwise" in text and "_2: " in text.replace("_002", "_2")
+
+
+@pytest.mark.parametrize(
+    ("body", "new", "words"),
+    [
+        ("ring", swapped("fit_1", "fit_2"), ["fit_", "z 185 mm", "z -185 mm"]),
+        ("ring", swapped("end_minus", "end_plus"), ["end_", "2 of 283", "ring.end"]),
+        ("ring", swapped("tooth_flank", "tooth_backflank"), ["flank_", "186 of 283"]),
+        ("ring", swapped("tooth_root_007", "tooth_root_008"), ["tooth_root_00", "2 of 283"]),
+        ("carrier", swapped("bearing_drive", "bearing_far"), ["bearing_", "z side"]),
+        ("carrier", swapped("pin_2", "pin_5"), ["pin_", "2 of 8"]),
+    ],
+)  # fmt: skip
+def test_a_misnamed_group_is_named_with_its_two_places(
+    meshes: dict[str, FeMesh], body: str, new: Callable[[str], str], words: list[str]
+) -> None:
+    text = refusal(renamed(meshes[body], new), BODIES[body][1](bundled()))
+    for word in [*words, "its centre is at", "but belongs", "give that name"]:
+        assert word in text
+
+
+@pytest.mark.parametrize(
+    ("body", "changes", "words"),
+    [
+        ("ring", {"stage.planet_hand": "left"}, ["tooth_root_001", "degrees", "planet_hand"]),
+        ("ring", {"stage.ring.teeth": 92}, ["tooth_root_093", "stage.ring.teeth"]),
+        ("ring", {"ring.fits": ()}, ["fit_1", "ring.fits", "1 more"]),
+        ("ring", {"stage.normal_module": 0.02}, ["tooth_", "279 of 283"]),
+        ("carrier", {"carrier.drive_side": "+z"}, ["drive", "carrier.drive_side"]),
+        ("carrier", {"stage.planets": 4}, ["pin_5", "stage.planets"]),
+        ("carrier", {"stage.normal_module": 0.017}, ["pin_", "5 of 8"]),
+    ],
+)
+def test_a_mesh_of_another_case_is_refused(
+    meshes: dict[str, FeMesh], body: str, changes: dict, words: list[str]
+) -> None:
+    text = refusal(meshes[body], BODIES[body][1](bundled(**changes)))
+    for word in words:
+        assert word in text
+
+
+def test_holes_that_the_case_has_not_are_refused() -> None:
+    holed = ring_of_case(bundled(**{"ring.bolts.holes": True}))
+    assert "ring.bolts.holes" in refusal(holed, ring_groups(bundled()))
+    turned = bundled(**{"ring.bolts.holes": True, "ring.bolts.first_angle": np.radians(7.2)})
+    assert "25 of 308" in refusal(holed, ring_groups(turned))
+
+
+def own(case: Case, body: str, path: Path, **keys: object) -> Case:
+    values = {"fe_mesh": "file", "fe_mesh_file": str(path), "fe_mesh_unit": "m", **keys}
+    return case.with_(**{f"{body}.{key}": value for key, value in values.items()})
+
+
+@pytest.mark.parametrize("body", ["ring", "carrier"])
+@pytest.mark.parametrize("suffix", ["vtu", "msh", "inp"])
+def test_the_opposite_motion_puts_a_file_back(
+    meshes: dict[str, FeMesh], body: str, suffix: str, tmp_path: Path
+) -> None:
+    """x = R X + s of the keys undoes X = Rᵀ (x - s) of the file."""
+    turn, shift = (0.3, -1.1, 2.0), (0.1, -0.2, 0.115)
+    axes = Rotation.from_euler("xyz", turn).as_matrix()
+    plain, path = meshes[body], tmp_path / f"own.{suffix}"
+    back = (plain.points - shift) @ axes
+    write_fe_mesh(FeMesh(back, plain.cells, plain.kind, plain.facets), path)
+    case = own(bundled(), body, path, fe_mesh_shift=shift, fe_mesh_turn=turn)
+    found = BODIES[body][0](case)
+    assert np.abs(found.points - plain.points).max() < 1e-12
+    np.testing.assert_array_equal(found.cells, plain.cells)
+    check_fe_meshes(case)
+    with pytest.raises(InputError, match=rf"own\.{suffix}: .* set {body}\.fe_mesh_shift_mm = \["):
+        check_fe_meshes(own(bundled(), body, path))
+
+
+def test_one_number_is_along_or_about_the_axis() -> None:
+    keys = {"ring.fe_mesh_shift_mm": "-115", "carrier.fe_mesh_turn_deg": "[0, 0, 10]"}
+    case = load_case("wind-5mw", keys)
+    assert case.ring.fe_mesh_shift == (0.0, 0.0, -0.115)
+    assert case.carrier.fe_mesh_turn == (0.0, 0.0, pytest.approx(np.radians(10)))
+    with pytest.raises(InputError, match="fe_mesh_shift_mm: has 2 numbers"):
+        load_case("wind-5mw", {"ring.fe_mesh_shift_mm": "[1, 2]"})
+
+
+def test_node_sets_that_the_case_has_not_are_refused_too(
+    meshes: dict[str, FeMesh], tmp_path: Path
+) -> None:
+    path = tmp_path / "own.inp"
+    write_fe_mesh(meshes["carrier"], path)
+    with path.open("a", encoding="utf-8") as deck:
+        nodes = "\n".join(str(k + 1) for k in np.unique(meshes["carrier"].facets["pin_1"]))
+        deck.write(f"*NSET, NSET=pin_6\n{nodes}\n")
+    with pytest.raises(InputError, match="pin_6: is none of the 5 groups"):
+        carrier_of_case(own(bundled(), "carrier", path))
+
+
+def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
+    meshes: dict[str, FeMesh], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A body that was in place for one case is looked at again for another."""
+    path = tmp_path / "ring.vtu"
+    write_fe_mesh(meshes["ring"], path)
+    keys = []
+
+    def kept(key: str, compute: object) -> object:
+        keys.append(key)
+        raise KeyError
+
+    monkeypatch.setattr(build, "cached", kept)
+    plain = own(bundled(), "ring", path)
+    for case in (
+        plain,
+        plain.with_(**{"ring.fe_mesh_shift": (0.0, 0.0, 1e-9)}),
+        plain.with_(**{"ring.fe_mesh_turn": (0.0, 0.0, 1e-9)}),
+        plain.with_(**{"stage.planet_hand": "left"}),
+        plain,
+    ):
+        with pytest.raises(KeyError):
+            build.ring_body(case)
+    assert len(set(keys)) == 4 and keys[0] == keys[-1]
+    assert plain.content_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).content_hash()
