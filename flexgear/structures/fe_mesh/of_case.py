@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import read_fe_mesh
@@ -47,13 +48,17 @@ def check_fe_meshes(case: Case) -> None:
 
 def _own(case: Case, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
-    file = str(source.fe_mesh_file)
+    file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
     stems = tuple(f.stem for f in groups.families if f.numbered)
-    where = f"{case.source}: {groups.body}.fe_mesh_file"
-    read = _read(file, _stamp(file), source.fe_mesh_unit, tuple(groups.needed), size, where, stems)
-    fe_mesh = placed(read, placement)
-    check_place(fe_mesh, groups, placement, file)
+    try:
+        read = _read(file, _stamp(file), source.fe_mesh_unit, tuple(groups.needed), size, stems)
+        fe_mesh = placed(read, placement)
+        check_place(fe_mesh, groups, placement, file)
+    except InputError as fault:
+        what = ": ".join(dict.fromkeys([file, fault.key]))
+        problem = f"{what}: {fault.problem}"
+        raise InputError(case.source, key, problem, fault.remedy) from None
     return fe_mesh
 
 
@@ -73,7 +78,6 @@ def _read(
     unit: str,
     needed: tuple[str, ...],
     size: float,
-    where: str,
     stems: tuple[str, ...],
 ) -> FeMesh:
-    return read_fe_mesh(file, unit, needed, size, where, stems)
+    return read_fe_mesh(file, unit, needed, size, stems=stems)

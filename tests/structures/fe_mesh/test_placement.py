@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from small_train import FLEXIBLE
 
+from flexgear.coupling.workable import require_workable
 from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
 from flexgear.structures import build
@@ -265,3 +267,24 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
             build.ring_body(case)
     assert len(set(keys)) == 4 and keys[0] == keys[-1]
     assert plain.content_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).content_hash()
+
+
+def test_a_file_of_a_train_is_named_with_its_stage(
+    meshes: dict[str, FeMesh], tmp_path: Path
+) -> None:
+    path, train = tmp_path / "ring.vtu", tmp_path / "train.toml"
+    write_fe_mesh(moved(meshes["ring"], (0, 0, 10), (0, 0, 0)), path)
+    own_ring = f"""
+fe_mesh = "file"
+fe_mesh_file = "{path}"
+fe_mesh_unit = "m"
+"""
+    train.write_text(
+        FLEXIBLE.replace("[stages.flexible.ring]\n", "[stages.flexible.ring]" + own_ring)
+    )
+    with pytest.raises(InputError) as error:
+        require_workable(load_case(train))
+    for word in ("train.toml", "flexible.ring.fe_mesh_file", "ring.vtu: tooth_root_", "turn_deg"):
+        assert word in str(error.value)
+    back = {"stages.0.flexible.ring.fe_mesh_turn_deg": "-10"}
+    require_workable(load_case(train, back))
