@@ -41,15 +41,8 @@ def iso_pair_peak(stage: Stage | ExternalPair, gear: str, young_modulus: float) 
 
 
 def compliance(case: Case, geometry: StageGeometry, gear: str) -> PairCompliance:
-    """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load.
-
-    Line load w = F cosβ_b/(ε_α b): the rated gear-mesh force over the mean length of contact.
-    """
+    """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load."""
     stage, material = case.stage, case.material
-    motion = stage_kinematics(case)
-    gear_mesh = geometry.ring_mesh if gear == "ring" else geometry.sun_mesh
-    force = motion.ring_mesh_force if gear == "ring" else motion.sun_mesh_force
-    length = gear_mesh.transverse_contact_ratio * stage.face_width
     return stage_pair_compliance(
         geometry,
         gear,
@@ -57,8 +50,17 @@ def compliance(case: Case, geometry: StageGeometry, gear: str) -> PairCompliance
         fillets=(stage.planet.root_fillet, getattr(stage, gear).root_fillet),
         young=material.young_modulus,
         poisson=material.poisson_ratio,
-        line_load=force * math.cos(geometry.base_helix_angle) / length,
+        line_load=rated_line_load(case, geometry, gear),
     )
+
+
+def rated_line_load(case: Case, geometry: StageGeometry, gear: str) -> float:
+    """w = F cosβ_b/(ε_α b), N/m: the rated gear-mesh force over the mean length of contact."""
+    motion = stage_kinematics(case)
+    gear_mesh = geometry.ring_mesh if gear == "ring" else geometry.sun_mesh
+    force = motion.ring_mesh_force if gear == "ring" else motion.sun_mesh_force
+    length = gear_mesh.transverse_contact_ratio * case.stage.face_width
+    return force * math.cos(geometry.base_helix_angle) / length
 
 
 def pair_law(case: Case, geometry: StageGeometry, gear: str) -> Law:
