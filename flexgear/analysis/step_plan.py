@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -93,7 +93,7 @@ class Plan:
 def fixed_plan(segment: Segment, interval: float) -> Plan:
     """Steps of the segment's size, a sample about every ``interval`` s."""
     h = segment.time_step
-    every = min(max(1, round(interval / h)), segment.steps)
+    every = _every(segment, interval)
     return Plan(segment.start, np.array([h]), segment.steps, every, control(1))
 
 
@@ -103,3 +103,61 @@ def laddered_plan(segment: Segment, interval: float, adaptive: Adaptive, load: f
     sizes, every = adaptive.sizes(span, interval)
     ladder = control(len(sizes), adaptive.tolerance, load)
     return Plan(segment.start, sizes, round(span / sizes[0]), every, ladder)
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How a run is cut into steps and samples; s, and as ``transient.transient`` takes them."""
+
+    duration: float
+    time_step: float
+    output_interval: float
+    jumps: tuple[float, ...] = ()
+    windows: tuple[FineWindow, ...] = ()
+    adaptive: Adaptive | None = None
+
+    @property
+    def steps(self) -> int:
+        """Steps from the first to the last; the fewest, where their size is chosen on the way."""
+        return sum(steps for steps, _, _ in self._pieces())
+
+    @property
+    def least_steps(self) -> float:
+        """About as many steps, were there no windows of finer ones; infinite beyond all bounds."""
+        longest = self.time_step if self.adaptive is None else self.adaptive.longest
+        return self.duration / longest
+
+    @property
+    def samples(self) -> int:
+        """Samples that are saved."""
+        return sum(samples for _, samples, _ in self._pieces())
+
+    @property
+    def interval(self) -> float:
+        """Time between two samples of the first piece, s."""
+        return self._pieces()[0][2]
+
+    def first(self, steps: int) -> Stepping:
+        """So many steps from the start, without jumps and windows."""
+        longest = self.time_step if self.adaptive is None else self.adaptive.longest
+        return replace(self, duration=steps * longest, jumps=(), windows=())
+
+    def _pieces(self) -> list[tuple[int, int, float]]:
+        """Steps and samples of every piece without a jump, and the time between samples, s."""
+        if self.adaptive is None:
+            cut = plan_segments(self.duration, self.time_step, self.jumps, self.windows)
+            every = [_every(s, self.output_interval) for s in cut]
+            return [
+                (s.steps, s.steps // n, n * s.time_step) for s, n in zip(cut, every, strict=True)
+            ]
+        pieces = []
+        for s in plan_segments(self.duration, self.duration, self.jumps, ()):
+            sizes, between = self.adaptive.sizes(s.time_step, self.output_interval)
+            ticks = round(s.time_step / sizes[0])
+            pieces.append((ticks >> len(sizes) - 1, ticks // between, between * float(sizes[0])))
+        return pieces
+
+
+def _every(segment: Segment, interval: float) -> int:
+    """Steps between two samples."""
+    return min(max(1, round(interval / segment.time_step)), segment.steps)

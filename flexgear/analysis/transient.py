@@ -176,7 +176,8 @@ def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
     return np.ascontiguousarray(torque)
 
 
-def _start_torque(modal: ModalSystem, drive: Drive) -> float | Array:
+def start_torque(modal: ModalSystem, drive: Drive) -> float | Array:
+    """Torque at t = 0, as ``start_state`` takes it."""
     torque = np.asarray(drive.torque(np.array([0.0])), dtype=float)[0]
     return float(torque) if np.ndim(torque) == 0 else np.append(torque, 0.0)
 
@@ -217,7 +218,7 @@ def transient(
     solution.
     """
     if start is None:
-        start = start_state(modal, _start_torque(modal, drive))
+        start = start_state(modal, start_torque(modal, drive))
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
         plans = [fixed_plan(s, output_interval) for s in pieces]

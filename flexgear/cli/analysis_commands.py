@@ -14,6 +14,7 @@ import xarray as xr
 
 from flexgear.analysis.modes import modes as natural_modes
 from flexgear.cli.display import present, progress, shown, table, warn
+from flexgear.cli.long_runs import Save, kept, saved_names
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -31,11 +32,13 @@ from flexgear.coupling.system import Variant
 from flexgear.model.case import Train
 from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
-from flexgear.results.flanks import GEARS, carrying_flank, tooth_loads
+from flexgear.results.flanks import GEARS, flanks_said, tooth_loads
 from flexgear.results.harmonics import radial_harmonics, star_angle
-from flexgear.results.summary import RPM, finite, sharing_summary
+from flexgear.results.sinks import Ranges, Several
+from flexgear.results.summary import RPM, finite, sharing_summary, stage_histories
+from flexgear.studies.long_run import refuse_endless
 from flexgear.studies.reduction_warnings import stage_warnings
-from flexgear.studies.single_runs import equilibria
+from flexgear.studies.single_runs import equilibria, stage_stepping
 from flexgear.studies.single_runs import simulate as run_transient
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 
@@ -173,6 +176,7 @@ def simulate(
     ] = None,
     rigid: Rigid = None,
     energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
+    save_only: Save = None,
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -180,35 +184,40 @@ def simulate(
     """Transient under the case's drive; a train's under constant torques."""
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
-    found, parts = read_case(case, settings), rigid_parts(rigid)
+    found, parts, names = read_case(case, settings), rigid_parts(rigid), saved_names(save_only, out)
     if isinstance(found, Train):
         share = 1.0 if torque_share is None else torque_share
         if not share > 0:
             raise InputError("--torque-share", f"{share:g}", "is not positive", "e.g. 1.5")
-        simulate_of_train(found, duration_s, share, energy, parts, Shown(as_json, quiet, out))
+        way = Shown(as_json, quiet, out, tuple(names))
+        simulate_of_train(found, duration_s, share, energy, parts, way)
         return
     refuse_for_stages(found, torque_share=torque_share)
-    with progress(quiet) as report:
+    refuse_endless(stage_stepping(found, found.drive, duration_s), found.source)
+    ranges = Ranges(stage_histories)
+    with kept(out, names, quiet) as sinks, progress(quiet) as report:
         bodies, variant = stage_bodies(found, report), variant_of(found, parts)
         warn(stage_warnings(found, bodies.both, variant))
         modal = stage_modal(found, bodies, variant)
-        run = run_transient(found, modal, duration=duration_s, energy=energy, progress=report)
-    data = run.data
-    if out is not None:
-        save(data, out)
+        run = run_transient(
+            found, modal, duration=duration_s, energy=energy, progress=report,
+            sink=Several([ranges, *sinks]),
+        )  # fmt: skip
+    most = ranges.largest
+    carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
     figures = {
         "time_s": run.simulated,
         "wall_time_s": run.wall,
-        "steps": int(data.attrs["steps"]),
+        "steps": int(run.data.attrs["steps"]),
         "second_reduction": finite(modal.figures),
-        "carrier_speed_rpm": _range(data["carrier_speed"], RPM),
-        "ring_mesh_force_n_mean": float(data["ring_gear_mesh_force"].mean()),
-        "carrying_flank": {gear: carrying_flank(data, gear) for gear in GEARS},
-        **{f"{gear}_tooth_load_n": _range(tooth_loads(data, gear)) for gear in GEARS},
-        "load_sharing_max": _number(data["load_sharing"].max()),
-        "planet_force_spread_max": float(data["planet_force_spread"].max()),
+        "carrier_speed_rpm": _range(ranges, "carrier_speed", RPM),
+        "ring_mesh_force_n_mean": float(ranges.mean["ring_gear_mesh_force"].mean()),
+        "carrying_flank": {gear: flanks_said(xr.Dataset(w)) for gear, w in carrying.items()},
+        **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
+        "load_sharing_max": _number(most["load_sharing"]),
+        "planet_force_spread_max": float(most["planet_force_spread"]),
     }
-    title = f"{found.name}, {data.attrs['variant']}: transient"
+    title = f"{found.name}, {run.data.attrs['variant']}: transient"
     if as_json:
         present(title, {"transient": figures}, True)
     else:
@@ -216,8 +225,9 @@ def simulate(
     _wrote(out, as_json)
 
 
-def _range(data: xr.DataArray, factor: float = 1.0) -> dict[str, float]:
-    return {"min": float(data.min()) * factor, "max": float(data.max()) * factor}
+def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
+    least, most = ranges.least[name].min(), ranges.largest[name].max()
+    return {"min": float(least) * factor, "max": float(most) * factor}
 
 
 def compare(

@@ -13,16 +13,16 @@ import typer
 import xarray as xr
 
 from flexgear.cli.display import Report, present, progress, shown, table, warn
+from flexgear.cli.long_runs import kept
 from flexgear.cli.options import refuse_for_trains
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.train import Train
 from flexgear.results.dataset import save
-from flexgear.results.energy_balance import energy_residual
+from flexgear.results.energy_balance import energy_account, largest_residual
+from flexgear.results.sinks import Ranges, Several
 from flexgear.results.summary import RPM
-from flexgear.results.train_summary import (
-    displacement_summary,
-    force_summary,
-    sharing_summary_of,
-)
+from flexgear.results.train_summary import distance_summary, force_ranges, sharing_summary_of
+from flexgear.studies.long_run import refuse_endless
 from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.train_dataset import TrainContext, context_of
 from flexgear.studies.train_model import (
@@ -40,7 +40,7 @@ from flexgear.studies.train_modes import (
     train_modes,
 )
 from flexgear.studies.train_static import position_figures, train_equilibria
-from flexgear.studies.train_transient import settled, simulate_train
+from flexgear.studies.train_transient import simulate_train, train_histories, train_stepping
 
 FLEXIBLE_LIMIT = 500.0  # Hz, of modes that are listed where stages bend
 LISTED_CROSSINGS = 12
@@ -48,11 +48,12 @@ LISTED_CROSSINGS = 12
 
 @dataclass(frozen=True)
 class Shown:
-    """How results come out: JSON, no progress, file for the dataset."""
+    """How results come out: JSON, no progress, file for the dataset and what of it is kept."""
 
     as_json: bool
     quiet: bool
     out: Path | None = None
+    names: tuple[str, ...] = ()
 
     def wrote(self) -> None:
         """Say where the dataset is."""
@@ -214,7 +215,9 @@ def simulate_of_train(
     way: Shown,
 ) -> None:
     """Transient under constant torques from equilibrium at rated speed."""
-    with progress(way.quiet) as report:
+    refuse_endless(train_stepping(train, power_flow(train), duration_s), train.source)
+    rest, account = Ranges(train_histories), Ranges(energy_account)
+    with kept(way.out, way.names, way.quiet) as sinks, progress(way.quiet) as report:
         context = put_together(train, rigid, report)
         run = simulate_train(
             context,
@@ -222,10 +225,9 @@ def simulate_of_train(
             torque_share=torque_share,
             energy=energy,
             progress=report,
+            sink=Several([rest, *([account] if energy else []), *sinks]),
         )
-    way.keep(run.data)
-    rest = settled(run.data)
-    speeds = rest["master_speed"]
+    least, mean, most = rest.least, rest.mean, rest.largest
     figures: dict[str, Any] = {
         "time_s": run.simulated,
         "settle_s": float(run.data.attrs["settle_s"]),
@@ -233,27 +235,26 @@ def simulate_of_train(
         "realtime_factor": run.realtime_factor,
         "steps": int(run.data.attrs["steps"]),
         "speed_rpm": {
-            str(m): _range(speeds.sel(master=m).to_numpy() * RPM)
-            for m in speeds["master"].to_numpy()
+            str(m): {
+                "min": float(least["master_speed"].sel(master=m)) * RPM,
+                "max": float(most["master_speed"].sel(master=m)) * RPM,
+            }
+            for m in most["master"].to_numpy()
         },
         "port_torque_nm": {
-            str(p): float(rest["port_torque"].sel(port=p).mean()) for p in rest["port"].to_numpy()
+            str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
         },
-        "gear_mesh_force": force_summary(rest),
+        "gear_mesh_force": force_ranges(*(d["gear_mesh_force"] for d in (least, mean, most))),
         "load_sharing": sharing_summary_of(run.data),
-        "distance_from_axis_um_max": displacement_summary(rest),
+        "distance_from_axis_um_max": distance_summary(most["axis_distance"]),
     }
     if energy:
-        figures["energy_residual"] = float(np.abs(energy_residual(run.data)).max())
+        figures["energy_residual"] = largest_residual(account)
     if way.as_json:
         present("", {"transient": figures}, True)
     else:
         _show_transient(f"{train.name}, {context.variant}: transient", figures)
     way.wrote()
-
-
-def _range(values: np.ndarray[Any, Any]) -> dict[str, float]:
-    return {"min": float(values.min()), "max": float(values.max())}
 
 
 def _show_transient(title: str, figures: dict[str, Any]) -> None:

@@ -176,4 +176,4 @@ def front_meshes(data: PairData) -> IntArray:
 def by_kind(values: NDArray[Any], planets: int, axis: int = 1) -> NDArray[Any]:
     """Split the axis M of gear meshes of a single stage: (…, M, …) -> (…, kinds, planets, …)."""
     shape = values.shape
-    return values.reshape(*shape[:axis], -1, planets, *shape[axis + 1 :])
+    return values.reshape(*shape[:axis], shape[axis] // planets, planets, *shape[axis + 1 :])

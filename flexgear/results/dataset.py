@@ -134,13 +134,17 @@ def _ticks(dim: str, size: int, labels: Mapping[str, Sequence[str]]) -> ArrayLik
 
 def save(data: xr.Dataset, path: PathLike) -> Path:
     """Write netCDF; the file appears whole or not at all."""
-    encoding = {
+    return write_bytes(path, data.to_netcdf(engine="h5netcdf", encoding=encoding_of(data)))
+
+
+def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """How variables are stored: compressed, with more than one axis in single precision."""
+    return {
         str(name): {"zlib": True, "complevel": 1, "shuffle": True}
         | ({"dtype": "float32"} if v.ndim > 1 and v.dtype == np.float64 else {})
         for name, v in data.data_vars.items()
         if v.ndim > 0
     }
-    return write_bytes(path, data.to_netcdf(engine="h5netcdf", encoding=encoding))
 
 
 def load(path: PathLike) -> xr.Dataset:

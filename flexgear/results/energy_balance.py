@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.sinks import Ranges
 
 STORED = ("kinetic", "elastic", "pair_elastic")
 ENTERED = {
@@ -26,14 +27,32 @@ ENTERED = {
 
 def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
     """Residual (t,) over the peak elastic energy of a dataset with energy_* in J."""
-    names = [f"energy_{n}" for n in (*STORED, *ENTERED)]
-    missing = [n for n in names if n not in data]
+    account = energy_account(data)
+    left = account["left"].to_numpy()
+    return np.asarray((left - left[0]) / _peak(account["elastic"]))
+
+
+def energy_account(data: xr.Dataset) -> xr.Dataset:
+    """Over the samples of a dataset with energy_*: "left", what is stored less what entered, and
+    "elastic", of structure and tooth pairs, J."""
+    missing = [n for e in (*STORED, *ENTERED) if (n := f"energy_{e}") not in data]
     if missing:
         raise FlexgearError(f"no energy balance without {', '.join(missing)}")
-    since = {n: data[n].to_numpy() - data[n].to_numpy()[0] for n in names}
-    left = sum(since[f"energy_{n}"] for n in STORED)
-    left = left - sum(sign * since[f"energy_{n}"] for n, sign in ENTERED.items())
-    peak = float((data["energy_elastic"] + data["energy_pair_elastic"]).max())
+    signs = {**dict.fromkeys(STORED, 1.0), **{n: -sign for n, sign in ENTERED.items()}}
+    left = sum((sign * data[f"energy_{n}"] for n, sign in signs.items()), xr.DataArray(0.0))
+    elastic = data["energy_elastic"] + data["energy_pair_elastic"]
+    return xr.Dataset({"left": left, "elastic": elastic})
+
+
+def largest_residual(ranges: Ranges) -> float:
+    """Largest size of the residual, of ``Ranges(energy_account)``."""
+    first = float(ranges.first["left"])
+    most = max(float(ranges.largest["left"]) - first, first - float(ranges.least["left"]))
+    return most / _peak(ranges.largest["elastic"])
+
+
+def _peak(elastic: xr.DataArray) -> float:
+    peak = float(elastic.max())
     if peak <= 0:
         raise FlexgearError("no energy balance: the run holds no elastic energy")
-    return np.asarray(left / peak)
+    return peak

@@ -7,7 +7,6 @@ after a torque reversal each in its turn.
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
@@ -51,9 +50,20 @@ def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:
     return xr.DataArray(pairs["load"].to_numpy()[at], dims="pair", attrs={"units": "N"})
 
 
+def flank_histories(data: xr.Dataset, gear: str) -> xr.Dataset:
+    """Over the samples: "load" of pairs on the flank that carries, N, not a number in slots without
+    a pair; "drive" and "coast" (sample, planet), 1 where that flank bears a load."""
+    coast, pairs = coast_carries(data, gear), carrying_pairs(data, gear)
+    loaded = abs(pairs["load"].sum("slot")) > 0
+    carrying = {"drive": (loaded & ~coast) * 1.0, "coast": (loaded & coast) * 1.0}
+    return xr.Dataset({"load": pairs["load"].where(pairs["tooth"] > 0), **carrying})
+
+
 def carrying_flank(data: xr.Dataset, gear: str) -> str:
     """Which flank carries over the samples: "drive", "coast", "drive and coast" or "none"."""
-    coast = coast_carries(data, gear).to_numpy()
-    loaded = np.abs(carrying_pairs(data, gear)["load"].sum("slot").to_numpy()) > 0
-    words = [w for w, at in (("drive", ~coast), ("coast", coast)) if np.any(at & loaded)]
-    return " and ".join(words) or "none"
+    return flanks_said(flank_histories(data, gear))
+
+
+def flanks_said(histories: xr.Dataset) -> str:
+    """The same of ``flank_histories`` or of their largest values."""
+    return " and ".join(w for w in ("drive", "coast") if bool(histories[w].any())) or "none"

@@ -100,14 +100,29 @@ def cycle_maxima(force: ArrayLike, samples_per_cycle: float) -> Array:
             f"{samples_per_cycle:.3g} samples a gear-mesh cycle cannot show its maximum; "
             "save results more often"
         )
-    # a hair of slack keeps whole cycles whole when their length is a rounded fraction
-    cycles = int(np.floor(len(f) / samples_per_cycle * (1 + 1e-12)))
-    if cycles < 1:
+    starts = cycle_starts(len(f), samples_per_cycle)
+    if len(starts) < 2:
         raise FlexgearError(
             f"{len(f)} samples are less than one gear-mesh cycle of {samples_per_cycle:.6g}"
         )
-    starts = np.ceil(np.arange(cycles + 1) * samples_per_cycle * (1 - 1e-12)).astype(int)
     return np.maximum.reduceat(f[: starts[-1]], starts[:-1], axis=0)
+
+
+def cycle_starts(samples: int, samples_per_cycle: float, first: int = 0) -> NDArray[np.int64]:
+    """First samples of whole gear-mesh cycles from number ``first`` on, and of the one after."""
+    # a hair of slack keeps whole cycles whole when their length is a rounded fraction
+    cycles = int(np.floor(samples / samples_per_cycle * (1 + 1e-12)))
+    return np.ceil(np.arange(first, cycles + 1) * samples_per_cycle * (1 - 1e-12)).astype(np.int64)
+
+
+def shares(force: Array) -> Array:
+    """N F_i/ΣF (..., N) of forces whose sum is positive."""
+    return np.asarray(force.shape[-1] * force / force.sum(axis=-1, keepdims=True))
+
+
+def planet_figures(definition: Definition, history: Array) -> Array:
+    """What of the shares (c, N) counts: itself, or by Ren 1 + |B − 1|."""
+    return np.asarray(1 + np.abs(history - 1) if definition == "ren-2021" else history)
 
 
 def sharing_by(
@@ -127,17 +142,13 @@ def sharing_by(
     f = np.asarray(force, dtype=float)
     f = f * (np.sign(f.sum()) or 1.0)
     largest = f if definition == "instantaneous" else cycle_maxima(f, samples_per_cycle)
-    total = largest.sum(axis=-1, keepdims=True)
-    if np.any(total <= 0):
+    if np.any(largest.sum(axis=-1) <= 0):
         raise FlexgearError(
             "the load sharing factor is not defined: in some cycle the planets carry no load "
             "together"
         )
-    history = f.shape[-1] * largest / total
-    if definition == "ren-2021":
-        planets = 1 + np.abs(history - 1).max(axis=0)
-    else:
-        planets = history.max(axis=0)
+    history = shares(largest)
+    planets = planet_figures(definition, history).max(axis=0)
     return LoadSharing(definition, history, planets, float(planets.max()))
 
 

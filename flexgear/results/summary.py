@@ -15,7 +15,7 @@ import xarray as xr
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.contact_share import contact_share
-from flexgear.results.flanks import GEARS, carrying_pairs, tooth_loads
+from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS, tooth_loads
 from flexgear.results.harmonics import radial_harmonics
 
 ORDERS = 21  # radial harmonics 0 … 20
@@ -91,6 +91,16 @@ def steady_summary(
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
         "load_sharing": {name: sharing_summary(data) for name, data in load_sharing.items()},
     }
+
+
+def stage_histories(data: xr.Dataset) -> xr.Dataset:
+    """What of a transient the command line gives the range of."""
+    names = ["carrier_speed", "ring_gear_mesh_force", "load_sharing", "planet_force_spread"]
+    found = data[names]
+    for gear in GEARS:
+        flanks = flank_histories(data, gear)
+        found = found.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
+    return found
 
 
 def sharing_summary(data: xr.Dataset) -> dict[str, float]:

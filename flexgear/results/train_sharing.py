@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.results.load_sharing import (
-    Definition,
-    load_sharing,
-    mesh_load_factor,
-    planet_load_factors,
-    sharing_by,
-)
+from flexgear.results.load_sharing import load_sharing, mesh_load_factor, planet_load_factors
+from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
 from flexgear.results.train_dataset import GearMeshName, groups_of
 
 Array = NDArray[np.float64]
-DEFINITIONS: tuple[Definition, ...] = get_args(Definition)
-FEWEST = 4.0  # samples a gear-mesh cycle whose maximum is to be seen
 
 
 def sharing_histories(
@@ -42,42 +35,51 @@ def sharing_histories(
     return {"load_sharing": largest, "planet_load_factor": factor}
 
 
+class SharingCoefficients:
+    """Coefficients of all gear meshes of a train, from forces that come piece by piece.
+
+    samples_per_cycle: by stage. What cannot be said (too few samples a cycle, no load) is NaN.
+    """
+
+    def __init__(
+        self, gear_meshes: Sequence[GearMeshName], samples_per_cycle: Mapping[str, float]
+    ) -> None:
+        self._groups = [
+            (at, RunningSharing(len(at), samples_per_cycle[group.stage]))
+            for group, at in groups_of(gear_meshes).items()
+        ]
+        self._count = len(gear_meshes)
+
+    def append(self, force: ArrayLike) -> None:
+        """Some samples more of the gear-mesh forces (t, G), N."""
+        f = np.asarray(force, dtype=float)
+        for at, group in self._groups:
+            group.append(f[:, at])
+
+    def found(self) -> dict[str, Array]:
+        """ "load_sharing_coefficient" (definitions, groups), "planet_coefficient" (definitions, G)
+        and "mesh_load_factor" (groups,)."""
+        planets = np.full((len(DEFINITIONS), self._count), np.nan)
+        for at, group in self._groups:
+            planets[:, at] = [group.planets(d) for d in DEFINITIONS]
+        largest = [planets[:, at].max(axis=1) for at, _ in self._groups]
+        assumed = [mesh_load_factor(len(at)) for at, _ in self._groups]
+        return {
+            "load_sharing_coefficient": np.reshape(largest, (-1, len(DEFINITIONS))).T,
+            "planet_coefficient": planets,
+            "mesh_load_factor": np.array([math.nan if a is None else a for a in assumed]),
+        }
+
+
 def sharing_coefficients(
     force: ArrayLike,
     gear_meshes: Sequence[GearMeshName],
     samples_per_cycle: Mapping[str, float],
 ) -> dict[str, Array]:
-    """ "load_sharing_coefficient" (definitions, groups), "planet_coefficient" (definitions, G) and
-    "mesh_load_factor" (groups,) of forces (t, G) in N.
-
-    samples_per_cycle: by stage. What cannot be said (too few samples a cycle, no load) is NaN.
-    """
-    f = np.asarray(force, dtype=float)
-    groups = groups_of(gear_meshes)
-    planets = np.full((len(DEFINITIONS), f.shape[1]), np.nan)
-    largest = np.full((len(DEFINITIONS), len(groups)), np.nan)
-    for g, (group, at) in enumerate(groups.items()):
-        per_cycle = samples_per_cycle[group.stage]
-        for d, definition in enumerate(DEFINITIONS):
-            if not _can_be_said(f[:, at], definition, per_cycle):
-                continue
-            found = sharing_by(definition, f[:, at], per_cycle)
-            planets[d, at], largest[d, g] = found.planets, found.coefficient
-    assumed = [mesh_load_factor(len(at)) for at in groups.values()]
-    return {
-        "load_sharing_coefficient": largest,
-        "planet_coefficient": planets,
-        "mesh_load_factor": np.array([math.nan if a is None else a for a in assumed]),
-    }
-
-
-def _can_be_said(force: Array, definition: Definition, per_cycle: float) -> bool:
-    if not len(force):
-        return False
-    total = force.sum(axis=1) * (np.sign(force.sum()) or 1.0)
-    if definition == "instantaneous":
-        return bool(np.all(total > 0))
-    return bool(per_cycle >= FEWEST and len(force) >= per_cycle and np.all(total > 0))
+    """``SharingCoefficients`` of forces (t, G) in N that are all there."""
+    running = SharingCoefficients(gear_meshes, samples_per_cycle)
+    running.append(force)
+    return running.found()
 
 
 def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:

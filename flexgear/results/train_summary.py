@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -72,26 +72,43 @@ def sharing_summary_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def displacement_summary(data: xr.Dataset) -> dict[str, float]:
     """Largest distance from the axis of every central member over the samples, µm."""
-    out = {}
-    for name in map(str, data["body"].to_numpy()):
-        if name.rpartition(".")[2].split("_")[0] not in CENTRAL:
-            continue
-        motion = data["body_displacement"].sel(body=name).to_numpy()
-        size = float(np.hypot(motion[..., 0], motion[..., 1]).max())
-        out[name] = size * MICRO if size > UNMOVED else 0.0
-    return out
+    far = axis_distance(data)
+    return distance_summary(far.max([d for d in far.dims if d != "body"]))
+
+
+def axis_distance(data: xr.Dataset) -> xr.DataArray:
+    """Distance of central members from the axis, m."""
+    names = [str(n) for n in data["body"].to_numpy()]
+    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    motion = data["body_displacement"].sel(body=central)
+    far = np.hypot(motion.sel(dof="ux", drop=True), motion.sel(dof="uy", drop=True))
+    return cast(xr.DataArray, far)
+
+
+def distance_summary(largest: xr.DataArray) -> dict[str, float]:
+    """Largest distances (body,) from the axis, µm; rounding is none."""
+    sizes = zip(largest["body"].to_numpy(), largest.to_numpy(), strict=True)
+    return {str(n): float(v) * MICRO if v > UNMOVED else 0.0 for n, v in sizes}
 
 
 def force_summary(data: xr.Dataset) -> dict[str, Mapping[str, float]]:
     """Least, mean and largest gear-mesh force of every group over the samples, N."""
-    force = data["gear_mesh_force"].to_numpy()
-    groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
+    force = data["gear_mesh_force"]
+    others = [d for d in force.dims if d != "gear_mesh"]
+    return force_ranges(force.min(others), force.mean(others), force.max(others))
+
+
+def force_ranges(
+    least: xr.DataArray, mean: xr.DataArray, largest: xr.DataArray
+) -> dict[str, Mapping[str, float]]:
+    """The same of least, mean and largest force (gear_mesh,) of every gear mesh, N."""
+    groups = [str(g).rpartition(" ")[0] for g in least["gear_mesh"].to_numpy()]
     out: dict[str, Mapping[str, float]] = {}
     for group in dict.fromkeys(groups):
-        own = force[..., [g == group for g in groups]]
+        own = [g == group for g in groups]
         out[group] = {
-            "min_n": float(own.min()),
-            "mean_n": float(own.mean()),
-            "max_n": float(own.max()),
+            "min_n": float(least.to_numpy()[own].min()),
+            "mean_n": float(mean.to_numpy()[own].mean()),
+            "max_n": float(largest.to_numpy()[own].max()),
         }
     return out

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,22 +11,18 @@ from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.recovery import Recovery
-from flexgear.analysis.step_plan import FineWindow
-from flexgear.analysis.transient import (
-    Collector,
-    Drive,
-    Transient,
-    collected,
-    transient,
-)
+from flexgear.analysis.step_plan import FineWindow, Stepping
+from flexgear.analysis.transient import Drive, Steps, Transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.case import Case
 from flexgear.model.drive import Drive as DriveParameters
 from flexgear.model.errors import FlexgearError
 from flexgear.results.fields import field_dataset
+from flexgear.results.sinks import DatasetSink, Gathered
+from flexgear.studies.long_run import LongRun
 from flexgear.studies.stage_bodies import Progress, StageBodies, silent
 from flexgear.studies.stage_dataset import equilibrium_of, transient_of
-from flexgear.studies.stepping import adaptive_steps
+from flexgear.studies.stepping import adaptive_steps, step_attributes
 
 SETTLING = 0.2  # s after a torque step during which the fine time step is kept
 AFTER = 1.0  # s that a torque-drop run goes on after the torque is back
@@ -80,36 +75,52 @@ def simulate(
     energy: bool = False,
     progress: Progress = silent,
     label: str = "transient",
+    sink: DatasetSink | None = None,
 ) -> TimedRun:
     """Transient under the case's drive (or another) for its duration or one revolution.
 
     Within 0.2 s after every jump of the torque the fine time step is used, unless the case asks
-    for steps by a tolerance.
+    for steps by a tolerance. sink: takes the samples as they come, so that the run's length does
+    not count; ``data`` is then empty. InputError where the run would not come to an end.
     """
-    drive, solver = drive or case.drive, case.solver
+    drive = drive or case.drive
+    stepping = stage_stepping(case, drive, duration, output_interval)
+
+    def labelled(found: Transient) -> xr.Dataset:
+        refuse_divergence(case, found)
+        return transient_of(case, found, energy)
+
+    def last(steps: Steps) -> xr.Dataset:
+        return xr.Dataset(attrs=step_attributes(steps))
+
+    memory = Gathered()
+    run = LongRun(modal, Drive(drive.torque_at), stepping, energy, labelled, last, case.source)
+    cost = run.into(sink or memory, lambda share: progress(label, share), tried=sink is not None)
+    data = memory.data if sink is None else cost.empty
+    return TimedRun(data, stepping.duration, cost.wall, cost.core)
+
+
+def stage_stepping(
+    case: Case,
+    drive: DriveParameters,
+    duration: float | None = None,
+    output_interval: float | None = None,
+) -> Stepping:
+    """Steps and samples of a run under a drive, for its duration or one revolution, s."""
+    solver = case.solver
     span = duration or solver.duration or revolution_time(case)
     jumps = tuple(t for t in drive.change_times() if 0 <= t < span)
     windows = [FineWindow(t, min(t + SETTLING, span), solver.step_time_step) for t in jumps]
     if drive.kind in ("ramp", "csv"):  # a given series may be steep anywhere
         windows = [FineWindow(0.0, span, solver.step_time_step)]
-    sink, start, busy = Collector(), time.perf_counter(), time.thread_time()
-    steps = transient(
-        modal,
-        Drive(drive.torque_at, jumps),
+    return Stepping(
         duration=span,
         time_step=solver.time_step,
         output_interval=min(output_interval or solver.output_interval, span),
-        windows=windows,
+        jumps=jumps,
+        windows=tuple(windows),
         adaptive=adaptive_steps(solver),
-        sink=sink,
-        track_energy=energy,
-        progress=lambda share: progress(label, share),
     )
-    wall, core = time.perf_counter() - start, time.thread_time() - busy
-    found = collected(modal, sink.arrays(), steps)
-    refuse_divergence(case, found)
-    data = transient_of(case, found)
-    return TimedRun(data, span, wall, core)
 
 
 def refuse_divergence(case: Case, found: Transient) -> None:

@@ -25,8 +25,11 @@ from flexgear.studies.stepping import step_attributes
 Array = NDArray[np.float64]
 
 
-def transient_of(case: Case, result: Transient, **attrs: Any) -> xr.Dataset:
-    """Dataset of a transient; attrs are added to the provenance."""
+def transient_of(
+    case: Case, result: Transient, energy: bool | None = None, **attrs: Any
+) -> xr.Dataset:
+    """Dataset of a transient; attrs are added to the provenance. energy: whether it has an account
+    of energy (None: look)."""
     arrays = {
         "carrier_angle": result.carrier_angle,
         "carrier_speed": result.carrier_speed,
@@ -36,7 +39,9 @@ def transient_of(case: Case, result: Transient, **attrs: Any) -> xr.Dataset:
         **_pairs(result),
         **_motions(result),
     }
-    if any(np.any(v) for v in result.energy.values()):
+    if energy is None:
+        energy = any(np.any(v) for v in result.energy.values())
+    if energy:
         arrays |= {f"energy_{name}": value for name, value in result.energy.items()}
     return transient_dataset(
         time=result.time,

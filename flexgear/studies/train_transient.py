@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.transient import Collector, Drive, Transient, collected, transient
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.transient import Collector, Drive, Steps, Transient, transient
 from flexgear.coupling.modal import ModalSystem
+from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.train import Train
+from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.train_dataset import variable
-from flexgear.results.train_sharing import sharing_coefficients
+from flexgear.results.train_sharing import SharingCoefficients
+from flexgear.results.train_summary import axis_distance
+from flexgear.studies.long_run import LongRun
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.stepping import adaptive_steps, step_attributes
 from flexgear.studies.train_angles import stage_motions
@@ -31,7 +35,6 @@ class TrainRun:
     """A dataset and what it cost: simulated time, wall time, time of one core, s."""
 
     data: xr.Dataset
-    result: Transient
     simulated: float
     wall: float
     core: float
@@ -42,14 +45,26 @@ class TrainRun:
         return self.simulated / max(self.core, 1e-9)
 
 
-def usual_duration(context: TrainContext) -> float:
+def usual_duration(train: Train, flow: PowerFlow) -> float:
     """Settling and one turn of the slowest stage, s; cut short where that takes too many steps."""
-    solver = context.train.solver
+    solver = train.solver
     if solver.duration is not None:
         return solver.duration
-    motions = stage_motions(context.train, context.flow)
+    motions = stage_motions(train, flow)
     turn = max(m.turn_period for m in motions if m.theta)
     return min(solver.settle + turn, max(MOST_STEPS * solver.time_step, 1.5 * solver.settle))
+
+
+def train_stepping(train: Train, flow: PowerFlow, duration: float | None = None) -> Stepping:
+    """Steps and samples of a run, for ``usual_duration`` unless given, s."""
+    solver = train.solver
+    span = usual_duration(train, flow) if duration is None else duration
+    return Stepping(
+        duration=span,
+        time_step=solver.time_step,
+        output_interval=min(solver.output_interval, span),
+        adaptive=adaptive_steps(solver),
+    )
 
 
 def simulate_train(
@@ -60,16 +75,20 @@ def simulate_train(
     energy: bool = False,
     progress: Progress = silent,
     label: str = "transient",
+    sink: DatasetSink | None = None,
 ) -> TrainRun:
     """Rated torques times ``torque_share`` for ``duration`` s (None: ``usual_duration``).
 
     The brake's torque is scaled likewise, so that the train keeps its rated speed. Load sharing
-    coefficients are taken after ``solver.settle``. Raises InputError where the output drives or
-    nothing is left after settling, FlexgearError where the time stepping runs away.
+    coefficients are taken after ``solver.settle``. sink: takes the samples as they come, so that
+    the run's length does not count; ``data`` is then empty. Raises InputError where the output
+    drives, nothing is left after settling or the run would not come to an end, FlexgearError where
+    the time stepping runs away.
     """
     train, solver = context.train, context.train.solver
     _require_brake(context)
-    span = usual_duration(context) if duration is None else duration
+    stepping = train_stepping(train, context.flow, duration)
+    span = stepping.duration
     if span <= solver.settle:
         raise InputError(
             train.source,
@@ -79,31 +98,53 @@ def simulate_train(
         )
     modal = _braked(context.modal, torque_share)
     torque = torque_share * modal.system.rated_torque
-    sink, start, busy = Collector(), time.perf_counter(), time.thread_time()
-    steps = transient(
-        modal,
-        Drive(lambda t: np.full(len(t), torque)),
-        duration=span,
-        time_step=solver.time_step,
-        output_interval=min(solver.output_interval, span),
-        adaptive=adaptive_steps(solver),
-        sink=sink,
-        track_energy=energy,
-        progress=lambda share: progress(label, share),
-    )
-    wall, core = time.perf_counter() - start, time.thread_time() - busy
-    result = collected(modal, sink.arrays(), steps)
-    refuse_runaway(context, result)
-    data = transient_data(
-        context, result, settle_s=solver.settle, torque_share=torque_share, **step_attributes(steps)
-    )
-    data = data.assign(_coefficients(context, result, torque_share))
-    data = data.assign_coords(definition=train_labels(context)["definition"])
-    if energy:
-        data = data.assign(
-            {f"energy_{n}": variable(f"energy_{n}", v, "time") for n, v in result.energy.items()}
-        )
-    return TrainRun(data, result, span, wall, core)
+    sharing = _Sharing(context, stepping.interval, torque_share)
+
+    def labelled(found: Transient) -> xr.Dataset:
+        refuse_runaway(context, found)
+        attrs = {"settle_s": solver.settle, "torque_share": torque_share}
+        data = transient_data(context, found, **attrs)
+        if not energy:
+            return data
+        account = {f"energy_{name}": values for name, values in found.energy.items()}
+        return data.assign({name: variable(name, v, "time") for name, v in account.items()})
+
+    def last(steps: Steps) -> xr.Dataset:
+        return sharing.coefficients().assign_attrs(step_attributes(steps))
+
+    memory, drive = Gathered(), Drive(lambda t: np.full(len(t), torque))
+    run = LongRun(modal, drive, stepping, energy, labelled, last, train.source)
+    both = Several([sharing, sink or memory])
+    cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
+    return TrainRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
+
+
+class _Sharing:
+    """A sink that finds load sharing coefficients after settling."""
+
+    def __init__(self, context: TrainContext, interval: float, share: float) -> None:
+        per_cycle = {
+            s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
+            for s in context.flow.stages
+        }
+        self._found = SharingCoefficients(context.gear_meshes.names, per_cycle)
+        self._sense = math.copysign(1.0, share)
+        self._definitions = train_labels(context)["definition"]
+
+    def begin(self, coming: Coming) -> None:
+        """Nothing is there yet."""
+
+    def append(self, data: xr.Dataset) -> None:
+        """Look at some samples more."""
+        self._found.append(self._sense * settled(data)["gear_mesh_force"].to_numpy())
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Nothing is left to do."""
+
+    def coefficients(self) -> xr.Dataset:
+        """What was found up to now."""
+        found = {name: variable(name, value) for name, value in self._found.found().items()}
+        return xr.Dataset(found, {"definition": self._definitions})
 
 
 def compile_transient(context: TrainContext) -> None:
@@ -123,6 +164,13 @@ def compile_transient(context: TrainContext) -> None:
 def settled(data: xr.Dataset) -> xr.Dataset:
     """The samples of a transient after its start-up."""
     return data.isel(time=np.flatnonzero(data["time"].to_numpy() >= data.attrs["settle_s"]))
+
+
+def train_histories(data: xr.Dataset) -> xr.Dataset:
+    """What of a transient the command line gives the range of, after its start-up."""
+    rest = settled(data)
+    names = ["master_speed", "port_torque", "gear_mesh_force"]
+    return rest[names].assign(axis_distance=axis_distance(rest))
 
 
 def refuse_runaway(context: TrainContext, found: Transient) -> None:
@@ -153,16 +201,3 @@ def _braked(modal: ModalSystem, share: float) -> ModalSystem:
     brake = modal.system.brake
     scaled = replace(brake, rated_torque=abs(share) * brake.rated_torque)
     return replace(modal, system=modal.system.with_(brake=scaled))
-
-
-def _coefficients(context: TrainContext, result: Transient, share: float) -> dict[str, Any]:
-    """Load sharing after settling."""
-    after = result.time >= context.train.solver.settle
-    force = context.gear_meshes.forces(result.pair_load[after]) * (math.copysign(1.0, share))
-    interval = float(np.median(np.diff(result.time))) if len(result.time) > 1 else math.inf
-    per_cycle = {
-        s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
-        for s in context.flow.stages
-    }
-    found = sharing_coefficients(force, context.gear_meshes.names, per_cycle)
-    return {name: variable(name, value) for name, value in found.items()}

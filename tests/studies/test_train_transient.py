@@ -153,9 +153,11 @@ def test_fit_finds_amplitudes():
 def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
     context = bundled("pitch-drive")
     slowest = 2 * np.pi / abs(context.flow.speed["stage_3.carrier"])
-    assert usual_duration(context) == pytest.approx(0.2 + slowest)
+    assert usual_duration(context.train, context.flow) == pytest.approx(0.2 + slowest)
     fine = put_together(with_(context.train, time_step=1e-6))
-    assert usual_duration(fine) == pytest.approx(0.4)  # bounded by the number of steps
+    assert usual_duration(fine.train, fine.flow) == pytest.approx(
+        0.4
+    )  # bounded by the number of steps
 
 
 def test_an_output_that_drives_is_refused():

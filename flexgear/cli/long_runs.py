@@ -1,0 +1,82 @@
+"""A run whose samples go to a file as they come: what is kept, and what is said before."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexgear.cli.display import said_size
+from flexgear.model.errors import InputError
+from flexgear.results.dataset_file import chosen, dataset_file
+from flexgear.results.quantities import QUANTITIES
+from flexgear.results.sinks import Coming, DatasetSink
+from flexgear.results.train_quantities import TRAIN_QUANTITIES
+
+Save = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--save", metavar="NAME", help="Variable to write to --out; repeatable. All if left out."
+    ),
+]
+Say = Callable[[str], None]
+
+
+def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
+    """Names of ``--save``; InputError for one that no run has, and where nothing is written."""
+    names = [n.strip() for given in save or [] for n in given.split(",") if n.strip()]
+    if names and out is None:
+        raise InputError("--save", names[0], "has no file to go to", "add --out FILE")
+    for name in names:
+        if name not in QUANTITIES and name not in TRAIN_QUANTITIES:
+            raise InputError("--save", name, "is not a variable", "e.g. gear_mesh_force (trains)")
+    return names
+
+
+@contextlib.contextmanager
+def kept(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
+    """Sinks that say what is coming and write it to ``out``, which is there when the block ends."""
+    said: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
+    if out is None:
+        yield said
+        return
+    with dataset_file(out, names) as file:
+        yield [*said, file]
+
+
+class Forecast:
+    """A sink that says how much is coming, on stderr, and keeps nothing."""
+
+    def __init__(self, out: Path | None, names: Sequence[str]) -> None:
+        self._out, self._names = out, names
+
+    def begin(self, coming: Coming) -> None:
+        """Say it."""
+        typer.echo(f"transient: {self._said(coming)}", err=True)
+
+    def append(self, data: object) -> None:
+        """It was said before."""
+
+    def finish(self, last: object) -> None:
+        """It was said before."""
+
+    def _said(self, coming: Coming) -> str:
+        parts = [f"{coming.samples} samples"]
+        if self._out is not None:
+            own = Coming(chosen(coming.pattern, self._names), coming.samples, math.nan)
+            parts.append(f"{said_size(own.size)} in {self._out} before compression")
+        if math.isfinite(coming.seconds):
+            parts.append(f"about {said_time(coming.seconds)}")
+        return ", ".join(parts)
+
+
+def said_time(seconds: float) -> str:
+    """A span of time in words, to two digits or so."""
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{max(seconds, 1.0):.0f} s"

@@ -1,0 +1,108 @@
+"""A dataset on disk that grows with time, sample by sample.
+
+xarray writes it once without samples, with all labels, units and encodings; the variables over time
+are then lengthened. What is read back is what ``dataset.save`` would have written of the whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+
+from flexgear.files.atomic import PathLike, atomic_file
+from flexgear.model.errors import InputError
+from flexgear.results.dataset import encoding_of
+from flexgear.results.sinks import TIME, Coming, histories, sample_size
+
+CHUNK = 2**18  # bytes that are compressed together
+
+
+@contextlib.contextmanager
+def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetFile]:
+    """A sink that writes ``path``; the file appears whole when the block ends, or not at all.
+
+    names: variables over time to be kept; none: all.
+    """
+    with atomic_file(path) as draft:
+        file = DatasetFile(draft, names)
+        try:
+            yield file
+        finally:
+            file.close()
+
+
+class DatasetFile:
+    """A sink that writes netCDF as it comes."""
+
+    def __init__(self, path: Path, names: Sequence[str] = ()) -> None:
+        self._path, self._names = path, tuple(names)
+        self._file: Any = None
+        self._kept: dict[str, np.dtype[Any]] = {}
+        self._samples = 0
+
+    def begin(self, coming: Coming) -> None:
+        """Write all but the samples. InputError for unknown names, and where the disk is too small
+        for what is coming."""
+        pattern = chosen(coming.pattern, self._names)
+        self._refuse_too_much(Coming(pattern, coming.samples, coming.seconds))
+        over_time = histories(pattern)
+        encoding = encoding_of(pattern)
+        for name, variable in over_time.items():
+            rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
+            shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
+            encoding[name] = {**encoding.get(name, {}), "chunksizes": shape}
+        pattern.to_netcdf(
+            self._path, engine="h5netcdf", encoding=encoding, unlimited_dims=[TIME]
+        )
+        self._file = h5netcdf.File(self._path, "r+")
+        self._kept = {name: self._file.variables[name].dtype for name in over_time}
+
+    def append(self, data: xr.Dataset) -> None:
+        """Write some samples more."""
+        before, self._samples = self._samples, self._samples + data.sizes[TIME]
+        self._file.resize_dimension(TIME, self._samples)
+        for name, dtype in self._kept.items():
+            values = data.variables[name].to_numpy().astype(dtype)
+            self._file.variables[name][before : self._samples] = values
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Write what is known only now."""
+        for name, variable in last.data_vars.items():
+            self._file.variables[str(name)][...] = variable.to_numpy()
+        for key, value in last.attrs.items():
+            self._file.attrs[key] = value
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file, whatever state it is in."""
+        if self._file is not None:
+            file, self._file = self._file, None
+            file.close()
+
+    def _refuse_too_much(self, coming: Coming) -> None:
+        free = shutil.disk_usage(self._path.parent).free
+        if coming.size > free:
+            raise InputError(
+                "--out", f"{coming.samples} samples",
+                f"take {coming.size / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free there",
+                "save less often (solver.output_interval_ms), fewer signals (--save), or shorter",
+            )  # fmt: skip
+
+
+def chosen(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """The dataset with only these of its variables over time (none: all). InputError for others."""
+    known = [n for n in histories(data) if n in data.data_vars]
+    for name in names:
+        if name not in known:
+            raise InputError(
+                "--save", name, "is not saved by this run", f"take some of {', '.join(known)}"
+            )
+    left = [n for n in known if names and n not in names]
+    return data[[n for n in data.data_vars if n not in left]]

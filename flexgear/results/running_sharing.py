@@ -1,0 +1,81 @@
+"""Load sharing coefficients of forces that come piece by piece: no history is kept.
+
+Of the definitions of ``load_sharing`` only largest values over samples and gear-mesh cycles are
+needed, and of the samples only those of the cycle that is not whole yet. Which sense the load has,
+positive or reversed, is known in the end: both are followed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.results.load_sharing import Definition, cycle_starts, planet_figures, shares
+
+Array = NDArray[np.float64]
+DEFINITIONS: tuple[Definition, ...] = get_args(Definition)
+FEWEST = 4.0  # samples a gear-mesh cycle whose maximum is to be seen
+
+
+class RunningSharing:
+    """Coefficients of N planets that share a load. samples_per_cycle: of their gear mesh."""
+
+    def __init__(self, planets: int, samples_per_cycle: float) -> None:
+        self._per_cycle = samples_per_cycle
+        self._senses = [_Sense(planets, sense, samples_per_cycle) for sense in (1.0, -1.0)]
+        self._sum, self._samples = 0.0, 0
+
+    def append(self, force: ArrayLike) -> None:
+        """Some samples more of the gear-mesh forces (t, N), N."""
+        f = np.asarray(force, dtype=float)
+        if not len(f):
+            return
+        self._sum += float(f.sum())
+        for sense in self._senses:
+            sense.append(f, self._samples)
+        self._samples += len(f)
+
+    def planets(self, definition: Definition) -> Array:
+        """Coefficients (N,) of the planets; NaN where they cannot be said."""
+        found = self._senses[0 if self._sum >= 0 else 1]
+        enough = definition == "instantaneous" or (
+            self._per_cycle >= FEWEST and self._samples >= self._per_cycle
+        )
+        if not (enough and self._samples and found.loaded):
+            return np.full_like(found.largest[definition], math.nan)
+        return found.largest[definition]
+
+
+class _Sense:
+    """Coefficients if the load has one sense. loaded: whether it has it in every sample."""
+
+    def __init__(self, planets: int, sense: float, per_cycle: float) -> None:
+        self._sense, self._per_cycle = sense, per_cycle
+        self._cycles, self._open = 0, np.zeros((0, planets))
+        self.loaded = True
+        self.largest = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
+
+    def append(self, force: Array, before: int) -> None:
+        """Some samples more, of which there were some before."""
+        force = self._sense * force
+        self.loaded = self.loaded and bool(np.all(force.sum(axis=1) > 0))
+        if not self.loaded:
+            return
+        self._take("instantaneous", force)
+        if self._per_cycle < FEWEST:
+            return
+        first, held = before - len(self._open), np.concatenate([self._open, force])
+        starts = cycle_starts(before + len(force), self._per_cycle, self._cycles) - first
+        self._open = held[starts[-1] :]
+        self._cycles += len(starts) - 1
+        if len(starts) > 1:
+            largest = np.maximum.reduceat(held[: starts[-1]], starts[:-1], axis=0)
+            for definition in DEFINITIONS[1:]:
+                self._take(definition, largest)
+
+    def _take(self, definition: Definition, largest: Array) -> None:
+        figures = planet_figures(definition, shares(largest)).max(axis=0)
+        self.largest[definition] = np.maximum(self.largest[definition], figures)

@@ -1,0 +1,144 @@
+"""Where the samples of a long run go: into memory, into figures, or several ways at once.
+
+A sink is told what is coming, gets labelled chunks, and in the end what is known only then. It keeps
+no chunk unless it says so: what a run needs in memory does not grow with its duration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import xarray as xr
+
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Coming:
+    """What a run is going to give.
+
+    pattern: its dataset without a sample; samples: how many; seconds: about how long they take, NaN
+    where nobody has tried.
+    """
+
+    pattern: xr.Dataset
+    samples: int
+    seconds: float
+
+    @property
+    def size(self) -> int:
+        """Bytes of all samples in a file, before compression."""
+        return self.samples * sum(sample_size(v) for v in histories(self.pattern).values())
+
+
+class DatasetSink(Protocol):
+    """Takes a run piece by piece."""
+
+    def begin(self, coming: Coming) -> None:
+        """Before the first sample."""
+
+    def append(self, data: xr.Dataset) -> None:
+        """Some samples more."""
+
+    def finish(self, last: xr.Dataset) -> None:
+        """After the last sample: variables without time, attributes."""
+
+
+def histories(data: xr.Dataset) -> dict[str, xr.Variable]:
+    """Variables over time, and time itself."""
+    return {str(n): v for n, v in data.variables.items() if TIME in v.dims}
+
+
+def sample_size(variable: xr.Variable) -> int:
+    """Bytes of one sample in a file."""
+    single = variable.ndim > 1 and variable.dtype == np.float64
+    values = int(np.prod([n for d, n in variable.sizes.items() if d != TIME]))
+    return values * (4 if single else variable.dtype.itemsize)
+
+
+class Gathered:
+    """A sink that keeps everything in memory, as one dataset."""
+
+    def __init__(self) -> None:
+        self._chunks: list[xr.Dataset] = []
+        self.data = xr.Dataset()
+
+    def begin(self, coming: Coming) -> None:
+        """Begin anew."""
+        self._chunks = [coming.pattern]
+
+    def append(self, data: xr.Dataset) -> None:
+        """Keep some samples more."""
+        self._chunks.append(data)
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Join all of it."""
+        whole = xr.concat(
+            self._chunks, TIME, data_vars="minimal", coords="minimal", compat="override",
+            join="override", combine_attrs="override",
+        )  # fmt: skip
+        self._chunks = []
+        self.data = whole.assign(last.data_vars).assign_attrs(last.attrs)
+
+
+class Several:
+    """The same for several sinks."""
+
+    def __init__(self, sinks: Sequence[DatasetSink]) -> None:
+        self._sinks = tuple(sinks)
+
+    def begin(self, coming: Coming) -> None:
+        """Tell all of them."""
+        for sink in self._sinks:
+            sink.begin(coming)
+
+    def append(self, data: xr.Dataset) -> None:
+        """Some samples more for all of them."""
+        for sink in self._sinks:
+            sink.append(data)
+
+    def finish(self, last: xr.Dataset) -> None:
+        """All of them are done."""
+        for sink in self._sinks:
+            sink.finish(last)
+
+
+class Ranges:
+    """First, least, largest and mean value over time of all that ``watched`` makes of a chunk.
+
+    What is not a number does not count.
+    """
+
+    def __init__(self, watched: Callable[[xr.Dataset], xr.Dataset]) -> None:
+        self._watched = watched
+        self._sum = self._count = self.first = self.least = self.largest = xr.Dataset()
+
+    def begin(self, coming: Coming) -> None:
+        """Begin anew."""
+        self.first = xr.Dataset()
+
+    def append(self, data: xr.Dataset) -> None:
+        """Look at some samples more."""
+        found = self._watched(data)
+        if not found.sizes[TIME]:
+            return
+        total, count = found.sum(TIME), found.count(TIME)
+        least, largest = found.min(TIME), found.max(TIME)
+        if not self.first.data_vars:
+            self.first = found.isel({TIME: 0}, drop=True)
+            self.least, self.largest, self._sum, self._count = least, largest, total, count
+            return
+        self.least = xr.apply_ufunc(np.fmin, self.least, least)
+        self.largest = xr.apply_ufunc(np.fmax, self.largest, largest)
+        self._sum, self._count = self._sum + total, self._count + count
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Nothing is left to do."""
+
+    @property
+    def mean(self) -> xr.Dataset:
+        """Mean values; NaN where there was no number."""
+        return self._sum / self._count

@@ -1,0 +1,177 @@
+"""Runs of any length: samples become labelled chunks that go to a sink as they come.
+
+Nothing of a run that grows with its duration stays in memory, unless the sink keeps it.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from flexgear.analysis.step_arrays import State
+from flexgear.analysis.step_plan import Stepping
+from flexgear.analysis.step_space import empty_samples
+from flexgear.analysis.transient import (
+    Collector,
+    Drive,
+    Sink,
+    Steps,
+    Transient,
+    collected,
+    start_state,
+    start_torque,
+    transient,
+)
+from flexgear.coupling.modal import ModalSystem
+from flexgear.model.errors import InputError
+from flexgear.results.sinks import Coming, DatasetSink
+
+Samples = dict[str, NDArray[np.float64]]
+BUFFER = 2**24  # bytes of samples that are labelled together
+TRIAL = 50  # steps that tell how long others take; a run of fewer than forty times that is short
+LONGEST = 30 * 86400.0  # s that a run may take: nobody waits longer for one
+FASTEST = 1e-6  # s that a step takes at least, of the smallest train
+NO_STEPS = Steps(0, 0, {})
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Wall time of the steps and time of one core, s, without what the samples cost; the dataset
+    without its samples."""
+
+    wall: float
+    core: float
+    empty: xr.Dataset
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """A run to be stepped through.
+
+    labelled: a dataset of some samples; last: what is known only after the last step, variables
+    without time and attributes; source: name of the case, for messages.
+    """
+
+    modal: ModalSystem
+    drive: Drive
+    stepping: Stepping
+    energy: bool
+    labelled: Callable[[Transient], xr.Dataset]
+    last: Callable[[Steps], xr.Dataset]
+    source: str
+
+    def into(self, sink: DatasetSink, progress: Callable[[float], None], *, tried: bool) -> Cost:
+        """Run it. tried: tell the sink how long it takes, which a few steps show. InputError where
+        that is more than a month."""
+        refuse_endless(self.stepping, self.source)
+        start = start_state(self.modal, start_torque(self.modal, self.drive))
+        seconds = self._seconds(start) if tried else math.nan
+        if seconds > LONGEST:
+            raise _endless(self.stepping, self.source, f"about {seconds / 86400:.3g} days")
+        pattern = self._pattern()
+        sink.begin(Coming(pattern, self.stepping.samples, seconds))
+        chunks = _Chunks(self.modal, self.labelled, sink.append)
+        wall, core = time.perf_counter(), time.thread_time()
+        steps = self._run(self.stepping, start, chunks, progress)
+        wall, core = time.perf_counter() - wall, time.thread_time() - core
+        wall, core = wall - chunks.wall, core - chunks.core
+        chunks.flush()
+        last = self.last(steps)
+        sink.finish(last)
+        return Cost(wall, core, pattern.assign(last.data_vars).assign_attrs(last.attrs))
+
+    def _run(
+        self, stepping: Stepping, start: State, sink: Sink, progress: Callable[[float], None] | None
+    ) -> Steps:
+        return transient(
+            self.modal,
+            Drive(self.drive.torque, stepping.jumps),
+            duration=stepping.duration,
+            time_step=stepping.time_step,
+            output_interval=stepping.output_interval,
+            windows=stepping.windows,
+            adaptive=stepping.adaptive,
+            start=start,
+            sink=sink,
+            track_energy=self.energy,
+            progress=progress,
+        )
+
+    def _pattern(self) -> xr.Dataset:
+        """The dataset without a sample."""
+        samples = {**empty_samples(self.modal, 0)._asdict(), "time": np.zeros(0)}
+        last = self.last(NO_STEPS)
+        empty = self.labelled(collected(self.modal, samples, NO_STEPS))
+        return empty.assign(last.data_vars).assign_attrs(last.attrs)
+
+    def _seconds(self, start: State) -> float:
+        """About how long the steps take; NaN where that is not worth finding out."""
+        if self.stepping.steps < 40 * TRIAL:
+            return math.nan
+
+        def spent(steps: int) -> float:
+            chunks = _Chunks(self.modal, self.labelled, lambda data: None)
+            began = time.perf_counter()
+            self._run(self.stepping.first(steps), copy.deepcopy(start), chunks, None)
+            chunks.flush()
+            return time.perf_counter() - began
+
+        spent(1)  # compiles
+        few, more = spent(TRIAL), spent(3 * TRIAL)
+        return max(more - few, 0.0) / (2 * TRIAL) * self.stepping.steps
+
+
+def refuse_endless(stepping: Stepping, source: str) -> None:
+    """InputError where a run has so many steps that no machine gets through them in a month."""
+    if not stepping.least_steps * FASTEST <= LONGEST:
+        raise _endless(stepping, source, "more than a month on any machine")
+
+
+def _endless(stepping: Stepping, source: str, time_taken: str) -> InputError:
+    return InputError(
+        source,
+        "solver.time_step_s",
+        f"{stepping.duration:g} s take {stepping.least_steps:.3g} steps, {time_taken}",
+        "simulate a shorter time, or with longer steps",
+    )
+
+
+class _Chunks:
+    """A sink of the time stepping that hands labelled chunks on.
+
+    wall, core: what it took of the time of the steps, s.
+    """
+
+    def __init__(
+        self,
+        modal: ModalSystem,
+        labelled: Callable[[Transient], xr.Dataset],
+        take: Callable[[xr.Dataset], None],
+    ) -> None:
+        self._modal, self._labelled, self._take = modal, labelled, take
+        self._held, self._size = Collector(), 0
+        self.wall = self.core = 0.0
+
+    def append(self, samples: Samples) -> None:
+        """Some samples more."""
+        self._held.append(samples)
+        self._size += sum(values.nbytes for values in samples.values())
+        if self._size >= BUFFER:
+            wall, core = time.perf_counter(), time.thread_time()
+            self.flush()
+            self.wall += time.perf_counter() - wall
+            self.core += time.thread_time() - core
+
+    def flush(self) -> None:
+        """Hand on what is held."""
+        samples = self._held.arrays()
+        self._held, self._size = Collector(), 0
+        if samples:
+            self._take(self._labelled(collected(self._modal, samples, NO_STEPS)))

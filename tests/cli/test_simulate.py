@@ -1,0 +1,104 @@
+"""``flexgear simulate`` of any length: what is said before, what is kept, what is refused."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from stage_samples import cheap_stage
+
+from flexgear.cli import analysis_commands
+from flexgear.results.dataset import load
+from flexgear.studies import long_run
+
+SHORT = ("--duration-s", 0.01)
+ABSURD = ("--duration-s", 1e7, "--set", "solver.time_step_s=1e-8")
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Work that nobody should have begun."""
+
+    def work(*_):
+        raise AssertionError("it was refused too late")
+
+    monkeypatch.setattr(analysis_commands, "stage_bodies", work)
+    monkeypatch.setattr(long_run, "transient", work)
+
+
+def test_size_and_time_are_said_before(flexgear, tmp_path):
+    out = tmp_path / "run.nc"
+    code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
+    assert code == 0
+    said, *progress = err.splitlines()
+    assert said.startswith("transient: 1000 samples, ")
+    assert f" kB in {out} before compression, about " in said
+    assert progress[0] == "transient"
+    assert load(out).sizes["time"] == 1000
+    code, _, err = flexgear("simulate", "lin-parker", *SHORT)
+    assert (code, err.splitlines()[0]) == (0, "transient: 100 samples")
+    assert flexgear("simulate", "lin-parker", *SHORT, "-q")[::2] == (0, "")
+
+
+def test_chosen_variables(flexgear, tmp_path):
+    command = ("simulate", "lin-parker", *SHORT, "-q", "--json")
+    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
+    code, figures, _ = flexgear(*command, "--out", whole)
+    assert code == 0
+    names = ("--save", "gear_mesh_force", "--save", "master_speed,load_sharing")
+    code, same, _ = flexgear(*command, "--out", part, *names)
+    assert code == 0
+    figures, same = (json.loads(text)["transient"] for text in (figures, same))
+    assert figures["steps"] == same["steps"] == 500
+    assert figures["gear_mesh_force"] == same["gear_mesh_force"]
+    data = load(part)
+    assert {n for n in data if "time" in data[n].dims} == {
+        "gear_mesh_force", "master_speed", "load_sharing",
+    }  # fmt: skip
+    assert data.identical(load(whole)[list(data)])
+
+
+@pytest.mark.parametrize("case", ["lin-parker", "wind-5mw"])
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--save", "nonsense", "--out", "run.nc"), "--save: nonsense: is not a variable"),
+        (("--save", "load_sharing"), "--save: load_sharing: has no file to go to"),
+        (ABSURD, "1e+15 steps, more than a month on any machine"),
+        ((*ABSURD, "--out", "run.nc"), "1e+15 steps, more than a month on any machine"),
+    ],
+)
+def test_refused_before_the_work(flexgear, tmp_path, monkeypatch, no_work, case, options, said):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = flexgear("simulate", case, *options)
+    assert code == 2
+    assert said in err and err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_variables_that_this_run_does_not_have(flexgear, tmp_path):
+    """Known ones, but of another kind of case, or without ``--energy``."""
+    for name in ("ring_pair_load", "energy_kinetic"):
+        code, _, err = flexgear(
+            "simulate", "lin-parker", *SHORT, "-q", "--out", tmp_path / "run.nc", "--save", name
+        )
+        assert code == 2
+        assert f"{name}: is not saved by this run" in err and "gear_mesh_force" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
+    """Streams of a flexible stage by the command line; figures come from all of its samples."""
+    monkeypatch.setattr(analysis_commands, "stage_bodies", lambda case, _: cheap_stage(case))
+    out = tmp_path / "run.nc"
+    code, text, err = flexgear(
+        "simulate", "wind-5mw", "--rigid", "all", *SHORT, "--out", out, "--json",
+        "--save", "ring_pair_load,ring_pair_tooth",
+    )  # fmt: skip
+    assert code == 0
+    assert err.startswith("transient: ")
+    figures, data = json.loads(text)["transient"], load(out)
+    assert {n for n in data if "time" in data[n].dims} == {"ring_pair_load", "ring_pair_tooth"}
+    loads = data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)
+    assert figures["ring_tooth_load_n"]["max"] == pytest.approx(float(loads.max()), rel=1e-6)
+    assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)
