@@ -233,7 +233,7 @@ def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
 def compare(
     case: CaseName,
     positions: Annotated[
-        int, typer.Option("--positions", min=1, help="Carrier angles over one planet spacing.")
+        int, typer.Option("--positions", min=1, help="Carrier angles until planets stand alike.")
     ] = 40,
     cycles: Annotated[
         int | None,
@@ -259,7 +259,7 @@ def compare(
         compare_trains(found, other, as_json)
         return
     refuse_for_stages(found, cycles=cycles, against=against)
-    angles = np.linspace(0, 2 * np.pi / found.stage.planets, positions, endpoint=False)
+    angles = np.linspace(0, found.stage.planet_period, positions, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:
         bodies = stage_bodies(found, report)
@@ -278,7 +278,8 @@ def compare(
     if as_json:
         present("", figures, True)
         return
-    typer.echo(f"{found.name}: equilibria at rated torque over one planet spacing")
+    period = math.degrees(found.stage.planet_period)
+    typer.echo(f"{found.name}: equilibria at rated torque over {period:g} deg of the carrier")
     typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
     for label, row in figures.items():
         k = row["load_sharing"]

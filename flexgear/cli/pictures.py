@@ -239,12 +239,12 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
 
 
 def _animate(content: Folder, folder: Path) -> Picture:
-    """The star turning with the carrier over one planet spacing, which closes the loop."""
+    """The star turning with the carrier until planets stand alike, which closes the loop."""
     from flexgear.views.animation import animate_star
 
-    still, planets = content.equilibria, content.case.stage.planets
+    still, period = content.equilibria, content.case.stage.planet_period
     angles = still["carrier_angle"].to_numpy()
-    turn = still.isel(position=np.flatnonzero(angles < 2 * np.pi / planets - 1e-9))
+    turn = still.isel(position=np.flatnonzero(angles < period - 1e-9))
     path = animate_star(
         turn["tooth_displacement"],
         turn["carrier_angle"].to_numpy(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -59,14 +60,15 @@ class Stage(Section):
         return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
 
     @property
-    def equally_spaced(self) -> bool:
-        """Whether the planets stand at equal angles to each other, whichever comes first."""
-        around = sorted(angle % (2.0 * math.pi) for angle in self.planet_angles)
-        equal = 2.0 * math.pi / self.planets
-        return all(
-            math.isclose(angle - around[0], k * equal, abs_tol=1e-9)
-            for k, angle in enumerate(around)
-        )
+    def planet_period(self) -> float:
+        """Smallest turn of the carrier, rad, after which planets stand where planets stood: the
+        planet spacing where that is one, else a part of a turn or all of it."""
+        place = [cmath.exp(1j * angle) for angle in self.planet_angles]
+        for n in range(self.planets, 1, -1):
+            turn = cmath.exp(2j * math.pi / n)
+            if all(min(abs(p * turn - q) for q in place) < 1e-9 for p in place):
+                return 2.0 * math.pi / n
+        return 2.0 * math.pi
 
     @property
     def signed_helix_angle(self) -> float:

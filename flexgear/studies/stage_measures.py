@@ -1,4 +1,4 @@
-"""Measures of a flexible stage: modes, and equilibria over one planet spacing at rated torque."""
+"""Measures of a flexible stage: modes, and equilibria at rated torque over the planets' period."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from flexgear.studies.measure import (
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 
-POSITIONS = 40  # equilibria over one planet spacing, or over a turn where spacings differ
+POSITIONS = 40  # equilibria over one period of the planets
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,8 @@ class StagePoint:
 
     @cached_property
     def equilibria(self) -> xr.Dataset:
-        """Equilibria at rated torque over one planet spacing, or over a turn where they differ."""
-        stage = self.case.stage
-        period = 2 * np.pi / (stage.planets if stage.equally_spaced else 1)
-        angles = np.linspace(0.0, period, POSITIONS, endpoint=False)
+        """Equilibria at rated torque until planets stand where planets stood."""
+        angles = np.linspace(0.0, self.case.stage.planet_period, POSITIONS, endpoint=False)
         return equilibria(self.case, self.modal, angles)[1]
 
 
@@ -80,11 +78,13 @@ STAGE_MEASURES = (
         "lowest natural frequencies of every type of mode",
         lambda p: frequencies_by_type(p.modal.system, p.modes),
     ),
-    Measure("load_sharing", "largest load sharing factor over one planet spacing", _sharing),
-    Measure("tooth_load", "largest load of a tooth pair over one planet spacing", _tooth_load),
+    Measure("load_sharing", "largest load sharing factor over one period of the planets", _sharing),
+    Measure(
+        "tooth_load", "largest load of a tooth pair over one period of the planets", _tooth_load
+    ),
     Measure(
         "tooth_displacement",
-        "largest displacement of the ring's tooth nodes over one planet spacing",
+        "largest displacement of the ring's tooth nodes over one period of the planets",
         _tooth_displacement,
     ),
 )

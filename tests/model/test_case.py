@@ -140,17 +140,19 @@ def test_case_round_trips_through_plain_data(case):
 
 
 @pytest.mark.parametrize(
-    ("degrees", "equal"),
+    ("degrees", "period"),
     [
-        ((10.0, 130.0, 250.0), True),
-        ((250.0, 370.0, 130.0), True),
-        ((0.0, 120.0, 243.0), False),
-        ((0.0, 120.0, 120.0), False),
+        ((10.0, 130.0, 250.0), 120.0),
+        ((250.0, 370.0, 130.0), 120.0),
+        ((0.0, 120.0, 243.0), 360.0),
+        ((0.0, 87.0, 180.0, 267.0), 180.0),
+        ((0.0, 50.0, 120.0, 170.0, 240.0, 290.0), 120.0),
+        ((77.0,), 360.0),
     ],
 )
-def test_spacing_is_judged_whichever_planet_comes_first(degrees, equal):
+def test_planets_stand_alike_after_their_period(degrees, period):
     angles = tuple(math.radians(d) for d in degrees)
     stage = load_case("wind-5mw").stage
-    assert stage.equally_spaced
-    three = stage.model_copy(update={"planets": 3, "planet_positions": angles})
-    assert three.equally_spaced is equal
+    assert stage.planet_period == pytest.approx(2 * math.pi / 5)
+    freely = stage.model_copy(update={"planets": len(degrees), "planet_positions": angles})
+    assert freely.planet_period == pytest.approx(math.radians(period))
