@@ -7,8 +7,7 @@ what lies above it in the elimination tree,
     K_s^{-1} g + Psi q = L^{-T} (L^{-1} g + W F^{-1} q):
 
 constraint modes Psi (dofs times interface dofs) are held only while the mass is projected on them,
-and only where they take little room. A factor without halves (SuperLU, MUMPS) keeps them, on disk
-where they take much: every use of them would be a solve of its own.
+and only where they take little room.
 """
 
 from __future__ import annotations
@@ -21,29 +20,26 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.factorisation import Factor, Solver, factorise
+from flexgear.structures.factorisation import Factor
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.multifrontal import Multifrontal
-from flexgear.structures.scratch import scratch_array
 from flexgear.structures.sparse_rows import add_csr_times, csr_times
 from flexgear.structures.spd import scaled_inverse
-from flexgear.structures.tall import dot, times, times_in_place
+from flexgear.structures.tall import dot
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 SOLVE_BLOCK = 96  # right-hand sides a solve
-_HELD_BYTES = 1e9  # of constraint modes in memory; more go to disk, where a factor has no halves
+_HELD_BYTES = 2e9  # of constraint modes in memory, while the mass is projected on them
 
 
 @dataclass(frozen=True, eq=False)
 class Condensation:
     """Static condensation of a body on its interface.
 
-    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T,
-    constraint_modes: Psi (d, b), each where it is held; stiffness: K_bb (b, b); fe_stiffness:
-    (d, d) CSR on the dofs left after rigid ties; fe_mass: (d, d) after rigid ties, scalar_mass:
-    (d/3, d/3) where none is.
+    rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T;
+    stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties; fe_mass:
+    (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is.
     """
 
     interface: Interface
@@ -53,8 +49,7 @@ class Condensation:
     scalar_mass: sp.csr_matrix | None = field(repr=False)
     factor: Factor = field(repr=False)
     inverse: Array = field(repr=False)
-    ties: tuple[sp.csr_matrix, sp.csr_matrix] | None = field(repr=False)
-    constraint_modes: Array | None = field(repr=False)
+    ties: tuple[sp.csr_matrix, sp.csr_matrix] = field(repr=False)
     stiffness: Array = field(repr=False)
     rigid_residual: float
     path: str
@@ -115,9 +110,7 @@ class Condensation:
         b = self.interface.size
         if reactions is None:
             reactions = -self._load(self.mass_product(modes))
-        psi = self.constraint_modes
-        if psi is None and 8 * self.dofs * b <= _HELD_BYTES:
-            psi = self.constraint_motion(np.eye(b))
+        psi = self.constraint_motion(np.eye(b)) if 8 * self.dofs * b <= _HELD_BYTES else None
         own = np.zeros((b, b))
         for block in _blocks(b):
             if psi is None:
@@ -148,27 +141,18 @@ class Condensation:
 
     def _load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (d, k)."""
-        if self.constraint_modes is not None:
-            return dot(self.constraint_modes, forces)
         return np.asarray(self.inverse @ self._begun(forces)[1])
 
     def _begun(self, right: Array) -> tuple[Array, Array]:
-        """y = K_s^{-1} right, or L^{-1} right where there are halves; and B y (b, k)."""
-        if self.ties is not None:
-            begun = self.factor.forward(right)  # type: ignore[attr-defined]
-            return begun, csr_times(self.ties[1], begun)
-        begun = self.factor.solve(right)
-        return begun, np.asarray(self.rows @ begun)
+        """L^{-1} right (d, k), and B K_s^{-1} right (b, k)."""
+        begun = self.factor.forward(right)
+        return begun, csr_times(self.ties[1], begun)
 
     def _moved(self, begun: Array | None, q: Array) -> Array:
-        """y + Psi q (d, k); uses up what was begun."""
-        if self.ties is not None:
-            begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
-            add_csr_times(self.ties[0], self.inverse @ q, begun)
-            return np.asarray(self.factor.backward(begun))  # type: ignore[attr-defined]
-        assert self.constraint_modes is not None
-        motion = times(self.constraint_modes, q)
-        return motion if begun is None else begun + motion
+        """K_s^{-1} right + Psi q (d, k); uses up what was begun."""
+        begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
+        add_csr_times(self.ties[0], self.inverse @ q, begun)
+        return self.factor.backward(begun)
 
 
 def _blocks(columns: int) -> Iterator[slice]:
@@ -178,7 +162,7 @@ def _blocks(columns: int) -> Iterator[slice]:
 
 
 def condense_whole(
-    model: FeModel, interface: Interface, progress: Progress, solver: Solver, path: str
+    model: FeModel, interface: Interface, progress: Progress, path: str
 ) -> Condensation:
     """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
     stiffness, mass = model.stiffness, None
@@ -189,12 +173,11 @@ def condense_whole(
     rows = interface.rows
     springs = _temporary_springs(interface, stiffness)
     held = rows.T @ sp.diags_array(springs) @ rows
-    factor = factorise((stiffness + held).tocsr(), interface.coordinates, solver)
+    factor = Factor((stiffness + held).tocsr())
     progress("constraint modes", 0.0)
-    flexibility, ties, modes = _tied(factor, rows, progress)
+    ties = _tied(factor, rows, progress)
+    flexibility = (ties[1] @ ties[0]).toarray()
     inverse = scaled_inverse(0.5 * (flexibility + flexibility.T))
-    if modes is not None:
-        times_in_place(modes, inverse)
     stiffness_b, residual = free(inverse - np.diag(springs), interface)
     progress("constraint modes", 1.0)
     scalar_mass = model.scalar_mass if mass is None else None
@@ -207,7 +190,6 @@ def condense_whole(
         factor,
         inverse,
         ties,
-        modes,
         stiffness_b,
         residual,
         path,
@@ -216,24 +198,14 @@ def condense_whole(
 
 def _tied(
     factor: Factor, rows: sp.csr_matrix, progress: Progress
-) -> tuple[Array, tuple[sp.csr_matrix, sp.csr_matrix] | None, Array | None]:
-    """F (b, b), and W (d, b) with W^T, or K_s^{-1} B^T (d, b) where the factor has no halves."""
-    b, dofs = rows.shape
-    if isinstance(factor, Multifrontal):
-        parts = []
-        for block in _blocks(b):
-            parts.append(factor.forward_sparse(rows[block].T))
-            progress("constraint modes", 0.9 * block.stop / b)
-        ties = sp.hstack(parts, format="csr")
-        turned = ties.T.tocsr()
-        return (turned @ ties).toarray(), (ties, turned), None
-    flexibility = np.empty((b, b))
-    modes = np.empty((dofs, b)) if 8 * dofs * b <= _HELD_BYTES else scratch_array((dofs, b))
-    for block in _blocks(b):
-        modes[:, block] = some = factor.solve_sparse(rows[block].T)
-        flexibility[:, block] = rows @ some
-        progress("constraint modes", 0.9 * block.stop / b)
-    return flexibility, None, modes
+) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """W (d, b) and W^T."""
+    parts = []
+    for block in _blocks(rows.shape[0]):
+        parts.append(factor.forward_sparse(rows[block].T))
+        progress("constraint modes", 0.9 * block.stop / rows.shape[0])
+    ties = sp.hstack(parts, format="csr")
+    return ties, ties.T.tocsr()
 
 
 def _temporary_springs(interface: Interface, stiffness: sp.csr_matrix) -> Array:

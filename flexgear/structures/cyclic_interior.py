@@ -6,9 +6,10 @@ of its ties, whose rows and columns stand in the matrix like stiffness,
     [K_ii K_ib; K_bi K_bb] = [L 0; V^T I] [I 0; 0 S] [L^T V; 0 I],
     K_ii = L L^T,  V = L^{-1} K_ib,  S = K_bb - V^T V.
 
-It is the multifrontal factorisation of `multifrontal.py` stopped before the border, each front's
-diagonal block inverted and taken into what is below it, so that a front is one product either way.
-One small factor serves columns of all sectors and vectors together.
+It is a multifrontal factorisation stopped before the border, each front's diagonal block inverted
+and taken into what is below it, so that a front is one product either way. One small factor serves
+columns of all sectors and vectors together.
+Source: Duff, Reid 1983, ACM TOMS 9:302.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.dissection import Elimination
-from flexgear.structures.fronts import subtract_rows
+from flexgear.structures.sparse_rows import subtract_rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

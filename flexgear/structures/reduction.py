@@ -33,7 +33,6 @@ from flexgear.structures.condensation import Condensation, Progress, condense_wh
 from flexgear.structures.cyclic_condensation import CyclicCondensation
 from flexgear.structures.cyclic_modes import cyclic_modes
 from flexgear.structures.cyclic_path import condense_by_sectors
-from flexgear.structures.factorisation import Solver
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.lanczos import largest_eigenpairs
 from flexgear.structures.long_lanczos import lowest_modes
@@ -72,11 +71,10 @@ def reduce_body(
     n_modes: int,
     progress: Progress = silent,
     name: str = "body",
-    solver: Solver = "auto",
     sectors: Sequence[int] = (),
 ) -> ReducedBody:
     """The reduced body alone; see `reduce`."""
-    return reduce(model, interface, n_modes, progress, name, solver, sectors).body
+    return reduce(model, interface, n_modes, progress, name, sectors).body
 
 
 def reduce(
@@ -85,15 +83,14 @@ def reduce(
     n_modes: int,
     progress: Progress = silent,
     name: str = "body",
-    solver: Solver = "auto",
     sectors: Sequence[int] = (),
 ) -> Reduction:
     """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes.
 
-    sectors: numbers of equal sectors that are tried before the general path (`solver`) serves.
+    sectors: numbers of equal sectors that are tried before the general path serves.
     """
     with single_threaded_blas():
-        condensation = condense(model, interface, progress, solver, sectors)
+        condensation = condense(model, interface, progress, sectors)
         fixed = fixed_interface_modes(condensation, n_modes, progress)
         body = _project(model, condensation, fixed, name)
     omega = fixed.omega
@@ -116,7 +113,6 @@ def condense(
     model: FeModel,
     interface: Interface,
     progress: Progress = silent,
-    solver: Solver = "auto",
     sectors: Sequence[int] = (),
 ) -> AnyCondensation:
     """Factor once, for constraint modes and everything after: by sectors, or as a whole."""
@@ -124,7 +120,7 @@ def condense(
     try:
         by_sectors, path = condense_by_sectors(model, interface, sectors)
         if by_sectors is None:
-            return condense_whole(model, interface, progress, solver, path)
+            return condense_whole(model, interface, progress, path)
     except np.linalg.LinAlgError:
         raise FlexgearError(
             "two interface nodes are tied to the same points, or a patch holds too few nodes"

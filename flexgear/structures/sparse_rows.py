@@ -1,4 +1,4 @@
-"""Products of CSR matrices with a few columns, rows shared out among threads."""
+"""Sums into rows: products of CSR matrices with a few columns, and rows taken off in place."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from flexgear.structures.threads import shared
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
+Ints = NDArray[np.int64]
 
 _CHUNK = 8192  # rows a thread takes at a time
 
@@ -51,3 +52,12 @@ def _add(
             for k in range(columns):
                 out[i, k] += a * x[p, k]
             e += 1
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def subtract_rows(x: Array, at: Ints, lost: Array) -> None:  # pragma: no cover - compiled
+    """x[at] -= lost, without a copy of x[at]; other threads may run."""
+    for i in range(len(at)):
+        row = at[i]
+        for c in range(x.shape[1]):
+            x[row, c] -= lost[i, c]

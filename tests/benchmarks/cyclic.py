@@ -48,7 +48,7 @@ def run(report: Report, size: str) -> None:
         report.add(
             Comparison(
                 "Reduction by cyclic symmetry",
-                "flexgear's general path (SciPy)",
+                "flexgear's general path (CHOLMOD)",
                 f"ring, {dofs_text(fe_mesh.quadratic_dofs)}, {count} modes",
                 seconds["cyclic"],
                 seconds["general"],
@@ -88,5 +88,5 @@ def in_general(case: Case, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.
     """The same on the whole ring."""
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
-    found = reduce(model, ring_interface(case, model), count, solver="scipy")
+    found = reduce(model, ring_interface(case, model), count)
     return found.condensation.stiffness, found.frequencies

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flexgear.structures.tall import THREADS
 
-PACKAGES = ("numpy", "scipy", "scikit-fem", "numba", "gmsh", "python-mumps", "exudyn")
+PACKAGES = ("numpy", "scipy", "scikit-fem", "numba", "gmsh", "cvxopt", "exudyn")
 
 
 def machine() -> dict[str, str]:

@@ -5,7 +5,7 @@ Plain way: one sparse LU (splu as SciPy ships it, COLAMD ordering) of the border
     [K s B^T; s B 0] [x; lambda] = [g; s q],   s = mean of K's diagonal,
 
 which gives constraint modes (g = 0, q = I) and, inside SciPy's Lanczos, fixed-interface modes
-(q = 0). Second peer: flexgear's own reduction with SuperLU in symmetric mode as its solver.
+(q = 0).
 """
 
 from __future__ import annotations
@@ -32,16 +32,12 @@ def run(report: Report, size: str) -> None:
     _, model, interface = ring_model("37k")
     count = MODES[size]
     candidates = {
-        "own": lambda: own_reduction(model, interface, count, "scipy"),
-        "superlu": lambda: own_reduction(model, interface, count, "superlu"),
+        "own": lambda: own_reduction(model, interface, count),
         "plain": lambda: plain_reduction(model, interface, count),
     }
     seconds, answers = interleaved(candidates, REPEATS[size])
     text = f"ring, {dofs_text(model.dofs)}, {interface.size} interface dofs, {count} modes"
-    names = {
-        "superlu": "the same reduction on SuperLU (symmetric mode, minimum degree)",
-        "plain": "splu and eigsh as SciPy ships them, bordered system",
-    }
+    names = {"plain": "splu and eigsh as SciPy ships them, bordered system"}
     for key, name in names.items():
         stiffness, frequencies = (
             np.abs(a - b).max() / np.abs(b).max()
@@ -66,10 +62,10 @@ def run(report: Report, size: str) -> None:
 
 
 def own_reduction(
-    model: FeModel, interface: Interface, count: int, solver: str
+    model: FeModel, interface: Interface, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and fixed-interface frequencies Hz by flexgear's general path."""
-    reduction = reduce(model, interface, count, solver=solver)
+    reduction = reduce(model, interface, count)
     return reduction.condensation.stiffness, reduction.frequencies
 
 

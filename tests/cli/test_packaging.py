@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow", "mumps": "python-mumps"}
+DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow"}
 
 
 def third_party() -> set[str]:
@@ -26,7 +26,7 @@ def third_party() -> set[str]:
 def test_imports_are_dependencies():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    asked = [*project["dependencies"], *extras["mumps"], *extras["video"]]
+    asked = [*project["dependencies"], *extras["video"]]
     names = {re.split(r"[><=\[ ]", line)[0] for line in asked}
     assert third_party() - names == set()
     # h5py is imported by h5netcdf, which leaves it to us to ask for it

@@ -14,7 +14,6 @@ from scipy.sparse.linalg import eigsh, spsolve
 from flexgear.model.errors import FlexgearError
 from flexgear.structures import condensation
 from flexgear.structures.estimate import compare_frequencies, probed, static_errors
-from flexgear.structures.factorisation import factorise
 from flexgear.structures.fem import (
     assemble,
     averaging_tie,
@@ -275,16 +274,6 @@ def test_a_mesh_in_two_pieces_is_refused():
         reduce_body(model, interface_of(model, ties), 2)
 
 
-@pytest.mark.parametrize("solver", ["scipy", "superlu"])
-def test_factors_solve(ring, supported, solver):
-    model, _, _ = ring
-    right = np.random.default_rng(3).standard_normal((model.dofs, 70))
-    matrix = supported[0].tocsr()
-    x = factorise(matrix, model.nodes, solver).solve(right)
-    scale = np.abs(matrix).max() * np.abs(x).max()
-    assert np.abs(matrix @ x - right).max() < 1e-13 * scale
-
-
 def test_mass_on_constraint_modes_by_halves_or_held_for_a_while_is_the_same(ring, monkeypatch):
     model, interface, made = ring
     modes, b = made.fixed_modes, interface.size
@@ -295,43 +284,3 @@ def test_mass_on_constraint_modes_by_halves_or_held_for_a_while_is_the_same(ring
     assert np.abs((made.body.mass[:b, :b] - own) / scale / scale[:, None]).max() < 1e-10
     assert np.abs((made.body.mass[b:, :b] - coupling) / scale).max() < 1e-8
     assert np.array_equal(made.body.recovery[:, :b], recovery)
-
-
-@pytest.mark.parametrize("room", [0.0, 1e9], ids=["on disk", "in memory"])
-def test_constraint_modes_held_somewhere_or_by_halves_are_the_same(
-    ring, supports, room, monkeypatch
-):
-    model, interface, held = ring
-    assert held.condensation.ties is not None and held.condensation.constraint_modes is None
-    monkeypatch.setattr(condensation, "_HELD_BYTES", room)
-    made = reduce(model, interface, MODES, solver="superlu")
-    assert isinstance(made.condensation.constraint_modes.base, np.memmap) == (room == 0.0)
-    assert made.condensation.ties is None
-    for name in ("stiffness", "mass"):
-        expected = getattr(held.body, name)
-        scale = np.sqrt(np.abs(np.diag(expected)))
-        b = interface.size  # fixed modes of equal frequency are not unique
-        error = (getattr(made.body, name) - expected) / scale / scale[:, None]
-        assert np.abs(error[:b, :b]).max() < 1e-8
-    assert np.allclose(made.frequencies, held.frequencies, rtol=1e-10)
-    assert np.abs(interface.rows @ made.fixed_modes).max() < 1e-10 * np.abs(made.fixed_modes).max()
-    force = np.random.default_rng(3).standard_normal((model.dofs, 2))
-    for name, arguments in {
-        "constraint_motion": (np.eye(interface.size),),
-        "constraint_load": (force,),
-        "fixed_solve": (force,),
-        "supported_solve": (force, supports),
-    }.items():
-        expected = getattr(held.condensation, name)(*arguments)
-        found = getattr(made.condensation, name)(*arguments)
-        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    b = interface.size
-    shift = (2 * np.pi * 300.0) ** 2
-    expected, found = (
-        np.linalg.inv(whole - shift * body.mass)[:b, :b]
-        for body in (held.body, made.body)
-        for whole in [body.stiffness + np.pad(supports, (0, MODES))]
-    )
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    span = np.abs(held.body.recovery).max()
-    assert np.abs(made.body.recovery[:, :b] - held.body.recovery[:, :b]).max() < 1e-6 * span

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from flexgear.model.case import load_case
 from flexgear.structures.build import carrier_body, ring_body
-from flexgear.structures.factorisation import factorise
+from flexgear.structures.factorisation import Factor
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import (
@@ -42,7 +42,7 @@ def quantities(name, fidelity):
         supports = carrier_supports(case, interface, 1e9 * np.eye(interface.size))
     rows = interface.rows
     matrix = (model.stiffness + rows.T @ sp.csr_matrix(supports) @ rows).tocsr()
-    factor = factorise(matrix, model.nodes)
+    factor = Factor(matrix)
     loaded = rows[[6 * interface.node_names.index({"ring": "tooth_001"}.get(name, "pin_1")) + 1]]
     compliance = float((loaded @ factor.solve(loaded.T.toarray()))[0, 0])
     start = np.random.default_rng(0).standard_normal((model.dofs, 8))
