@@ -39,7 +39,7 @@ from flexgear.structures.long_lanczos import lowest_modes
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tall import single_threaded_blas
 
-LANCZOS_BLOCK = 16  # vectors a step
+LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8
 _BASIS_BYTES = 2.0e9  # of the general path's Lanczos basis, where that is enough for the modes
 
