@@ -26,7 +26,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.model.stage_case import Case
 from flexgear.model.train import Train
-from flexgear.structures.fe_mesh import check_fe_meshes
+from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -65,7 +65,7 @@ def _require_stage(case: Case) -> None:
     for part in (case.ring, case.carrier):
         if part.fe_mesh == "file":
             _require_file(case, part)
-    check_fe_meshes(case)
+    require_fe_meshes(case)
 
 
 def _require_file(case: Case, part: Ring | Carrier) -> None:

@@ -39,18 +39,38 @@ from flexgear.structures.interfaces import (
 )
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import Progress, Reduction, reduce, silent
-from flexgear.structures.store import cached, content_key
+from flexgear.structures.store import cached, content_key, is_kept
 from flexgear.structures.tall import single_threaded_blas
 
 FREQUENCY_LIMIT_HZ = 2000.0
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
+def require_fe_meshes(case: Case) -> None:
+    """Raise InputError for what either FE mesh would be refused for, without generating any.
+
+    A file whose reduced body is kept was in place when that was made: the key says for what.
+    """
+    if case.ring.fe_mesh == "generate":
+        RingMeshParameters.from_case(case).check()
+    elif not is_kept(_ring_key(case)):
+        ring_of_case(case)
+    if case.carrier.fe_mesh == "generate":
+        CarrierMeshParameters.from_case(case).check()
+    elif not is_kept(_carrier_key(case)):
+        carrier_of_case(case)
+
+
 def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     """The case's ring gear, reduced; from the cache if it was reduced before."""
     report = progress or silent
+    body = cached(_ring_key(case), lambda: _reduce_ring(case, report))
+    return _judged(body, ring_supports(case, body))
+
+
+def _ring_key(case: Case) -> str:
     ring = case.ring
-    key = content_key(
+    return content_key(
         body="ring",
         fe_mesh=_mesh_content(case, ring, RingMeshParameters, ring_groups),
         material=case.material.model_dump(),
@@ -66,25 +86,25 @@ def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
         modes=ring.fixed_interface_modes,
         cyclic=case.solver.cyclic,
     )
-    body = cached(key, lambda: _reduce_ring(case, report))
-    return _judged(body, ring_supports(case, body))
 
 
 def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
     report = progress or silent
-    carrier = case.carrier
-    key = content_key(
-        body="carrier",
-        fe_mesh=_mesh_content(case, carrier, CarrierMeshParameters, carrier_groups),
-        material=case.material.model_dump(),
-        pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
-        modes=carrier.fixed_interface_modes,
-        cyclic=case.solver.cyclic,
-    )
-    body = cached(key, lambda: _reduce_carrier(case, report))
+    body = cached(_carrier_key(case), lambda: _reduce_carrier(case, report))
     at = slice(0, body.interface_dofs)
     return _judged(body, carrier_supports(case, body, body.stiffness[at, at]))
+
+
+def _carrier_key(case: Case) -> str:
+    return content_key(
+        body="carrier",
+        fe_mesh=_mesh_content(case, case.carrier, CarrierMeshParameters, carrier_groups),
+        material=case.material.model_dump(),
+        pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
+        modes=case.carrier.fixed_interface_modes,
+        cyclic=case.solver.cyclic,
+    )
 
 
 def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:

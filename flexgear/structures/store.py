@@ -60,6 +60,11 @@ def cached(
     return load(entry) or body
 
 
+def is_kept(key: str) -> bool:
+    """Whether there is an entry under key."""
+    return (cache_directory() / "reduced" / key).is_dir()
+
+
 def save(body: ReducedBody, entry: Path) -> None:
     """Write an entry whole or not at all. Raises OSError where the disk refuses."""
     entry.parent.mkdir(parents=True, exist_ok=True)

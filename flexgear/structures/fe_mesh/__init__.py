@@ -4,7 +4,7 @@ from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_f
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.files import UNITS, read_fe_mesh, write_fe_mesh
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
-from flexgear.structures.fe_mesh.of_case import carrier_of_case, check_fe_meshes, ring_of_case
+from flexgear.structures.fe_mesh.of_case import carrier_of_case, ring_of_case
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
 __all__ = [
@@ -16,7 +16,6 @@ __all__ = [
     "carrier_fe_mesh",
     "carrier_groups",
     "carrier_of_case",
-    "check_fe_meshes",
     "read_fe_mesh",
     "ring_fe_mesh",
     "ring_groups",

@@ -34,18 +34,6 @@ def carrier_of_case(case: Case) -> FeMesh:
     return _own(case, case.carrier, carrier_groups(case), case.carrier.plate_diameter)
 
 
-def check_fe_meshes(case: Case) -> None:
-    """Raise InputError for what either FE mesh would be refused for, without generating any."""
-    if case.ring.fe_mesh == "generate":
-        RingMeshParameters.from_case(case).check()
-    else:
-        ring_of_case(case)
-    if case.carrier.fe_mesh == "generate":
-        CarrierMeshParameters.from_case(case).check()
-    else:
-        carrier_of_case(case)
-
-
 def _own(case: Case, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
     file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"

@@ -18,7 +18,6 @@ from flexgear.structures.fe_mesh import (
     Groups,
     carrier_groups,
     carrier_of_case,
-    check_fe_meshes,
     ring_groups,
     ring_of_case,
     write_fe_mesh,
@@ -216,9 +215,9 @@ def test_the_opposite_motion_puts_a_file_back(
     found = BODIES[body][0](case)
     assert np.abs(found.points - plain.points).max() < 1e-12
     np.testing.assert_array_equal(found.cells, plain.cells)
-    check_fe_meshes(case)
+    build.require_fe_meshes(case)
     with pytest.raises(InputError, match=rf"own\.{suffix}: .* set {body}\.fe_mesh_shift_mm = \["):
-        check_fe_meshes(own(bundled(), body, path))
+        build.require_fe_meshes(own(bundled(), body, path))
 
 
 def test_one_number_is_along_or_about_the_axis() -> None:
@@ -266,6 +265,14 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
         with pytest.raises(KeyError):
             build.ring_body(case)
     assert len(set(keys)) == 4 and keys[0] == keys[-1]
+
+    read = []
+    monkeypatch.setattr(build, "ring_of_case", read.append)
+    monkeypatch.setattr(build, "is_kept", lambda key: key == keys[0])
+    build.require_fe_meshes(plain)
+    assert not read
+    build.require_fe_meshes(plain.with_(**{"stage.planet_hand": "left"}))
+    assert len(read) == 1
     assert plain.content_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).content_hash()
 
 
