@@ -149,9 +149,14 @@ class Assembly:
         return out
 
     def add_inertia(self, row: Array, inertia: float) -> None:
-        """Polar inertia (kg m²) on the rotation that row (d,) gives."""
-        at = np.flatnonzero(row)
-        self.mass[np.ix_(at, at)] += inertia * np.outer(row[at], row[at])
+        """Polar inertia (kg m²) on the rotation that row (d,) gives.
+
+        A row that is the mean of n bodies' rotations (halves of a ring) puts 1/n on each, so that
+        mass never couples bodies.
+        """
+        own = [s for s in map(self.slice_of, (b.name for b in self.bodies)) if row[s].any()]
+        for at in own:
+            self.mass[at, at] += inertia * len(own) * np.outer(row[at], row[at])
 
     def loose_motions(self) -> Array:
         """Motions (d, r) of rigid bodies that no constant spring resists.

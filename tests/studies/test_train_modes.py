@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from train_contexts import bundled, mixed, one_stage
+from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.mode_types import strain_shares
 from flexgear.analysis.modes import modes
+from flexgear.model.case import load_case
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_model import coupled_train
 from flexgear.studies.train_modes import (
@@ -130,3 +131,22 @@ def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
     )
     omega2 = (2 * np.pi * found.frequencies) ** 2
     np.testing.assert_allclose(total[1:], omega2[1:], rtol=1e-5)
+
+
+def test_an_inertia_on_two_ring_halves_couples_no_bodies():
+    """Half on each: the energy of every mode has its owner, and rolling the whole inertia."""
+    turning = {
+        "output.member": "stage.ring",
+        "held": '["stage.carrier"]',
+        "stage.carrier.support.tangential_n_per_m": "1e9",
+        "stage.ring.support.tangential_n_per_m": "0",
+    }
+    light, heavy = (
+        put_together(load_case("herringbone", {**turning, "output.inertia_kg_m2": str(inertia)}))
+        for inertia in (0.0, 50.0)
+    )
+    data = train_modes(heavy)
+    np.testing.assert_allclose(data["kinetic_energy"].sum("inertia"), 1.0)
+    rolling = heavy.system.rolling[:, 0]
+    added = rolling @ (heavy.system.mass - light.system.mass) @ rolling
+    assert added == pytest.approx(50.0 * (heavy.system.output @ rolling) ** 2)
