@@ -25,6 +25,7 @@ from flexgear.cli.options import (
     refuse_for_stages,
     rigid_parts,
 )
+from flexgear.cli.outputs import Force, OutFile, claim_file
 from flexgear.cli.train_analyses import Shown, modes_of_train, simulate_of_train, static_of_train
 from flexgear.cli.train_compare import compare_train, compare_trains
 from flexgear.coupling.build import build_system
@@ -34,6 +35,7 @@ from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said, tooth_loads
 from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.origin import origin_of_case
 from flexgear.results.sinks import Ranges, Several
 from flexgear.results.summary import RPM, finite, sharing_summary, stage_histories
 from flexgear.studies.long_run import refuse_endless
@@ -41,10 +43,6 @@ from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.single_runs import equilibria, stage_stepping
 from flexgear.studies.single_runs import simulate as run_transient
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
-
-OutFile = Annotated[
-    Path | None, typer.Option("--out", metavar="FILE", help="Write the dataset (netCDF).")
-]
 
 LIMIT_HZ = 500.0
 
@@ -68,12 +66,14 @@ def static(
     ] = None,
     rigid: Rigid = None,
     out: OutFile = None,
+    force: Force = False,
     settings: Settings = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
     found, parts = read_case(case, settings), rigid_parts(rigid)
+    claim_file(out, origin_of_case(found), force)
     if isinstance(found, Train):
         static_of_train(found, angle_deg or [0.0], torque_nm, parts, Shown(as_json, quiet, out))
         return
@@ -127,6 +127,7 @@ def modes(
         bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders (trains).")
     ] = False,
     out: OutFile = None,
+    force: Force = False,
     rigid: Rigid = None,
     settings: Settings = None,
     as_json: AsJson = False,
@@ -136,6 +137,7 @@ def modes(
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
     found, parts = read_case(case, settings, loaded=False), rigid_parts(rigid)
+    claim_file(out, origin_of_case(found), force)
     if isinstance(found, Train):
         way = Shown(as_json, quiet, out)
         modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)
@@ -167,6 +169,7 @@ def modes(
 def simulate(
     case: CaseName,
     out: OutFile = None,
+    force: Force = False,
     duration_s: Annotated[
         float | None,
         typer.Option("--duration-s", help="One revolution (of the slowest stage) unless given."),
@@ -185,6 +188,7 @@ def simulate(
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
     found, parts, names = read_case(case, settings), rigid_parts(rigid), saved_names(save_only, out)
+    claim_file(out, origin_of_case(found), force)
     if isinstance(found, Train):
         share = 1.0 if torque_share is None else torque_share
         if not share > 0:

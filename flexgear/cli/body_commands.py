@@ -10,7 +10,9 @@ import typer
 
 from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
+from flexgear.cli.outputs import Force, claim_file, file_option
 from flexgear.model.errors import InputError
+from flexgear.results.origin import origin_of_case
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import (
@@ -18,6 +20,7 @@ from flexgear.structures.fe_mesh import (
     Groups,
     carrier_groups,
     carrier_of_case,
+    require_format,
     ring_groups,
     ring_of_case,
     write_fe_mesh,
@@ -53,12 +56,13 @@ def mesh(
     component: Component = "both",
     export: Annotated[
         Path | None,
-        typer.Option("--export", metavar="FILE", help="Write .vtu, .msh or .inp with the patches."),
+        file_option("--export", "Write .vtu, .msh or .inp with the patches."),
     ] = None,
     groups: Annotated[
         bool, typer.Option("--groups", help="List the named groups that a file has, and where.")
     ] = False,
     settings: Settings = None,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -73,6 +77,9 @@ def mesh(
         return
     if export is not None and len(names) != 1:
         raise InputError("--export", str(export), "takes one component", "add --component ring")
+    if export is not None:
+        require_format(export)
+    claim_file(export, origin_of_case(found), force)
     figures = {}
     with progress(quiet) as report:
         for name in names:
@@ -81,7 +88,7 @@ def mesh(
             report(f"{name}: FE mesh", 1.0)
             figures[name] = _figures(fe_mesh)
             if export is not None:
-                write_fe_mesh(fe_mesh, export)
+                write_fe_mesh(fe_mesh, export, found.name)
     present(f"{found.name}: FE meshes, {found.solver.fidelity}", figures, as_json)
     if export is not None and not as_json:
         typer.echo(f"\nwrote {export}, lengths in m")

@@ -11,8 +11,9 @@ import typer
 
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
+from flexgear.cli.outputs import file_option
 from flexgear.cli.train_check import derived_of_train
-from flexgear.files.atomic import write_bytes
+from flexgear.files.atomic import file_target, write_bytes
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
@@ -105,9 +106,8 @@ def _gear_mesh(play: MeshGeometry) -> dict[str, Any]:
 
 def cases(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A bundled case.")] = None,
-    copy: Annotated[
-        Path | None, typer.Option("--copy", metavar="FILE", help="Write the case to a new file.")
-    ] = None,
+    copy: Annotated[Path | None, file_option("--copy", "Write the case to a new file.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """List the bundled cases, print one, or copy it to a file that you edit."""
     names = bundled_cases()
@@ -121,7 +121,7 @@ def cases(
     if copy is None:
         typer.echo(bundled_text(name), nl=False)
         return
-    if copy.exists():
-        raise InputError("--copy", str(copy), "is there already", "choose a new file name")
+    if file_target(copy).exists() and not force:
+        raise InputError("--copy", str(copy), "is there already", "choose a new name, or --force")
     write_bytes(copy, bundled_text(name).encode())
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")

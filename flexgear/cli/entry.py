@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import signal
 import sys
 import time
@@ -28,7 +29,7 @@ from flexgear.cli import (
     sweep_command,
     tolerance_command,
 )
-from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
+from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
 from flexgear.results.version import version
 
 INTERRUPTED = 130
@@ -94,6 +95,8 @@ def run(arguments: list[str]) -> int:
     """Exit code of a command line; messages go to stderr."""
     debug = "--debug" in arguments
     arguments = [a for a in arguments if a != "--debug"]  # may stand anywhere
+    if isinstance(sys.stdout, io.TextIOWrapper):  # for what it cannot show: µ, odd names of files
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         with warnings.catch_warnings():
             if not debug:
@@ -121,7 +124,7 @@ def _report(error: Exception) -> int:
     if isinstance(error, typer.Abort):  # Ctrl-C where click is older
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
-        return _say(f"{error.format_message().rstrip('.')}; see flexgear --help", 2)
+        return _say(f"{shortened(error.format_message()).rstrip('.')}; see flexgear --help", 2)
     if isinstance(error, BrokenPipeError):
         sys.stderr.close()
         return 1
@@ -149,5 +152,7 @@ def _warn(
 
 
 def _say(text: str, code: int) -> int:
-    print("flexgear: " + " ".join(text.split()), file=sys.stderr, flush=True)
+    line = " ".join(text.split()).encode(errors="backslashreplace").decode()
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line)
+    print(f"flexgear: {shown}", file=sys.stderr, flush=True)
     return code

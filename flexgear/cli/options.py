@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -34,7 +33,6 @@ Scheduler = Annotated[
         "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."
     ),
 ]
-OutFolder = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for results.")]
 PARTS = ("ring", "carrier", "shaft")
 
 
@@ -43,6 +41,8 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
     overrides = {}
     for setting in settings or []:
         key, sign, value = setting.partition("=")
+        if any("\ud800" <= letter <= "\udfff" for letter in setting):
+            raise InputError("--set", setting, "is not UTF-8 text", "give plain text")
         if not sign or not key.strip():
             raise InputError("--set", setting, "is not KEY=VALUE", "e.g. --set stage.planets=4")
         overrides[key.strip()] = value.strip()

@@ -10,17 +10,18 @@ from typing import Annotated
 import typer
 
 from flexgear.cli.display import Report, modes_kept, progress, table, warn
-from flexgear.cli.options import AsJson, CaseName, OutFolder, Quiet, Settings, read_case
+from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
+from flexgear.cli.outputs import PICTURES, RUN, Force, OutFolder, claim_folder
 from flexgear.cli.pictures import Folder, draw, drawing
-from flexgear.cli.train_run import is_train_folder, render_train, run_whole_train, tuples_of
+from flexgear.cli.run_folder import FIELDS, complete, read_folder
+from flexgear.cli.train_pictures import TrainFolder, draw_train
+from flexgear.cli.train_run import run_whole_train
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.model.case import Case, Train
-from flexgear.model.errors import FlexgearError
-from flexgear.results.dataset import load, save
+from flexgear.model.case import Train
+from flexgear.results.dataset import save
+from flexgear.results.origin import origin_of_case
 from flexgear.studies.stage_bodies import stage_bodies
 from flexgear.studies.stage_run import StageRun, Stopwatch, run_stage
-
-FIELDS = "deformed_"
 
 
 def register(app: typer.Typer) -> None:
@@ -34,12 +35,14 @@ def run(
     out: OutFolder = None,
     settings: Settings = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Every analysis of a case, with results, summary, pictures and a report in one folder."""
     found = read_case(case, settings)
-    folder = out or Path("results") / found.name
+    folder = Path("results") / found.name if out is None else out
+    claim_folder(folder, RUN, origin_of_case(found, "run"), force)
     if isinstance(found, Train):
         run_whole_train(found, folder, pictures, as_json, quiet)
         return
@@ -92,40 +95,21 @@ def _save(result: StageRun, stage: Path, report: Report) -> None:
 def render(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
     out: OutFolder = None,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Draw the pictures and the report of an earlier run again."""
-    target = out or folder
-    if is_train_folder(folder):
-        name = render_train(folder, target, quiet)
-        typer.echo(f"drew {name} into {target}")
-        return
+    target = folder if out is None else out
     content = read_folder(folder)
-    with (
-        staged_folder(target) as stage,
-        progress(quiet) as report,
-        drawing(content, stage) as sheet,
-    ):
-        notes = draw(sheet, report)
-    warn(notes)
-    typer.echo(f"drew {content.case.name} into {target}")
-
-
-def read_folder(folder: Path) -> Folder:
-    """What an earlier run left in a folder."""
-    summary, case = folder / "summary.json", folder / "case.json"
-    for needed in (summary, case):
-        if not needed.is_file():
-            raise FlexgearError(f"{folder} holds no finished run: {needed.name} is missing")
-    try:
-        figures = json.loads(summary.read_text(encoding="utf-8"))
-        parameters = Case.model_validate(tuples_of(json.loads(case.read_text(encoding="utf-8"))))
-    except ValueError as error:
-        raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
-    data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
-    return Folder(
-        parameters,
-        {n: d for n, d in data.items() if not n.startswith(FIELDS)},
-        {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
-        figures,
-    )
+    case = content.train if isinstance(content, TrainFolder) else content.case
+    claim_folder(target, PICTURES, origin_of_case(case), force)
+    notes: list[str] = []
+    with complete(folder), staged_folder(target) as stage, progress(quiet) as report:
+        if isinstance(content, TrainFolder):
+            draw_train(content, stage, report)
+        else:
+            with drawing(content, stage) as sheet:
+                notes = draw(sheet, report)
+    for note in notes:
+        typer.echo(f"flexgear: {note}", err=True)
+    typer.echo(f"drew {case.name} into {target}")

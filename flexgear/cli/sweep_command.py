@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,8 +22,10 @@ from flexgear.cli.options import (
     Workers,
     settings_of,
 )
+from flexgear.cli.outputs import Force, claim_folder, folder_named
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.results.origin import origin_of_case
 from flexgear.studies.stage_measures import STAGE_MEASURES
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
@@ -69,19 +70,27 @@ def sweep(
     scheduler: Scheduler = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR|FILE", help="Folder, or .nc file with pictures beside."),
+        typer.Option(
+            "--out",
+            metavar="DIR|FILE",
+            help="Folder, or .nc file with pictures beside.",
+            parser=folder_named,
+        ),
     ] = None,
     pictures: Annotated[bool, typer.Option(help="Draw a picture of each measure.")] = True,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Parameter study over one key or a grid of two, in parallel; dataset and pictures."""
     swept = _keys(keys)
     names = [n.strip() for given in measure or [] for n in given.split(",") if n.strip()]
-    target = out or Path("results") / f"sweep-{Path(case).stem}"
+    target = Path("results") / f"sweep-{Path(case).stem}" if out is None else out
     plan = planned(case, swept, settings=settings_of(settings), measures=names, modes=modes)
+    place, start = _place(target)
+    claim_folder(place, (f"{start}.nc", f"{start}_*.png"), origin_of_case(plan.base), force)
     try:
-        with _place(target) as (folder, start), progress(quiet) as report:
+        with staged_folder(place) as folder, progress(quiet) as report:
             data = run_sweep(
                 plan, workers=workers, scheduler=scheduler, progress=report, keep_points=True
             )
@@ -120,12 +129,8 @@ def _keys(settings: list[str]) -> dict[str, Values]:
     return swept
 
 
-@contextmanager
-def _place(target: Path) -> Iterator[tuple[Path, str]]:
-    """Folder to write to and how file names start: for a file beside it, else inside ``target``.
-
-    Everything is written to a folder of its own first and moved when all of it is there.
-    """
+def _place(target: Path) -> tuple[Path, str]:
+    """Folder to write to and how file names start: for a file beside it, else inside ``target``."""
     if target.suffix.lower() in (".png", ".svg", ".pdf", ".csv", ".json"):
         raise InputError(
             "--out",
@@ -134,12 +139,9 @@ def _place(target: Path) -> Iterator[tuple[Path, str]]:
             "name a folder or a file that ends in .nc",
         )
     if target.suffix.lower() != ".nc":
-        with staged_folder(target) as stage:
-            yield stage, "sweep"
-        return
+        return target, "sweep"
     file = file_target(target)
-    with staged_folder(file.parent) as stage:
-        yield stage, file.stem
+    return file.parent, file.stem
 
 
 def _draw(data: xr.Dataset, folder: Path, start: str, report: Report) -> None:

@@ -13,15 +13,16 @@ from flexgear.cli.display import progress, table
 from flexgear.cli.options import (
     AsJson,
     CaseName,
-    OutFolder,
     Quiet,
     Scheduler,
     Settings,
     Workers,
     read_case,
 )
+from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.errors import FlexgearError
+from flexgear.results.origin import origin_of_case
 from flexgear.results.tolerance_dataset import save_tolerance, tolerance_summary
 from flexgear.studies.tolerance import finished, forget
 from flexgear.studies.tolerance import tolerance as run_tolerance
@@ -47,6 +48,7 @@ def tolerance(
     scheduler: Scheduler = None,
     out: OutFolder = None,
     pictures: Annotated[bool, typer.Option(help="Draw a picture.")] = True,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,7 +56,8 @@ def tolerance(
     given = {"tolerance.samples": samples, "tolerance.seed": seed}
     more = [f"{key}={value}" for key, value in given.items() if value is not None]
     model = read_case(case, [*(settings or []), *more])
-    folder = out or Path("results") / f"tolerance-{model.name}"
+    folder = Path("results") / f"tolerance-{model.name}" if out is None else out
+    claim_folder(folder, TOLERANCE, origin_of_case(model, "tolerance"), force)
     try:
         with staged_folder(folder) as stage, progress(quiet) as report:
             data = run_tolerance(

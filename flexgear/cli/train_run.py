@@ -11,10 +11,8 @@ import typer
 from flexgear.cli.display import Report, modes_kept, progress, table, warn
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.gears.power_flow import power_flow
-from flexgear.model.errors import FlexgearError
 from flexgear.model.train import Train
-from flexgear.results.dataset import load, save
+from flexgear.results.dataset import save
 from flexgear.studies.stage_run import Stopwatch
 from flexgear.studies.train_model import train_bodies
 from flexgear.studies.train_run import TrainResults, run_train
@@ -86,41 +84,3 @@ def _save(result: TrainResults, stage: Path, report: Report) -> None:
         save(data, stage / f"{name}.nc")
     write_json(stage / "case.json", result.train.to_dict())
     report("saving", 1.0)
-
-
-def is_train_folder(folder: Path) -> bool:
-    """Whether a folder holds the run of a train."""
-    try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(summary, dict) and summary.get("kind") == "train"
-
-
-def render_train(folder: Path, target: Path, quiet: bool) -> str:
-    """Draw the pictures of an earlier run into ``target``; returns the case's name."""
-    content = read_train_folder(folder)
-    with staged_folder(target) as stage, progress(quiet) as report:
-        draw_train(content, stage, report)
-    return content.train.name
-
-
-def read_train_folder(folder: Path) -> TrainFolder:
-    """What an earlier run left in a folder."""
-    case = folder / "case.json"
-    if not case.is_file():
-        raise FlexgearError(f"{folder} holds no finished run: {case.name} is missing")
-    try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        train = Train.model_validate(tuples_of(json.loads(case.read_text(encoding="utf-8"))))
-    except ValueError as error:
-        raise FlexgearError(f"{folder} cannot be read: {str(error).splitlines()[0]}") from error
-    data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
-    return TrainFolder(train, power_flow(train), data, summary)
-
-
-def tuples_of(value: Any) -> Any:
-    """Lists of JSON as the tuples that frozen parameters hold."""
-    if isinstance(value, dict):
-        return {k: tuples_of(v) for k, v in value.items()}
-    return tuple(tuples_of(v) for v in value) if isinstance(value, list) else value

@@ -53,7 +53,8 @@ def write_bytes(path: PathLike, data: bytes | memoryview) -> Path:
 def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:
     """``data`` as indented JSON; NaN and infinity are refused, JSON has no word for them."""
     text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    return write_bytes(path, (text + "\n").encode())
+    odd_names_too = "backslashreplace"  # of files, and as JSON writes them
+    return write_bytes(path, (text + "\n").encode(errors=odd_names_too))
 
 
 @contextlib.contextmanager

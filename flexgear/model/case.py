@@ -27,6 +27,7 @@ def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) ->
     Raises InputError with one line for anything that is wrong.
     """
     text, where, folder, name = _find(source)
+    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
     raw = parse_toml(text, where)
     if _kind(raw, where) == "train":
         return train_of(

@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.brake import Brake
 from flexgear.model.carrier import Carrier
+from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash, file_digest
 from flexgear.model.drive import Drive
 from flexgear.model.faults import input_error
@@ -116,6 +117,7 @@ def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:
 
 def _check_across(case: Case) -> None:
     """Checks between sections."""
+    check_case_name(case.name)
     n = case.stage.planets
     for key in ("pin_tangential", "pin_radial"):
         count = len(getattr(case.errors, key))

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash
 from flexgear.model.errors import InputError
 from flexgear.model.faults import input_error
@@ -211,6 +212,7 @@ class Train(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Train:
+        check_case_name(self.name)
         check_train(self)
         check_tolerance(self)
         return self

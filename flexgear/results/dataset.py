@@ -33,9 +33,14 @@ def provenance(
         "variant": variant,
         "version": version(),
         "content_hash": content_hash,
-        "parameters": json.dumps(parameters, sort_keys=True, ensure_ascii=False),
+        "parameters": _utf8(json.dumps(parameters, sort_keys=True, ensure_ascii=False)),
         **more,
     }
+
+
+def _utf8(text: str) -> str:
+    """JSON with names of files that are no UTF-8 as it escapes them."""
+    return text.encode(errors="backslashreplace").decode()
 
 
 def transient_dataset(

@@ -115,6 +115,7 @@ def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
     count = data.sizes["sample"]
     return {
         "case": data.attrs["case"],
+        "result": "tolerance",
         "version": data.attrs["version"],
         "content_hash": data.attrs["content_hash"],
         "variant": data.attrs["variant"],

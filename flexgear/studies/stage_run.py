@@ -134,6 +134,7 @@ def run_stage(
     }
     summary = build_summary(
         case=case.name,
+        result="run",
         version=version(),
         content_hash=case.content_hash(),
         fe={n: {"dofs": b.report["fe_dofs"]} for n, b in _bodies(bodies)},

@@ -103,6 +103,7 @@ def run_train(
     summary = train_summary(
         case=train.name,
         kind=train.kind,
+        result="run",
         version=version(),
         content_hash=train.content_hash(),
         variant=first.variant,

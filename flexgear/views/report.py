@@ -108,6 +108,7 @@ def write_report(
         .from_string(source)
         .render(
             title=title,
+            case=summary.get("case", ""),
             tables=sections(summary),
             figures=figures,
             parameters=None if isinstance(parameters, str) else rows_of(parameters),
@@ -118,5 +119,5 @@ def write_report(
         )
     )
     with atomic_file(target) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
     return target

@@ -6,7 +6,8 @@ import pytest
 from train_contexts import BUNDLED, MIXED
 from trains import STAGE, write
 
-from flexgear.cli import train_analyses, train_run
+from flexgear.cli import train_analyses
+from flexgear.cli.run_folder import read_folder, tuples_of
 from flexgear.results.dataset import load
 
 QUICK = ["--set", "solver.settle_s=0.01", "--set", "solver.duration_s=0.03"]
@@ -163,7 +164,7 @@ def test_run_and_render(flexgear, tmp_path):
         "power_flow", "modes", "campbell", "sharing_stage", "transient_forces_stage",
         "transient_sharing", "transient_displacements",
     }  # fmt: skip
-    content = train_run.read_train_folder(out)
+    content = read_folder(out)
     assert content.train.content_hash() == summary["content_hash"]
     again = tmp_path / "again"
     code, text, _ = flexgear("render", out, "--out", again, "--quiet")
@@ -178,7 +179,7 @@ def test_a_bundled_train_is_read_back_from_its_run(name):
 
     train = load_case(name)
     text = json.dumps(train.to_dict())
-    back = Train.model_validate(train_run.tuples_of(json.loads(text)))
+    back = Train.model_validate(tuples_of(json.loads(text)))
     assert back.content_hash() == train.content_hash()
 
 

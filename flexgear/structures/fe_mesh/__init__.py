@@ -2,7 +2,13 @@
 
 from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters, carrier_fe_mesh
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.files import UNITS, read_fe_mesh, write_fe_mesh
+from flexgear.structures.fe_mesh.files import (
+    UNITS,
+    fe_mesh_case,
+    read_fe_mesh,
+    require_format,
+    write_fe_mesh,
+)
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
 from flexgear.structures.fe_mesh.of_case import carrier_of_case, ring_of_case
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
@@ -16,7 +22,9 @@ __all__ = [
     "carrier_fe_mesh",
     "carrier_groups",
     "carrier_of_case",
+    "fe_mesh_case",
     "read_fe_mesh",
+    "require_format",
     "ring_fe_mesh",
     "ring_groups",
     "ring_of_case",

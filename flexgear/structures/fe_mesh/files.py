@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from urllib.parse import quote, unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +43,12 @@ Ints = NDArray[np.int64]
 
 UNITS = {"m": 1.0, "mm": 1e-3}
 _SUFFIXES = (".msh", ".vtu", ".inp")
+_MARK = "flexgear FE mesh of "
+_COMMENTS = {  # what stands round one in the last line of a file
+    ".vtu": ("\n<?", "?>"),
+    ".msh": ("$Comments\n", "\n$EndComments"),
+    ".inp": ("** ", ""),
+}
 _SOLID: dict[str, tuple[Kind, int]] = {
     "hexahedron": ("hex", 8),
     "hexahedron20": ("hex", 8),
@@ -52,16 +60,32 @@ _SURFACE = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4
 _IGNORED = ("vertex", "line", "line3")
 
 
-def write_fe_mesh(fe_mesh: FeMesh, path: Path | str) -> None:
-    """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all."""
+def write_fe_mesh(fe_mesh: FeMesh, path: Path | str, case: str = "") -> None:
+    """Write vtu, msh or inp with the named patches, in m; the file appears whole or not at all.
+
+    case: name of the case it is of, which a comment in the last line tells ``fe_mesh_case``.
+    """
     path = Path(path)
-    _known_suffix(path)
+    require_format(path)
     with atomic_file(path) as draft:
         if path.suffix == ".inp":
             with draft.open("w", encoding="utf-8") as stream:
                 write_inp(fe_mesh, stream)
         else:
             _write_meshio(fe_mesh, draft, path.suffix)
+        if case:
+            before, after = _COMMENTS[path.suffix]
+            with draft.open("a", encoding="utf-8") as stream:
+                stream.write(f"{before}{_MARK}{quote(case)}{after}\n")
+
+
+def fe_mesh_case(path: Path) -> str | None:
+    """Name of the case that an exported FE mesh is of; None where the file does not say."""
+    with open(path, "rb") as file:
+        file.seek(max(0, os.path.getsize(path) - 4096))
+        end = file.read().decode("utf-8", errors="replace")
+    found = re.findall(rf"{_MARK}([^\s?]+)", end)
+    return unquote(found[-1]) if found else None
 
 
 def read_fe_mesh(
@@ -84,7 +108,7 @@ def read_fe_mesh(
         raise InputError(
             where, "fe_mesh_unit", f"{echo(unit)} is not known", f"one of {_list(UNITS)}"
         )
-    _known_suffix(path, where)
+    require_format(path, where)
     require_regular(path, where, MOST_FE_MESH)
     deck = read_inp(path) if path.suffix == ".inp" else _read_meshio(path)
     kind, cells = _solid_cells(deck, path)
@@ -103,7 +127,8 @@ def read_fe_mesh(
     return body.with_facets(_patches(deck, body, number, required_patches, stems, path))
 
 
-def _known_suffix(path: Path, where: str = "export") -> None:
+def require_format(path: Path, where: str = "export") -> None:
+    """InputError if the suffix is that of no format of FE meshes."""
     if path.suffix not in _SUFFIXES:
         raise InputError(
             where,

@@ -1,0 +1,91 @@
+"""Where results go: asked before the work whether they may be there, and can.
+
+An output replaces only what flexgear wrote for the same case, and anything where --force is given.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexgear.files.atomic import file_target, folder_target, try_file
+from flexgear.model.errors import InputError
+from flexgear.results.origin import Origin, is_picture, origin_of
+
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Replace files that are no earlier result of the same case, too."),
+]
+
+
+def folder_named(text: str) -> Path:
+    """The folder that an option names."""
+    if not text:
+        raise InputError("--out", '""', "names no folder", "name a folder")
+    return Path(text)
+
+
+def _file_named(text: str) -> Path:
+    if not text or text.endswith(("/", os.sep)):
+        raise InputError("--out", text or '""', "names no file", "name a file")
+    return Path(text)
+
+
+def file_option(flag: str, about: str, metavar: str = "FILE") -> Any:
+    """An option that names a file to write."""
+    return typer.Option(flag, metavar=metavar, help=about, parser=_file_named)
+
+
+OutFolder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named),
+]
+OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
+PICTURES = ("report.html", "pictures/*")
+RUN = ("*.nc", "case.json", "summary.json", *PICTURES)
+TOLERANCE = ("tolerance.nc", "summary.json", "tolerance.png")
+_KINDS = {"run": "run", "tolerance": "tolerance study"}
+
+
+def claim_file(path: Path | None, origin: Origin, force: bool) -> None:
+    """InputError or FlexgearError if results of a case must not, or cannot, be the file ``path``.
+
+    None: nothing is written.
+    """
+    if path is None:
+        return
+    target = file_target(path)
+    if not force and target.exists():
+        _require_own([target], origin)
+    try_file(target)
+
+
+def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) -> None:
+    """InputError if the folder ``path`` holds files called ``names`` that are of something else.
+
+    names: patterns. Pictures belong to the case of the results, or of the report, beside them.
+    """
+    target = folder_target(path)
+    if not force and target.is_dir():
+        found = (f for name in names for f in sorted(target.glob(name)))
+        _require_own([f for f in found if not f.name.startswith(".")], origin)
+
+
+def _require_own(files: Iterable[Path], origin: Origin) -> None:
+    origins = {f: origin_of(f) for f in files}
+    ours = any(o is not None and o.same(origin) for o in origins.values())
+    for file, found in origins.items():
+        if found is None and is_picture(file) and ours:
+            continue
+        if found is None:
+            problem = f"is there already and no result of {origin.name}"
+        elif not found.same(origin):
+            problem = f"holds a {_KINDS.get(found.result, 'result')} of {found.name}"
+        else:
+            continue
+        remedy = "name another place, or replace it with --force"
+        raise InputError("--out", str(file), problem, remedy)

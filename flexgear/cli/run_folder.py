@@ -1,0 +1,83 @@
+"""What an earlier run left in a folder, read again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from flexgear.cli.pictures import Folder
+from flexgear.cli.train_pictures import TrainFolder
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case, Train
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.input_file import MEGABYTE, read_text
+from flexgear.results.dataset import load
+from flexgear.results.summary import REQUIRED, missing
+from flexgear.results.train_summary import TRAIN_REQUIRED
+
+FIELDS = "deformed_"  # how datasets of displacement fields begin
+_MOST = 256 * MEGABYTE  # of a case with a long torque series
+
+
+def read_folder(folder: Path) -> Folder | TrainFolder:
+    """Case, datasets and summary of a run; InputError where it is none, or damaged."""
+    summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
+    train = summary.get("kind") == "train"
+    lost = list(missing(summary, TRAIN_REQUIRED if train else REQUIRED))
+    if lost:
+        raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
+    try:
+        data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
+        if train:
+            whole = Train.model_validate(tuples_of(case))
+            return TrainFolder(whole, power_flow(whole), data, summary)
+        parameters = Case.model_validate(tuples_of(case))
+    except ValidationError as error:
+        raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
+    except FlexgearError as error:
+        raise _damaged(folder, "its files", str(error)) from None
+    return Folder(
+        parameters,
+        {n: d for n, d in data.items() if not n.startswith(FIELDS)},
+        {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
+        summary,
+    )
+
+
+@contextmanager
+def complete(folder: Path) -> Iterator[None]:
+    """InputError where the block misses a dataset of the run in ``folder``, or a variable."""
+    try:
+        yield
+    except (KeyError, StopIteration) as error:
+        raise _damaged(folder, "its datasets", f"{error or 'one'} is missing") from error
+
+
+def tuples_of(value: Any) -> Any:
+    """Lists of JSON as the tuples that frozen parameters hold."""
+    if isinstance(value, dict):
+        return {k: tuples_of(v) for k, v in value.items()}
+    return tuple(tuples_of(v) for v in value) if isinstance(value, list) else value
+
+
+def _json(folder: Path, name: str) -> dict[str, Any]:
+    if not (folder / name).exists():
+        problem = f"holds no finished run: {name} is missing"
+        raise InputError("render", str(folder), problem, "name the folder of a run")
+    try:
+        content = json.loads(read_text(folder / name, "results of a run", _MOST))
+    except (ValueError, RecursionError) as error:
+        raise _damaged(folder, name, str(error)) from None
+    if not isinstance(content, dict):
+        raise _damaged(folder, name, "no keys")
+    return content
+
+
+def _damaged(folder: Path, name: str, problem: str) -> InputError:
+    said = f"cannot be read, {name}: {problem}"
+    return InputError("render", str(folder), said, "run the case again")

@@ -1,0 +1,106 @@
+"""Which case an output is of, as flexgear writes it into its own files.
+
+Datasets carry it in their attributes, summaries and parameters in their keys, reports in their
+head, exported FE meshes in their last line. Whatever says nothing is somebody else's.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from flexgear.model.case import Case, Train
+from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_CASE, read_text, require_regular
+from flexgear.structures.fe_mesh import fe_mesh_case
+
+_MOST = 1 << 40  # bytes of a dataset, of which only the attributes are read
+_REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The case of a result: its name; source: file or bundled case, "" where that is not known;
+    result: "run" or "tolerance" of a summary."""
+
+    name: str
+    source: str = ""
+    result: str = ""
+
+    def same(self, other: Origin) -> bool:
+        """Whether both are of one case, by its name or its file, and of one kind if they say so."""
+        if self.result and other.result and self.result != other.result:
+            return False
+        if self.name == other.name:
+            return True
+        files = [os.path.realpath(one.source) for one in (self, other) if one.source]
+        return len(files) == 2 and files[0] == files[1]
+
+
+def origin_of_case(case: Case | Train, result: str = "") -> Origin:
+    """What results of a case will say."""
+    return Origin(case.name, case.source, result)
+
+
+def is_picture(path: Path) -> bool:
+    """Whether files of this kind cannot say which case they are of."""
+    return path.suffix.lower() in (".png", ".svg", ".pdf", ".gif", ".mp4")
+
+
+def origin_of(path: Path) -> Origin | None:
+    """What a file says; None where flexgear did not write it, or it cannot be read."""
+    try:
+        require_regular(path, "output", _MOST)
+        with open(path, "rb") as file:
+            if file.read(4) == b"\x89HDF":
+                return _of_dataset(path)
+        return _READERS[path.suffix.lower()](path)
+    except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _of_dataset(path: Path) -> Origin | None:
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        attrs = dict(data.attrs)
+    if not str(attrs["title"]).startswith("flexgear "):
+        return None
+    return Origin(str(attrs["case"]), _text(json.loads(attrs["parameters"]).get("source", "")))
+
+
+def _of_json(path: Path) -> Origin | None:
+    content = json.loads(read_text(path, "output", MOST_CASE * 16))
+    if "content_hash" in content:  # a summary
+        return Origin(_text(content["case"]), result=_text(content.get("result", "")))
+    return Origin(_text(content["name"]), _text(content["source"]))
+
+
+def _of_report(path: Path) -> Origin | None:
+    with open(path, encoding="utf-8", errors="replace") as file:
+        found = _REPORT.search(file.read(4096))
+    return Origin(html.unescape(found[1])) if found else None
+
+
+def _of_fe_mesh(path: Path) -> Origin | None:
+    name = fe_mesh_case(path)
+    return Origin(name) if name else None
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(value)
+    return value
+
+
+_READERS: dict[str, Callable[[Path], Origin | None]] = {
+    ".json": _of_json,
+    ".html": _of_report,
+    **dict.fromkeys((".vtu", ".msh", ".inp"), _of_fe_mesh),
+}
