@@ -13,6 +13,9 @@ from numba import njit
 
 from flexgear.coupling.compiled import INNER
 
+GAP = 0.3  # of the backlash: what else than the look may close until the next one
+PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
+
 
 @njit(**INNER)
 def _nearest(rows, n_pairs, m, s_pitch):
@@ -31,7 +34,7 @@ def _nearest(rows, n_pairs, m, s_pitch):
 @njit(**INNER)
 def _margins_left(pairs, b, radial, delta):
     """How many margins the gap of back flank b still has; below 1 it has nearly closed."""
-    margin = 0.3 * pairs.gap[b] + 2e-5
+    margin = GAP * pairs.gap[b] + PITCH * pairs.pitch[b]
     return (pairs.gap[b] - pairs.largest_error[b] - (2 * radial - delta)) / margin
 
 

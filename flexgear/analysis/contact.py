@@ -17,6 +17,7 @@ from flexgear.coupling.pair_data import LOAD
 
 MAX_SETS = 50
 SMALL_PIVOT = 0.5  # below which a matrix is not what elimination without pivoting is for
+AT_MIDDLE = 1e-9  # of its clearance: a bearing so near its middle has no direction
 LOOSE = 1e-4  # share of its stiffness that a bearing inside its clearance keeps
 
 
@@ -331,7 +332,7 @@ def look_along(pairs, rows, motion):
             x += sign * (ca * ux + sa * uy)
             y += sign * (-sa * ux + ca * uy)
         size = math.sqrt(x * x + y * y)
-        if size > 1e-12:
+        if size > AT_MIDDLE * pairs.clearance_gap[r]:
             share = max(1.0 - pairs.clearance_gap[r] / size, LOOSE)
             change = max(
                 change,

@@ -43,7 +43,7 @@ def plan_segments(
     edges = sorted(c for c in cuts if 0.0 <= c <= duration)
     segments = []
     for a, b in pairwise(edges):
-        if b - a < 1e-12:
+        if b - a < 1e-12 * duration:
             continue
         middle = 0.5 * (a + b)
         h = min([time_step, *(w.time_step for w in windows if w.start <= middle <= w.stop)])

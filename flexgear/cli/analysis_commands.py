@@ -29,6 +29,7 @@ from flexgear.cli.outputs import Force, OutFile, claim_file
 from flexgear.cli.train_analyses import Shown, modes_of_train, simulate_of_train, static_of_train
 from flexgear.cli.train_compare import compare_train, compare_trains
 from flexgear.coupling.build import build_system
+from flexgear.coupling.pace import stage_pace, too_coarse
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Train
 from flexgear.model.errors import InputError
@@ -201,7 +202,12 @@ def simulate(
     ranges = Ranges(stage_histories)
     with kept(out, names, quiet) as sinks, progress(quiet) as report:
         bodies, variant = stage_bodies(found, report), variant_of(found, parts)
-        warn(stage_warnings(found, bodies.both, variant))
+        warn(
+            [
+                *too_coarse(stage_pace(found), found.solver),
+                *stage_warnings(found, bodies.both, variant),
+            ]
+        )
         modal = stage_modal(found, bodies, variant)
         run = run_transient(
             found, modal, duration=duration_s, energy=energy, progress=report,

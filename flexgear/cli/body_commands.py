@@ -11,6 +11,7 @@ import typer
 from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
 from flexgear.cli.outputs import Force, claim_file, file_option
+from flexgear.coupling.pace import stage_pace
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
 from flexgear.structures.build import carrier_body, ring_body
@@ -143,12 +144,15 @@ def reduce(
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
     found = read_stage(case, settings)
-    bodies = {}
+    bodies, limit = {}, stage_pace(found).reduction_limit
     with progress(quiet) as report:
         for name in components(component):
-            bodies[name] = BODIES[name](found, named(name, report))
+            bodies[name] = BODIES[name](found, named(name, report), limit)
     warn(stage_warnings(found, tuple(bodies.values())))
-    figures = {name: dict(body.report) for name, body in bodies.items()}
+    figures = {
+        name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
+        for name, body in bodies.items()
+    }
     present(f"{found.name}: reductions, {found.solver.fidelity}", figures, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")

@@ -13,6 +13,7 @@ from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import file_option
 from flexgear.cli.train_check import derived_of_train
+from flexgear.coupling.pace import pace_sections, stage_pace
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
@@ -80,6 +81,7 @@ def derived(case: Case) -> dict[str, dict[str, Any]]:
         "expected_ring_mesh_force_n": motion.ring_mesh_force,
         "expected_sun_mesh_force_n": motion.sun_mesh_force,
     }
+    sections |= pace_sections(stage_pace(case), case.solver)
     sections["case"] = {"name": case.name, "content_hash": case.content_hash()}
     return sections
 

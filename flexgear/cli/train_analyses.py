@@ -15,6 +15,7 @@ import xarray as xr
 from flexgear.cli.display import Report, present, progress, shown, table, warn
 from flexgear.cli.long_runs import kept
 from flexgear.cli.options import refuse_for_trains
+from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.train import Train
 from flexgear.results.dataset import save
@@ -219,6 +220,7 @@ def simulate_of_train(
     rest, account = Ranges(train_histories), Ranges(energy_account)
     with kept(way.out, way.names, way.quiet) as sinks, progress(way.quiet) as report:
         context = put_together(train, rigid, report)
+        warn(too_coarse(context.pace, train.solver))
         run = simulate_train(
             context,
             duration=duration_s,

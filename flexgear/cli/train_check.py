@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from flexgear.coupling.pace import pace_sections, train_pace
 from flexgear.coupling.train import train_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
@@ -47,6 +48,7 @@ def _running(train: Train, flow: PowerFlow) -> Sections:
         "input_power_w": flow.input_power,
         "circulating_power_w": flow.circulating_power,
     }
+    sections |= pace_sections(train_pace(train), train.solver)
     return sections
 
 

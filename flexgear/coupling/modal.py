@@ -21,10 +21,9 @@ from scipy import linalg
 from scipy.sparse.csgraph import connected_components
 
 from flexgear.coupling.mode_choice import ModeChoice, choose_modes, mode_estimates
+from flexgear.coupling.pace import Pace
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-from flexgear.model.solver import Solver
-from flexgear.model.train_solver import MODES_ACCURACY, TrainSolver
 
 Array = NDArray[np.float64]
 
@@ -203,15 +202,12 @@ def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:
     return np.argsort(part, kind="stable").astype(np.int64)
 
 
-def chosen_modal(system: System, solver: Solver | TrainSolver) -> ModalSystem:
-    """Second reduction as a case's ``[solver]`` asks for it.
+def chosen_modal(system: System, pace: Pace) -> ModalSystem:
+    """Second reduction as a case asks for it.
 
-    Where it states neither limit nor accuracy: all modes of rigid bodies, ``MODES_ACCURACY`` where
-    bodies bend, whose thousands of modes would set the cost of every step.
+    Where it states neither limit nor accuracy rigid bodies keep all modes; where bodies bend, their
+    thousands of modes would set the cost of every step.
     """
-    limit, accuracy = solver.modes_limit, solver.modes_accuracy
-    if limit is None and accuracy is None:
-        if all(body.rigid for body in system.bodies):
-            return modal_system(system)  # nothing is dropped, nothing to estimate
-        accuracy = MODES_ACCURACY
-    return modal_system(system, limit, accuracy=accuracy, band_hz=solver.modes_band)
+    if pace.modes_by_default and all(body.rigid for body in system.bodies):
+        return modal_system(system)  # nothing is dropped, nothing to estimate
+    return modal_system(system, pace.modes_to, accuracy=pace.modes_accuracy, band_hz=pace.band)

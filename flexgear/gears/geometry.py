@@ -37,6 +37,10 @@ class ExternalPair:
     backlash_ring: float = 0.0  # there is no ring
 
 
+SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
+NO_PLAY = 1e-7  # modules of overlap that are rounding
+
+
 def involute(angle: float) -> float:
     """inv α = tan α − α, rad."""
     return math.tan(angle) - angle
@@ -158,7 +162,7 @@ def _center_distance(
                 "reduce the negative profile shifts",
             )  # fmt: skip
         values.append(base / math.cos(inverse_involute(value)))
-    if abs(values[0] - values[1]) > 1e-5:
+    if abs(values[0] - values[1]) > SAME_DISTANCE * stage.normal_module:
         raise InputError(
             where,
             "stage.center_distance_mm",
@@ -228,7 +232,7 @@ def _gear_mesh(
     inherent = (2 * math.pi * r_p / planet.teeth - s_g - s_p) * math.cos(angle)
     cos_bb = math.cos(math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)))
     backlash = play + inherent * cos_bb
-    if backlash < -1e-9:
+    if backlash < -NO_PLAY * stage.normal_module:
         raise InputError(
             where, f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
             f"raise backlash_{name}_mm or change the centre distance",

@@ -89,7 +89,7 @@ def tooth_profile(
 
     low, high = sorted((gear.root_radius, gear.tip_radius))
     form = (
-        float(brentq(miss, low, high, xtol=1e-14))
+        float(brentq(miss, low, high, xtol=1e-14 * high))
         if miss(low) * miss(high) < 0
         else gear.root_radius
     )

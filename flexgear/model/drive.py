@@ -11,15 +11,23 @@ from pydantic import Field, model_validator
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Speed, Time, Torque
 
-_SAME_TIME = 1e-12  # s; a step at 1 s counts from the first instant after 1 s
+_SAME_TIME = 1e-12  # of a time; a step at 1 s counts from the first instant after 1 s
 
 
 class TorqueDrops(Section):
-    """Torque drops that ``flexgear run`` studies, one after the other."""
+    """Torque drops that ``flexgear run`` studies, one by one: at ``start``, for ``duration``, then
+    the torque is back and the run goes on for ``after``. None: follows from the case."""
 
     torques: tuple[Torque, ...] = ()
-    start: Time = Field(default=1.0, ge=0.0, le=1e5)
-    duration: Time = Field(default=0.2, gt=0.0, le=1e5)
+    start: Time | None = Field(default=None, ge=0.0, le=1e5)
+    duration: Time | None = Field(default=None, gt=0.0, le=1e5)
+    after: Time | None = Field(default=None, gt=0.0, le=1e5)
+
+    @property
+    def times(self) -> tuple[float, float, float]:
+        """start, duration, after, s, where they are known (``coupling.pace.timed_drops``)."""
+        assert self.start is not None and self.duration is not None and self.after is not None
+        return self.start, self.duration, self.after
 
 
 class Drive(Section):
@@ -73,7 +81,7 @@ class Drive(Section):
             return np.full(t.shape, self.torque)
         times, torques = np.asarray(self.times), np.asarray(self.torques)
         if self.kind == "steps":
-            at = np.searchsorted(times + _SAME_TIME, t, side="left") - 1
+            at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
             return torques[np.clip(at, 0, len(torques) - 1)]
         return np.interp(t, times, torques)
 
@@ -81,14 +89,12 @@ class Drive(Section):
         """Times at which the torque jumps, s; near them the smaller time step is used."""
         return self.times[1:] if self.kind == "steps" else ()
 
-    def drop(self, torque: float) -> Drive:
-        """The drive of one torque drop: ``torque`` for steps.duration from steps.start on."""
-        start, end = self.steps.start, self.steps.start + self.steps.duration
-        base = min(0.0, start - 1.0)
+    def drop(self, torque: float, start: float, duration: float) -> Drive:
+        """The drive of one torque drop: ``torque`` for ``duration`` s from ``start`` s on."""
         return self.model_copy(
             update={
                 "kind": "steps",
-                "times": (base, start, end),
+                "times": (min(0.0, start - duration), start, start + duration),
                 "torques": (self.torque, torque, self.torque),
             }
         )

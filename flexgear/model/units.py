@@ -64,6 +64,7 @@ class Quantity:
         return value * over / times
 
 
+DIMENSIONS = frozenset(_SUFFIXES)
 ALL_SUFFIXES = frozenset(s for units in _SUFFIXES.values() for s in units)
 
 _PRINTED = {

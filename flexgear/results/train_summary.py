@@ -29,7 +29,7 @@ TRAIN_REQUIRED: dict[str, Any] = {
     "timing_s": None,
     "realtime_factor": None,
 }
-UNMOVED = 1e-12  # m, rounding
+UNMOVED = 1e-9  # of the largest distance of any body, rounding
 CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 
 
@@ -77,18 +77,20 @@ def displacement_summary(data: xr.Dataset) -> dict[str, float]:
 
 
 def axis_distance(data: xr.Dataset) -> xr.DataArray:
-    """Distance of central members from the axis, m."""
+    """Distance of central members from the axis, m; rounding, beside other bodies, is none."""
     names = [str(n) for n in data["body"].to_numpy()]
     central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
-    motion = data["body_displacement"].sel(body=central)
-    far = np.hypot(motion.sel(dof="ux", drop=True), motion.sel(dof="uy", drop=True))
-    return cast(xr.DataArray, far)
+    motion = data["body_displacement"]
+    far = cast(
+        xr.DataArray, np.hypot(motion.sel(dof="ux", drop=True), motion.sel(dof="uy", drop=True))
+    )
+    return far.where(far > UNMOVED * far.max(), 0.0).sel(body=central)
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
-    """Largest distances (body,) from the axis, µm; rounding is none."""
+    """Largest distances (body,) from the axis, µm."""
     sizes = zip(largest["body"].to_numpy(), largest.to_numpy(), strict=True)
-    return {str(n): float(v) * MICRO if v > UNMOVED else 0.0 for n, v in sizes}
+    return {str(n): float(v) * MICRO for n, v in sizes}
 
 
 def force_summary(data: xr.Dataset) -> dict[str, Mapping[str, float]]:

@@ -42,7 +42,7 @@ from flexgear.structures.reduction import Progress, Reduction, reduce, silent
 from flexgear.structures.store import cached, content_key, is_kept
 from flexgear.structures.tall import single_threaded_blas
 
-FREQUENCY_LIMIT_HZ = 2000.0
+_JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
@@ -61,11 +61,17 @@ def require_fe_meshes(case: Case) -> None:
         carrier_of_case(case)
 
 
-def ring_body(case: Case, progress: Progress | None = None) -> ReducedBody:
-    """The case's ring gear, reduced; from the cache if it was reduced before."""
+def ring_body(
+    case: Case, progress: Progress | None = None, limit_hz: float | None = None
+) -> ReducedBody:
+    """The case's ring gear, reduced; from the cache if it was reduced before.
+
+    limit_hz: up to which its frequencies are judged; all that were compared where neither this nor
+    the case says so.
+    """
     report = progress or silent
     body = cached(_ring_key(case), lambda: _reduce_ring(case, report))
-    return _judged(body, ring_supports(case, body))
+    return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
 
 
 def _ring_key(case: Case) -> str:
@@ -85,15 +91,19 @@ def _ring_key(case: Case) -> str:
         teeth=[case.stage.ring.teeth, stage_geometry(case.stage).ring.reference_radius],
         modes=ring.fixed_interface_modes,
         cyclic=case.solver.cyclic,
+        limit=case.solver.reduction_limit,
     )
 
 
-def carrier_body(case: Case, progress: Progress | None = None) -> ReducedBody:
+def carrier_body(
+    case: Case, progress: Progress | None = None, limit_hz: float | None = None
+) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
     report = progress or silent
     body = cached(_carrier_key(case), lambda: _reduce_carrier(case, report))
     at = slice(0, body.interface_dofs)
-    return _judged(body, carrier_supports(case, body, body.stiffness[at, at]))
+    supports = carrier_supports(case, body, body.stiffness[at, at])
+    return _judged(body, supports, limit_hz or case.solver.reduction_limit)
 
 
 def _carrier_key(case: Case) -> str:
@@ -104,6 +114,7 @@ def _carrier_key(case: Case) -> str:
         pins=[list(case.stage.planet_angles), stage_geometry(case.stage).center_distance],
         modes=case.carrier.fixed_interface_modes,
         cyclic=case.solver.cyclic,
+        limit=case.solver.reduction_limit,
     )
 
 
@@ -129,6 +140,7 @@ def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
         loads,
         clock,
         progress,
+        case.solver.reduction_limit,
         tie=case.ring.tie,
         tie_kind=case.ring.tie_kind,
         fidelity=case.solver.fidelity,
@@ -157,6 +169,7 @@ def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
         loads,
         clock,
         progress,
+        case.solver.reduction_limit,
         tie="surface",
         tie_kind="averaging",
         fidelity=case.solver.fidelity,
@@ -180,39 +193,54 @@ def _estimated(
     loads: Sequence[probe_loads.ProbeLoad],
     clock: _Clock,
     progress: Progress,
+    wanted_hz: float | None,
     **options: Any,
 ) -> ReducedBody:
-    """The reduced body with the loads of its static check, frequency estimates in the report."""
+    """The reduced body with the loads of its static check, frequency estimates in the report.
+
+    Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
+    not made for, or to wanted_hz if that is higher.
+    """
     progress("static check", 0.0)
+    highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
+    limit = max(_JUDGED * highest, wanted_hz or 0.0)
     with single_threaded_blas():
         body = estimate.probed(reduction, loads)
-        frequencies = estimate.compare_frequencies(
-            reduction, supports, FREQUENCY_LIMIT_HZ, progress
-        )
+        frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
     clock.lap("estimates")
     report = {
         **body.report,
         **options,
         "supports_key": content_key(supports=supports),
         "static_end_share": probe_loads.END_SHARE,
-        "frequency_error": frequencies.error,
-        "frequency_limit_hz": FREQUENCY_LIMIT_HZ,
-        "frequencies_below_limit": len(frequencies.full),
-        "supported_frequency_min_hz": float(frequencies.full.min(initial=np.inf)),
+        "compared_to_hz": max(limit, float(frequencies.full[-1])),
+        "compared_frequencies_hz": frequencies.full.tolist(),
+        "compared_errors": frequencies.errors.tolist(),
         "seconds": clock.laps,
     }
     return body.with_(report=report)
 
 
-def _judged(body: ReducedBody, supports: NDArray[np.float64]) -> ReducedBody:
-    """The body with its static errors on these supports in the report.
+def _judged(
+    body: ReducedBody, supports: NDArray[np.float64], limit_hz: float | None
+) -> ReducedBody:
+    """The body with its static errors on these supports, and its frequency error up to limit_hz
+    (of the lowest mode where none lies below), in the report.
 
     Supports are not part of the cache's key: other bolts or bearings need no new reduction. The
     report says whether the frequency estimate, which needs one, stood on these supports.
     """
     with single_threaded_blas():
         static = estimate.static_errors(body, supports)
+    compared = body.report["compared_to_hz"]
+    limit = compared if limit_hz is None else min(limit_hz, compared)
+    found = np.array(body.report["compared_frequencies_hz"])
+    below = int(np.searchsorted(found, limit, side="right"))
     judged = {
+        "frequency_error": max(body.report["compared_errors"][: max(below, 1)]),
+        "frequency_limit_hz": limit,
+        "frequencies_below_limit": below,
+        "supported_frequency_min_hz": float(found[0]),
         "static_error": max(static.values(), default=None),
         "static_error_cases": static,
         "frequency_error_on_these_supports": (

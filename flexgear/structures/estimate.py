@@ -38,15 +38,21 @@ _BLOCK = 32  # vectors taken together at most
 _BLOCK_BYTES = 128e6
 _FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that holds a body
 _GUARD = 1.15  # reduced modes up to this times the limit start the reference
+_FEWEST = 6  # modes that are compared where fewer lie below the limit
+_RIGID = 1e-5  # of the limit's frequency, below which supports leave a motion free
 
 
 @dataclass(frozen=True, eq=False)
 class FrequencyComparison:
-    """Supported frequencies up to a limit, Hz: reduced, full (k,); the worst relative error."""
+    """Supported frequencies up to a limit, or the lowest few, Hz: reduced, full (k,), rising."""
 
     reduced: NDArray[np.float64]
     full: NDArray[np.float64]
-    error: float
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Relative errors (k,)."""
+        return np.abs(self.reduced / self.full - 1)
 
 
 def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
@@ -95,16 +101,18 @@ def compare_frequencies(
     limit_hz: float,
     progress: Progress = silent,
 ) -> FrequencyComparison:
-    """Supported frequencies up to limit_hz of the reduced and of the full model."""
+    """Supported frequencies up to limit_hz, but at least the lowest few, of the reduced and of the
+    full model; motions that the supports leave free do not count."""
     body, condensation = reduction.body, reduction.condensation
     b = condensation.interface.size
     progress("frequency check", 0.0)
     stiffness = body.stiffness.copy()
     stiffness[:b, :b] += supports
     top = (2 * np.pi * limit_hz) ** 2
+    lowest = min(_FEWEST + 6, len(stiffness))  # six may be rigid
     values, vectors = sla.eigh(stiffness, body.mass, subset_by_value=(-np.inf, top * _GUARD**2))
-    if not len(values):
-        return FrequencyComparison(np.zeros(0), np.zeros(0), 0.0)
+    if len(values) < lowest:
+        values, vectors = sla.eigh(stiffness, body.mass, subset_by_index=(0, lowest - 1))
     count = len(values)
     field = np.empty((condensation.dofs, 2 * count))
     for block in _blocks(condensation, count):
@@ -121,10 +129,10 @@ def compare_frequencies(
     full = _ritz_values(condensation, supports, field)
     reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
     full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
-    wanted = min(int(np.searchsorted(full, top)), count)
-    error = np.abs(reduced_hz[:wanted] / full_hz[:wanted] - 1)
+    free = int(np.sum(reduced_hz <= _RIGID * limit_hz))
+    wanted = slice(free, max(min(int(np.searchsorted(full, top)), count), free + 1))
     progress("frequency check", 1.0)
-    return FrequencyComparison(reduced_hz[:wanted], full_hz[:wanted], float(error.max(initial=0.0)))
+    return FrequencyComparison(reduced_hz[wanted], full_hz[wanted])
 
 
 def _ritz_values(

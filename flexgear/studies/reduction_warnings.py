@@ -1,17 +1,19 @@
-"""What is to be said about reductions whose static error is larger than promised."""
+"""What is to be said about reductions whose errors are larger than promised."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.train import Train
 from flexgear.structures.reduced import ReducedBody
 from flexgear.studies.stage_bodies import variant_of
 
-PROMISED = 0.02  # static error of a reduction (``structures.estimate``) without a warning
+PROMISED = 0.02  # error of a reduction (``structures.estimate``) without a warning
 _FINER = {"quick": "standard", "standard": "fine"}
 _OTHER_TIE = {"root": "flank", "flank": "root"}
 
@@ -43,11 +45,33 @@ def _warnings(
     case: Case, bodies: Sequence[ReducedBody], bends: Variant, at: str, keys: str
 ) -> list[str]:
     """Lines about the bodies that bend; at: before their names, keys: before those of the case."""
-    return [
-        f"{at}{body.name}: {said}; {_remedy(case, body.name, keys)}"
-        for body in bodies
-        if getattr(bends, body.name) and (said := _fault(body.report))
-    ]
+    found = []
+    for body in bodies:
+        if getattr(bends, body.name):
+            if said := _fault(body.report):
+                found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name, keys)}")
+            if said := _frequency_fault(body.report, case):
+                found.append(
+                    f"{at}{body.name}: {said}; raise {keys}{body.name}.fixed_interface_modes"
+                )
+    return found
+
+
+def _frequency_fault(report: Mapping[str, Any], case: Case) -> str:
+    """What is wrong with a reduction's frequencies, empty where nothing is."""
+    error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
+    if error > PROMISED:
+        return (
+            f"frequencies up to {to:.4g} Hz are up to {100 * error:.2g} % too high in the reduced "
+            f"body, above {100 * PROMISED:g} %"
+        )
+    wanted = stage_pace(case).reduction_limit
+    if to < wanted * (1 - 1e-9):
+        return (
+            f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
+            f"{to:.4g} Hz, and {wanted:.4g} Hz are asked for"
+        )
+    return ""
 
 
 def _fault(report: Mapping[str, Any]) -> str:

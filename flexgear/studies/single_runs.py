@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 
@@ -14,6 +15,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.step_plan import FineWindow, Stepping
 from flexgear.analysis.transient import Drive, Steps, Transient
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pace import stage_pace, timed_drops
 from flexgear.model.case import Case
 from flexgear.model.drive import Drive as DriveParameters
 from flexgear.model.errors import FlexgearError
@@ -24,10 +26,7 @@ from flexgear.studies.stage_bodies import Progress, StageBodies, silent
 from flexgear.studies.stage_dataset import equilibrium_of, transient_of
 from flexgear.studies.stepping import adaptive_steps, step_attributes
 
-SETTLING = 0.2  # s after a torque step during which the fine time step is kept
-AFTER = 1.0  # s that a torque-drop run goes on after the torque is back
 RUNAWAY = 1e3  # times the rated speed: no train gets there, a diverging solution does
-STEP_INTERVAL = 5e-4  # s between samples of a torque-drop run, at most
 
 
 @dataclass(frozen=True)
@@ -79,19 +78,20 @@ def simulate(
 ) -> TimedRun:
     """Transient under the case's drive (or another) for its duration or one revolution.
 
-    Within 0.2 s after every jump of the torque the fine time step is used, unless the case asks
-    for steps by a tolerance. sink: takes the samples as they come, so that the run's length does
+    While a jump of the torque settles the fine time step is used, unless the case asks for steps by
+    a tolerance. sink: takes the samples as they come, so that the run's length does
     not count; ``data`` is then empty. InputError where the run would not come to an end.
     """
     drive = drive or case.drive
     stepping = stage_stepping(case, drive, duration, output_interval)
+    said = json.dumps(stage_pace(case).summary)
 
     def labelled(found: Transient) -> xr.Dataset:
         refuse_divergence(case, found)
         return transient_of(case, found, energy)
 
     def last(steps: Steps) -> xr.Dataset:
-        return xr.Dataset(attrs=step_attributes(steps))
+        return xr.Dataset(attrs={**step_attributes(steps), "solver": said})
 
     memory = Gathered()
     run = LongRun(modal, Drive(drive.torque_at), stepping, energy, labelled, last, case.source)
@@ -107,19 +107,19 @@ def stage_stepping(
     output_interval: float | None = None,
 ) -> Stepping:
     """Steps and samples of a run under a drive, for its duration or one revolution, s."""
-    solver = case.solver
-    span = duration or solver.duration or revolution_time(case)
+    pace = stage_pace(case)
+    span = duration or case.solver.duration or revolution_time(case)
     jumps = tuple(t for t in drive.change_times() if 0 <= t < span)
-    windows = [FineWindow(t, min(t + SETTLING, span), solver.step_time_step) for t in jumps]
+    windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
     if drive.kind in ("ramp", "csv"):  # a given series may be steep anywhere
-        windows = [FineWindow(0.0, span, solver.step_time_step)]
+        windows = [FineWindow(0.0, span, pace.step_time_step)]
     return Stepping(
         duration=span,
-        time_step=solver.time_step,
-        output_interval=min(output_interval or solver.output_interval, span),
+        time_step=pace.time_step,
+        output_interval=min(output_interval or pace.output_interval, span),
         jumps=jumps,
         windows=tuple(windows),
-        adaptive=adaptive_steps(solver),
+        adaptive=adaptive_steps(case.solver, pace),
     )
 
 
@@ -143,14 +143,17 @@ def torque_step(
     progress: Progress = silent,
     label: str = "torque drop",
 ) -> TimedRun:
-    """Transient in which the torque drops to ``torque`` (N·m) as ``drive.steps`` says."""
-    steps = case.drive.steps
+    """Transient in which the torque drops to ``torque`` (N·m) as ``drive.steps`` says.
+
+    Its samples are twice as close as in steady running.
+    """
+    start, duration, after = timed_drops(case).times
     return simulate(
         case,
         modal,
-        drive=case.drive.drop(torque),
-        duration=steps.start + steps.duration + AFTER,
-        output_interval=min(case.solver.output_interval, STEP_INTERVAL),
+        drive=case.drive.drop(torque, start, duration),
+        duration=start + duration + after,
+        output_interval=0.5 * stage_pace(case).output_interval,
         energy=energy,
         progress=progress,
         label=label,

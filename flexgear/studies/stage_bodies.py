@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.gear_errors import GearErrors
@@ -35,8 +36,10 @@ class StageBodies:
 
 def stage_bodies(case: Case, progress: Progress = silent) -> StageBodies:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache."""
+    limit = stage_pace(case).reduction_limit
     return StageBodies(
-        ring_body(case, named("ring", progress)), carrier_body(case, named("carrier", progress))
+        ring_body(case, named("ring", progress), limit),
+        carrier_body(case, named("carrier", progress), limit),
     )
 
 
@@ -59,7 +62,7 @@ def variant_of(case: Case, rigid: tuple[str, ...] = ()) -> Variant:
 def stage_modal(case: Case, bodies: StageBodies, variant: Variant) -> ModalSystem:
     """Coupled system of a variant in the modes that ``solver`` asks for."""
     system = build_system(case, bodies.ring, bodies.carrier, variant)
-    return chosen_modal(system, case.solver)
+    return chosen_modal(system, stage_pace(case))
 
 
 def without_errors(case: Case, bodies: StageBodies, modal: ModalSystem) -> ModalSystem:

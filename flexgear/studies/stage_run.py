@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pace import stage_pace, timed_drops, too_coarse
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
@@ -34,7 +35,6 @@ from flexgear.results.summary import (
 from flexgear.results.version import version
 from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.single_runs import (
-    SETTLING,
     TimedRun,
     constant_drive,
     deformed,
@@ -125,6 +125,7 @@ def run_stage(
     datasets |= {name: run.data for name, run in runs.items()}
     watch.seconds |= {f"transient_{name}": run.wall for name, run in runs.items()}
     steady = {name: datasets[f"steady_{name}"] for name in variants}
+    pace = stage_pace(case)
     drops = {
         depth_name(torque): {
             name: torque_step_summary(datasets[f"torque_step_{depth_name(torque)}_{name}"])
@@ -150,8 +151,9 @@ def run_stage(
         },
         torque_steps=drops,
         energy_residual=_largest_residual(case, datasets, first),
-        warnings=stage_warnings(case, bodies.both),
+        warnings=[*too_coarse(pace, case.solver), *stage_warnings(case, bodies.both)],
         timing_s=watch.seconds,
+        solver=pace.summary,
         # of one core, as several runs go side by side
         realtime_factor=runs[f"steady_{first}"].simulated / runs[f"steady_{first}"].core,
     )
@@ -216,9 +218,9 @@ def _transients(
 
 def _compile(case: Case, modal: ModalSystem) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
-    few = 3 * case.solver.time_step
+    step = stage_pace(case).time_step
     for energy in (False, True):
-        simulate(case, modal, duration=few, output_interval=case.solver.time_step, energy=energy)
+        simulate(case, modal, duration=3 * step, output_interval=step, energy=energy)
 
 
 def _largest_residual(case: Case, datasets: Mapping[str, xr.Dataset], first: str) -> float:
@@ -226,11 +228,11 @@ def _largest_residual(case: Case, datasets: Mapping[str, xr.Dataset], first: str
 
     Without torque drops it is that of the steady revolution.
     """
-    steps = case.drive.steps
-    end = steps.start + steps.duration + SETTLING
+    start, duration, _ = timed_drops(case).times
+    end = start + duration + stage_pace(case).settling
     balanced = [
-        datasets[f"torque_step_{depth_name(torque)}_{first}"].sel(time=slice(steps.start, end))
-        for torque in steps.torques
+        datasets[f"torque_step_{depth_name(torque)}_{first}"].sel(time=slice(start, end))
+        for torque in case.drive.steps.torques
     ]
     balanced = balanced or [datasets[f"steady_{first}"]]
     return max(float(np.max(np.abs(energy_residual(data)))) for data in balanced)

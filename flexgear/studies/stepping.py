@@ -6,15 +6,15 @@ from typing import Any
 
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Steps
-from flexgear.model.solver import Solver
-from flexgear.model.train_solver import TrainSolver
+from flexgear.coupling.pace import Pace
+from flexgear.model.solver import PaceKeys
 
 
-def adaptive_steps(solver: Solver | TrainSolver) -> Adaptive | None:
+def adaptive_steps(solver: PaceKeys, pace: Pace) -> Adaptive | None:
     """Step sizes by an error estimate, or None where they are given."""
     if solver.step_tolerance == 0.0:
         return None
-    return Adaptive(solver.step_tolerance, solver.shortest_time_step, solver.longest_time_step)
+    return Adaptive(solver.step_tolerance, pace.shortest_time_step, pace.longest_time_step)
 
 
 def step_attributes(steps: Steps) -> dict[str, Any]:

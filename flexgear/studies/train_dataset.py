@@ -18,6 +18,7 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.pace import Pace, train_pace
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.train import Train
@@ -48,10 +49,15 @@ class TrainContext:
     made: ModalSystem | None = None
 
     @cached_property
+    def pace(self) -> Pace:
+        """Steps, samples and modes that follow from the train."""
+        return train_pace(self.train)
+
+    @cached_property
     def modal(self) -> ModalSystem:
         """The coupled train in the modes that ``solver`` asks for; InputError without load."""
         self.train.require_load()
-        return self.made or chosen_modal(self.system, self.train.solver)
+        return self.made or chosen_modal(self.system, self.pace)
 
 
 def context_of(

@@ -19,6 +19,7 @@ from flexgear.studies.train_transient import settled
 
 Array = NDArray[np.float64]
 CHUNK = 20_000  # times at once
+SAME = 12  # digits of the highest frequency in which equal ones agree
 
 
 def train_harmonic(context: TrainContext, torque_share: float = 1.0) -> SteadyState:
@@ -75,7 +76,11 @@ def _rows(context: TrainContext) -> Array:
 
 def _merged(omega: Array, values: NDArray[np.complex128]) -> tuple[Array, NDArray[np.complex128]]:
     """Frequencies once each, rising; amplitudes (K, n) of one frequency added."""
-    unique, place = np.unique(np.round(omega, 9), return_inverse=True)
+    largest = omega.max(initial=0.0) or 1.0
+    _, first, place = np.unique(
+        np.round(omega / largest, SAME), return_index=True, return_inverse=True
+    )
+    unique = omega[first]
     out = np.zeros((len(unique), values.shape[1]), dtype=complex)
     np.add.at(out, place, values)
     return unique, out

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.pace import train_pace
 from flexgear.coupling.system import System, Variant
 from flexgear.coupling.train import train_system
 from flexgear.model.train import Train
@@ -76,7 +77,7 @@ def train_modal(
     """``coupled_train`` in the modes that ``solver`` asks for; InputError without load."""
     train.require_load()
     system = coupled_train(train, progress, bodies=bodies, variants=variants)
-    return chosen_modal(system, train.solver)
+    return chosen_modal(system, train_pace(train))
 
 
 def without_errors(modal: ModalSystem) -> ModalSystem:

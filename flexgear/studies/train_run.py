@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.coupling.pace import too_coarse
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError
@@ -121,8 +122,12 @@ def run_train(
         },
         transient=_transient_summary(own),
         harmonic=harmonic,
+        solver=first.pace.summary,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
-        warnings=train_warnings(train, reduced, train_variants(train)),
+        warnings=[
+            *too_coarse(first.pace, train.solver),
+            *train_warnings(train, reduced, train_variants(train)),
+        ],
         timing_s=watch.seconds,
         realtime_factor=own.realtime_factor,
     )

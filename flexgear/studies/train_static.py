@@ -19,8 +19,7 @@ from flexgear.studies.train_model import rated_rotations
 
 __all__ = ["CENTRAL", "bearing_loads", "position_figures", "train_equilibria"]
 
-UNLOADED = 1e-9  # of the load, rounding
-LEAST = 1e-6  # N, rounding
+UNLOADED = 1e-9  # of the load or of the largest gear-mesh force, rounding
 
 
 def train_equilibria(
@@ -74,10 +73,11 @@ def bearing_loads(context: TrainContext, data: xr.Dataset) -> dict[str, dict[str
     at one position; its basic rating life under that load where the case gives a rating and the
     bearing wears at all."""
     out = {}
+    least = UNLOADED * float(np.abs(context.rated).max())
     for name in map(str, data["bearing"].to_numpy()):
         x, y, z = (float(v) for v in data["planet_bearing_force"].sel(bearing=name))
         size = math.hypot(x, y)
-        size = size if size > LEAST else 0.0
+        size = size if size > least else 0.0
         out[name] = {
             "force_n": size,
             "direction_deg": math.degrees(math.atan2(y, x)) if size else 0.0,

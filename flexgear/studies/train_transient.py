@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.transient import Collector, Drive, Steps, Transient, transient
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pace import train_pace
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.train import Train
@@ -47,23 +49,28 @@ class TrainRun:
 
 def usual_duration(train: Train, flow: PowerFlow) -> float:
     """Settling and one turn of the slowest stage, s; cut short where that takes too many steps."""
-    solver = train.solver
-    if solver.duration is not None:
-        return solver.duration
-    motions = stage_motions(train, flow)
+    if train.solver.duration is not None:
+        return train.solver.duration
+    pace, motions = train_pace(train), stage_motions(train, flow)
     turn = max(m.turn_period for m in motions if m.theta)
-    return min(solver.settle + turn, max(MOST_STEPS * solver.time_step, 1.5 * solver.settle))
+    return min(pace.settling + turn, max(MOST_STEPS * pace.time_step, 1.5 * pace.settling))
+
+
+def settling(context: TrainContext, span: float) -> float:
+    """Start-up left out of load sharing, s: as given, else at most half the run."""
+    given, derived = context.train.solver.settle, context.pace.settling
+    return min(derived, span / 2) if given is None else given
 
 
 def train_stepping(train: Train, flow: PowerFlow, duration: float | None = None) -> Stepping:
     """Steps and samples of a run, for ``usual_duration`` unless given, s."""
-    solver = train.solver
+    pace = train_pace(train)
     span = usual_duration(train, flow) if duration is None else duration
     return Stepping(
         duration=span,
-        time_step=solver.time_step,
-        output_interval=min(solver.output_interval, span),
-        adaptive=adaptive_steps(solver),
+        time_step=pace.time_step,
+        output_interval=min(pace.output_interval, span),
+        adaptive=adaptive_steps(train.solver, pace),
     )
 
 
@@ -80,20 +87,21 @@ def simulate_train(
     """Rated torques times ``torque_share`` for ``duration`` s (None: ``usual_duration``).
 
     The brake's torque is scaled likewise, so that the train keeps its rated speed. Load sharing
-    coefficients are taken after ``solver.settle``. sink: takes the samples as they come, so that
+    coefficients are taken after ``settling``. sink: takes the samples as they come, so that
     the run's length does not count; ``data`` is then empty. Raises InputError where the output
     drives, nothing is left after settling or the run would not come to an end, FlexgearError where
     the time stepping runs away.
     """
-    train, solver = context.train, context.train.solver
+    train = context.train
     _require_brake(context)
     stepping = train_stepping(train, context.flow, duration)
     span = stepping.duration
-    if span <= solver.settle:
+    settle = settling(context, span)
+    if span <= settle:
         raise InputError(
             train.source,
             "solver.settle_s",
-            f"{solver.settle:g} s of start-up leave nothing of a run of {span:g} s",
+            f"{settle:g} s of start-up leave nothing of a run of {span:g} s",
             "lower it, or run for longer",
         )
     modal = _braked(context.modal, torque_share)
@@ -102,7 +110,7 @@ def simulate_train(
 
     def labelled(found: Transient) -> xr.Dataset:
         refuse_runaway(context, found)
-        attrs = {"settle_s": solver.settle, "torque_share": torque_share}
+        attrs = {"settle_s": settle, "torque_share": torque_share}
         data = transient_data(context, found, **attrs)
         if not energy:
             return data
@@ -110,7 +118,8 @@ def simulate_train(
         return data.assign({name: variable(name, v, "time") for name, v in account.items()})
 
     def last(steps: Steps) -> xr.Dataset:
-        return sharing.coefficients().assign_attrs(step_attributes(steps))
+        said = {**step_attributes(steps), "solver": json.dumps(context.pace.summary)}
+        return sharing.coefficients().assign_attrs(said)
 
     memory, drive = Gathered(), Drive(lambda t: np.full(len(t), torque))
     run = LongRun(modal, drive, stepping, energy, labelled, last, train.source)
@@ -149,7 +158,7 @@ class _Sharing:
 
 def compile_transient(context: TrainContext) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
-    system, step = context.system, context.train.solver.time_step
+    system, step = context.system, context.pace.time_step
     torque = system.rated_torque
     transient(
         context.modal,

@@ -13,6 +13,7 @@ from flexgear.results.summary import REQUIRED, missing
 from flexgear.studies.stage_bodies import StageBodies
 
 FAST = [
+    "--set", "solver.gear_mesh_orders=5",
     "--set", "solver.time_step_s=2e-4",
     "--set", "solver.step_time_step_s=5e-5",
     "--set", "drive.steps.torques_nm=[2e6]",

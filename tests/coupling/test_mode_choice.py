@@ -15,6 +15,7 @@ from flexgear.analysis.reference import damping_matrix
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
 from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
+from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import Damping, Variant
 from flexgear.coupling.train import train_system
 from flexgear.model.case import load_case
@@ -296,7 +297,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
 def test_the_solver_section_decides(system):
     def reduced(**keys):
         case = make_case(**{f"solver.{k}": v for k, v in keys.items()})
-        return chosen_modal(system, case.solver)
+        return chosen_modal(system, stage_pace(case))
 
     loose, tight = reduced(modes_accuracy="0.05"), reduced(modes_accuracy="0.001")
     wide = reduced(modes_accuracy="0.05", modes_band_hz="1000")

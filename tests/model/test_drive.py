@@ -20,7 +20,7 @@ def test_constant():
 
 def test_a_drop_is_that_of_the_paper():
     """T = 4e6 for t <= 1 s, 4e5 for 1 < t <= 1.2 s, 4e6 after."""
-    d = drive_of().drop(4e5)
+    d = drive_of().drop(4e5, 1.0, 0.2)
     t = [0, 0.5, 1.0, 1.0001, 1.1, 1.2, 1.2001, 5]
     assert d.torque_at(t) == pytest.approx([4e6, 4e6, 4e6, 4e5, 4e5, 4e5, 4e6, 4e6])
     assert d.change_times() == pytest.approx((1.0, 1.2))

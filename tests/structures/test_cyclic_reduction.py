@@ -193,7 +193,7 @@ def test_error_estimates_agree(pair, supports):
     assert found == pytest.approx(expected, rel=1e-7)
     expected, found = (compare_frequencies(r, supports, 1500.0) for r in (whole, by_sectors))
     assert np.allclose(found.full, expected.full, rtol=1e-8)
-    assert found.error == pytest.approx(expected.error, abs=1e-8)
+    assert found.errors == pytest.approx(expected.errors, abs=1e-8)
 
 
 def test_the_same_input_gives_the_same_numbers(pair):

@@ -72,7 +72,7 @@ def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     settings = {"drive.steps.start_s": "0.005", "drive.steps.duration_s": "0.01"}
     case = load_case("wind-5mw", settings)
     modal = stage_modal(case, cheap_stage(case), variant_of(case, ("ring", "carrier", "shaft")))
-    drop = case.drive.drop(case.drive.steps.torques[0])
+    drop = case.drive.drop(case.drive.steps.torques[0], 0.005, 0.01)
 
     def run(sink):
         return simulate(case, modal, drive=drop, duration=0.03, output_interval=1e-4, sink=sink)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case, load_case
@@ -203,7 +204,7 @@ def bundled_case_agrees(runs: Runs) -> Finding:
 
     def one(v: Variant) -> xr.Dataset:
         system = build_system(case, runs.bodies.ring, runs.bodies.carrier, v)
-        return runs.short_drop(case, chosen_modal(system, case.solver), 4e5)
+        return runs.short_drop(case, chosen_modal(system, stage_pace(case)), 4e5)
 
     found = side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
     spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}

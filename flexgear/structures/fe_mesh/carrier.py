@@ -20,9 +20,9 @@ N-fold periodic and mirror-symmetric, else every gap that differs has a half sec
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import cos, pi, sin
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sectors
 from flexgear.structures.fe_mesh.carrier_web import Web
 from flexgear.structures.fe_mesh.carrier_whole import complete
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
-from flexgear.structures.fe_mesh.session import gmsh_session
+from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -93,6 +93,14 @@ class CarrierMeshParameters:
     drive_side: Literal["-z", "+z"] = "-z"
     fidelity: Fidelity = "standard"
     where: str = "case"
+
+    def in_units_of(self, unit: float) -> CarrierMeshParameters:
+        """The same carrier with all lengths over a unit, m: every number but counts and angles."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        lengths: dict[str, Any] = {
+            name: value / unit for name, value in values.items() if isinstance(value, float)
+        }
+        return replace(self, **lengths)
 
     @classmethod
     def from_case(cls, case: Case) -> CarrierMeshParameters:
@@ -265,6 +273,13 @@ class CarrierMeshParameters:
 def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
     """Tetrahedra of the carrier; patches drive, bearing_drive, bearing_far, pin_1 .. pin_N."""
     p.check()
+    unit = meshing_unit(p.plate_diameter)
+    made = _in_gmsh(p.in_units_of(unit))
+    return replace(made, points=made.points * unit)
+
+
+def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
+    """The carrier in the lengths' own unit."""
     with gmsh_session("carrier") as gmsh:
         meshes = half_sectors(gmsh, p)
     halves, patches = [], []

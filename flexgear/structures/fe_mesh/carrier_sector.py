@@ -194,7 +194,7 @@ def _sides(
                 for tag, other in samples.items()
                 if tag != curve
                 and not ends[tag] & ends[curve]
-                and np.abs(other[:, 2] - at[0, 2]).max() < 1e-9
+                and np.abs(other[:, 2] - at[0, 2]).max() < 1e-9 * p.plate_diameter
             ]
             # height of a chord over its arc, r (1 - cos(turn/2n)) ≈ r turn²/(8 n²) <= distance/3
             clear = turn * sqrt(3.0 * radius / (8.0 * max(min(near, default=radius), 1e-4 * size)))

@@ -37,6 +37,7 @@ from flexgear.structures.fe_mesh.ring_section import (
     toothed_section,
 )
 from flexgear.structures.fe_mesh.ring_tooth import RingTooth, ring_tooth
+from flexgear.structures.fe_mesh.session import meshing_unit
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -108,6 +109,18 @@ class RingMeshParameters:
             fits=tuple(fit.band for fit in ring.fits),
             fidelity=case.solver.fidelity,
             where=case.source,
+        )
+
+    def in_units_of(self, unit: float) -> RingMeshParameters:
+        """The same ring with all lengths over a unit, m."""
+        return replace(
+            self,
+            normal_module=self.normal_module / unit,
+            face_width=self.face_width / unit,
+            rim_thickness=self.rim_thickness / unit,
+            bolt_circle_diameter=self.bolt_circle_diameter / unit,
+            bolt_diameter=self.bolt_diameter / unit,
+            fits=tuple((low / unit, high / unit) for low, high in self.fits),
         )
 
     @property
@@ -215,10 +228,13 @@ class RingMeshParameters:
 def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
     p.check()
+    unit = meshing_unit(p.outer_radius)
+    p = p.in_units_of(unit)
     divisions, least_layers = _DIVISIONS[p.fidelity]
     section = _section(p, divisions)
     z = layer_positions(p.face_width, p.fits, least_layers)
-    return _extrude(p, section, z)
+    made = _extrude(p, section, z)
+    return replace(made, points=made.points * unit)
 
 
 def layer_positions(face_width: float, fits: tuple[tuple[float, float], ...], least: int) -> Array:

@@ -138,7 +138,7 @@ def ring_tooth(
 
         if miss(r_a) >= 0.0 or miss(r_f) <= 0.0:
             return None
-        form = float(brentq(miss, r_a, r_f, xtol=1e-15, rtol=1e-14))
+        form = float(brentq(miss, r_a, r_f, xtol=1e-15 * r_f, rtol=1e-14))
         at = centre(form, fillet)
         end = float(np.arctan2(at[1], at[0]))
         return (form, at, end) if end <= pi / teeth else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 from collections.abc import Iterator
@@ -11,6 +12,15 @@ from types import ModuleType
 from flexgear.model.errors import FlexgearError
 
 _ONE_AT_A_TIME = threading.RLock()  # gmsh keeps one global state in the process
+
+
+def meshing_unit(length: float) -> float:
+    """Power of two in which a length, m, is 1 to 2.
+
+    gmsh and OpenCASCADE weld points by absolute distances (1e-8, 1e-7). In such a unit bodies of
+    every size are treated alike, and powers of two leave no rounding.
+    """
+    return 2.0 ** (math.frexp(length)[1] - 1)
 
 
 @contextmanager

@@ -1,0 +1,263 @@
+r"""How fast a case is: steps, samples, modes and spans of time that follow from it.
+
+Two frequencies are in every case. The gear meshes excite at the orders of their frequency f_z, of
+which results are wanted up to n; the inertias of two gears swing on the stiffness of their gear
+mesh at
+
+    f_E = √(k̄/m_red)/2π,   1/m_red = r_b1²/J_1 + r_b2²/J_2
+
+(ISO 6336-1:2019, resonance speed of method B; a held gear has J → ∞). The band is the larger of
+n f_z and the lowest f_E: tooth loads amplify what lies about f_E, and a jump of the torque sets it
+going; gears that swing faster than all that is asked for follow statically. Everything else are
+shares of the band's period: average acceleration lengthens periods by (ωh)²/12, 0.2 % at the top
+of the band with forty steps a period; peaks of tooth loads are a per cent low with eight samples.
+After a jump a hundred periods pass with the finer step.
+Nothing here has a unit of its own: a case of another size and speed gets the same steps a period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.stage_parts import stage_sets
+from flexgear.coupling.train_bodies import lumped_members
+from flexgear.coupling.train_parts import StageFrame, lumped_sets
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case
+from flexgear.model.drive import TorqueDrops
+from flexgear.model.solver import MOST_RUNGS, PaceKeys
+from flexgear.model.train import Train
+
+STEPS = 40  # a period of the band's top in steady running
+FINE_STEPS = 100  # the same near a jump of the torque
+SAMPLES = 8  # stored, a period of the band's top
+PERIODS = 100  # of the slowest gear mesh's own vibration, which a jump may last; e^(-2π 100 ζ)
+LADDER = (40, 4)  # a steady step over the shortest one, the longest one over a steady step
+ACCURACY = 0.01  # of the contact's flexibility, where no modes are asked for
+REGAINED = 2.0  # time constants of the speed after a torque drop: seven eighths
+ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # a period of what is asked for: fewer do not show it
+EVEN = 1e-9  # of a number that was given to the last digit
+LEAST_STEPS = 2  # a period of f_E: fewer and gears ring from step to step
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Numbers of one case, as given or derived; s and Hz.
+
+    gear_mesh: highest gear mesh frequency; orders: wanted of it; resonance: lowest own frequency
+    f_E of a gear mesh; band: up to which the modes must answer; settling: after a jump, and of the
+    start-up; modes_to, modes_accuracy: None where not asked for; reasons: why, by name of a derived
+    value.
+    """
+
+    gear_mesh: float
+    orders: int
+    resonance: float
+    band: float
+    time_step: float
+    step_time_step: float
+    shortest_time_step: float
+    longest_time_step: float
+    output_interval: float
+    settling: float
+    modes_to: float | None
+    modes_accuracy: float | None
+    reduction_limit: float
+    reasons: dict[str, str]
+
+    @property
+    def wanted(self) -> float:
+        """Highest frequency that results are wanted for, Hz."""
+        return self.orders * self.gear_mesh
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What `check`, summaries and datasets say; names end in units."""
+        found = {
+            "gear_mesh_frequency_hz": self.gear_mesh,
+            "gear_mesh_orders": self.orders,
+            "gear_mesh_resonance_hz": self.resonance,
+            "modes_band_hz": self.band,
+            "time_step_s": self.time_step,
+            "step_time_step_s": self.step_time_step,
+            "output_interval_s": self.output_interval,
+            "settling_s": self.settling,
+            "reduction_limit_hz": self.reduction_limit,
+        }
+        if self.modes_accuracy is not None:
+            found["modes_accuracy"] = self.modes_accuracy
+        return found
+
+    @property
+    def modes_by_default(self) -> bool:
+        """Whether the case leaves open which modes are kept."""
+        return "modes_accuracy" in self.reasons
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What results say: figures, and reasons of what is derived."""
+        return {**self.figures, "reasons": self.reasons}
+
+
+def stage_pace(case: Case) -> Pace:
+    """Pace of a flexible stage at its rated speed."""
+    teeth = np.zeros((case.stage.ring.teeth, 3))
+    sets = stage_sets(case, stage_geometry(case.stage), tooth_positions=teeth)
+    solver = case.solver
+    given = {"step_time_step": solver.step_time_step, "reduction_limit": solver.reduction_limit}
+    return _pace(stage_kinematics(case).gear_mesh_frequency, sets, solver, given)
+
+
+def train_pace(train: Train) -> Pace:
+    """Pace of a train at its rated speeds: of its fastest gear mesh."""
+    flow = power_flow(train)
+    sets: list[GearMeshSet] = []
+    for number, stage in enumerate(train.stages):
+        if stage.flexible is not None:
+            teeth = np.zeros((stage.flexible.stage.ring.teeth, 3))
+            geometry = stage_geometry(stage.flexible.stage)
+            sets += stage_sets(stage.flexible, geometry, tooth_positions=teeth)
+        else:
+            members, own = lumped_members(train, stage), flow.stage(stage.name)
+            sets += lumped_sets(train, number, members, own, StageFrame(0, -1), 0)
+    highest = max(stage.gear_mesh_frequency for stage in flow.stages)
+    given = {"settling": train.solver.settle}
+    return _pace(highest, sets, train.solver, given)
+
+
+def timed_drops(case: Case) -> TorqueDrops:
+    """The case's torque drops with all their times, s.
+
+    What is not given: settling before the drop and during it; after it until the speed has
+    regained seven eighths of its dip, but at most a revolution of the carrier.
+    """
+    steps, settling = case.drive.steps, stage_pace(case).settling
+    turn = 2 * math.pi / case.drive.rated_speed
+    after = max(settling, min(REGAINED * speed_time_constant(case), turn))
+    return steps.model_copy(
+        update={
+            "start": settling if steps.start is None else steps.start,
+            "duration": settling if steps.duration is None else steps.duration,
+            "after": after if steps.after is None else steps.after,
+        }
+    )
+
+
+def speed_time_constant(case: Case) -> float:
+    """τ = (J_drive + i² J_output) ω/(n T) of speed against the brake T ~ ωⁿ, s; inf for n = 0."""
+    motion, drive = stage_kinematics(case), case.drive
+    if case.brake.exponent == 0:
+        return math.inf
+    inertia = case.inertia.drive + motion.ratio**2 * case.inertia.output
+    return inertia * drive.rated_speed / (case.brake.exponent * drive.rated_torque)
+
+
+def own_frequency(s: GearMeshSet) -> float:
+    """f_E of one gear mesh, Hz."""
+    return math.sqrt(mean_stiffness(s.path) / s.equivalent_mass) / (2 * math.pi)
+
+
+def mean_stiffness(path: GearMeshPath) -> float:
+    """Mean over a base pitch of all pairs of one gear mesh together, N/m."""
+    if path.wave is not None:
+        return float(np.mean(path.wave))
+    k, s = path.k_grid, path.s_grid
+    return float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(s))) / path.base_pitch
+
+
+def _pace(
+    gear_mesh: float,
+    sets: Iterable[GearMeshSet],
+    solver: PaceKeys,
+    given: dict[str, float | None],
+) -> Pace:
+    resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
+    wanted, reasons = orders * gear_mesh, {}
+
+    def chosen(name: str, derived: float, why: str) -> float:
+        value = given[name] if name in given else getattr(solver, name, None)
+        if value is None:
+            reasons[name] = why
+            return derived
+        return float(value)
+
+    by_order = f"order {orders} of the gear mesh frequency of {gear_mesh:.4g} Hz"
+    by_inertia = f"gears of these inertias swing on their gear mesh at {resonance:.4g} Hz"
+    why = by_order if wanted > resonance else by_inertia
+    band = chosen("modes_band", max(wanted, resonance), why)
+    top = f"of the band's top, {band:.4g} Hz"
+    step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
+    longest = chosen("longest_time_step", LADDER[1] * step, f"{LADDER[1]} steps of steady running")
+    least = min(longest, max(step / LADDER[0], longest / 2**MOST_RUNGS))
+    shortest = chosen("shortest_time_step", least, f"1/{LADDER[0]} step of steady running")
+    accuracy = solver.modes_accuracy
+    if solver.modes_to is None and accuracy is None:
+        accuracy = ACCURACY
+        reasons["modes_accuracy"] = "where bodies bend; rigid ones keep all modes"
+    return Pace(
+        gear_mesh=gear_mesh,
+        orders=orders,
+        resonance=resonance,
+        band=band,
+        time_step=step,
+        step_time_step=chosen("step_time_step", min(step, 1 / (FINE_STEPS * band)),
+                              f"1/{FINE_STEPS} of a period {top}"),
+        shortest_time_step=shortest,
+        longest_time_step=longest,
+        output_interval=chosen("output_interval", 1 / (SAMPLES * band),
+                               f"1/{SAMPLES} of a period {top}"),
+        settling=chosen("settling", PERIODS / min(band, resonance),
+                        f"{PERIODS} periods of {min(band, resonance):.4g} Hz"),
+        modes_to=solver.modes_to,
+        modes_accuracy=accuracy,
+        reduction_limit=chosen("reduction_limit", band, "the band of the modes"),
+        reasons=reasons,
+    )  # fmt: skip
+
+
+def pace_sections(pace: Pace, solver: PaceKeys) -> dict[str, dict[str, Any]]:
+    """What `check` says: figures, reasons of what is derived, and what is too coarse."""
+    found: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
+    notes = too_coarse(pace, solver)
+    if notes:
+        found["too_coarse"] = {str(k): note for k, note in enumerate(notes, 1)}
+    return found
+
+
+def too_coarse(pace: Pace, solver: PaceKeys) -> list[str]:
+    """What the case gives that does not show what it asks for, one line each."""
+    order = f"order {pace.orders} of the gear mesh frequency lies at {pace.wanted:.4g} Hz"
+    swing = f"gears swing on their gear mesh at {pace.resonance:.4g} Hz"
+    notes = []
+    steps = {order: ENOUGH_STEPS * pace.wanted, swing: LEAST_STEPS * pace.resonance}
+    why, least = max(steps.items(), key=lambda item: item[1])
+    if solver.step_tolerance == 0.0 and pace.time_step * least > 1 + EVEN:
+        notes.append(
+            f"solver.time_step_s = {pace.time_step:.4g} is too coarse: {why}; at most "
+            f"{1 / least:.3g} s, or leave it out"
+        )
+    least = ENOUGH_SAMPLES * pace.wanted
+    if pace.output_interval * least > 1 + EVEN:
+        notes.append(
+            f"solver.output_interval_s = {pace.output_interval:.4g} is too coarse: {order}, and "
+            f"peaks fall between the samples; at most {1 / least:.3g} s, or leave it out"
+        )
+    modes = min(pace.band, pace.modes_to or math.inf)
+    if modes < pace.wanted:
+        key = "modes_to_hz" if modes != pace.band else "modes_band_hz"
+        notes.append(f"solver.{key} = {modes:.4g} is too low: {order}; raise it, or leave it out")
+    if solver.duration is not None and solver.duration * pace.gear_mesh < 1:
+        notes.append(
+            f"solver.duration_s = {solver.duration:.4g} is too short: a period of the gear mesh "
+            f"takes {1 / pace.gear_mesh:.3g} s; raise it, or leave it out"
+        )
+    return notes

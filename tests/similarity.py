@@ -1,0 +1,125 @@
+"""Geometric similarity: one case made λ times as large, and what every result of it becomes.
+
+Lengths times λ at the same material make stresses and strains the same: forces λ², torques λ³,
+stiffnesses λ (N/m) and λ³ (N m/rad), masses λ³, inertias λ⁵, times λ, speeds and frequencies 1/λ.
+Which key is what the model says once, by its quantity.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.model.case import Case, Train
+from flexgear.model.read import Written
+from flexgear.model.section import Section, quantity_of, section_of
+from flexgear.model.stage_case import validated_case
+from flexgear.model.train import validated_train
+
+POWERS = {
+    "length": 1, "angle": 0, "time": 1, "frequency": -1, "rate": -1, "speed": -1, "torque": 3,
+    "force": 2, "power": 2, "acceleration": -1, "stiffness": 1, "rotational stiffness": 3,
+    "stiffness per face width": 0, "modulus": 0, "density": 0, "mass": 3, "inertia": 5,
+}  # fmt: skip
+UNITS = {
+    "": 0, "1": 0, "rad": 0, "m": 1, "s": 1, "Hz": -1, "rad/s": -1, "N": 2, "N m": 3, "N/m": 1,
+    "J": 3,
+}  # fmt: skip
+MIXED = {"m, rad": (1, 0), "N, N m": (2, 3)}  # of the dofs ux … uz and rx … rz
+MODE_SHAPE = (-1.5, -2.5)  # at a modal mass of 1 kg
+SUFFIXES = {
+    "_mm": 1, "_um": 1, "_m": 1, "_s": 1, "_hz": -1, "_rpm": -1, "_n": 2, "_nm": 3, "_w": 2,
+    "_n_per_m": 1, "_n_per_mm_um": 0, "_kg_m2": 5, "_h": 1,
+}  # fmt: skip
+
+
+def similar(case: Case | Train, factor: float) -> Any:
+    """The case ``factor`` times as large: all that it says, and nothing that it leaves open."""
+    data = _scaled(type(case), case.model_dump(exclude_unset=True), factor)
+    make = validated_train if isinstance(case, Train) else validated_case
+    return make(data, "similar", Written())
+
+
+def _scaled(section: type[Section], data: dict[str, Any], factor: float) -> dict[str, Any]:
+    out = {}
+    for name, value in data.items():
+        quantity, inside = quantity_of(section, name), section_of(section, name)
+        if quantity is not None:
+            out[name] = _times(value, factor ** POWERS[quantity.dimension])
+        elif inside is not None and isinstance(value, dict):
+            out[name] = _scaled(inside, value, factor)
+        elif inside is not None and isinstance(value, (tuple, list)):
+            out[name] = type(value)(_scaled(inside, v, factor) for v in value)
+        else:
+            out[name] = value
+    return out
+
+
+def _times(value: Any, factor: float) -> Any:
+    if isinstance(value, (tuple, list)):
+        return type(value)(_times(v, factor) for v in value)
+    return None if value is None else value * factor
+
+
+def differences(small: xr.Dataset, large: xr.Dataset, factor: float) -> dict[str, float]:
+    """Largest difference of every variable that ``large`` has from what similarity makes of
+    ``small``, over the variable's largest value (of translations and rotations apart)."""
+    assert set(small.variables) == set(large.variables)
+    return {
+        str(name): _difference(str(name), small[name], large[name], factor)
+        for name in small.variables
+        if small[name].dtype.kind in "if"
+    }
+
+
+def _difference(name: str, small: xr.DataArray, large: xr.DataArray, factor: float) -> float:
+    units = small.attrs.get("units", "")
+    a, b = small.to_numpy(), large.to_numpy()
+    assert a.shape == b.shape, name
+    powers = MODE_SHAPE if name == "mode_shape" else MIXED.get(units)
+    if powers is None:
+        return _apart(a * factor ** UNITS[units], b)
+    return max(
+        _apart(a[..., :3] * factor ** powers[0], b[..., :3]),
+        _apart(a[..., 3:] * factor ** powers[1], b[..., 3:]),
+    )
+
+
+def _apart(expected: Any, found: Any) -> float:
+    assert np.array_equal(np.isnan(expected), np.isnan(found))
+    largest = np.nanmax(np.abs(expected), initial=0.0)
+    return float(np.nanmax(np.abs(expected - found), initial=0.0) / largest) if largest else 0.0
+
+
+def figures_apart(small: Any, large: Any, factor: float, name: str = "") -> dict[str, float]:
+    """The same of figures with their units at the end of their names, by name."""
+    if isinstance(small, dict):
+        assert set(small) == set(large)
+        found: dict[str, float] = {}
+        for key, value in small.items():
+            found |= figures_apart(value, large[key], factor, f"{name}.{key}")
+        return found
+    if isinstance(small, (list, tuple)):
+        assert len(small) == len(large), name
+        return {
+            k: v
+            for i, value in enumerate(small)
+            for k, v in figures_apart(value, large[i], factor, f"{name}_{i}").items()
+        }
+    if isinstance(small, bool) or not isinstance(small, (int, float)):
+        return {}
+    return {name: _apart(np.array([small * factor ** _power(name)]), np.array([large]))}
+
+
+def _power(name: str) -> int:
+    """Of λ, by the longest unit that ends a part of a dotted name, the last part first."""
+    for part in reversed(name.split(".")):
+        stem = part.rstrip("0123456789").rstrip("_")
+        for end in ("_min", "_max", "_mean"):
+            stem = stem.removesuffix(end)
+        fitting = [s for s in SUFFIXES if stem.endswith(s)]
+        if fitting:
+            return SUFFIXES[max(fitting, key=len)]
+    return 0
