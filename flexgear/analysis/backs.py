@@ -1,8 +1,10 @@
 """When back flanks have to be watched.
 
 Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest:
-δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The margin
-holds the largest errors of the back flank.
+δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The gap that is
+left has to exceed shares of backlash and pitch, the deflection that is let go when the front parts, and
+twice the way of the back flank until the next look at the largest speed of late: a flank that is
+found late, deep inside the other, would get its elastic energy for nothing.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from flexgear.coupling.compiled import INNER
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
+LATE = 0.9  # of the largest approach speed that is remembered from one look to the next
 
 
 @njit(**INNER)
@@ -32,10 +35,14 @@ def _nearest(rows, n_pairs, m, s_pitch):
 
 
 @njit(**INNER)
-def _margins_left(pairs, b, radial, delta):
-    """How many margins the gap of back flank b still has; below 1 it has nearly closed."""
-    margin = GAP * pairs.gap[b] + PITCH * pairs.pitch[b]
-    return (pairs.gap[b] - pairs.largest_error[b] - (2 * radial - delta)) / margin
+def _margins_left(pairs, b, radial, delta, way):
+    """How many margins the gap of back flank b still has; below 1 it has nearly closed.
+
+    radial, delta: approaches along the line of centres and of the front flank, m; way: of the back
+    flank until the next look.
+    """
+    margin = GAP * pairs.gap[b] + PITCH * pairs.pitch[b] + max(delta, 0.0) + 2.0 * way
+    return (pairs.gap[b] - pairs.largest_error[b] - (2.0 * radial - delta)) / margin
 
 
 @njit(**INNER)
@@ -67,13 +74,17 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
             for p in range(6):
                 delta += rows.coef[r, a, p] * motion[base + p]
         radial += _gear_approach(pairs, m, theta, motion, 6 * rows.blocks[r, 1])
-        wanted[b] = 1 if _margins_left(pairs, b, radial, delta) < 1.0 else 0
+        wanted[b] = 1 if _margins_left(pairs, b, radial, delta, 0.0) < 1.0 else 0
 
 
 @njit(**INNER)
-def look_from_near(pairs, rows, at, change, ports, n_pairs, theta, motion, wanted):
-    """The same at a motion of near channels, change (R,) that of the rows.
+def look_from_near(
+    pairs, rows, at, change, rate, ports, n_pairs, theta, motion, motion_rate, ahead, speed,
+    wanted,
+):  # fmt: skip
+    """The same at a motion of near channels and its rate; change and rate (R,): those of the rows.
 
+    ahead: time until the next look, s; speed (M,): largest approach speed of late, m/s, updated.
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
     """
     count = pairs.s0.shape[0]
@@ -88,10 +99,13 @@ def look_from_near(pairs, rows, at, change, ports, n_pairs, theta, motion, wante
             fewest = 0.0
             continue
         r = rows.pair_row[best]
-        radial = motion[ports + 2 * count + m]
+        line = ports + 2 * count + m
+        radial, nearing = motion[line], motion_rate[line]
         if rows.beyond[r] < rows.width[r]:
             radial += _gear_approach(pairs, m, theta, motion, at[r, 1])
-        left = _margins_left(pairs, b, radial, change[r])
+            nearing += _gear_approach(pairs, m, theta, motion_rate, at[r, 1])
+        speed[m] = max(abs(2.0 * nearing - rate[r]), LATE * speed[m])
+        left = _margins_left(pairs, b, radial, change[r], ahead * speed[m])
         wanted[b] = 1 if left < 1.0 else 0
         fewest = min(fewest, left)
     return fewest

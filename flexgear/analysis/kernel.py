@@ -21,6 +21,15 @@ from numba import njit
 from flexgear.analysis.backs import look_from_near
 from flexgear.analysis.brake import brake_line
 from flexgear.analysis.contact import look_along, solve_set
+from flexgear.analysis.contact_law import (
+    CAUTIOUS,
+    TRIES,
+    change_states,
+    place_of,
+    remember,
+    right_sides,
+    rows_of_law,
+)
 from flexgear.analysis.contact_matrix import contact_matrix
 from flexgear.analysis.energy import settle
 from flexgear.analysis.ladder import after_step, choose_rung, step_error
@@ -35,7 +44,6 @@ from flexgear.analysis.near_products import (
     pushed,
     whole,
 )
-from flexgear.analysis.row_terms import damping_of_rows, remember, right_sides
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
 from flexgear.coupling.pair_data import PER_PAIR
 from flexgear.coupling.pairs import build_rows_beyond
@@ -43,6 +51,7 @@ from flexgear.coupling.pairs import build_rows_beyond
 BETA, GAMMA = 0.25, 0.5
 BRAKE = np.int64(1)  # unknown beside pair forces
 LOOK = 4  # steps between two looks at the back flanks; twice as many while all are far
+RUNAWAY = 1e3  # times the energy that a train had and was given: motion that comes from nowhere
 
 
 @njit(**INNER, fastmath=FAST)
@@ -139,18 +148,19 @@ def advance(
 
     A sample is saved at every ``save_every``-th tick, counted from ``first`` ticks before. ledger:
     work space of the energy account (see ``energy.py``), of length 0 to skip it. Returns (status,
-    samples saved): status 0, or the 1-based tick of the step that failed. A tick of no duration
-    (see ``standing.py``) finds accelerations and looks nowhere.
+    samples saved): status 0, the 1-based tick of a step without a solution, or less than 0 that of
+    one at which the motion ran away or is not finite. A tick of no duration (see ``standing.py``)
+    finds accelerations and looks nowhere.
     """
     ports, head, out, nm = data.ports, data.head, data.ports - 1, state.eta.shape[0]
     port_modes = data.channel_modes[data.output - out : data.output + 1]
     output = data.channel_modes[data.output]
-    torques, theta, x, c = work.torques, work.theta, work.x, work.damping
+    torques, theta, x, k, c = work.torques, work.theta, work.x, work.stiffness, work.damping
     shapes, low, high, rigid, elastic = near.shapes, near.low, near.high, near.rigid, near.elastic
     span = near.span
     tracked = ledger.booked.shape[0] > 0
     clearances = pairs.clearance_stiffness.shape[0] > 0
-    saved = tick = ZERO
+    saved = tick = tries = ZERO
     while tick < torque.shape[0]:
         rung = choose_rung(control, first + tick, torque.shape[0] - tick, save_every)
         h = data.h[rung]
@@ -197,18 +207,18 @@ def advance(
             near.free, near.rate, work.delta, work.rate,
         )  # fmt: skip
         share = GAMMA / (BETA * h) if h > 0.0 else 0.0
-        damping_of_rows(
-            pairs.sided, pairs.model, state.touched, rows.damping, rows.pair_row,
-            rows.pair_mesh, rows.pair_index, n, n_pairs, share, c, work.share,
+        rows_of_law(
+            pairs.sided, pairs.model, state.limited, rows.stiffness, rows.damping, rows.pair_row,
+            rows.pair_mesh, rows.pair_index, n, n_pairs, share, k, c, work.share,
         )  # fmt: skip
         contact_matrix(
             receptance, near.residual, rows.line, rows.along, near.at, near.part, rows.coef,
             rows.width, rows.beyond, near.order, near.since, near.reach, ports, lines, low, high,
-            near.linked, n, near.counts[3], rows.stiffness, work.share, rung, near.contact,
+            near.linked, n, near.counts[3], k, work.share, rung, near.contact,
             work.matrix,
         )  # fmt: skip
         brake, slope = brake_line(data.brake_torque, data.brake_speed, data.brake_exponent, guess)
-        right_sides(rows.kind, rows.stiffness, rows.offset, n, work.delta, work.rate, c, work.right)
+        right_sides(rows.kind, k, rows.offset, n, work.delta, work.rate, c, work.right)
         # the brake's speed answers pair forces by G − R; these and its torque act through −V F, −T
         for d in range(top):
             near.line[d] = slope * share * (receptance[out, d] - near.residual[out, d])
@@ -222,8 +232,8 @@ def advance(
             for q in range(n_pairs):
                 m = rows.pair_mesh[q]
                 if pairs.model[m] == PER_PAIR:
-                    touched = state.touched[m, rows.pair_index[q] % 8] == 1
-                    work.active[rows.pair_row[q]] = 1 if touched or pairs.front[m] == 1 else 0
+                    loaded = state.load[m, place_of(PER_PAIR, rows.pair_index[q])] > 0.0
+                    work.active[rows.pair_row[q]] = 1 if loaded or pairs.front[m] == 1 else 0
         moves = share * (receptance[out, out] - near.residual[out, out])
         work.matrix[n, n] = 1.0 + slope * moves
         work.right[n] = brake + slope * (near.rate[out] - guess)
@@ -242,6 +252,20 @@ def advance(
         answer = data.inverse[rung]
         for j in range(nm):
             work.push[j] *= answer[j]
+        if pairs.one_sided:
+            changed = change_states(
+                pairs.sided, pairs.model, state.load, state.limited, rows.stiffness, rows.damping, rows.line,
+                rows.along, near.at, rows.coef, rows.width, rows.beyond, rows.pair_row,
+                rows.pair_mesh, rows.pair_index, n_pairs, ports, near.modes, work.push, h,
+                GAMMA * h, x, work.rate, tries >= CAUTIOUS,
+            )  # fmt: skip
+            if changed > 0:
+                tries += 1
+                if tries == TRIES:
+                    return end, saved
+                near.counts[1] -= 1  # the same step again
+                continue
+        tries = ZERO
         if control.tolerance > 0.0:
             error = step_error(
                 h, data.inverse[rung], state.acceleration, work.acceleration, work.push,
@@ -262,11 +286,12 @@ def advance(
         if looks:
             near_values(
                 rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, ports, n,
-                near.line, near.line, work.delta, work.rate,
+                near.line, near.rate, work.delta, work.rate,
             )  # fmt: skip
             margins = look_from_near(
-                pairs, rows, near.at, work.delta, ports, n_pairs, theta, near.line, state.wanted
-            )
+                pairs, rows, near.at, work.delta, work.rate, ports, n_pairs, theta, near.line,
+                near.rate, 2 * LOOK * data.h[0] + h, work.back_speed, state.wanted,
+            )  # fmt: skip
             near.counts[5] = now + 2 * LOOK if margins > 2.0 else 0
             if clearances:
                 spread(near, near.line, head, work.motion)
@@ -277,6 +302,10 @@ def advance(
         for j in range(nm):
             work.free[j] += BETA * h * h * work.push[j]
             work.free_v[j] += GAMMA * h * work.push[j]
+        for t in range(out):
+            state.given[0] += h * abs(torques[t] * dot(port_modes[t], work.free_v))
+        if not 0.5 * dot(work.free_v, work.free_v) <= RUNAWAY * state.given[0]:
+            return -end, saved
         if tracked:
             for d in range(top):
                 near.line_2[d] = near.line[d]
@@ -295,7 +324,10 @@ def advance(
         for j in range(nm):
             state.velocity[j] = work.free_v[j]
         put(state.torques, torques)
-        remember(rows.pair_mesh, rows.pair_index, rows.pair_row, n_pairs, x, state.touched)
+        remember(
+            pairs.sided, pairs.model, rows.damping, rows.pair_mesh, rows.pair_index, rows.pair_row,
+            n_pairs, x, state.load, state.limited,
+        )  # fmt: skip
         control.counts[2] += 1
         control.taken[rung] += 1
         tick = end

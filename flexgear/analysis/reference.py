@@ -1,7 +1,8 @@
 """The plain solution of the same equations: full matrices, one dense factorisation a step.
 
 M q̈ + C q̇ + K q + Σ V F = e_d T − e_o T_b in physical coordinates with the average-acceleration
-rule, C = M Φ diag(2ζω) Φᵀ M. Slow and simple; the fast step is compared with it.
+rule, C = M Φ diag(2ζω) Φᵀ M, and the law of tooth pairs of ``contact_law.py``. Slow and simple; the
+fast step is compared with it.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.modes import row_vectors
-from flexgear.analysis.transient import Drive, State
+from flexgear.analysis.transient import Drive
 from flexgear.coupling.modal import elastic_modes
-from flexgear.coupling.pair_data import PER_PAIR, front_meshes, pair_rows
+from flexgear.coupling.pair_data import front_meshes, pair_rows
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -40,19 +41,26 @@ def damping_matrix(system: System) -> Array:
     return (left * system.damping.rate(omega)) @ left.T
 
 
+def law(stiffness: Array, damping: Array, delta: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """F = min(max(0, k δ + c δ̇), 2 k ⟨δ⟩) of tooth pairs that cannot pull, N, and the stiffness and
+    damping that it has there."""
+    damped, limit = stiffness * delta + damping * rate, 2 * stiffness * np.maximum(delta, 0.0)
+    limited = (delta > 0) & (damped > limit)
+    held = (delta > 0) & (damped > 0) & ~limited
+    force = np.where(limited, limit, np.where(held, damped, 0.0))
+    return force, np.where(limited, 2 * stiffness, held * stiffness), held * damping
+
+
 def reference_transient(
-    system: System, drive: Drive, motion: Array, velocity: Array, *, time_step: float, steps: int,
-    start: State,
+    system: System, drive: Drive, motion: Array, velocity: Array, *, time_step: float, steps: int
 ) -> ReferenceRun:  # fmt: skip
     """Run ``steps`` steps from physical motion and velocity (d,); front flanks only.
 
-    The state is that of a fast run (``start``) mapped to physical coordinates. The brake law is
-    linearised at the extrapolated speed, as in the fast step.
+    The brake law is linearised at the extrapolated speed, as in the fast step.
     """
     h, pairs, rows = time_step, system.pairs, pair_rows(system.pairs)
     wanted = front_meshes(pairs)
     damping, mass, stiffness = damping_matrix(system), system.mass, system.stiffness
-    touched = start.touched.copy()
     q, v = motion.copy(), velocity.copy()
 
     def pull(speed: float) -> tuple[float, float]:
@@ -63,27 +71,20 @@ def reference_transient(
         return float(torque), float(slope)
 
     def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
-        n, n_pairs = build_rows(pairs, rows, theta, wanted)
-        c = rows.damping[:n].copy()
-        if pairs.one_sided:
-            for p in range(n_pairs):
-                m = rows.pair_mesh[p]
-                if pairs.model[m] == PER_PAIR and not touched[m, rows.pair_index[p] % 8]:
-                    c[rows.pair_row[p]] = 0.0
+        n, _ = build_rows(pairs, rows, theta, wanted)
         vectors = row_vectors(system, rows, n)
-        return vectors, rows.stiffness[:n].copy(), c, rows.offset[:n].copy()
+        return vectors, *(part[:n].copy() for part in (rows.stiffness, rows.damping, rows.offset))
 
-    def remember(force: Array, n_pairs: int) -> None:
-        touched[:] = 0
-        for p in range(n_pairs):
-            if force[rows.pair_row[p]] > 0:
-                touched[rows.pair_mesh[p], rows.pair_index[p] % 8] = 1
+    def forces(k: Array, c: Array, delta: Array, rate: Array) -> tuple[Array, Array, Array]:
+        sided = rows.sided[: len(k)] == 1
+        return tuple(
+            np.where(sided, a, b)
+            for a, b in zip(law(k, c, delta, rate), (k * delta + c * rate, k, c), strict=True)
+        )  # type: ignore[return-value]
 
     theta = system.angles @ q
     vectors, k, c, offset = rows_at(theta)
-    force = k * (vectors @ q + offset) + c * (vectors @ v)
-    if pairs.one_sided:
-        force = np.where((rows.kind[: len(k)] < 0) | (force > 0), force, 0.0)
+    force, _, _ = forces(k, c, vectors @ q + offset, vectors @ v)
     torque = float(drive.torque(np.array([1e-9 * h]))[0])
     load = system.drive * torque - system.output * pull(float(system.output @ v))[0]
     a = np.linalg.solve(mass, load - vectors.T @ force - damping @ v - stiffness @ q)
@@ -99,13 +100,11 @@ def reference_transient(
         star_v = v + (1 - GAMMA) * h * a
         torque = float(drive.torque(np.array([time - 1e-9 * h]))[0])
         t0, slope = pull(guess)
-        active = np.ones(len(k), dtype=bool)
+        ka, ca = k, c
         for _ in range(100):
-            va = vectors[active]
-            ka, ca = k[active], c[active]
             left = (
                 base
-                + (va.T * (BETA * h * h * ka + GAMMA * h * ca)) @ va
+                + (vectors.T * (BETA * h * h * ka + GAMMA * h * ca)) @ vectors
                 + GAMMA * h * slope * np.outer(system.output, system.output)
             )
             right = (
@@ -113,23 +112,17 @@ def reference_transient(
                 - system.output * (t0 + slope * (float(system.output @ star_v) - guess))
                 - damping @ star_v
                 - stiffness @ star
-                - va.T @ (ka * (va @ star + offset[active]) + ca * (va @ star_v))
+                - vectors.T @ (ka * (vectors @ star + offset) + ca * (vectors @ star_v))
             )
             new_a = np.linalg.solve(left, right)
             new_q, new_v = star + BETA * h * h * new_a, star_v + GAMMA * h * new_a
-            force = k * (vectors @ new_q + offset) + c * (vectors @ new_v)
-            if not pairs.one_sided:
+            force, kb, cb = forces(k, c, vectors @ new_q + offset, vectors @ new_v)
+            if np.array_equal(ka, kb) and np.array_equal(ca, cb):
                 break
-            carry = (rows.kind[: len(k)] < 0) | (force > 0)
-            if np.array_equal(carry, active):
-                break
-            active = carry
+            ka, ca = kb, cb
         else:
             raise FlexgearError(f"reference step {step + 1}: contact did not settle")
-        force = np.where(active, force, 0.0)
         q, v, a = new_q, new_v, new_a
-        _, n_pairs = build_rows(pairs, rows, theta, wanted)
-        remember(force, n_pairs)
         times.append(time)
         motions.append(q)
         speeds.append(v)

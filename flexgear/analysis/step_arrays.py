@@ -39,10 +39,12 @@ class State(NamedTuple):
     eta: Array  # (n,)
     velocity: Array  # (n,)
     acceleration: Array  # (n,)
-    touched: NDArray[np.uint8]  # (M, 8) pair was loaded at the last step, by index mod 8
+    load: Array  # (M, PLACES) of rows at the last step, N; see ``contact_law.place_of``
+    limited: NDArray[np.uint8]  # (M, PLACES) rows in the limited state
     wanted: NDArray[np.int64]  # (M,) gear meshes to look at
     torques: Array  # (P,) given torques and the brake's of the last step
     energy: Array  # (8,) in the order of ENERGIES
+    given: Array  # (1,) energy that the train began with and that given torques moved, J
 
 
 class Work(NamedTuple):
@@ -54,6 +56,7 @@ class Work(NamedTuple):
     x: Array  # (R,)
     delta: Array  # (R,)
     rate: Array  # (R,)
+    stiffness: Array  # (R,) of the contact law
     damping: Array  # (R,)
     share: Array  # (R,)
     active: NDArray[np.int64]  # (R,)
@@ -66,6 +69,7 @@ class Work(NamedTuple):
     turning: Array  # (n,)
     error: Array  # (n,)
     motion: Array  # (6 n_blocks,)
+    back_speed: Array  # (M,) largest approach speed of back flanks of late, m/s
 
 
 class Samples(NamedTuple):

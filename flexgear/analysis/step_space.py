@@ -83,6 +83,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
                 "x",
                 "delta",
                 "rate",
+                "stiffness",
                 "damping",
                 "share",
             )
@@ -95,6 +96,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
             for name in ("acceleration", "free", "free_v", "push", "turning", "error")
         },
         motion=np.zeros(6 * blocks),
+        back_speed=np.zeros(len(modal.system.pairs.s0)),
     )
     ledger = Ledger(
         rows=pair_rows(modal.system.pairs),

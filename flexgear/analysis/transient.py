@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.energy import ENERGIES
-from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.kernel import advance
+from flexgear.analysis.contact_law import PLACES, row_place
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.kernel import RUNAWAY, advance
 from flexgear.analysis.standing import consistent_acceleration
 from flexgear.analysis.step_arrays import Samples, State, StepData
 from flexgear.analysis.step_plan import (
@@ -29,12 +30,12 @@ from flexgear.analysis.step_plan import (
 )
 from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 Torque = Callable[[Array], Array]
 BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
+STEPS_A_GEAR_MESH = 4  # least number of steps in a gear-mesh period
 
 
 @dataclass(frozen=True)
@@ -149,23 +150,41 @@ def start_state(
             share *= brake.rated_speed / float(system.output @ system.rolling @ speeds)
     else:
         share = carrier_speed / speeds[0]
-    n, count = modal.modes.shape[1], len(pairs.s0)
-    touched = np.zeros((count, 8), dtype=np.uint8)
-    for m in range(count):
-        base = pairs.s0[m] + pairs.rate[m] * at_rest.theta[0, pairs.angle[m]]
-        for s in range(SLOTS):
-            if at_rest.pair_load[0, m, s] > 0:
-                k = round((at_rest.pair_position[0, m, s] - base) / pairs.pitch[m])
-                touched[m, k % 8] = 1
+    eta = at_rest.eta[0] + modal.rolling @ at_rest.masters[0]
+    velocity = modal.rolling @ (speeds * share)
+    load = _loads_by_row(modal, at_rest)
     return State(
-        eta=at_rest.eta[0] + modal.rolling @ at_rest.masters[0],
-        velocity=modal.rolling @ (speeds * share),
-        acceleration=np.zeros(n),
-        touched=touched,
+        eta=eta,
+        velocity=velocity,
+        acceleration=np.zeros(modal.modes.shape[1]),
+        load=load,
+        limited=np.zeros(load.shape, dtype=np.uint8),
         wanted=at_rest.wanted[0].copy(),
         torques=np.zeros(len(system.ports)),
         energy=np.zeros(len(ENERGIES)),
+        given=np.array([_first_energy(modal, at_rest, velocity)]),
     )
+
+
+def _loads_by_row(modal: ModalSystem, found: Equilibrium) -> Array:
+    """Loads of an equilibrium in the places of their rows, (M, PLACES) N."""
+    pairs = modal.system.pairs
+    load = np.zeros((len(pairs.s0), PLACES))
+    for m in range(len(pairs.s0)):
+        base = pairs.s0[m] + pairs.rate[m] * found.theta[0, pairs.angle[m]]
+        for s in np.flatnonzero(found.pair_load[0, m] > 0):
+            k = round((found.pair_position[0, m, s] - base) / pairs.pitch[m])
+            load[m, row_place(int(pairs.model[m]), k)] += found.pair_load[0, m, s]
+    return load
+
+
+def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
+    """Energy of an equilibrium and of its speed, at least the rated one, J."""
+    rated = modal.rolling @ modal.system.rated_master_speeds
+    kinetic = 0.5 * max(float(velocity @ velocity), float(rated @ rated))
+    elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
+    stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)
+    return kinetic + elastic + 0.5 * float(np.sum(found.pair_load[0] ** 2 / stiffness))
 
 
 def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
@@ -215,10 +234,12 @@ def transient(
 
     There is a sample at least once between two jumps or window edges. adaptive: chooses step
     sizes, ``time_step`` and windows then play no part. Raises FlexgearError where a step has no
-    solution.
+    solution, where the motion runs away or is not finite, and where steps are longer than a share
+    of the gear-mesh period (``longest_time_step``).
     """
     if start is None:
         start = start_state(modal, start_torque(modal, drive))
+    _refuse_start(modal, start, time_step if adaptive is None else adaptive.longest)
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
         plans = [fixed_plan(s, output_interval) for s in pieces]
@@ -239,6 +260,48 @@ def transient(
         for h, count in zip(plan.sizes, plan.control.taken, strict=True):
             by_size[float(h)] = by_size.get(float(h), 0) + int(count)
     return Steps(sum(by_size.values()), refused, by_size)
+
+
+def longest_time_step(modal: ModalSystem, velocity: Array | None = None) -> float:
+    """A quarter of the shortest gear-mesh period at rated speed, or at ``velocity`` (n,), s.
+
+    Pairs that come into contact between two steps would not be seen, and stiffness that rises and
+    falls once a period not be followed. Infinite at rest.
+    """
+    pairs, system = modal.system.pairs, modal.system
+    theta = system.theta(system.rated_master_speeds)
+    if velocity is not None:
+        theta = np.maximum(np.abs(theta), np.abs(modal.angles @ velocity))
+    frequency = np.abs(pairs.rate * theta[pairs.angle]) / pairs.pitch
+    highest = float(frequency.max(initial=0.0))
+    return 1.0 / (STEPS_A_GEAR_MESH * highest) if highest > 0.0 else np.inf
+
+
+def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
+    """FlexgearError where no sensible steps can be taken from here."""
+    if not all(np.isfinite(part).all() for part in (start.eta, start.velocity)):
+        raise FlexgearError("the motion to start from is not finite")
+    longest = longest_time_step(modal, start.velocity)
+    if time_step > longest:
+        raise FlexgearError(
+            f"a time step of {time_step:.3g} s is too long for a gear-mesh period of "
+            f"{STEPS_A_GEAR_MESH * longest:.3g} s: take {longest:.3g} s or less"
+        )
+
+
+def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
+    """Says what is known of the cause, and the remedy."""
+    undamped = modal.system.pairs.one_sided and not modal.system.pairs.damping.any()
+    remedy = f"lower the time step of {step:.3g} s"
+    if undamped:
+        remedy += (
+            ", or give the gear meshes damping: undamped teeth that part and hammer gain energy "
+            "from pairs that come into contact under load"
+        )
+    return FlexgearError(
+        f"the time stepping ran away at t = {time:.6g} s (motion is not finite, or holds more than "
+        f"{RUNAWAY:g} times the energy there was): {remedy}"
+    )
 
 
 class _Run:
@@ -271,6 +334,8 @@ class _Run:
                 data, pairs, space.rows, self.state, given_torques(self.modal, self.drive, before),
                 plan.every, begin, samples, space.near, space.work, space.ledger, plan.control,
             )  # fmt: skip
+            if status < 0:
+                raise _ran_away(self.modal, times[-status - 1], float(plan.sizes[-1]))
             if status:
                 raise FlexgearError(
                     f"the contact problem has no solution at t = {times[status - 1]:.6f} s; "

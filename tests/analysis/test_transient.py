@@ -84,7 +84,7 @@ def test_fast_step_equals_the_plain_solution_with_all_coordinates(law):
     drive = Drive(lambda t: np.where(t < 0.00305, TORQUE, 0.05 * TORQUE))
     start = start_state(modal, TORQUE)
     q, v = modal.modes @ start.eta, modal.modes @ start.velocity
-    slow = reference_transient(system, drive, q, v, time_step=h, steps=steps, start=start)
+    slow = reference_transient(system, drive, q, v, time_step=h, steps=steps)
     fast = run(modal, drive, h * steps, h, interval=h, start=start)
     motion = fast.eta @ modal.modes.T
     scale = np.abs(slow.motion[1:] - np.outer(fast.carrier_angle, system.rolling[:, 0])).max()

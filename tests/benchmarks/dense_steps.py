@@ -16,10 +16,10 @@ import scipy.linalg as sla
 from numba import njit
 
 from flexgear.analysis.kernel import BETA, GAMMA
-from flexgear.analysis.reference import damping_matrix
+from flexgear.analysis.reference import damping_matrix, law
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PER_PAIR, front_meshes, pair_rows
+from flexgear.coupling.pair_data import front_meshes, pair_rows
 from flexgear.coupling.pairs import build_rows
 
 Array = np.ndarray
@@ -47,13 +47,13 @@ class DenseSteps:
         """Motion (d,) after some steps from the state of a flexgear run with all modes."""
         system, h, pairs = self.modal.system, self.time_step, self.modal.system.pairs
         q, v = self.modal.modes @ start.eta, self.modal.modes @ start.velocity
-        touched, brake = start.touched.copy(), system.brake
+        brake = system.brake
         rows, wanted = pair_rows(pairs), front_meshes(pairs)
         weights = GAMMA * h * brake.rated_torque / brake.rated_speed
         slope = brake.rated_torque / brake.rated_speed
         o, drive = system.output, system.drive * self.torque
-        vectors, k, c, offset, _ = self._rows(rows, wanted, touched, system.angles @ q)
-        force = np.maximum(k * (vectors @ q + offset) + c * (vectors @ v), 0.0)
+        vectors, k, c, offset = self._rows(rows, wanted, system.angles @ q)
+        force, _, _ = law(k, c, vectors @ q + offset, vectors @ v)
         load = drive - o * slope * (o @ v)
         a = np.linalg.solve(
             system.mass, load - vectors.T @ force - self.damping @ v - system.stiffness @ q
@@ -62,40 +62,34 @@ class DenseSteps:
         for _ in range(steps):
             rigid = system.rigid @ (left_rigid @ a)
             theta = system.angles @ (q + h * v + 0.5 * h * h * rigid)
-            vectors, k, c, offset, n_pairs = self._rows(rows, wanted, touched, theta)
+            vectors, k, c, offset = self._rows(rows, wanted, theta)
             star = q + h * v + (0.5 - BETA) * h * h * a
             star_v = v + (1 - GAMMA) * h * a
             free = drive - o * slope * (o @ star_v)
             free = free - self.damping @ star_v - system.stiffness @ star
-            weight = BETA * h * h * k + GAMMA * h * c
-            known = k * (vectors @ star + offset) + c * (vectors @ star_v)
-            solve = self._solver(vectors, weight, weights)
-            active = np.ones(len(k), dtype=bool)
+            ka, ca = k, c
+            damped = self._solver(vectors, BETA * h * h * k + GAMMA * h * c, weights)
             for _ in range(50):
+                active = ka > 0
+                solve = damped
+                if not np.array_equal(ka[active], k[active]):
+                    solve = self._solver(vectors, BETA * h * h * ka + GAMMA * h * ca, weights)
+                known = ka * (vectors @ star + offset) + ca * (vectors @ star_v)
                 a = solve(free - vectors[active].T @ known[active], active)
-                force = known + weight * (vectors @ a)
-                carry = force > 0
-                if np.array_equal(carry, active):
+                delta = vectors @ (star + BETA * h * h * a) + offset
+                _, kb, cb = law(k, c, delta, vectors @ (star_v + GAMMA * h * a))
+                if np.array_equal(ka, kb) and np.array_equal(ca, cb):
                     break
-                active = carry
+                ka, ca = kb, cb
             q, v = star + BETA * h * h * a, star_v + GAMMA * h * a
-            touched[:] = 0
-            for p in range(n_pairs):
-                if active[rows.pair_row[p]]:
-                    touched[rows.pair_mesh[p], rows.pair_index[p] % 8] = 1
         return q
 
-    def _rows(self, rows, wanted, touched, theta):
+    def _rows(self, rows, wanted, theta):
         system = self.modal.system
-        n, n_pairs = build_rows(system.pairs, rows, theta, wanted)
-        c = rows.damping[:n].copy()
-        for p in range(n_pairs):
-            m = rows.pair_mesh[p]
-            if system.pairs.model[m] == PER_PAIR and not touched[m, rows.pair_index[p] % 8]:
-                c[rows.pair_row[p]] = 0.0
+        n, _ = build_rows(system.pairs, rows, theta, wanted)
         vectors = np.zeros((n, system.size))
         expand(rows.coef, rows.blocks, rows.width, system.blocks, vectors)
-        return vectors, rows.stiffness[:n].copy(), c, rows.offset[:n].copy(), n_pairs
+        return vectors, rows.stiffness[:n].copy(), rows.damping[:n].copy(), rows.offset[:n].copy()
 
     def _solver(self, vectors: Array, weight: Array, brake: float):
         """right, active -> accelerations; what does not depend on the set is done once."""
