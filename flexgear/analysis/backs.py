@@ -2,9 +2,9 @@
 
 Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest:
 δ_back = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch point. The gap that is
-left has to exceed shares of backlash and pitch, the deflection that is let go when the front parts, and
-twice the way of the back flank until the next look at the largest speed of late: a flank that is
-found late, deep inside the other, would get its elastic energy for nothing.
+left has to exceed shares of backlash and pitch, the deflection that is let go when the front parts,
+and twice the way of the back flank until the next look at the largest speed of late: a flank that
+is found late, deep inside the other, would get its elastic energy for nothing.
 """
 
 from __future__ import annotations

@@ -254,8 +254,8 @@ def advance(
             work.push[j] *= answer[j]
         if pairs.one_sided:
             changed = change_states(
-                pairs.sided, pairs.model, state.load, state.limited, rows.stiffness, rows.damping, rows.line,
-                rows.along, near.at, rows.coef, rows.width, rows.beyond, rows.pair_row,
+                pairs.sided, pairs.model, state.load, state.limited, rows.stiffness, rows.damping,
+                rows.line, rows.along, near.at, rows.coef, rows.width, rows.beyond, rows.pair_row,
                 rows.pair_mesh, rows.pair_index, n_pairs, ports, near.modes, work.push, h,
                 GAMMA * h, x, work.rate, tries >= CAUTIOUS,
             )  # fmt: skip

@@ -14,8 +14,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.contact_law import PLACES, row_place
+from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.kernel import RUNAWAY, advance
 from flexgear.analysis.standing import consistent_acceleration
@@ -30,12 +30,12 @@ from flexgear.analysis.step_plan import (
 )
 from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
 from flexgear.coupling.modal import ModalSystem
+from flexgear.gears.kinematics import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 Torque = Callable[[Array], Array]
 BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
-STEPS_A_GEAR_MESH = 4  # least number of steps in a gear-mesh period
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def start_state(
     follow in their rated proportion. The train's output torque of equilibrium and the brake's at
     that speed are then equal.
     """
-    system, pairs = modal.system, modal.system.pairs
+    system = modal.system
     given = np.asarray(torque, dtype=float)
     at_rest = revolution(modal, np.array([carrier_angle]), given[None] if given.ndim else given)
     speeds = system.rated_master_speeds
@@ -235,7 +235,7 @@ def transient(
     There is a sample at least once between two jumps or window edges. adaptive: chooses step
     sizes, ``time_step`` and windows then play no part. Raises FlexgearError where a step has no
     solution, where the motion runs away or is not finite, and where steps are longer than a share
-    of the gear-mesh period (``longest_time_step``).
+    of the gear-mesh period (``gears.kinematics.longest_time_step``).
     """
     if start is None:
         start = start_state(modal, start_torque(modal, drive))
@@ -262,30 +262,19 @@ def transient(
     return Steps(sum(by_size.values()), refused, by_size)
 
 
-def longest_time_step(modal: ModalSystem, velocity: Array | None = None) -> float:
-    """A quarter of the shortest gear-mesh period at rated speed, or at ``velocity`` (n,), s.
-
-    Pairs that come into contact between two steps would not be seen, and stiffness that rises and
-    falls once a period not be followed. Infinite at rest.
-    """
-    pairs, system = modal.system.pairs, modal.system
-    theta = system.theta(system.rated_master_speeds)
-    if velocity is not None:
-        theta = np.maximum(np.abs(theta), np.abs(modal.angles @ velocity))
-    frequency = np.abs(pairs.rate * theta[pairs.angle]) / pairs.pitch
-    highest = float(frequency.max(initial=0.0))
-    return 1.0 / (STEPS_A_GEAR_MESH * highest) if highest > 0.0 else np.inf
-
-
 def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
     """FlexgearError where no sensible steps can be taken from here."""
     if not all(np.isfinite(part).all() for part in (start.eta, start.velocity)):
         raise FlexgearError("the motion to start from is not finite")
-    longest = longest_time_step(modal, start.velocity)
-    if time_step > longest:
+    pairs, system = modal.system.pairs, modal.system
+    rated, first = system.theta(system.rated_master_speeds), modal.angles @ start.velocity
+    speeds = np.maximum(np.abs(rated), np.abs(first))[pairs.angle]
+    frequency = float((speeds * np.abs(pairs.rate) / pairs.pitch).max(initial=0.0))
+    longest = longest_time_step(frequency)
+    if time_step > longest * (1 + 1e-9):
         raise FlexgearError(
             f"a time step of {time_step:.3g} s is too long for a gear-mesh period of "
-            f"{STEPS_A_GEAR_MESH * longest:.3g} s: take {longest:.3g} s or less"
+            f"{1 / frequency:.3g} s: take {longest:.3g} s or less"
         )
 
 

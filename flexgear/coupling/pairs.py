@@ -5,7 +5,7 @@ Its pair index k has the path coordinate s = s0 + k p_bt + (ds/dθ) θ at z = 0,
 the stage; the pair exists while its helical contact line lies inside the path of contact. The row
 of a pair is the compression along the 3D line of action
 
-    δ = Nᵀ (u_gear(C) − u_planet(C)) + e − gap,    F = k(s) δ + c δ̇ ,
+    δ = Nᵀ (u_gear(C) − u_planet(C)) + e − gap,    F = k(s) δ + damping ,
 
 with C = T_p − (s + t z_c) n + z e_z in planet axes and N = cosβ_b n + sinβ_b e_z. Coefficients of
 large coordinates (tangential displacement and rotation about the axis) do not vary with C: the

@@ -18,6 +18,7 @@ from flexgear.coupling.system import Variant
 from flexgear.coupling.train import train_system
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.kinematics import longest_time_step, stage_kinematics
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.train_faults import inside, stage_key
 from flexgear.gears.train_paths import stage_paths
@@ -37,9 +38,10 @@ def require_workable(case: Case | Train) -> None:
     """InputError, with the key and what to do, for a case that no analysis could be made of."""
     if isinstance(case, Case):
         _require_stage(case)
+        _require_steps(case, stage_kinematics(case).gear_mesh_frequency)
         build_system(case, *stand_ins(case), RIGID)
         return
-    power_flow(case)
+    _require_steps(case, max(stage.gear_mesh_frequency for stage in power_flow(case).stages))
     bodies = {}
     for stage in case.stages:
         if stage.flexible is None:
@@ -56,6 +58,23 @@ def require_workable(case: Case | Train) -> None:
             _require_stage(stage.flexible)
             bodies[stage.name] = stand_ins(stage.flexible)
     train_system(case, bodies, dict.fromkeys(bodies, RIGID))
+
+
+def _require_steps(case: Case | Train, frequency: float) -> None:
+    """Time steps see every tooth pair of the fastest gear mesh (Hz) come and go."""
+    longest, period = longest_time_step(frequency), 1 / frequency if frequency else math.inf
+    keys = ["longest_time_step"]
+    if case.solver.step_tolerance == 0.0:
+        keys = ["time_step", "step_time_step"] if isinstance(case, Case) else ["time_step"]
+    for key in keys:
+        step = getattr(case.solver, key)
+        if step is not None and step > longest:
+            raise InputError(
+                case.source,
+                f"solver.{key}_s",
+                f"a step of {step:.3g} s is too long for a gear-mesh period of {period:.3g} s",
+                f"at most {longest:.3g} s; ten times less shows what the gear mesh excites",
+            )
 
 
 def _require_stage(case: Case) -> None:

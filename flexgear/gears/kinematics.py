@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
 
 
+LEAST_STEPS = 4  # of a transient in a gear-mesh period
+
+
 @dataclass(frozen=True)
 class StageKinematics:
     """Speeds rad/s, frequency Hz, torques N·m, forces N (normal, along the 3D line of action).
@@ -54,3 +57,12 @@ def stage_kinematics(case: Case) -> StageKinematics:
         ring_mesh_force=ring / (share * geometry.ring.base_radius),
         sun_mesh_force=sun / (share * geometry.sun.base_radius),
     )
+
+
+def longest_time_step(gear_mesh_frequency: float) -> float:
+    """A quarter of a gear-mesh period, s; infinite at rest.
+
+    With longer steps pairs come and go unseen between two of them, and stiffness that rises and
+    falls once a period is not followed.
+    """
+    return 1.0 / (LEAST_STEPS * gear_mesh_frequency) if gear_mesh_frequency else math.inf

@@ -149,3 +149,27 @@ def test_files_are_there(tmp_path):
     key, words = refusal(load_case("wind-5mw", settings))
     assert key == "ring.fe_mesh_file"
     assert "is a folder" in words
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "value"),
+    [
+        ("nrel-5mw", "solver.time_step_s", "0.1"),
+        ("wind-5mw", "solver.time_step_s", "0.02"),
+        ("wind-5mw", "solver.step_time_step_s", "0.02"),
+    ],
+)
+def test_steps_too_long_for_the_gear_mesh_are_refused(name, key, value):
+    with pytest.raises(InputError, match=r"too long for a gear-mesh period of .* at most 0\.") as e:
+        require_workable(load_case(name, {key: value}))
+    assert e.value.key == key
+
+
+def test_the_longest_step_of_a_tolerance_counts_instead():
+    long = {"solver.time_step_s": "0.1", "solver.step_tolerance": "1e-3"}
+    require_workable(load_case("nrel-5mw", long))
+    with pytest.raises(InputError, match=r"solver\.longest_time_step_s: a step of 0\.005 s"):
+        require_workable(
+            load_case("nrel-5mw", {**long, "solver.longest_time_step_s": "0.005",
+                                   "solver.shortest_time_step_s": "1e-4"})
+        )  # fmt: skip

@@ -1,0 +1,175 @@
+"""Two gears on soft bearings, and their motion by an integrator that stops at every contact event.
+
+The law of tooth pairs is written down here once more, as four states and the events between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from flexgear.analysis.modes import row_vectors
+from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pair_data import pair_rows
+from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.train import train_system
+from flexgear.model.case import load_case
+
+TORQUE = 500.0
+GEARS = """
+kind = "train"
+[material]
+young_modulus_gpa = 210
+poisson_ratio = 0.3
+density_kg_per_m3 = 7850
+[[stages]]
+kind = "parallel"
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 40
+backlash_sun_um = {backlash}
+pinion = {{ teeth = 30, support = {{ radial_n_per_m = 1e9 }} }}
+gear = {{ teeth = 60, support = {{ radial_n_per_m = 1e9 }} }}
+[stages.gear_mesh]
+model = "{model}"
+contact_law = "{law}"
+damping_ratio = {damping}
+[damping]
+ratio = 0.0
+[[inputs]]
+member = "stage_1.gear"
+speed_rpm = {speed}
+torque_nm = 500
+[output]
+member = "stage_1.pinion"
+"""
+
+
+def two_gears(folder, *, model="constant", law="one-sided", damping=0.1, speed=10, backlash=20):
+    """Coupled system and all its modes."""
+    path = folder / "two-gears.toml"
+    path.write_text(
+        GEARS.format(model=model, law=law, damping=damping, speed=speed, backlash=backlash),
+        encoding="utf-8",
+    )
+    return modal_system(train_system(load_case(path)))
+
+
+def evenly_stiff(modal):
+    """The same with pairs of one stiffness along their path: turning by microns changes nothing."""
+    pairs = modal.system.pairs
+    k = np.where(pairs.k_table > 0, pairs.k_table.max(), 0.0)
+    return replace(modal, system=modal.system.with_(pairs=pairs._replace(k_table=k)))
+
+
+def stepped(modal, drive, duration, step, *, interval=None, start=None, **options):
+    """A transient in flexgear's steps."""
+    sink = Collector()
+    steps = transient(
+        modal, drive, duration=duration, time_step=step, output_interval=interval or step,
+        sink=sink, start=start, **options,
+    )  # fmt: skip
+    return collected(modal, sink.arrays(), steps)
+
+
+def reversal(torque, at):
+    """Rated torque, then another."""
+    return Drive(lambda t: np.where(t > at, torque, TORQUE), (at,))
+
+
+class Exact:
+    """The same gears, pairs in place, between events of their contact.
+
+    States of a row: apart (δ < 0), pulling (δ > 0, k δ + c δ̇ < 0, no load), damped (k δ + c δ̇),
+    limited (2 k δ, as c δ̇ > k δ).
+    """
+
+    def __init__(self, modal, torque):
+        self.system, self.torque = modal.system, torque
+        pairs, rows = modal.system.pairs, pair_rows(modal.system.pairs)
+        every = np.ones(len(pairs.s0), dtype=np.int64)
+        n, _ = build_rows(pairs, rows, np.zeros(len(modal.angles)), every)
+        self.rows = row_vectors(modal.system, rows, n)
+        self.k, self.c = rows.stiffness[:n].copy(), rows.damping[:n].copy()
+        self.gap = -rows.offset[:n]
+
+    def approach(self, y):
+        """δ and δ̇ of the rows."""
+        d = len(y) // 2
+        return self.rows @ y[:d] - self.gap, self.rows @ y[d:]
+
+    def state_of(self, y):
+        delta, rate = self.approach(y)
+        damped = self.k * delta + self.c * rate
+        return tuple(
+            "apart" if x < 0 else "pulling" if f < 0 else "limited" if f > 2 * k * x else "damped"
+            for x, f, k in zip(delta, damped, self.k, strict=True)
+        )
+
+    def loads(self, y, states):
+        delta, rate = self.approach(y)
+        of = {
+            "apart": 0.0 * delta, "pulling": 0.0 * delta, "limited": 2 * self.k * delta,
+            "damped": self.k * delta + self.c * rate,
+        }  # fmt: skip
+        return np.array([of[state][i] for i, state in enumerate(states)])
+
+    def run(self, y, times):
+        """Loads (t, rows) at ``times`` from the state y at times[0]; how many events there were."""
+        s, d = self.system, len(y) // 2
+        solve = np.linalg.inv(s.mass)
+        brake = s.brake.rated_torque / s.brake.rated_speed
+
+        def slope(_, y, states):
+            force = s.drive * self.torque - s.output * (brake * (s.output @ y[d:]))
+            force = force - s.stiffness @ y[:d] - self.rows.T @ self.loads(y, states)
+            return np.concatenate([y[d:], solve @ force])
+
+        def event(i, of):
+            def at(_, y, states):
+                delta, rate = (part[i] for part in self.approach(y))
+                k, c = self.k[i], self.c[i]
+                return {
+                    "touch": delta,
+                    "pull": k * delta + c * rate,
+                    "limit": k * delta - c * rate,
+                }[of]
+
+            at.terminal = True
+            return at
+
+        watched = {"apart": ["touch"], "pulling": ["touch", "pull"],
+                   "damped": ["pull", "limit"], "limited": ["limit", "touch"]}  # fmt: skip
+        out, t, count = np.zeros((len(times), len(self.k))), times[0], 0
+        states = self.state_of(y)
+        while True:
+            events = [event(i, of) for i, state in enumerate(states) for of in watched[state]]
+            late = times[times >= t]
+            if t > times[0]:  # off the event that has just been
+                step = 1e-6 * (times[1] - times[0])
+                y, t = y + step * slope(t, y, states), t + step
+            if t >= times[-1]:
+                return out, count
+            found = solve_ivp(
+                slope, (t, times[-1]), y, method="DOP853", rtol=1e-10, atol=1e-14, args=(states,),
+                t_eval=late[late >= t], events=events,
+            )  # fmt: skip
+            at = np.searchsorted(times, found.t)
+            out[at] = [self.loads(one, states) for one in found.y.T] if len(at) else out[at]
+            if found.status == 0:
+                return out, count
+            pairs = zip(found.t_events, found.y_events, strict=True)
+            t, y = next((t[0], y[0]) for t, y in pairs if len(t))
+            after = 1e-6 * (times[1] - times[0])
+            states = self.state_of(y + after * slope(t, y, states))
+            count += 1
+
+
+def exact_after(modal, torque, times):
+    """Loads of flexgear's start when the torque is another at once: (t, rows)."""
+    start = start_state(modal, TORQUE)
+    y = np.concatenate([modal.modes @ start.eta, modal.modes @ start.velocity])
+    return Exact(modal, torque).run(y, times)
