@@ -73,7 +73,7 @@ def reference_transient(
     def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
         n, _ = build_rows(pairs, rows, theta, wanted)
         vectors = row_vectors(system, rows, n)
-        return vectors, *(part[:n].copy() for part in (rows.stiffness, rows.damping, rows.offset))
+        return vectors, rows.stiffness[:n].copy(), rows.damping[:n].copy(), rows.offset[:n].copy()
 
     def forces(k: Array, c: Array, delta: Array, rate: Array) -> tuple[Array, Array, Array]:
         sided = rows.sided[: len(k)] == 1
