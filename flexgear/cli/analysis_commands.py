@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,7 +26,7 @@ from flexgear.cli.options import (
     refuse_for_stages,
     rigid_parts,
 )
-from flexgear.cli.outputs import Force, OutFile, claim_file
+from flexgear.cli.outputs import Force, OutFile, claim_file, save_or_rescue
 from flexgear.cli.train_analyses import Shown, modes_of_train, simulate_of_train, static_of_train
 from flexgear.cli.train_compare import compare_train, compare_trains
 from flexgear.coupling.build import build_system
@@ -85,7 +86,7 @@ def static(
         angles = np.radians(angle_deg or [0.0])
         _, data = equilibria(found, modal, angles, torque_nm, report)
     if out is not None:
-        save(data, out)
+        save_or_rescue(partial(save, data), out)
     figures = {
         f"{math.degrees(float(a)):g} deg": _position(data.isel(position=k), found.stage.planets)
         for k, a in enumerate(angles)

@@ -6,14 +6,16 @@ An output replaces only what flexgear wrote for the same case, and anything wher
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from flexgear.files.atomic import file_target, folder_target, try_file
-from flexgear.model.errors import InputError
+from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.origin import Origin, is_picture, origin_of
 
 Force = Annotated[
@@ -73,6 +75,24 @@ def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) 
     if not force and target.is_dir():
         found = (f for name in names for f in sorted(target.glob(name)))
         _require_own([f for f in found if not f.name.startswith(".")], origin)
+
+
+def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
+    """Write finished work to ``path``, a file or folder; where the disk refuses (it may have filled
+    meanwhile) to the system's folder for temporary files, and the FlexgearError says so."""
+    try:
+        save(path)
+    except FlexgearError as error:
+        if not isinstance(error.__cause__, OSError):
+            raise
+        rescue = Path(tempfile.mkdtemp(prefix="flexgear-"))
+        try:
+            save(rescue / path.name)
+        except FlexgearError:
+            shutil.rmtree(rescue, ignore_errors=True)
+            raise error from None
+        said = f"{error}; the finished work is kept as {rescue / path.name}"
+        raise FlexgearError(said) from error
 
 
 def _require_own(files: Iterable[Path], origin: Origin) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from flexgear.cli.display import Report, modes_kept, progress, table, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
-from flexgear.cli.outputs import PICTURES, RUN, Force, OutFolder, claim_folder
+from flexgear.cli.outputs import PICTURES, RUN, Force, OutFolder, claim_folder, save_or_rescue
 from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.run_folder import FIELDS, complete, read_folder
 from flexgear.cli.train_pictures import TrainFolder, draw_train
@@ -55,7 +55,7 @@ def run(
         notes: list[str] = []
         with drawing(content, stage) if pictures else nullcontext() as sheet:
             with watch.stage("saving"):
-                _save(result, stage, report)
+                save_or_rescue(lambda place: _save(result, place, report), stage)
             if sheet is not None:
                 with watch.stage("pictures"):
                     notes = draw(sheet, report)

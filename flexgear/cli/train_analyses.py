@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import xarray as xr
 from flexgear.cli.display import Report, present, progress, shown, table, warn
 from flexgear.cli.long_runs import kept
 from flexgear.cli.options import refuse_for_trains
+from flexgear.cli.outputs import save_or_rescue
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.train import Train
@@ -64,7 +66,7 @@ class Shown:
     def keep(self, data: xr.Dataset) -> None:
         """Write the dataset if a file was named."""
         if self.out is not None:
-            save(data, self.out)
+            save_or_rescue(partial(save, data), self.out)
 
 
 def put_together(train: Train, rigid: tuple[str, ...], report: Report) -> TrainContext:

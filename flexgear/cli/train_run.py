@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from flexgear.cli.display import Report, modes_kept, progress, table, warn
+from flexgear.cli.outputs import save_or_rescue
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.train import Train
@@ -26,7 +27,7 @@ def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, q
             bodies = train_bodies(train, report)
         result = run_train(train, report, watch, bodies=bodies)
         with watch.stage("saving"):
-            _save(result, stage, report)
+            save_or_rescue(lambda place: _save(result, place, report), stage)
         if pictures:
             with watch.stage("pictures"):
                 content = TrainFolder(train, result.flow, result.datasets, result.summary)

@@ -1,8 +1,10 @@
 """What an output may replace, and that the place is tried before the work."""
 
+import errno
 import json
 import os
 import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -114,6 +116,28 @@ def test_a_folder_that_cannot_be_written(flexgear, mine, monkeypatch, command):
     assert err.endswith("out: Invalid cross-device link\n") and err.count("\n") == 1
     assert [p.name for p in mine.parent.iterdir()] == ["mine.toml"]
     refused(flexgear(command, mine, *more, "--out", ""), "name")
+
+
+@pytest.mark.parametrize("full", [["a.nc"], ["a.nc", "flexgear-"]])
+def test_a_disk_that_fills_up_meanwhile(flexgear, mine, monkeypatch, tmp_path_factory, full):
+    """Finished work goes to where there is room, and the message says where."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    monkeypatch.setattr(tempfile, "tempdir", str(elsewhere))
+    real = atomic._to_disk
+
+    def refuses(path):
+        if path.name == "a.nc" and (len(full) > 1 or not path.is_relative_to(elsewhere)):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        real(path)
+
+    monkeypatch.setattr(atomic, "_to_disk", refuses)
+    code, _, err = flexgear("static", mine, "-q", "--out", mine.parent / "a.nc")
+    assert code == 1 and err.count("\n") == 1
+    assert "a.nc: No space left on device" in err
+    kept = list(elsewhere.glob("*/a.nc"))
+    assert len(kept) == (1 if len(full) == 1 else 0)
+    assert all(err.endswith(f"kept as {path}\n") and origin_of(path) for path in kept)
+    assert [p.name for p in mine.parent.iterdir()] == ["mine.toml"]
 
 
 def summary(folder, case="mine", **more):
