@@ -282,12 +282,11 @@ def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
     """The carrier in the lengths' own unit."""
     with gmsh_session("carrier") as gmsh:
         meshes = half_sectors(gmsh, p)
-    halves, patches = [], []
-    for points, cells in meshes:
-        half = FeMesh(points, cells, "tet", {})
-        patches.append(_half_patches(p, half))
-        halves.append(FeMesh(_round_pins(p, half), cells, "tet", {}))
-    return complete(p, halves, patches)
+    halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
+    patches = [_half_patches(p, half) for half in halves]
+    factor = _pin_factor(p, halves[0])  # one for all, so that they still meet in a pin's plane
+    rounded = [FeMesh(_rounded(p, h.points, factor), h.cells, "tet", {}) for h in halves]
+    return complete(p, rounded, patches)
 
 
 def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
@@ -320,32 +319,32 @@ def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
     }
 
 
-def _round_pins(p: CarrierMeshParameters, half: FeMesh) -> Array:
-    """Vertices (n, 3) with the pins' surface pushed out until each pin has its true volume.
+def _pin_factor(p: CarrierMeshParameters, half: FeMesh) -> float:
+    """How far the pins' surface is to be pushed out until each pin has its true volume.
 
     A polygon inscribed in a circle has too small a section: bending stiffness goes with the
     square of the area and 16 straight sides would lose 5 %.
     """
     radius, gap = p.pin_diameter / 2.0, p.plate_gap / 2.0
-    points, tolerance = half.points, 1e-7 * p.plate_diameter
-    x = points[:, 0] - p.center_distance
-    off, z = np.hypot(x, points[:, 1]), points[:, 2]
-    skin = (np.abs(off - radius) < tolerance) & (np.abs(z) < gap + tolerance)
-    centre = points[half.cells].mean(axis=1)
+    centre = half.points[half.cells].mean(axis=1)
     pin = np.hypot(centre[:, 0] - p.center_distance, centre[:, 1]) < radius
     pin_cells = half.cells[pin & (np.abs(centre[:, 2]) < gap)]
     exact = pi * (radius**2 - p.pin_bore**2 / 4.0) * gap  # half of π r² times the length 2 gap
 
-    def pushed(factor: float) -> Array:
-        moved = points.copy()
-        moved[skin, 0] = p.center_distance + x[skin] * factor
-        moved[skin, 1] = points[skin, 1] * factor
-        return moved
-
     def missing(factor: float) -> float:
-        e = pushed(factor)[pin_cells]
+        e = _rounded(p, half.points, factor)[pin_cells]
         return float(np.linalg.det(e[:, 1:] - e[:, :1]).sum() / 6.0 - exact)
 
-    if missing(1.0) >= 0.0:
-        return points
-    return pushed(float(brentq(missing, 1.0, 1.5)))
+    return 1.0 if missing(1.0) >= 0.0 else float(brentq(missing, 1.0, 1.5))
+
+
+def _rounded(p: CarrierMeshParameters, points: Array, factor: float) -> Array:
+    """Vertices (n, 3) with those on the pin's surface at `factor` times its radius."""
+    x, y, z = points[:, 0] - p.center_distance, points[:, 1], points[:, 2]
+    tolerance = 1e-7 * p.plate_diameter
+    skin = np.abs(np.hypot(x, y) - p.pin_diameter / 2.0) < tolerance
+    skin &= np.abs(z) < p.plate_gap / 2.0 + tolerance
+    moved = points.copy()
+    moved[skin, 0] = p.center_distance + x[skin] * factor
+    moved[skin, 1] = y[skin] * factor
+    return moved

@@ -199,6 +199,10 @@ def _sides(
             # height of a chord over its arc, r (1 - cos(turn/2n)) ≈ r turn²/(8 n²) <= distance/3
             clear = turn * sqrt(3.0 * radius / (8.0 * max(min(near, default=radius), 1e-4 * size)))
             sides = max(sides, round(refinement * whole * turn / (2.0 * pi)), ceil(clear))
+        elif p.pin_bore > 0.0:
+            off = np.hypot(at[:, 0] - p.center_distance, at[:, 1]) - p.pin_bore / 2.0
+            if np.abs(off).max() < 1e-7 * p.plate_diameter:  # else facets would span the bore
+                sides = max(sides, ceil(length / p.pin_bore))
         found[curve] = sides
     return found
 

@@ -143,9 +143,12 @@ def test_pins_at_unequal_angles_have_their_place_and_volume() -> None:
         assert volumes[inside].sum() == pytest.approx(exact, rel=1e-9)
 
 
-def test_half_sectors_of_unequal_gaps_close_the_surface() -> None:
-    """Where two meshes only touched, their facets would lie on the surface, in pairs."""
-    m = unequal(UNEQUAL)
+@pytest.mark.parametrize("pin_bore", [0.0, 0.05, 0.12])
+@pytest.mark.parametrize("degrees", [None, UNEQUAL])
+def test_half_sectors_close_the_surface(degrees: tuple | None, pin_bore: float) -> None:
+    """Each edge of it belongs to two facets: no gap between sectors, nothing across a bore."""
+    angles = None if degrees is None else tuple(np.radians(degrees))
+    m = carrier_fe_mesh(small_carrier(planets=4, planet_angles=angles, pin_bore=pin_bore))
     middle = m.points[m.boundary].mean(axis=1)
     assert cKDTree(middle).query(middle, k=2)[0][:, 1].min() > 1e-6
     edges = np.sort(np.concatenate([m.boundary[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]))
