@@ -4,17 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from similarity import differences, figures_apart, similar
+from similarity import POWERS, differences, figures_apart, similar
 from train_contexts import bundled, put_together
 
 from flexgear.cli.case_commands import derived
 from flexgear.cli.train_check import derived_of_train
 from flexgear.coupling.pace import stage_pace
+from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import load_case
 from flexgear.model.units import DIMENSIONS
 from flexgear.studies.single_runs import equilibria, simulate, torque_step
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
-from flexgear.studies.stage_run import kinematics
+from flexgear.studies.stage_run import kinematics, run_stage
 from flexgear.studies.train_harmonic import harmonic_data, train_harmonic
 from flexgear.studies.train_linear import why_not_linear
 from flexgear.studies.train_modes import train_campbell, train_modes
@@ -28,8 +29,6 @@ ALIKE = 1e-6
 
 
 def test_every_dimension_has_its_power():
-    from similarity import POWERS
-
     assert set(POWERS) | {"6 x 6 matrix"} == set(DIMENSIONS)
 
 
@@ -118,3 +117,27 @@ def test_every_analysis_of_a_train_scales(name, up):
     assert apart(runs) == {}
     if why_not_linear(contexts[0].system) is None:
         assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
+
+
+def test_a_small_stage_runs_with_the_defaults(stages):
+    """No supported mode of its ring lies below the 2 000 Hz that once were everybody's limit."""
+    case, bodies, _ = stages[1]
+    assert bodies.ring.report["supported_frequency_min_hz"] > 2000
+    rated = case.with_(**{"drive.steps.torques": ()})
+    run = run_stage(rated, bodies)
+    assert run.summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
+    forces = run.summary["steady"]["ring_mesh_force_n_mean"]
+    assert forces == pytest.approx(stage_kinematics(case).ring_mesh_force, rel=0.01)
+
+
+def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
+    """Planets in phase share alike, so that at times one pair of teeth carries all of 1 064 N."""
+    case, _, modal = stages[1]
+    span = 4 / stage_pace(case).gear_mesh
+    step = 1 / (40 * 8 * 18_000)
+    fine = case.with_(**{"solver.time_step": step, "solver.output_interval": step})
+    usual, exact = (
+        float(simulate(c, modal, duration=span).data["ring_pair_load"].max()) for c in (case, fine)
+    )
+    assert usual > stage_kinematics(case).ring_mesh_force
+    assert usual == pytest.approx(exact, rel=0.02)
