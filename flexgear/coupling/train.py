@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,8 @@ from flexgear.coupling.determinacy import (
     rolling_motions,
     vibration_motions,
 )
-from flexgear.coupling.gear_meshes import ExtraRows, GearMeshSet, labels, pair_data
-from flexgear.coupling.links import behind_spline, turn
+from flexgear.coupling.gear_meshes import ExtraRows, labels, pair_data
+from flexgear.coupling.links import behind_spline
 from flexgear.coupling.stage_parts import (
     pin_rotation,
     spline_matrix,
@@ -35,17 +35,11 @@ from flexgear.coupling.system import (
     without_rigid_forces,
 )
 from flexgear.coupling.train_bodies import LumpedMember, lumped_members
-from flexgear.coupling.train_parts import (
-    Clearance,
-    StageFrame,
-    frame_matrices,
-    lumped_sets,
-    orbit_force,
-    planet_axes,
-    tie_lumped_stage,
-)
+from flexgear.coupling.train_build import TrainBuild, end_of, rotation, speed_row
+from flexgear.coupling.train_loads import frame_forces, given_loads
+from flexgear.coupling.train_parts import StageFrame, lumped_sets, tie_lumped_stage
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.train_faults import inside
 from flexgear.gears.train_radii import stage_radii
 from flexgear.model.errors import FlexgearError, InputError
@@ -59,29 +53,6 @@ Array = NDArray[np.float64]
 Reduced = tuple[ReducedBody, ReducedBody]  # ring, carrier
 
 
-@dataclass
-class _Build:
-    """What grows while a train is put together."""
-
-    train: Train
-    flow: PowerFlow
-    a: Assembly
-    members: list[list[LumpedMember]]
-    frames: list[StageFrame] = field(default_factory=list)
-    angles: list[Array] = field(default_factory=list)
-    clearances: list[Clearance] = field(default_factory=list)
-    blocks: list[Array] = field(default_factory=list)
-    sets: list[GearMeshSet] = field(default_factory=list)
-
-    def angle(self, row: Array) -> int:
-        """Number of an angle, entered if it is new."""
-        for k, known in enumerate(self.angles):
-            if np.array_equal(known, row):
-                return k
-        self.angles.append(row)
-        return len(self.angles) - 1
-
-
 def train_system(
     train: Train,
     flexible: Mapping[str, Reduced] | None = None,
@@ -90,12 +61,11 @@ def train_system(
     """Couple all bodies of a train.
 
     flexible: by name of a flexible stage its reduced ring and carrier; variants: which of its
-    components bend. Raises InputError where the train has no single rated state, FlexgearError
-    where a body is loose.
+    components bend. Raises InputError where the train has no single rated state or a body is loose.
     """
     flow = power_flow(train)
     bodies, members = _bodies(train, flexible or {}, variants or {})
-    b = _Build(train, flow, Assembly(bodies, train.source), members)
+    b = TrainBuild(train, flow, Assembly(bodies, train.source), members)
     for number in range(len(train.stages)):
         b.frames.append(_frame(b, number))
     for number in range(len(train.stages)):
@@ -105,7 +75,7 @@ def train_system(
     behind_splines = {f"{s.name}.sun" for s in train.stages if s.flexible is not None}
     for port in train.ports:
         if port.member not in behind_splines:  # there it is that of the body "output"
-            b.a.add_inertia(_rotation(b, port.member), train.port_inertia(port.member))
+            b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
     return _system(b)
 
 
@@ -140,54 +110,22 @@ def _bodies(
     return bodies, members
 
 
-def _rotation(b: _Build, member: str) -> Array:
-    """Row (d,) of the rotation of a member; zero where it is held fast."""
-    name, _, part = member.partition(".")
-    stage = b.train.stage(name)
-    if stage.flexible is None:
-        if part == "ring" and stage.double_helical:
-            halves = [f"{member}_{side}" for side in ("left", "right")]
-            return 0.5 * np.sum([b.a.rows(h, h)[5] for h in halves], axis=0)
-        return b.a.rows(member, member)[5]
-    if part == "ring":
-        return np.zeros(b.a.size)
-    return b.a.rows(*_end(b, name, part))[5]
-
-
-def _speed_row(b: _Build, member: str) -> Array:
-    """Row (d,) of the rotation that stands for a member's speed: pins of a flexible carrier."""
-    name, _, part = member.partition(".")
-    frame = b.frames[b.train.stage_index(name)]
-    if part == "carrier" and b.train.stage(name).flexible is not None:
-        return b.angles[frame.theta]
-    return _rotation(b, member)
-
-
-def _end(b: _Build, name: str, part: str) -> tuple[str, str]:
-    """Body and node at which carrier or sun of a flexible stage meets the rest of the train."""
-    if part == "carrier":
-        return f"{name}.carrier", "drive"
-    if b.a.has(f"{name}.output"):
-        return f"{name}.output", "output"
-    return f"{name}.shaft", "end"
-
-
-def _frame(b: _Build, number: int) -> StageFrame:
+def _frame(b: TrainBuild, number: int) -> StageFrame:
     """Angles of a stage: θ = φ_carrier − φ_ring, or the gear's of a parallel stage."""
     stage, held = b.train.stages[number], b.train.held_members()
     if stage.kind == "parallel":
-        return StageFrame(b.angle(_rotation(b, f"{stage.name}.gear")), -1)
+        return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
     if stage.flexible is not None:
         radius = stage_radii(stage, b.train.source).center_distance
         pins = pin_rotation(b.a, stage.flexible, radius, f"{stage.name}.")
         return StageFrame(b.angle(pins), b.angle(pins))
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
-    turns = np.zeros(b.a.size) if carrier in held else _rotation(b, carrier)
-    relative = turns if ring in held else turns - _rotation(b, ring)
+    turns = np.zeros(b.a.size) if carrier in held else rotation(b, carrier)
+    relative = turns if ring in held else turns - rotation(b, ring)
     return StageFrame(b.angle(relative), b.angle(turns) if turns.any() else -1)
 
 
-def _tie_and_mesh(b: _Build, number: int) -> None:
+def _tie_and_mesh(b: TrainBuild, number: int) -> None:
     stage, frame, first = b.train.stages[number], b.frames[number], len(b.blocks)
     if stage.flexible is not None:
         at, case = f"{stage.name}.", stage.flexible
@@ -207,7 +145,7 @@ def _tie_and_mesh(b: _Build, number: int) -> None:
     b.sets += lumped_sets(b.train, number, members, flow, frame, first)
 
 
-def _join(b: _Build, joint: Joint) -> None:
+def _join(b: TrainBuild, joint: Joint) -> None:
     """A spline or shaft between two members."""
     if joint.length is not None and joint.outer_diameter is not None:
         section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
@@ -233,7 +171,7 @@ def _join(b: _Build, joint: Joint) -> None:
     b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
 
 
-def _joint_nodes(b: _Build, name: str, part: str) -> list[tuple[str, str, float]]:
+def _joint_nodes(b: TrainBuild, name: str, part: str) -> list[tuple[str, str, float]]:
     """Bodies and nodes that move a member at its joint, with their share."""
     stage, member = b.train.stage(name), f"{name}.{part}"
     if stage.flexible is None:
@@ -241,14 +179,14 @@ def _joint_nodes(b: _Build, name: str, part: str) -> list[tuple[str, str, float]
             return [(f"{member}_{side}", f"{member}_{side}", 0.5) for side in ("left", "right")]
         return [(member, member, 1.0)]
     if part != "ring":
-        return [(*_end(b, name, part), 1.0)]
+        return [(*end_of(b, name, part), 1.0)]
     raise InputError(
         b.train.source, f"joints: {member}", "is the flexible ring, which is bolted to the housing",
         "join the carrier or the sun",
     )  # fmt: skip
 
 
-def _radius(b: _Build, member: str) -> float:
+def _radius(b: TrainBuild, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     name, _, part = member.partition(".")
     stage = b.train.stage(name)
@@ -257,61 +195,9 @@ def _radius(b: _Build, member: str) -> float:
     return float(getattr(radii, slot))
 
 
-def _loads(b: _Build) -> list[tuple[int, Array, int]]:
-    """Forces given from outside: (block, vector, angle of the frame or −1)."""
-    out: list[tuple[int, Array, int]] = []
-    gravity = np.array(b.train.gravity)
-    place = {}
-    for number, stage in enumerate(b.train.stages):
-        frame = b.frames[number]
-        if stage.flexible is not None and gravity.any():
-            raise InputError(
-                b.train.source, "gravity_m_per_s2",
-                f"does not reach the flexible stage {stage.name}",
-                "set it to zero; weight hardly bends its bodies",
-            )  # fmt: skip
-        speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        radius = stage_radii(stage, b.train.source).center_distance
-        for m in b.members[number]:
-            block = _block(b, m.body.name)
-            place[m.body.name] = (block, frame.carrier)
-            if gravity.any():
-                weight = turn(-planet_axes(stage, m)) @ np.r_[m.mass * gravity, 0, 0, 0]
-                out.append((block, weight, frame.carrier))
-            if b.train.gyroscopic and m.part == "planet":
-                out.append((block, orbit_force(stage, m, radius, speed), -1))
-    for k, load in enumerate(b.train.loads):
-        vector = np.r_[load.force, load.moment]
-        if load.member not in place:
-            raise InputError(
-                b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
-                f"name one of {', '.join(sorted(place))}",
-            )  # fmt: skip
-        block, angle = place[load.member]
-        out.append((block, vector, angle if load.frame == "fixed" else -1))
-    return out
-
-
-def _block(b: _Build, body: str) -> int:
-    """Number of the block of a lumped body, which has one."""
-    at = 0
-    for stage, members in zip(b.train.stages, b.members, strict=True):
-        names = [m.body.name for m in members]
-        if body in names:
-            return at + names.index(body)
-        at += len(members) if stage.flexible is None else _nodes(b, stage.name)
-    raise FlexgearError(f"there is no body {body!r} in the train")
-
-
-def _nodes(b: _Build, stage: str) -> int:
-    case = b.train.stage(stage).flexible
-    assert case is not None
-    return case.stage.ring.teeth + case.stage.planets + 1
-
-
-def _system(b: _Build) -> System:
+def _system(b: TrainBuild) -> System:
     a, train, flow = b.a, b.train, b.flow
-    loads = _loads(b)
+    loads = given_loads(b)
     clearances = []
     for c in b.clearances:
         inner = a.contact_node(c.inner, -1)
@@ -336,7 +222,7 @@ def _system(b: _Build) -> System:
     ]
     contact = holding_rows(pairs, blocks, len(angles), bearings)
     rolling, masters, speeds = _rolling(b, rigid, contact)
-    gyroscopic, centripetal = _frame_forces(b, rolling, masters)
+    gyroscopic, centripetal = frame_forces(b, rolling, masters)
     torque, speed = (
         flow.torque.get(train.brake_member, 0.0),
         flow.speed.get(train.brake_member, 1.0),
@@ -356,7 +242,7 @@ def _system(b: _Build) -> System:
         ports=tuple(
             Port(
                 p.member,
-                _rotation(b, p.member),
+                rotation(b, p.member),
                 flow.torque[p.member],
                 reaction=p.given_torque is None,
             )
@@ -380,7 +266,7 @@ def _system(b: _Build) -> System:
     )
 
 
-def _rolling(b: _Build, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
+def _rolling(b: TrainBuild, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:
     """Rolling (d, F) of the train, rows (F, d) of its independent rotations, their rated speeds.
 
     In free vibration supports may resist rotations, or members float: what is left free has no
@@ -390,28 +276,6 @@ def _rolling(b: _Build, rigid: Array, contact: Array) -> tuple[Array, Array, tup
     free = free_motions(rigid, contact).shape[1]
     if b.train.output is None and (not given or free != len(given)):
         return *vibration_motions(b.a.mass, rigid, contact), ()
-    masters = np.array([_speed_row(b, m) for m in given]).reshape(-1, b.a.size)
+    masters = np.array([speed_row(b, m) for m in given]).reshape(-1, b.a.size)
     rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, masters)
     return rolling, masters, tuple(b.flow.speed[m] for m in given)
-
-
-def _frame_forces(b: _Build, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:
-    """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
-
-    Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
-    (I − rolling masters) q, makes forces of the frame, and these leave the rolling alone.
-    """
-    if not b.train.gyroscopic:
-        return None, None
-    turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
-    for number, stage in enumerate(b.train.stages):
-        flow = b.flow.stage(stage.name)
-        frame = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        for m in b.members[number]:
-            spin = (
-                flow.planet_speed if m.part == "planet" else b.flow.speed[f"{stage.name}.{m.part}"]
-            )
-            at = b.a.slice_of(m.body.name)
-            turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
-    rest = np.eye(b.a.size) - rolling @ masters
-    return rest.T @ turning @ rest, rest.T @ centripetal @ rest

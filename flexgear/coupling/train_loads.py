@@ -1,0 +1,90 @@
+"""Forces on a train beside its ports: weight, given loads, and those of frames that turn."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.links import turn
+from flexgear.coupling.train_build import TrainBuild
+from flexgear.coupling.train_parts import frame_matrices, orbit_force, planet_axes
+from flexgear.gears.train_radii import stage_radii
+from flexgear.model.errors import FlexgearError, InputError
+
+Array = NDArray[np.float64]
+
+
+def given_loads(b: TrainBuild) -> list[tuple[int, Array, int]]:
+    """Forces given from outside: (block, vector, angle of the frame or −1)."""
+    out: list[tuple[int, Array, int]] = []
+    gravity = np.array(b.train.gravity)
+    place = {}
+    for number, stage in enumerate(b.train.stages):
+        frame = b.frames[number]
+        if stage.flexible is not None and gravity.any():
+            raise InputError(
+                b.train.source, "gravity_m_per_s2",
+                f"does not reach the flexible stage {stage.name}",
+                "set it to zero; weight hardly bends its bodies",
+            )  # fmt: skip
+        speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        radius = stage_radii(stage, b.train.source).center_distance
+        for m in b.members[number]:
+            block = _block(b, m.body.name)
+            place[m.body.name] = (block, frame.carrier)
+            if gravity.any():
+                weight = turn(-planet_axes(stage, m)) @ np.r_[m.mass * gravity, 0, 0, 0]
+                out.append((block, weight, frame.carrier))
+            if b.train.gyroscopic and m.part == "planet":
+                out.append((block, orbit_force(stage, m, radius, speed), -1))
+    for k, load in enumerate(b.train.loads):
+        vector = np.r_[load.force, load.moment]
+        if load.member not in place:
+            raise InputError(
+                b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
+                f"name one of {', '.join(sorted(place))}",
+            )  # fmt: skip
+        block, angle = place[load.member]
+        out.append((block, vector, angle if load.frame == "fixed" else -1))
+    return out
+
+
+def _block(b: TrainBuild, body: str) -> int:
+    """Number of the block of a lumped body, which has one."""
+    at = 0
+    for stage, members in zip(b.train.stages, b.members, strict=True):
+        names = [m.body.name for m in members]
+        if body in names:
+            return at + names.index(body)
+        at += len(members) if stage.flexible is None else _nodes(b, stage.name)
+    raise FlexgearError(f"there is no body {body!r} in the train")
+
+
+def _nodes(b: TrainBuild, stage: str) -> int:
+    case = b.train.stage(stage).flexible
+    assert case is not None
+    return case.stage.ring.teeth + case.stage.planets + 1
+
+
+def frame_forces(
+    b: TrainBuild, rolling: Array, masters: Array
+) -> tuple[Array | None, Array | None]:
+    """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
+
+    Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
+    (I − rolling masters) q, makes forces of the frame, and these leave the rolling alone.
+    """
+    if not b.train.gyroscopic:
+        return None, None
+    turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
+    for number, stage in enumerate(b.train.stages):
+        flow = b.flow.stage(stage.name)
+        frame = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        for m in b.members[number]:
+            spin = (
+                flow.planet_speed if m.part == "planet" else b.flow.speed[f"{stage.name}.{m.part}"]
+            )
+            at = b.a.slice_of(m.body.name)
+            turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
+    rest = np.eye(b.a.size) - rolling @ masters
+    return rest.T @ turning @ rest, rest.T @ centripetal @ rest
