@@ -46,8 +46,6 @@ from flexgear.studies.single_runs import equilibria, stage_stepping
 from flexgear.studies.single_runs import simulate as run_transient
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
 
-LIMIT_HZ = 500.0
-
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
@@ -120,7 +118,9 @@ def modes(
     case: CaseName,
     limit_hz: Annotated[
         float | None,
-        typer.Option("--limit-hz", help="Highest frequency; 500, or all of a lumped train."),
+        typer.Option(
+            "--limit-hz", help="Highest frequency; modes_band_hz, or all of a lumped train."
+        ),
     ] = None,
     angle_deg: Annotated[
         float, typer.Option("--angle-deg", help="Rotation of the carrier (first input).")
@@ -145,7 +145,7 @@ def modes(
         modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)
         return
     refuse_for_stages(found, campbell=campbell, out=out)
-    limit_hz = LIMIT_HZ if limit_hz is None else limit_hz
+    limit_hz = stage_pace(found).band if limit_hz is None else limit_hz
     with progress(quiet) as report:
         bodies, variant = stage_bodies(found, report), variant_of(found, parts)
         warn(stage_warnings(found, bodies.both, variant))

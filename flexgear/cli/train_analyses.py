@@ -41,11 +41,11 @@ from flexgear.studies.train_modes import (
     top_shares,
     train_campbell,
     train_modes,
+    usual_limit,
 )
 from flexgear.studies.train_static import position_figures, train_equilibria
 from flexgear.studies.train_transient import simulate_train, train_histories, train_stepping
 
-FLEXIBLE_LIMIT = 500.0  # Hz, of modes that are listed where stages bend
 LISTED_CROSSINGS = 12
 
 
@@ -119,10 +119,9 @@ def modes_of_train(
     way: Shown,
 ) -> None:
     """Natural modes, or the Campbell diagram's crossings."""
-    if limit_hz is None and flexible_stages(train):
-        limit_hz = FLEXIBLE_LIMIT
     with progress(way.quiet) as report:
         context = put_together(train, rigid, report)
+        limit_hz = usual_limit(context) if limit_hz is None else limit_hz
         if campbell:
             data = train_campbell(context, limit_hz=limit_hz)
         else:

@@ -73,6 +73,12 @@ def train_modes(
     )
 
 
+def usual_limit(context: TrainContext) -> float | None:
+    """Highest frequency worth listing, Hz: the band's top where bodies bend, else all (None)."""
+    rigid = all(body.rigid for body in context.system.bodies)
+    return None if rigid else context.pace.band
+
+
 def _masters(system: System, angle: float) -> Array:
     return np.asarray(rated_rotations(system, np.array([angle]))[0])
 

@@ -35,7 +35,7 @@ from flexgear.studies.train_dataset import TrainContext
 from flexgear.studies.train_harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.studies.train_linear import why_not_linear
 from flexgear.studies.train_model import Bodies, train_bodies, train_variants
-from flexgear.studies.train_modes import train_campbell, train_modes
+from flexgear.studies.train_modes import train_campbell, train_modes, usual_limit
 from flexgear.studies.train_sharing import shared_stages, sharing_attrs, train_sharing
 from flexgear.studies.train_static import train_equilibria
 from flexgear.studies.train_transient import (
@@ -81,9 +81,10 @@ def run_train(
     datasets: dict[str, xr.Dataset] = {}
     with watch.stage("modes"):
         progress("modes", 0.0)
-        datasets["modes"] = train_modes(first)
+        limit = usual_limit(first)
+        datasets["modes"] = train_modes(first, limit_hz=limit)
         progress("modes", 0.5)
-        datasets["campbell"] = train_campbell(first)
+        datasets["campbell"] = train_campbell(first, limit_hz=limit)
         progress("modes", 1.0)
     with watch.stage("equilibria"):
         datasets["equilibrium"] = train_equilibria(first, _positions(first), progress=progress)

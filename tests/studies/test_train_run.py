@@ -16,6 +16,7 @@ from flexgear.studies.train_angles import (
     stage_motions,
 )
 from flexgear.studies.train_compare import against, compare_sharing, contexts, is_still
+from flexgear.studies.train_modes import usual_limit
 from flexgear.studies.train_run import run_train
 
 
@@ -58,6 +59,9 @@ def test_mixed_train_has_a_rigid_variant(tmp_path):
     train, bodies = mixed(tmp_path)
     found = contexts(train, bodies=bodies)
     assert list(found) == ["flexible", "rigid", "flexible, without errors"]
+    # modes are listed as far as they are judged, and all of rigid bodies
+    assert usual_limit(found["flexible"]) == found["flexible"].modal.choice.band_hz
+    assert usual_limit(found["rigid"]) is None
     figures = compare_sharing(found, cycles=2, transient=False)
     assert "flexible: harmonic" not in figures
     first, second = (figures[f"{v}: quasi-static"]["first ring"] for v in ("flexible", "rigid"))
