@@ -97,8 +97,10 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
     monkeypatch.setattr(analysis_commands, "stage_bodies", doubtful)
-    monkeypatch.setitem(body_commands.BODIES, "ring", lambda c, p: doubtful(c, p).ring)
-    monkeypatch.setitem(body_commands.BODIES, "carrier", lambda c, p: doubtful(c, p).carrier)
+    monkeypatch.setitem(body_commands.BODIES, "ring", lambda c, p, _limit: doubtful(c, p).ring)
+    monkeypatch.setitem(
+        body_commands.BODIES, "carrier", lambda c, p, _limit: doubtful(c, p).carrier
+    )
     name, *more = command
     code, text, err = flexgear(name, "wind-5mw", *more, "--json", "-q")
     assert code == 0
