@@ -14,8 +14,10 @@ def brake_line(brake_torque, brake_speed, exponent, speed):
     """Brake torque and its slope at an output speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
 
     A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
-    never drives a train at rest.
+    never drives a train at rest. Rated to stand still (ω_r = 0) it is what holds the train, T_r.
     """
+    if brake_speed == 0.0:
+        return brake_torque, 0.0
     if exponent == 1.0:
         slope = brake_torque / brake_speed
         return slope * speed, slope

@@ -30,6 +30,7 @@ from flexgear.analysis.step_plan import (
 )
 from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.system import System
 from flexgear.gears.kinematics import longest_time_step
 from flexgear.model.errors import FlexgearError
 
@@ -138,20 +139,9 @@ def start_state(
     system = modal.system
     given = np.asarray(torque, dtype=float)
     at_rest = revolution(modal, np.array([carrier_angle]), given[None] if given.ndim else given)
-    speeds = system.rated_master_speeds
-    if carrier_speed is None and system.brake.rated_torque == 0.0:
-        share = 1.0
-    elif carrier_speed is None:
-        brake = system.brake
-        ratio = float(at_rest.output_torque[0]) / brake.rated_torque
-        share = 1.0
-        if brake.exponent != 0.0:
-            share = np.sign(ratio) * abs(ratio) ** (1 / brake.exponent)
-            share *= brake.rated_speed / float(system.output @ system.rolling @ speeds)
-    else:
-        share = carrier_speed / speeds[0]
+    speeds = _start_speeds(system, float(at_rest.output_torque[0]), carrier_speed)
     eta = at_rest.eta[0] + modal.rolling @ at_rest.masters[0]
-    velocity = modal.rolling @ (speeds * share)
+    velocity = modal.rolling @ speeds
     load = _loads_by_row(modal, at_rest)
     return State(
         eta=eta,
@@ -185,6 +175,20 @@ def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> fl
     elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
     stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)
     return kinetic + elastic + 0.5 * float(np.sum(found.pair_load[0] ** 2 / stiffness))
+
+
+def _start_speeds(system: System, output_torque: float, first: float | None) -> Array:
+    """Speeds (F,) of the independent rotations in rated proportion, rad/s: with ``first`` of the
+    first of them, or so that the brake takes the output torque, N·m. At rest as rated at rest."""
+    speeds, brake = system.rated_master_speeds, system.brake
+    if first is not None:
+        return speeds * (first / speeds[0]) if speeds[0] else first * np.eye(len(speeds))[0]
+    output = float(system.output @ system.rolling @ speeds)
+    if brake.rated_torque == 0.0 or brake.exponent == 0.0 or output == 0.0:
+        return speeds
+    ratio = output_torque / brake.rated_torque
+    size = abs(ratio) ** (1 / brake.exponent) * brake.rated_speed / output
+    return np.asarray(speeds * (np.sign(ratio) * size))
 
 
 def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:

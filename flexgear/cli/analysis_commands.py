@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ import typer
 import xarray as xr
 
 from flexgear.analysis.modes import modes as natural_modes
-from flexgear.cli.display import present, progress, shown, table, warn
+from flexgear.cli.display import as_json_text, present, progress, shown, table, warn
 from flexgear.cli.long_runs import Save, kept, saved_names
 from flexgear.cli.options import (
     AsJson,
@@ -159,7 +158,7 @@ def modes(
         for k, f in enumerate(result.frequencies)
     ]
     if as_json:
-        typer.echo(json.dumps({"variant": system.variant.label, "modes": rows}, indent=2))
+        typer.echo(as_json_text({"variant": system.variant.label, "modes": rows}))
         return
     typer.echo(f"{found.name}, {system.variant.label}: {len(rows)} modes up to {limit_hz:g} Hz")
     for k, row in enumerate(rows):

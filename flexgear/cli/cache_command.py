@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import said_size, table
+from flexgear.cli.display import as_json_text, said_size, table
 from flexgear.cli.options import AsJson
 from flexgear.model.errors import FlexgearError
 from flexgear.structures import cache as store
@@ -37,7 +36,7 @@ def cache(
         figures = {n: {"entries": len(s), "size_bytes": sum(s)} for n, s in kinds.items()}
         size = sum(entry.size for entry in found)
         out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
-        typer.echo(json.dumps(out, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text(out))
         return
     rows = {n: f"{len(s)} in {said_size(sum(s))}" for n, s in kinds.items()}
     table(f"{'removed from' if clear else 'kept in'} {place}", rows)

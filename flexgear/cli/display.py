@@ -15,6 +15,8 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from flexgear.results.summary import plain
+
 Report = Callable[[str, float], None]
 PLAIN_INTERVAL = 5.0  # s between plain lines of one stage
 
@@ -92,8 +94,24 @@ def table(title: str, rows: Mapping[str, Any]) -> None:
         typer.echo(f"  {name:<{width}}  {shown(value)}")
 
 
+def as_json_text(figures: Any) -> str:
+    """Figures as JSON, null for what is missing: JSON knows no number that is none."""
+    return json.dumps(without_nan(plain(figures)), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def without_nan(value: Any) -> Any:
+    """The same with None for every number that is infinite or not a number."""
+    if isinstance(value, dict):
+        return {k: without_nan(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [without_nan(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def shown(value: Any) -> str:
-    """A number with six digits, a list in one line, anything else as it is."""
+    """A number with six digits, a list in one line, a dash for what is missing."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
@@ -126,7 +144,7 @@ def modes_kept(figures: Mapping[str, Any]) -> str:
 def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool) -> None:
     """Sections of figures as tables, or all of them as JSON."""
     if as_json:
-        typer.echo(json.dumps(sections, indent=2, ensure_ascii=False, default=float))
+        typer.echo(as_json_text(sections))
         return
     typer.echo(title)
     for name, rows in sections.items():

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import Report, modes_kept, progress, table, warn
+from flexgear.cli.display import Report, as_json_text, modes_kept, progress, table, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.cli.outputs import PICTURES, RUN, Force, OutFolder, claim_folder, save_or_rescue
 from flexgear.cli.pictures import Folder, draw, drawing
@@ -63,7 +62,7 @@ def run(
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
     if as_json:
-        typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text(summary))
         return
     steady = summary["steady"]
     table(
@@ -75,7 +74,7 @@ def run(
             "tooth node 1, peak": {
                 k: f"{v:.1f} µm" for k, v in steady["tooth_displacement_peak_um"].items()
             },
-            "load sharing": {k: f"{v['mean']:.4f}" for k, v in steady["load_sharing"].items()},
+            "load sharing": {k: v["mean"] for k, v in steady["load_sharing"].items()},
             "modes kept": {k: modes_kept(v) for k, v in summary["second_reduction"].items()},
             "energy residual": f"{100 * summary['energy_residual']:.3f} %",
             "faster than real time": f"{summary['realtime_factor']:.2f} x",

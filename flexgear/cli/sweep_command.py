@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import Report, progress, shown
+from flexgear.cli.display import Report, as_json_text, progress, shown
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -107,7 +106,7 @@ def sweep(
         ) from None
     plan.store.clear()
     if as_json:
-        typer.echo(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False))
+        typer.echo(as_json_text(plain(data)))
     else:
         _tables(data)
         typer.echo(f"\nwrote {target}")
@@ -167,20 +166,13 @@ def plain(data: xr.Dataset) -> dict[str, Any]:
                 "meaning": field.attrs["long_name"],
                 "dims": list(field.dims),
                 "labels": {str(d): field[d].to_numpy().tolist() for d in field.dims},
-                "values": _finite(field.to_numpy().tolist()),
+                "values": field.to_numpy().tolist(),
             }
             for name, field in data.data_vars.items()
             if name != "message"
         },
         "failed": [{"point": where, "message": text} for where, text in failures(data)],
     }
-
-
-def _finite(values: Any) -> Any:
-    """Numbers that are none as null."""
-    if isinstance(values, list):
-        return [_finite(v) for v in values]
-    return None if isinstance(values, float) and not math.isfinite(values) else values
 
 
 def _tables(data: xr.Dataset) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 import xarray as xr
 
-from flexgear.cli.display import progress, table
+from flexgear.cli.display import as_json_text, progress, table
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -78,7 +77,7 @@ def tolerance(
         ) from None
     forget(model)
     if as_json:
-        typer.echo(json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False))
+        typer.echo(as_json_text(summary))
     else:
         _print(data, summary)
         typer.echo(f"\nwrote {folder}")

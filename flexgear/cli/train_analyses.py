@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +12,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import Report, present, progress, shown, table, warn
+from flexgear.cli.display import Report, as_json_text, present, progress, shown, table, warn
 from flexgear.cli.long_runs import kept
 from flexgear.cli.options import refuse_for_trains
 from flexgear.cli.outputs import save_or_rescue
@@ -98,7 +97,7 @@ def static_of_train(
     }
     if way.as_json:
         closure = data.attrs["closure_max"]
-        typer.echo(json.dumps({**positions, "closure": closure}, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text({**positions, "closure": closure}))
         return
     lead = str(data["master"][0].item())
     typer.echo(f"{train.name}, {context.variant}: equilibrium, {lead} turned by")
@@ -140,7 +139,7 @@ def _show_modes(
     rows = mode_rows(data)
     if way.as_json:
         found = {"variant": context.variant, "modes": rows}
-        typer.echo(json.dumps(found, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text(found))
         return
     upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
     typer.echo(f"{context.train.name}, {context.variant}: {len(rows)} modes{upto}")
@@ -191,7 +190,7 @@ def _show_campbell(context: TrainContext, data: xr.Dataset, way: Shown) -> None:
             },
             "crossings": rows,
         }
-        typer.echo(json.dumps(found, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text(found))
         return
     typer.echo(
         f"{context.train.name}, {context.variant}: {data.sizes['mode']} modes from rest to "

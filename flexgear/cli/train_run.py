@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from flexgear.cli.display import Report, modes_kept, progress, table, warn
+from flexgear.cli.display import Report, as_json_text, modes_kept, progress, table, warn
 from flexgear.cli.outputs import save_or_rescue
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
@@ -36,7 +35,7 @@ def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, q
         write_json(stage / "summary.json", summary)
     warn(summary["warnings"])
     if as_json:
-        typer.echo(json.dumps(summary, indent=2, ensure_ascii=False))
+        typer.echo(as_json_text(summary))
         return
     table(f"{train.name}: results in {folder}", _told(summary))
 

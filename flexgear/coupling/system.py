@@ -68,7 +68,8 @@ class TurningSupport:
 
 @dataclass(frozen=True)
 class Brake:
-    """Output torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent, N·m at the sun shaft."""
+    """Output torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent, N·m at the sun shaft;
+    T = rated_torque, of either sign, where the rated speed is zero."""
 
     rated_torque: float
     rated_speed: float

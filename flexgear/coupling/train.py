@@ -255,7 +255,7 @@ def _system(b: TrainBuild) -> System:
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
-        brake=Brake(abs(torque), abs(speed), train.brake_exponent),
+        brake=Brake(abs(torque) if speed else -torque, abs(speed), train.brake_exponent),
         rated_torque=flow.torque.get(lead, 0.0),
         rated_speed=flow.speed.get(lead, 0.0),
         master_speeds=speeds,

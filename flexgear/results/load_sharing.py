@@ -31,11 +31,11 @@ Definition = Literal["instantaneous", "hu-2023", "ren-2021"]
 # IEC 61400-4:2012, design requirements for wind turbine gearboxes; read in the source code of
 # Drivetrain (G. Rebouças, NTNU), which names the standard
 MESH_LOAD_FACTOR = {3: 1.10, 4: 1.25, 5: 1.35, 6: 1.44, 7: 1.47}
-LEAST_SHARE = 0.03  # of rated ΣF, below which K is not evaluated
+LEAST_SHARE = 0.03  # of rated ΣF, or of the largest F, below which K is not evaluated
 
 
 def load_sharing(force: ArrayLike, rated_mean_force: float) -> Array:
-    """K (...,) of gear-mesh forces (..., N) in N; NaN where |ΣF| < 3 % of N · rated mean.
+    """K (...,) of gear-mesh forces (..., N) in N; NaN where ΣF is too small (``carry_together``).
 
     Under reversed torque (ΣF < 0) the planet with the largest load of that sign counts.
     """
@@ -43,10 +43,22 @@ def load_sharing(force: ArrayLike, rated_mean_force: float) -> Array:
     planets = f.shape[-1]
     total = f.sum(axis=-1)
     largest = (f * np.sign(total)[..., None]).max(axis=-1)
-    enough = np.abs(total) >= LEAST_SHARE * planets * abs(rated_mean_force)
+    enough = carry_together(f, rated_mean_force)
     return np.divide(
         planets * largest, np.abs(total), out=np.full(total.shape, np.nan), where=enough
     )
+
+
+def carry_together(force: ArrayLike, rated_mean_force: float = 0.0) -> NDArray[np.bool_]:
+    """Where (...,) the planets carry a load that they can share, of their forces (..., N) in N.
+
+    |ΣF| ≥ 3 % of N · rated mean and of the largest |F|, and more than nothing: at no torque what
+    errors press on one planet others take off, and ΣF is rounding.
+    """
+    f = np.asarray(force, dtype=float)
+    total = np.abs(f.sum(axis=-1))
+    least = np.maximum(f.shape[-1] * abs(rated_mean_force), np.abs(f).max(axis=-1, initial=0.0))
+    return np.asarray((total >= LEAST_SHARE * least) & (total > 0))
 
 
 def planet_force_spread(force: ArrayLike, rated_mean_force: float) -> Array:
@@ -62,7 +74,7 @@ def planet_load_factors(force: ArrayLike, rated_mean_force: float) -> Array:
     """
     f = np.asarray(force, dtype=float)
     total = f.sum(axis=-1, keepdims=True)
-    enough = np.abs(total) >= LEAST_SHARE * f.shape[-1] * abs(rated_mean_force)
+    enough = carry_together(f, rated_mean_force)[..., None]
     return np.divide(
         f.shape[-1] * f, total, out=np.full(f.shape, np.nan), where=np.broadcast_to(enough, f.shape)
     )

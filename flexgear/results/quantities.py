@@ -1,7 +1,9 @@
 """Every variable a result may hold: dimensions, unit, meaning.
 
 The first dimension is that of the samples, "time" for a transient and "position" for a series of
-equilibria; it is written here as "sample". Frames and signs are those of docs/conventions.md.
+equilibria; it is written here as "sample". Frames and signs are those of docs/conventions.md. Only
+variables with an attribute ``missing``, which says when, hold values that are not a number (null in
+JSON).
 """
 
 from __future__ import annotations
@@ -10,14 +12,24 @@ from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """dims: names of the axes in order; units; meaning in words."""
+    """dims: names of the axes in order; units; meaning in words; missing: when a value is missing,
+    that is not a number, empty where none ever is."""
 
     dims: tuple[str, ...]
     units: str
     meaning: str
+    missing: str = ""
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Attributes of a variable."""
+        said = {MISSING: self.missing} if self.missing else {}
+        return {"units": self.units, "long_name": self.meaning, **said}
 
 
 S = "sample"
+MISSING = "missing"  # attribute of variables that may lack values: when they do
+UNLOADED = "where the planets together carry less than 3 % of rated, or of the largest of them"
 DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
 AXES = ("x", "y", "z")
 
@@ -79,7 +91,7 @@ QUANTITIES: dict[str, Quantity] = {
         (S, "carrier_node", "dof"), "m, rad", "carrier node, carrier axes, rolling taken off"
     ),
     "load_sharing": Quantity(
-        (S,), "1", "N max F / sum F of the ring gear meshes; not a number below 3 % of rated sum F"
+        (S,), "1", "N max F / sum F of the ring gear meshes", missing=UNLOADED
     ),
     "planet_force_spread": Quantity(
         (S,), "1", "(max F - min F) / rated mean F of the ring gear meshes"
@@ -92,7 +104,9 @@ QUANTITIES: dict[str, Quantity] = {
         "N, N m",
         "force and moment that a bearing, fit or spline carries, of what it holds on its support",
     ),
-    "closure": Quantity((S,), "1", "largest imbalance of an equilibrium over its load"),
+    "closure": Quantity(
+        (S,), "1", "largest imbalance of an equilibrium over its load, or what errors and gaps are worth"
+    ),
     "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
     "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),
     "energy_pair_elastic": Quantity((S,), "J", "strain energy of the tooth pairs"),

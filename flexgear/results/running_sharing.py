@@ -13,7 +13,13 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.results.load_sharing import Definition, cycle_starts, planet_figures, shares
+from flexgear.results.load_sharing import (
+    Definition,
+    carry_together,
+    cycle_starts,
+    planet_figures,
+    shares,
+)
 
 Array = NDArray[np.float64]
 DEFINITIONS: tuple[Definition, ...] = get_args(Definition)
@@ -61,7 +67,8 @@ class _Sense:
     def append(self, force: Array, before: int) -> None:
         """Some samples more, of which there were some before."""
         force = self._sense * force
-        self.loaded = self.loaded and bool(np.all(force.sum(axis=1) > 0))
+        carried = carry_together(force) & (force.sum(axis=1) > 0)
+        self.loaded = self.loaded and bool(np.all(carried))
         if not self.loaded:
             return
         self._take("instantaneous", force)

@@ -15,25 +15,47 @@ from numpy.typing import NDArray
 from flexgear.results import tolerance_statistics as statistics
 from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.results.load_sharing import mesh_load_factor
+from flexgear.results.quantities import Quantity
 from flexgear.results.train_dataset import GearMeshName, groups_of
+from flexgear.results.train_quantities import TRAIN_QUANTITIES
 
 Array = NDArray[np.float64]
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
 ENDS = ("", "_low", "_high")
 
-_ABOUT = {  # dimensions, units, meaning
-    "error_size": (("sample", "size"), "m", "size of a drawn error"),
-    "error_phase": (("sample", "phase"), "rad", "phase of a drawn error"),
-    "load_sharing_max": (("sample", "group"), "1", "largest N max F / ΣF over one turn"),
-    "load_sharing_mean": (("sample", "group"), "1", "mean of N max F / ΣF over one turn"),
-    "planet_load_factor_max": (("sample", "gear_mesh"), "1", "largest N F / ΣF over one turn"),
-    "planet_load_factor_mean": (("sample", "gear_mesh"), "1", "mean N F / ΣF over one turn"),
-    "load_sharing_as_stated": (("group",), "1", "load_sharing_max with the errors of the case"),
-    "mesh_load_factor": (("group",), "1", "K_γ that IEC 61400-4 has designers assume"),
-    "load_sharing_deviation": (("group",), "1", "standard deviation of load_sharing_max"),
-    "load_sharing_average": (("group",), "1", "mean of load_sharing_max over the samples"),
-    "load_sharing_quantile": (("group", "quantile"), "1", "quantile of load_sharing_max"),
-    "share_above": (("group",), "1", "share of samples above mesh_load_factor"),
+LOST = "of a sample without an equilibrium, or whose planets at times carry no load together"
+FEW = "with too few samples for it"
+_ABOUT = {
+    "error_size": Quantity(("sample", "size"), "m", "size of a drawn error"),
+    "error_phase": Quantity(("sample", "phase"), "rad", "phase of a drawn error"),
+    "load_sharing_max": Quantity(
+        ("sample", "group"), "1", "largest N max F / ΣF over one turn", LOST
+    ),
+    "load_sharing_mean": Quantity(
+        ("sample", "group"), "1", "mean of N max F / ΣF over one turn", LOST
+    ),
+    "planet_load_factor_max": Quantity(
+        ("sample", "gear_mesh"), "1", "largest N F / ΣF over one turn", LOST
+    ),
+    "planet_load_factor_mean": Quantity(
+        ("sample", "gear_mesh"), "1", "mean N F / ΣF over one turn", LOST
+    ),
+    "load_sharing_as_stated": Quantity(
+        ("group",), "1", "load_sharing_max with the errors of the case", LOST
+    ),
+    "mesh_load_factor": TRAIN_QUANTITIES["mesh_load_factor"],
+    "load_sharing_deviation": Quantity(
+        ("group",), "1", "standard deviation of load_sharing_max", FEW
+    ),
+    "load_sharing_average": Quantity(
+        ("group",), "1", "mean of load_sharing_max over the samples", FEW
+    ),
+    "load_sharing_quantile": Quantity(
+        ("group", "quantile"), "1", "quantile of load_sharing_max", FEW
+    ),
+    "share_above": Quantity(
+        ("group",), "1", "share of samples above mesh_load_factor", f"{FEW}, or without that factor"
+    ),
 }
 _SIDES = {"": "", "_low": ", lower end of its interval", "_high": ", upper end of its interval"}
 
@@ -84,8 +106,9 @@ def tolerance_dataset(
 
 def _variable(name: str, values: Array) -> xr.Variable:
     end = next((e for e in ("_low", "_high") if name.endswith(e)), "")
-    dims, units, meaning = _ABOUT[name.removesuffix(end)]
-    return xr.Variable(dims, values, {"units": units, "long_name": meaning + _SIDES[end]})
+    about = _ABOUT[name.removesuffix(end)]
+    about = about._replace(meaning=about.meaning + _SIDES[end])
+    return xr.Variable(about.dims, values, about.attrs)
 
 
 def _statistics(found: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:

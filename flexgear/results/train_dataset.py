@@ -124,7 +124,7 @@ def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
         raise FlexgearError(
             f"'{name}' has {array.ndim} axes {array.shape}, it needs {len(dims)}: {', '.join(dims)}"
         )
-    return xr.Variable(dims, array, {"units": quantity.units, "long_name": quantity.meaning})
+    return xr.Variable(dims, array, quantity.attrs)
 
 
 def _coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:

@@ -7,7 +7,7 @@ docs/conventions.md.
 
 from __future__ import annotations
 
-from flexgear.results.quantities import COORDINATES, QUANTITIES, Quantity, S
+from flexgear.results.quantities import COORDINATES, QUANTITIES, UNLOADED, Quantity, S
 
 TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     **COORDINATES,
@@ -38,6 +38,10 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "harmonic": ("Hz", "frequency of an error of gears or of a gear mesh"),
 }
 
+UNSAID = (
+    "with fewer than four samples a gear-mesh cycle, less than one cycle, a stage that does not "
+    "turn, or planets that at times carry no load together"
+)
 TRAIN_QUANTITIES: dict[str, Quantity] = {
     **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
     "master_angle": Quantity((S, "master"), "rad", "rotation of members that turn independently"),
@@ -49,9 +53,14 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "normal force along the 3D line of action, flank that carries rated torque less the other",
     ),
     "planet_load_factor": Quantity(
-        (S, "gear_mesh"), "1", "N F / sum F over the planets of a stage, one kind and side"
+        (S, "gear_mesh"),
+        "1",
+        "N F / sum F over the planets of a stage, one kind and side",
+        missing=f"{UNLOADED}; of a gear mesh that shares its load with none",
     ),
-    "load_sharing": Quantity((S, "group"), "1", "N max F / sum F over the planets"),
+    "load_sharing": Quantity(
+        (S, "group"), "1", "N max F / sum F over the planets", missing=UNLOADED
+    ),
     "body_displacement": Quantity(
         (S, "body", "dof"),
         "m, rad",
@@ -62,13 +71,19 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     ),
     "rated_gear_mesh_force": Quantity(("gear_mesh",), "N", "mean at rated torque"),
     "load_sharing_coefficient": Quantity(
-        ("definition", "group"), "1", "largest coefficient of the planets"
+        ("definition", "group"), "1", "largest coefficient of the planets", missing=UNSAID
     ),
     "planet_coefficient": Quantity(
-        ("definition", "gear_mesh"), "1", "load sharing coefficient of each planet"
+        ("definition", "gear_mesh"),
+        "1",
+        "load sharing coefficient of each planet",
+        missing=f"{UNSAID}; of a gear mesh that shares its load with none",
     ),
     "mesh_load_factor": Quantity(
-        ("group",), "1", "factor that IEC 61400-4 has designers assume; not a number where none"
+        ("group",),
+        "1",
+        "factor that IEC 61400-4 has designers assume",
+        missing="for a number of planets that it does not name",
     ),
     "cycle_maximum": Quantity(
         ("cycle", "gear_mesh"), "N", "largest gear-mesh force in a gear-mesh cycle"
@@ -92,7 +107,10 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "mode_shape": Quantity((S, "body", "dof"), "m, rad", "motion of bodies, modal mass 1 kg"),
     "campbell_frequency": Quantity((S, "mode"), "Hz", "frequency of a whirl mode"),
     "whirl": Quantity(
-        (S, "mode"), "1", "sense of whirl: 1 forward circle, -1 backward; not a number: none"
+        (S, "mode"),
+        "1",
+        "sense of whirl: 1 forward circle, -1 backward",
+        missing="of a mode that does not whirl",
     ),
     "excitation_slope": Quantity(("excitation",), "Hz", "frequency at rated speed"),
     "crossing_factor": Quantity(("crossing",), "1", "speed over rated speed where they meet"),

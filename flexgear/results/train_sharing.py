@@ -15,6 +15,17 @@ from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
 from flexgear.results.train_dataset import GearMeshName, groups_of
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing
+
+
+def without_rounding(force: ArrayLike, largest: float = 0.0) -> Array:
+    """Forces (t, G) of all gear meshes of a train, zero where they are rounding of the largest.
+
+    largest: of the loads that they are made of, N. Without torque errors may press one stage, or
+    both flanks of a gear mesh, and what others carry is left over from that.
+    """
+    f = np.asarray(force, dtype=float)
+    return np.where(np.abs(f) > ROUNDING * np.abs(f).max(initial=largest), f, 0.0)
 
 
 def sharing_histories(
@@ -22,10 +33,10 @@ def sharing_histories(
 ) -> dict[str, Array]:
     """ "load_sharing" (t, groups) and "planet_load_factor" (t, G) of forces (t, G) in N.
 
-    rated: (G,) mean force at rated torque. Both are NaN below 3 % of the rated load, and the
-    latter where a gear mesh has nobody to share with.
+    force: of all gear meshes; rated: (G,) mean force at rated torque. Both are NaN where
+    ``carry_together`` says no, and the latter where a gear mesh has nobody to share with.
     """
-    f, mean = np.asarray(force, dtype=float), np.asarray(rated, dtype=float)
+    f, mean = without_rounding(force), np.asarray(rated, dtype=float)
     groups = groups_of(gear_meshes)
     factor = np.full(f.shape, np.nan)
     largest = np.full((len(f), len(groups)), np.nan)
@@ -52,7 +63,7 @@ class SharingCoefficients:
 
     def append(self, force: ArrayLike) -> None:
         """Some samples more of the gear-mesh forces (t, G), N."""
-        f = np.asarray(force, dtype=float)
+        f = without_rounding(force)
         for at, group in self._groups:
             group.append(f[:, at])
 

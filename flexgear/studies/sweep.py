@@ -23,6 +23,7 @@ from flexgear.model.case import Case, load_case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.train import Train
 from flexgear.results.dataset import provenance
+from flexgear.results.quantities import MISSING
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measure import Found
@@ -162,6 +163,9 @@ def finished(plan: Sweep) -> int:
     return sum(store.get(case) is not None for case in cases)
 
 
+GAPS = "where the point failed or has fewer of them, and where its own value is missing"
+
+
 def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
     """Write netCDF in double precision; the file appears whole or not at all."""
     return write_bytes(path, data.to_netcdf(engine="h5netcdf"))
@@ -194,7 +198,8 @@ def collected(
             array = outcome.value[name]
             at = [[ticks[d].index(t) for t in array[d].to_numpy().tolist()] for d in own]
             values[(*point, *np.ix_(*at))] = array.to_numpy()
-        variables[name] = (dims + own, values.astype(str) if words else values, pattern.attrs)
+        about = pattern.attrs if words else {**pattern.attrs, MISSING: GAPS}
+        variables[name] = (dims + own, values.astype(str) if words else values, about)
     messages = np.full(shape, "", dtype=object)
     for point, outcome in zip(grid, outcomes, strict=True):
         messages[point] = outcome.message

@@ -62,12 +62,17 @@ def harmonic_data(
     data["stepped_force_amplitude"] = variable("stepped_force_amplitude", fitted, "harmonic")
     gap = np.abs(stepped - state.forces_at(time) @ context.gear_meshes.sign)
     by_stage = [
-        float(gap[:, at].max() / np.abs(stepped[:, at]).max())
+        _share(float(gap[:, at].max()), float(np.abs(stepped[:, at]).max()))
         for at in (context.gear_meshes.of_stage(s.name) for s in context.train.stages)
     ]
     data.attrs["largest_difference_of_stage"] = by_stage
     data.attrs["largest_difference"] = max(by_stage)
     return data
+
+
+def _share(part: float, whole: float) -> float:
+    """part / whole; nothing of nothing is nothing, and something of nothing all."""
+    return part / whole if whole else float(part > 0)
 
 
 def _rows(context: TrainContext) -> Array:

@@ -11,6 +11,7 @@ from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.train import Train
 from flexgear.results.train_dataset import GearMeshName
+from flexgear.results.train_sharing import without_rounding
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ class GearMeshes:
 
     def forces(self, pair_load: Array) -> Array:
         """Gear-mesh forces (t, G) in N of pair loads (t, M, slots): working less back flank."""
-        return np.asarray(pair_load.sum(axis=-1) @ self.sign)
+        largest = float(np.abs(pair_load).max(initial=0.0))
+        return without_rounding(pair_load.sum(axis=-1) @ self.sign, largest)
 
     def of_stage(self, stage: str) -> list[int]:
         """Places of a stage's gear meshes."""

@@ -96,8 +96,10 @@ def without_errors(modal: ModalSystem) -> ModalSystem:
 def rated_rotations(system: System, lead: Array) -> Array:
     """Independent rotations (p, F) of the train rolling at rated speeds, rad.
 
-    lead: (p,) rotation of the first of them that turns, forward in time where it rises.
+    lead: (p,) rotation of the first of them that turns, forward in time where it rises; of the
+    first one alone where none turns.
     """
     speeds = system.rated_master_speeds
-    first = next((abs(w) for w in speeds if w != 0), 1.0)
-    return np.multiply.outer(np.asarray(lead, dtype=float), speeds / first)
+    first = next((abs(w) for w in speeds if w != 0), 0.0)
+    rates = speeds / first if first else np.eye(len(speeds))[0]
+    return np.multiply.outer(np.asarray(lead, dtype=float), rates)

@@ -136,9 +136,11 @@ def run_train(
 
 
 def _positions(context: TrainContext) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Lead angles over one gear-mesh cycle of the slowest stage."""
+    """Lead angles over one gear-mesh cycle of the slowest stage; one of a train at rest."""
     motions = stage_motions(context.train, context.flow)
     turning = [m for m in motions if m.theta]
+    if not turning:
+        return np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)
     return one_turn(slowest, lead_speed(context.train, context.flow), POSITIONS, 1)
 

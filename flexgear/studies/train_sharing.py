@@ -17,7 +17,11 @@ from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 from flexgear.results.load_sharing import cycle_maxima
 from flexgear.results.train_dataset import train_dataset
-from flexgear.results.train_sharing import sharing_coefficients, sharing_histories
+from flexgear.results.train_sharing import (
+    sharing_coefficients,
+    sharing_histories,
+    without_rounding,
+)
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.train_angles import (
     cycles_of_train,
@@ -123,7 +127,7 @@ def _forces(
             found = revolution(context.modal, masters, system.rated_torque, watch)
             parts.append(context.gear_meshes.forces(found.pair_load))
     progress(said, 1.0)
-    return np.concatenate(parts)
+    return without_rounding(np.concatenate(parts))
 
 
 def sharing_attrs(data: xr.Dataset) -> dict[str, Any]:

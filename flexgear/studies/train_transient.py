@@ -28,6 +28,7 @@ from flexgear.studies.train_angles import stage_motions
 from flexgear.studies.train_dataset import TrainContext, train_labels, transient_data
 
 Array = NDArray[np.float64]
+SAMPLES_AT_REST = 100
 MOST_STEPS = 400_000  # of a run whose duration nobody gave
 
 
@@ -47,11 +48,15 @@ class TrainRun:
 
 
 def usual_duration(train: Train, flow: PowerFlow) -> float:
-    """Settling and one turn of the slowest stage, s; cut short where that takes too many steps."""
+    """Settling and one turn of the slowest stage, s; cut short where that takes too many steps.
+
+    A train at rest is looked at for as long again as it settles, and for some samples.
+    """
     if train.solver.duration is not None:
         return train.solver.duration
     pace, motions = train_pace(train), stage_motions(train, flow)
-    turn = max(m.turn_period for m in motions if m.theta)
+    at_rest = max(pace.settling, SAMPLES_AT_REST * pace.output_interval)
+    turn = max((m.turn_period for m in motions if m.theta), default=at_rest)
     return min(pace.settling + turn, max(MOST_STEPS * pace.time_step, 1.5 * pace.settling))
 
 

@@ -289,3 +289,20 @@ def test_what_cannot_work_is_said_before_any_work(flexgear, tmp_path, monkeypatc
     _, _, err = flexgear("sweep", path, "damping.ratio=0.01,0.02", *settings)
     assert len(said | {err}) == 1
     assert " -- " in err
+
+
+def test_json_holds_null_for_what_is_missing(flexgear):
+    """JSON knows no NaN: a parser that takes none reads what a train without torque prints."""
+
+    def refuse(word):
+        raise AssertionError(f"{word} is no JSON")
+
+    for command in (("static",), ("modes",), ("simulate", "--duration-s", "0.02")):
+        code, text, _ = flexgear(
+            command[0], "herringbone", *command[1:], "--json", "-q",
+            "--set", "inputs.0.torque_knm=0", "--set", "solver.settle_s=0",
+        )  # fmt: skip
+        assert code == 0
+        found = json.loads(text, parse_constant=refuse)
+        if command[0] == "simulate":
+            assert found["transient"]["load_sharing"]["stage ring left"]["instantaneous"] is None

@@ -134,3 +134,11 @@ def test_what_cannot_be_evaluated_is_refused():
         cycle_maxima(np.ones((4, 3)), 0.5)
     with pytest.raises(FlexgearError, match="carry no load"):
         sharing_by("hu-2023", np.array([[1.0, 1], [1, 1], [-1, -1]]), 1)
+
+
+def test_what_adds_up_to_nothing_is_not_shared():
+    """Without rated torque the forces themselves say whether there is a load to share."""
+    pressed = np.array([[100.0, -60.0, -40.0 + 1e-12], [0.0, 0.0, 0.0], [30.0, 20.0, 10.0]])
+    np.testing.assert_allclose(load_sharing(pressed, 0.0), [np.nan, np.nan, 1.5])
+    np.testing.assert_allclose(planet_load_factors(pressed, 0.0)[2], [1.5, 1.0, 0.5])
+    assert np.isnan(planet_load_factors(pressed, 0.0)[:2]).all()
