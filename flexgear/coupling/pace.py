@@ -255,7 +255,7 @@ def too_coarse(pace: Pace, solver: PaceKeys) -> list[str]:
     if modes < pace.wanted:
         key = "modes_to_hz" if modes != pace.band else "modes_band_hz"
         notes.append(f"solver.{key} = {modes:.4g} is too low: {order}; raise it, or leave it out")
-    if solver.duration is not None and solver.duration * pace.gear_mesh < 1:
+    if solver.duration is not None and 0 < solver.duration * pace.gear_mesh < 1:
         notes.append(
             f"solver.duration_s = {solver.duration:.4g} is too short: a period of the gear mesh "
             f"takes {1 / pace.gear_mesh:.3g} s; raise it, or leave it out"
