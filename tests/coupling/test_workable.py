@@ -144,6 +144,13 @@ def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
         train_system(train)
 
 
+def test_bolt_holes_have_room_in_the_fe_mesh():
+    settings = {"ring.bolts.number": "50", "ring.bolts.holes": "true"}
+    key, words = refusal(load_case("wind-5mw", settings))
+    assert key == "ring.bolts.number"
+    assert "too close to each other" in words
+
+
 def test_files_are_there(tmp_path):
     settings = {"ring.fe_mesh": "file", "ring.fe_mesh_file": str(tmp_path)}
     key, words = refusal(load_case("wind-5mw", settings))

@@ -223,6 +223,8 @@ class RingMeshParameters:
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
                 )
+        if self.bolts and self.bolt_holes:  # whether there is room for them shows in the section
+            _section(self, _DIVISIONS[self.fidelity][0])
 
 
 def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
