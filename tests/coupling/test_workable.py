@@ -145,7 +145,7 @@ def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
 
 
 def test_bolt_holes_have_room_in_the_fe_mesh():
-    settings = {"ring.bolts.number": "50", "ring.bolts.holes": "true"}
+    settings = {"ring.bolts.number": "50", "ring.bolts.holes": "true", "solver.fidelity": "quick"}
     key, words = refusal(load_case("wind-5mw", settings))
     assert key == "ring.bolts.number"
     assert "too close to each other" in words
