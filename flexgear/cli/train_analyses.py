@@ -43,7 +43,12 @@ from flexgear.studies.train_modes import (
     usual_limit,
 )
 from flexgear.studies.train_static import position_figures, train_equilibria
-from flexgear.studies.train_transient import simulate_train, train_histories, train_stepping
+from flexgear.studies.train_transient import (
+    cut_short,
+    simulate_train,
+    train_histories,
+    train_stepping,
+)
 
 LISTED_CROSSINGS = 12
 
@@ -220,7 +225,8 @@ def simulate_of_train(
     rest, account = Ranges(train_histories), Ranges(energy_account)
     with kept(way.out, way.names, way.quiet) as sinks, progress(way.quiet) as report:
         context = put_together(train, rigid, report)
-        warn(too_coarse(context.pace, train.solver))
+        short = [] if duration_s is not None else cut_short(train, context.flow)
+        warn([*too_coarse(context.pace, train.solver), *short])
         run = simulate_train(
             context,
             duration=duration_s,

@@ -41,6 +41,7 @@ from flexgear.studies.train_static import train_equilibria
 from flexgear.studies.train_transient import (
     TrainRun,
     compile_transient,
+    cut_short,
     settled,
     simulate_train,
 )
@@ -127,6 +128,7 @@ def run_train(
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
         warnings=[
             *too_coarse(first.pace, train.solver),
+            *cut_short(train, first.flow),
             *train_warnings(train, reduced, train_variants(train)),
         ],
         timing_s=watch.seconds,

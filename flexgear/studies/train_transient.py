@@ -54,10 +54,25 @@ def usual_duration(train: Train, flow: PowerFlow) -> float:
     """
     if train.solver.duration is not None:
         return train.solver.duration
+    pace, turn = train_pace(train), _slowest_turn(train, flow)
+    return min(pace.settling + turn, max(MOST_STEPS * pace.time_step, 1.5 * pace.settling))
+
+
+def cut_short(train: Train, flow: PowerFlow) -> list[str]:
+    """A line where nobody gave the duration and the usual one is less than a turn."""
+    span, turn = usual_duration(train, flow), _slowest_turn(train, flow)
+    if train.solver.duration is not None or span >= turn:
+        return []
+    return [
+        f"solver.duration_s is left out and cut to {span:.4g} s, {MOST_STEPS} steps, of the "
+        f"{turn:.4g} s that a turn of the slowest stage takes; give it, or a longer time step"
+    ]
+
+
+def _slowest_turn(train: Train, flow: PowerFlow) -> float:
     pace, motions = train_pace(train), stage_motions(train, flow)
     at_rest = max(pace.settling, SAMPLES_AT_REST * pace.output_interval)
-    turn = max((m.turn_period for m in motions if m.theta), default=at_rest)
-    return min(pace.settling + turn, max(MOST_STEPS * pace.time_step, 1.5 * pace.settling))
+    return max((m.turn_period for m in motions if m.theta), default=at_rest)
 
 
 def settling(context: TrainContext, span: float) -> float:

@@ -39,6 +39,7 @@ TYPE_COLOURS = {
 }
 OTHER_COLOUR = "#D8DBE0"
 MOST_MODES = 40
+RIGID = 1e-6  # of the highest frequency: below it nothing is strained
 MOST_SPRINGS = 7
 FORWARD, BACKWARD, STRAIGHT = "#004488", "#BB5566", "#444444"
 NEAR_RATED = 0.1  # of rated speed: crossings that are marked
@@ -234,7 +235,7 @@ def _type_colour(kind: str) -> str:
 
 def _top(values: FloatArray, excited: float) -> float:
     """Top of a Campbell diagram: what is excited, but never less than three elastic modes."""
-    elastic = np.sort(values[-1][values[-1] > 1e-3])
+    elastic = np.sort(values[-1][values[-1] > RIGID * np.nanmax(values[-1], initial=0.0)])
     least = float(elastic[: min(3, elastic.size)].max(initial=1.0))
     most = float(np.nanmax(values, initial=1.0))
     return 1.08 * max(least, min(most, excited if excited > 0 else most))

@@ -53,7 +53,7 @@ MEMBER_COLOURS = {
 }
 HALVES = {"left": "-", "right": "--"}
 ALIKE = 1e-4  # of the largest: planets that differ less are one line
-STILL = 1e-6  # µm: what moves less stands still
+STILL = 1e-9  # of the largest way of any body: what moves less stands still
 GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 
 
@@ -237,10 +237,11 @@ def _moving(data: xr.Dataset) -> dict[str, dict[str, FloatArray]]:
     field = variable(data, "body_displacement")
     field = field.transpose(*[d for d in field.dims if d not in ("body", "dof")], "body", "dof")
     stages: dict[str, dict[str, FloatArray]] = {}
+    largest = float(np.abs(field.to_numpy()[..., :2]).max(initial=0.0)) * MICRO
     for name in map(str, field["body"].to_numpy()):
         stage, _, part = name.rpartition(".")
         way = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
-        if part.split("_")[0] in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL:
+        if part.split("_")[0] in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL * largest:
             stages.setdefault(stage, {})[part] = way
     return stages
 
