@@ -49,7 +49,7 @@ def run(
     with staged_folder(folder) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
             bodies = stage_bodies(found, report)
-        result = run_stage(found, bodies, report, watch)
+        result = run_stage(found, bodies, report, watch, place=stage)
         content = Folder(found, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         with drawing(content, stage) if pictures else nullcontext() as sheet:
@@ -86,7 +86,8 @@ def _save(result: StageRun, stage: Path, report: Report) -> None:
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
     for k, (name, data) in enumerate(datasets.items()):
         report("saving", k / len(datasets))
-        save(data, stage / f"{name}.nc")
+        if not (stage / f"{name}.nc").exists():  # transients were written as they came
+            save(data, stage / f"{name}.nc")
     write_json(stage / "case.json", result.case.to_dict())
     report("saving", 1.0)
 

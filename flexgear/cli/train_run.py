@@ -24,7 +24,7 @@ def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, q
     with staged_folder(folder) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
             bodies = train_bodies(train, report)
-        result = run_train(train, report, watch, bodies=bodies)
+        result = run_train(train, report, watch, bodies=bodies, place=stage)
         with watch.stage("saving"):
             save_or_rescue(lambda place: _save(result, place, report), stage)
         if pictures:
@@ -81,6 +81,7 @@ def _largest(stages: list[dict[str, Any]]) -> str:
 def _save(result: TrainResults, stage: Path, report: Report) -> None:
     for k, (name, data) in enumerate(result.datasets.items()):
         report("saving", k / len(result.datasets))
-        save(data, stage / f"{name}.nc")
+        if not (stage / f"{name}.nc").exists():  # transients were written as they came
+            save(data, stage / f"{name}.nc")
     write_json(stage / "case.json", result.train.to_dict())
     report("saving", 1.0)

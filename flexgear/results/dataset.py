@@ -7,8 +7,9 @@ with more than one axis are stored in single precision (1e-7 of the value) and c
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -154,10 +155,17 @@ def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def load(path: PathLike) -> xr.Dataset:
     """Read a dataset into memory; one clear line where that is not possible."""
+    with readable(path):
+        return xr.load_dataset(path, engine="h5netcdf")
+
+
+@contextlib.contextmanager
+def readable(path: PathLike) -> Iterator[None]:
+    """One clear line where the block cannot read a dataset."""
     if not Path(path).is_file():
         raise FlexgearError(f"cannot read {path}: there is no such file")
     try:
-        return xr.load_dataset(path, engine="h5netcdf")
+        yield
     except (OSError, ValueError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FlexgearError(

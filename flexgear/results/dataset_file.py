@@ -18,7 +18,7 @@ import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
-from flexgear.results.dataset import encoding_of
+from flexgear.results.dataset import encoding_of, readable
 from flexgear.results.sinks import TIME, Coming, histories, sample_size
 
 CHUNK = 2**18  # bytes that are compressed together
@@ -36,6 +36,12 @@ def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetF
             yield file
         finally:
             file.close()
+
+
+def open_lazily(path: PathLike) -> xr.Dataset:
+    """A dataset whose variables are read from the file each time they are wanted."""
+    with readable(path):
+        return xr.open_dataset(path, engine="h5netcdf", cache=False)
 
 
 class DatasetFile:

@@ -83,7 +83,7 @@ def steady_summary(
     harmonics = np.abs(radial_harmonics(rated_equilibrium["tooth_displacement"].to_numpy()[0]))
     return {
         "carrier_speed_rpm_mean": float(flexible["carrier_speed"].mean()) * RPM,
-        "ring_mesh_force_n_mean": float(force.mean()),
+        "ring_mesh_force_n_mean": float(force.mean(dtype=float)),
         "ring_pairs_in_contact": {str(n): s for n, s in contact_share(tooth > 0).items()},
         "tooth_displacement_peak_um": {
             a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)

@@ -97,7 +97,7 @@ def force_summary(data: xr.Dataset) -> dict[str, Mapping[str, float]]:
     """Least, mean and largest gear-mesh force of every group over the samples, N."""
     force = data["gear_mesh_force"]
     others = [d for d in force.dims if d != "gear_mesh"]
-    return force_ranges(force.min(others), force.mean(others), force.max(others))
+    return force_ranges(force.min(others), force.mean(others, dtype=float), force.max(others))
 
 
 def force_ranges(

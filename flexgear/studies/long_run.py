@@ -9,7 +9,8 @@ import copy
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -31,11 +32,15 @@ from flexgear.analysis.transient import (
 )
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
+from flexgear.results.dataset import encoding_of
+from flexgear.results.dataset_file import dataset_file, open_lazily
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
 BUFFER = 2**24  # bytes of samples that are labelled together
-TRIAL = 50  # steps that tell how long others take; a run of fewer than forty times that is short
+TRIAL = 100  # steps that tell how long others take, at least
+SHARE = 40  # times those in a run: shorter ones are not worth a trial
+ENOUGH = 0.3  # s of a trial, which are enough
 LONGEST = 30 * 86400.0  # s that a run may take: nobody waits longer for one
 FASTEST = 1e-6  # s that a step takes at least, of the smallest train
 NO_STEPS = Steps(0, 0, {})
@@ -49,6 +54,34 @@ class Cost:
     wall: float
     core: float
     empty: xr.Dataset
+
+
+@dataclass(frozen=True)
+class TimedRun:
+    """A dataset and what it cost: simulated time, wall time, time of one core, s."""
+
+    data: xr.Dataset
+    simulated: float
+    wall: float
+    core: float
+
+    @property
+    def realtime_factor(self) -> float:
+        """Simulated time over that of one core."""
+        return self.simulated / max(self.core, 1e-9)
+
+
+def shelved(
+    place: Path | None, name: str, run: Callable[[DatasetSink | None], TimedRun]
+) -> TimedRun:
+    """A run whose samples go to the file ``name``.nc of a folder, to be read when they are wanted;
+    None: into memory."""
+    if place is None:
+        return run(None)
+    path = place / f"{name}.nc"
+    with dataset_file(path) as sink:
+        found = run(sink)
+    return replace(found, data=open_lazily(path))
 
 
 @dataclass(frozen=True)
@@ -113,19 +146,22 @@ class LongRun:
 
     def _seconds(self, start: State) -> float:
         """About how long the steps take; NaN where that is not worth finding out."""
-        if self.stepping.steps < 40 * TRIAL:
+        total, steps = self.stepping.steps, TRIAL
+        if total < SHARE * steps:
             return math.nan
 
         def spent(steps: int) -> float:
-            chunks = _Chunks(self.modal, self.labelled, lambda data: None)
-            began = time.perf_counter()
+            chunks = _Chunks(self.modal, self.labelled, _written)
+            began = time.thread_time()  # whatever else the machine does
             self._run(self.stepping.first(steps), copy.deepcopy(start), chunks, None)
             chunks.flush()
-            return time.perf_counter() - began
+            return time.thread_time() - began
 
         spent(1)  # compiles
-        few, more = spent(TRIAL), spent(3 * TRIAL)
-        return max(more - few, 0.0) / (2 * TRIAL) * self.stepping.steps
+        none = spent(1)
+        while (taken := spent(steps) - none) < ENOUGH and 4 * steps * SHARE <= total:
+            steps *= 4
+        return max(taken, 0.0) / steps * total
 
 
 def refuse_endless(stepping: Stepping, source: str) -> None:
@@ -141,6 +177,11 @@ def _endless(stepping: Stepping, source: str, time_taken: str) -> InputError:
         f"{stepping.duration:g} s take {stepping.least_steps:.3g} steps, {time_taken}",
         "simulate a shorter time, or with longer steps",
     )
+
+
+def _written(data: xr.Dataset) -> None:
+    """What it takes to write samples, without a file."""
+    data.to_netcdf(engine="h5netcdf", encoding=encoding_of(data))
 
 
 class _Chunks:

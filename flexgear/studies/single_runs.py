@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -20,20 +19,10 @@ from flexgear.model.case import Case
 from flexgear.model.drive import Drive as DriveParameters
 from flexgear.results.fields import field_dataset
 from flexgear.results.sinks import DatasetSink, Gathered
-from flexgear.studies.long_run import LongRun
+from flexgear.studies.long_run import LongRun, TimedRun
 from flexgear.studies.stage_bodies import Progress, StageBodies, silent
 from flexgear.studies.stage_dataset import equilibrium_of, transient_of
 from flexgear.studies.stepping import adaptive_steps, step_attributes
-
-
-@dataclass(frozen=True)
-class TimedRun:
-    """A dataset and what it cost: simulated time, wall time, time of one core, s."""
-
-    data: xr.Dataset
-    simulated: float
-    wall: float
-    core: float
 
 
 def equilibria(
@@ -127,6 +116,7 @@ def torque_step(
     energy: bool = False,
     progress: Progress = silent,
     label: str = "torque drop",
+    sink: DatasetSink | None = None,
 ) -> TimedRun:
     """Transient in which the torque drops to ``torque`` (N·m) as ``drive.steps`` says.
 
@@ -142,6 +132,7 @@ def torque_step(
         energy=energy,
         progress=progress,
         label=label,
+        sink=sink,
     )
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.energy_balance import energy_residual
+from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     RPM,
     build_summary,
@@ -33,9 +35,9 @@ from flexgear.results.summary import (
     torque_step_summary,
 )
 from flexgear.results.version import version
+from flexgear.studies.long_run import TimedRun, shelved
 from flexgear.studies.reduction_warnings import stage_warnings
 from flexgear.studies.single_runs import (
-    TimedRun,
     constant_drive,
     deformed,
     equilibria,
@@ -98,8 +100,12 @@ def run_stage(
     progress: Progress = silent,
     watch: Stopwatch | None = None,
     workers: int = WORKERS,
+    place: Path | None = None,
 ) -> StageRun:
-    """Steady revolution and torque drops of the flexible and the rigid variant, and the figures."""
+    """Steady revolution and torque drops of the flexible and the rigid variant, and the figures.
+
+    place: a folder that gets the transients as they come, so that none is in memory as a whole.
+    """
     watch = watch or Stopwatch()
     variants = {v.label: v for v in (variant_of(case), Variant(False, False, False))}
     first = next(iter(variants))
@@ -121,7 +127,7 @@ def run_stage(
         )
         fields = deformed(bodies, ideal)
     with watch.stage("transients"):
-        runs = _transients(case, modal, first, progress, workers)
+        runs = _transients(case, modal, first, progress, workers, place)
     datasets |= {name: run.data for name, run in runs.items()}
     watch.seconds |= {f"transient_{name}": run.wall for name, run in runs.items()}
     steady = {name: datasets[f"steady_{name}"] for name in variants}
@@ -183,21 +189,14 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _transients(
-    case: Case, modal: Mapping[str, ModalSystem], first: str, progress: Progress, workers: int
+    case: Case,
+    modal: Mapping[str, ModalSystem],
+    first: str,
+    progress: Progress,
+    workers: int,
+    place: Path | None,
 ) -> dict[str, TimedRun]:
     """All transients, the longest first, ``workers`` at a time."""
-    jobs: dict[str, Callable[[Progress], TimedRun]] = {}
-    turn, rated = revolution_time(case), constant_drive(case)
-    for name, system in sorted(modal.items(), key=lambda item: item[0] != first):
-        for torque in case.drive.steps.torques:
-            label = f"torque_step_{depth_name(torque)}_{name}"
-            jobs[label] = lambda watch, s=system, t=torque, n=name, at=label: torque_step(  # type: ignore[misc]
-                case, s, t, energy=n == first, progress=watch, label=at.replace("_", " ")
-            )
-        account = name == first and not case.drive.steps.torques
-        jobs[f"steady_{name}"] = lambda watch, s=system, n=name, e=account: simulate(  # type: ignore[misc]
-            case, s, drive=rated, duration=turn, energy=e, progress=watch, label=f"steady {n}"
-        )
     stop = threading.Event()
 
     def watched(stage: str, share: float) -> None:
@@ -205,9 +204,30 @@ def _transients(
             raise FlexgearError("interrupted")
         progress(stage, share)
 
+    jobs: dict[str, Callable[[DatasetSink | None], TimedRun]] = {}
+    turn, rated = revolution_time(case), constant_drive(case)
+    for name, system in sorted(modal.items(), key=lambda item: item[0] != first):
+        for torque in case.drive.steps.torques:
+            label = f"torque_step_{depth_name(torque)}_{name}"
+            jobs[label] = lambda sink, s=system, t=torque, n=name, at=label: torque_step(  # type: ignore[misc]
+                case,
+                s,
+                t,
+                energy=n == first,
+                progress=watched,
+                label=at.replace("_", " "),
+                sink=sink,
+            )
+        account = name == first and not case.drive.steps.torques
+        jobs[f"steady_{name}"] = lambda sink, s=system, n=name, e=account: simulate(  # type: ignore[misc]
+            case, s, drive=rated, duration=turn, energy=e, progress=watched,
+            label=f"steady {n}", sink=sink,
+        )  # fmt: skip
     _compile(case, modal[first])
     with ThreadPoolExecutor(max_workers=workers) as pool:
-        waiting: dict[str, Future[TimedRun]] = {n: pool.submit(j, watched) for n, j in jobs.items()}
+        waiting: dict[str, Future[TimedRun]] = {
+            n: pool.submit(shelved, place, n, job) for n, job in jobs.items()
+        }
         try:
             return {name: future.result() for name, future in waiting.items()}
         except BaseException:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.train import Train
+from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import RPM, finite
 from flexgear.results.train_summary import (
     displacement_summary,
@@ -26,6 +28,7 @@ from flexgear.results.train_summary import (
     train_summary,
 )
 from flexgear.results.version import version
+from flexgear.studies.long_run import TimedRun, shelved
 from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.stage_run import Stopwatch
@@ -39,7 +42,6 @@ from flexgear.studies.train_modes import train_campbell, train_modes, usual_limi
 from flexgear.studies.train_sharing import shared_stages, sharing_attrs, train_sharing
 from flexgear.studies.train_static import train_equilibria
 from flexgear.studies.train_transient import (
-    TrainRun,
     compile_transient,
     cut_short,
     settled,
@@ -72,8 +74,12 @@ def run_train(
     *,
     bodies: Bodies | None = None,
     workers: int = WORKERS,
+    place: Path | None = None,
 ) -> TrainResults:
-    """Every analysis of a train, with and without errors, flexible and rigid, and the figures."""
+    """Every analysis of a train, with and without errors, flexible and rigid, and the figures.
+
+    place: a folder that gets the transients as they come, so that none is in memory as a whole.
+    """
     watch = watch or Stopwatch()
     reduced = train_bodies(train, progress) if bodies is None else bodies
     with watch.stage("coupled_systems"):
@@ -93,7 +99,7 @@ def run_train(
         sharing = _sharing(variants, progress)
     datasets |= sharing
     with watch.stage("transients"):
-        runs = _transients(variants, progress, workers)
+        runs = _transients(variants, progress, workers, place)
     datasets |= {_name("transient", label): run.data for label, run in runs.items()}
     own = next(iter(runs.values()))
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
@@ -174,8 +180,8 @@ def _shared(sharing: Mapping[str, xr.Dataset], label: str) -> dict[str, Any]:
 
 
 def _transients(
-    variants: Mapping[str, TrainContext], progress: Progress, workers: int
-) -> dict[str, TrainRun]:
+    variants: Mapping[str, TrainContext], progress: Progress, workers: int, place: Path | None
+) -> dict[str, TimedRun]:
     """A transient of each variant in which anything moves, ``workers`` at a time."""
     stop = threading.Event()
 
@@ -185,15 +191,17 @@ def _transients(
         progress(stage, share)
 
     compile_transient(next(iter(variants.values())))
-    jobs: dict[str, Callable[[], TrainRun]] = {
-        label: lambda c=context, n=label: simulate_train(  # type: ignore[misc]
-            c, progress=watched, label=f"transient, {n}"
+    jobs: dict[str, Callable[[DatasetSink | None], TimedRun]] = {
+        label: lambda sink, c=context, n=label: simulate_train(  # type: ignore[misc]
+            c, progress=watched, label=f"transient, {n}", sink=sink
         )
         for label, context in variants.items()
         if label == next(iter(variants)) or not is_still(context)
     }
     with ThreadPoolExecutor(max_workers=workers) as pool:
-        waiting: dict[str, Future[TrainRun]] = {n: pool.submit(j) for n, j in jobs.items()}
+        waiting: dict[str, Future[TimedRun]] = {
+            n: pool.submit(shelved, place, _name("transient", n), job) for n, job in jobs.items()
+        }
         try:
             return {label: future.result() for label, future in waiting.items()}
         except BaseException:
@@ -202,7 +210,7 @@ def _transients(
             raise
 
 
-def _transient_summary(run: TrainRun) -> dict[str, Any]:
+def _transient_summary(run: TimedRun) -> dict[str, Any]:
     rest = settled(run.data)
     return {
         "duration_s": run.simulated,

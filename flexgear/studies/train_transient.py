@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.train_dataset import variable
 from flexgear.results.train_sharing import SharingCoefficients
 from flexgear.results.train_summary import axis_distance
-from flexgear.studies.long_run import LongRun
+from flexgear.studies.long_run import LongRun, TimedRun
 from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.stepping import adaptive_steps, step_attributes
 from flexgear.studies.train_angles import stage_motions
@@ -30,21 +30,6 @@ from flexgear.studies.train_dataset import TrainContext, train_labels, transient
 Array = NDArray[np.float64]
 SAMPLES_AT_REST = 100
 MOST_STEPS = 400_000  # of a run whose duration nobody gave
-
-
-@dataclass(frozen=True)
-class TrainRun:
-    """A dataset and what it cost: simulated time, wall time, time of one core, s."""
-
-    data: xr.Dataset
-    simulated: float
-    wall: float
-    core: float
-
-    @property
-    def realtime_factor(self) -> float:
-        """Simulated time over that of one core."""
-        return self.simulated / max(self.core, 1e-9)
 
 
 def usual_duration(train: Train, flow: PowerFlow) -> float:
@@ -102,7 +87,7 @@ def simulate_train(
     progress: Progress = silent,
     label: str = "transient",
     sink: DatasetSink | None = None,
-) -> TrainRun:
+) -> TimedRun:
     """Rated torques times ``torque_share`` for ``duration`` s (None: ``usual_duration``).
 
     The brake's torque is scaled likewise, so that the train keeps its rated speed. Load sharing
@@ -143,7 +128,7 @@ def simulate_train(
     run = LongRun(modal, drive, stepping, energy, labelled, last, train.source)
     both = Several([sharing, sink or memory])
     cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
-    return TrainRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
+    return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
 
 
 class _Sharing:

@@ -138,12 +138,12 @@ def test_what_is_said_before_is_what_comes(train):
         def finish(self, last):
             told.append(last)
 
-    simulate_train(train, duration=3000 * STEP, sink=Listener())
+    simulate_train(train, duration=4500 * STEP, sink=Listener())
     coming, *sizes, last = told
-    assert sum(sizes) == coming.samples == 3000
+    assert sum(sizes) == coming.samples == 4500
     assert 0 <= coming.seconds < 3600
-    assert last.attrs["steps"] == 3000
-    data = simulate_train(train, duration=3000 * STEP).data
+    assert last.attrs["steps"] == 4500
+    data = simulate_train(train, duration=4500 * STEP).data
     single = [n for n, how in encoding_of(data).items() if how.get("dtype") == "float32"]
     size = {str(n): v.nbytes for n, v in data.variables.items() if "time" in v.dims}
     assert coming.size == sum(b // 2 if n in single else b for n, b in size.items())
