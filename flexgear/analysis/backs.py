@@ -13,6 +13,8 @@ import math
 
 from numba import njit
 
+from flexgear.analysis.contact_law import gained
+from flexgear.analysis.lines import dot
 from flexgear.coupling.compiled import INNER
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
@@ -79,11 +81,12 @@ def look_at_backs(pairs, rows, n_pairs, theta, motion, wanted):
 
 @njit(**INNER)
 def look_from_near(
-    pairs, rows, at, change, rate, ports, n_pairs, theta, motion, motion_rate, ahead, speed,
-    wanted,
+    pairs, rows, at, change, rate, ports, n_pairs, theta, motion, motion_rate, modes, push,
+    gain, ahead, speed, wanted,
 ):  # fmt: skip
     """The same at a motion of near channels and its rate; change and rate (R,): those of the rows.
 
+    Rates are those of the free motion: loads push modes (n,) and add gain times that to velocities.
     ahead: time until the next look, s; speed (M,): largest approach speed of late, m/s, updated.
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
     """
@@ -100,11 +103,17 @@ def look_from_near(
             continue
         r = rows.pair_row[best]
         line = ports + 2 * count + m
+        motion_rate[line] += gain * dot(push, modes[line])
         radial, nearing = motion[line], motion_rate[line]
         if rows.beyond[r] < rows.width[r]:
+            for c in range(at[r, 1], at[r, 1] + 2):
+                motion_rate[c] += gain * dot(push, modes[c])
             radial += _gear_approach(pairs, m, theta, motion, at[r, 1])
             nearing += _gear_approach(pairs, m, theta, motion_rate, at[r, 1])
-        speed[m] = max(abs(2.0 * nearing - rate[r]), LATE * speed[m])
+        approach = rate[r] + gain * gained(
+            r, rows.line, rows.along, at, rows.coef, rows.width, rows.beyond, ports, modes, push
+        )
+        speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])
         left = _margins_left(pairs, b, radial, change[r], ahead * speed[m])
         wanted[b] = 1 if left < 1.0 else 0
         fewest = min(fewest, left)

@@ -68,7 +68,7 @@ def right_sides(kind, stiffness, offset, n, delta, rate, c, right):
 
 
 @njit(**INNER, fastmath=FAST)
-def _gained(i, line, along, at, coef, width, beyond, ports, modes, push):
+def gained(i, line, along, at, coef, width, beyond, ports, modes, push):
     """V_iᵀ Φ p of one row for a modal vector p."""
     total = 0.0
     if line[i] >= 0:
@@ -106,7 +106,7 @@ def change_states(
         growth = min(0.5, 0.5 * h * stiffness[i] / c)
         if is_limited == 0 and abs(force - before) <= growth * before:
             continue
-        approach = rate[i] + gain * _gained(
+        approach = rate[i] + gain * gained(
             i, line, along, at, coef, width, beyond, ports, modes, push
         )
         over = 2.0 * c * approach / force - 1.0  # c δ̇ > k δ in either state

@@ -290,7 +290,8 @@ def advance(
             )  # fmt: skip
             margins = look_from_near(
                 pairs, rows, near.at, work.delta, work.rate, ports, n_pairs, theta, near.line,
-                near.rate, 2 * LOOK * data.h[0] + h, work.back_speed, state.wanted,
+                near.rate, near.modes, work.push, GAMMA * h, 2 * LOOK * data.h[0] + h,
+                work.back_speed, state.wanted,
             )  # fmt: skip
             near.counts[5] = now + 2 * LOOK if margins > 2.0 else 0
             if clearances:
