@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,6 +94,28 @@ def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
             raise error from None
         said = f"{error}; the finished work is kept as {rescue / path.name}"
         raise FlexgearError(said) from error
+
+
+@contextmanager
+def without_pictures(lost: list[str]) -> Iterator[None]:
+    """Pictures that cannot be drawn cost no results: ``lost`` says why they are missing.
+
+    A stop by the user still ends everything.
+    """
+    try:
+        yield
+    except Exception as error:
+        text = " ".join(str(error).split())
+        lost.append(text if isinstance(error, FlexgearError) else f"{type(error).__name__}: {text}")
+
+
+def require_pictures(lost: Sequence[str], folder: Path) -> None:
+    """FlexgearError if pictures are missing beside results that are whole."""
+    if lost:
+        raise FlexgearError(
+            f"the pictures could not be drawn ({lost[0]}); the results are whole in {folder}: "
+            f"try `flexgear render {folder}`"
+        )
 
 
 def _require_own(files: Iterable[Path], origin: Origin) -> None:

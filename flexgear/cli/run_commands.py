@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +10,16 @@ import typer
 
 from flexgear.cli.display import Report, as_json_text, modes_kept, progress, table, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
-from flexgear.cli.outputs import PICTURES, RUN, Force, OutFolder, claim_folder, save_or_rescue
+from flexgear.cli.outputs import (
+    PICTURES,
+    RUN,
+    Force,
+    OutFolder,
+    claim_folder,
+    require_pictures,
+    save_or_rescue,
+    without_pictures,
+)
 from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.run_folder import FIELDS, complete, read_folder
 from flexgear.cli.train_pictures import TrainFolder, draw_train
@@ -52,15 +61,21 @@ def run(
         result = run_stage(found, bodies, report, watch, place=stage)
         content = Folder(found, result.datasets, result.fields, result.summary)
         notes: list[str] = []
-        with drawing(content, stage) if pictures else nullcontext() as sheet:
+        lost: list[str] = []
+        with ExitStack() as beside_saving:
+            sheet = None
+            if pictures:
+                with without_pictures(lost):
+                    sheet = beside_saving.enter_context(drawing(content, stage))
             with watch.stage("saving"):
                 save_or_rescue(lambda place: _save(result, place, report), stage)
             if sheet is not None:
-                with watch.stage("pictures"):
+                with watch.stage("pictures"), without_pictures(lost):
                     notes = draw(sheet, report)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
+    require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))
         return

@@ -8,7 +8,7 @@ from typing import Any
 import typer
 
 from flexgear.cli.display import Report, as_json_text, modes_kept, progress, table, warn
-from flexgear.cli.outputs import save_or_rescue
+from flexgear.cli.outputs import require_pictures, save_or_rescue, without_pictures
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.train import Train
@@ -21,6 +21,7 @@ from flexgear.studies.train_run import TrainResults, run_train
 def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, quiet: bool) -> None:
     """Run everything, write results, summary, pictures and report into ``folder``."""
     watch = Stopwatch()
+    lost: list[str] = []
     with staged_folder(folder) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
             bodies = train_bodies(train, report)
@@ -28,12 +29,13 @@ def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, q
         with watch.stage("saving"):
             save_or_rescue(lambda place: _save(result, place, report), stage)
         if pictures:
-            with watch.stage("pictures"):
+            with watch.stage("pictures"), without_pictures(lost):
                 content = TrainFolder(train, result.flow, result.datasets, result.summary)
                 draw_train(content, stage, report)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn(summary["warnings"])
+    require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))
         return

@@ -56,6 +56,25 @@ def test_run_writes_results_and_summary(finished):
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
+@pytest.mark.parametrize("broken", ["drawing", "draw"])
+def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
+    """Whatever the drawing does, a bug of its own included: the work before it is not lost."""
+
+    def fails(*_):
+        raise ValueError("no room for a label")
+
+    monkeypatch.setattr(run_commands, "stage_bodies", lambda case, _: cheap_stage(case))
+    monkeypatch.setattr(run_commands, broken, fails)
+    out = tmp_path / "mine"
+    assert run(["run", "wind-5mw", "--quiet", "--out", str(out), *FAST]) == 1
+    (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
+    assert "no room for a label" in said and f"whole in {out}" in said and "render" in said
+    summary = json.loads((out / "summary.json").read_text())
+    assert list(missing(summary, REQUIRED)) == []
+    assert load(out / "torque_step_2e6_flexible.nc").sizes["time"] > 10
+    assert [p.name for p in tmp_path.iterdir()] == ["mine"]
+
+
 def test_a_finished_folder_is_read_again(finished):
     content = run_commands.read_folder(finished[0])
     assert content.case.content_hash() == content.summary["content_hash"]
