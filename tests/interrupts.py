@@ -34,8 +34,10 @@ def interrupted(arguments, cache, files, presses=1):
 
 
 def hear_interrupts():
-    """For ``preexec_fn``: children of a shell's background job ignore SIGINT otherwise."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    """For ``preexec_fn``: children of a shell's background job ignore SIGINT otherwise, those of
+    nohup SIGHUP."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 def wait_until(true, seconds=400.0):

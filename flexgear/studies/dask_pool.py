@@ -67,7 +67,8 @@ def _client(address: str) -> Iterator[Client]:
     with _silent():
         try:
             client = Client(address, timeout=ANSWER)
-        except (OSError, TimeoutError, ValueError, TypeError) as error:
+        except (OSError, TimeoutError, ValueError, TypeError, AssertionError) as error:
+            # the last one: a busy machine did not start Dask's event loop in time
             raise InputError(
                 "--scheduler", address, f"no Dask scheduler answers there ({_said(error)})",
                 "start one with `dask scheduler`, and workers with `dask worker ADDRESS`; for "

@@ -101,5 +101,5 @@ def rated_rotations(system: System, lead: Array) -> Array:
     """
     speeds = system.rated_master_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
-    rates = speeds / first if first else np.eye(len(speeds))[0]
+    rates = speeds / first if first else np.eye(1, len(speeds))[0]
     return np.multiply.outer(np.asarray(lead, dtype=float), rates)

@@ -81,4 +81,4 @@ def test_a_cache_that_cannot_be_used_is_one_line_and_costs_nothing(flexgear, pla
     )  # fmt: skip
     assert code == 0 and "10 samples" in text
     assert err.count("\n") == 1
-    assert err.startswith("flexgear: cannot") and str(place) in err
+    assert err.startswith("flexgear: cannot") and str(place)[:30] in err  # long values are cut

@@ -175,7 +175,16 @@ def test_a_finished_file_that_cannot_be_moved_is_kept_and_named(tmp_path, monkey
     assert Path(str(caught.value).partition("kept as ")[2]).read_bytes() == b"hours of work"
 
 
+@pytest.fixture
+def hears_ctrl_c():
+    """Also where the tests run in the background of a shell, whose children ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @posix
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_ctrl_c_while_files_are_moved_waits_for_the_last_one(tmp_path, monkeypatch):
     (tmp_path / "a.txt").write_text("old")
     real = os.replace
