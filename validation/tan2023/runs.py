@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.model.case import Case, load_case
@@ -108,7 +109,7 @@ class Runs:
         """Modal system of a variant, errors of the case."""
         if variant not in self._modal:
             system = build_system(self.case, self.bodies.ring, self.bodies.carrier, variant)
-            self._modal[variant] = chosen_modal(system, self.case.solver)
+            self._modal[variant] = chosen_modal(system, stage_pace(self.case))
         return self._modal[variant]
 
     def perfect(self, variant: Variant) -> ModalSystem:
@@ -151,7 +152,7 @@ class Runs:
         if change is None and case is self.perfect_case:
             return equilibria(case, self.perfect(variant), angles)[1]
         system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
-        modal = chosen_modal(change(system) if change else system, case.solver)
+        modal = chosen_modal(change(system) if change else system, stage_pace(case))
         return equilibria(case, modal, angles)[1]
 
     @cached_property
@@ -253,7 +254,7 @@ class Runs:
         carrier = self.quick_carrier
         system = build_system(case, ring_body(case), carrier, FLEXIBLE)
         angles = np.linspace(0, 2 * math.pi / 5, 241)
-        return equilibria(case, chosen_modal(system, case.solver), angles)[1]
+        return equilibria(case, chosen_modal(system, stage_pace(case)), angles)[1]
 
     @cached_property
     def quick_carrier(self) -> ReducedBody:
