@@ -48,7 +48,7 @@ def completed(
             client.submit(_run, common, pickle.dumps(job), version(), pure=False): k
             for k, job in enumerate(jobs)
         }
-        for future in as_completed(list(futures)):
+        for future in as_completed(list(futures), loop=client.loop):
             yield futures[future], _found(future)
             future.release()
 
@@ -66,7 +66,8 @@ def _client(address: str) -> Iterator[Client]:
 
     with _silent():
         try:
-            client = Client(address, timeout=ANSWER)
+            # not the default: xarray would ask it for locks, even one that never answered
+            client = Client(address, timeout=ANSWER, set_as_default=False)
         except (OSError, TimeoutError, ValueError, TypeError, AssertionError) as error:
             # the last one: a busy machine did not start Dask's event loop in time
             raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from dask.base import get_scheduler
 from dask_cluster import cluster
 from threadpoolctl import threadpool_info
 
@@ -38,3 +39,4 @@ def test_cluster_by_address():
 def test_an_address_that_cannot_be_called(address):
     with pytest.raises(InputError, match="--scheduler"):
         reach(address)
+    assert get_scheduler() is None  # else files could not be written here any more
