@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from pydantic import ValidationError
 
 from flexgear.cli.pictures import Folder
@@ -17,11 +18,13 @@ from flexgear.model.case import Case, Train
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.results.dataset import load
+from flexgear.results.dataset_file import open_lazily
 from flexgear.results.summary import REQUIRED, missing
 from flexgear.results.train_summary import TRAIN_REQUIRED
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
+_AT_ONCE = 32 * MEGABYTE  # of a dataset that is read whole; of larger ones what a picture wants
 
 
 def read_folder(folder: Path) -> Folder | TrainFolder:
@@ -32,7 +35,7 @@ def read_folder(folder: Path) -> Folder | TrainFolder:
     if lost:
         raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
     try:
-        data = {f.stem: load(f) for f in sorted(folder.glob("*.nc"))}
+        data = {f.stem: _dataset(f) for f in sorted(folder.glob("*.nc"))}
         if train:
             whole = Train.model_validate(tuples_of(case))
             return TrainFolder(whole, power_flow(whole), data, summary)
@@ -47,6 +50,10 @@ def read_folder(folder: Path) -> Folder | TrainFolder:
         {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
         summary,
     )
+
+
+def _dataset(file: Path) -> xr.Dataset:
+    return load(file) if file.stat().st_size <= _AT_ONCE else open_lazily(file)
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from flexgear.studies.train_transient import settled
 Array = NDArray[np.float64]
 CHUNK = 20_000  # times at once
 SAME = 12  # digits of the highest frequency in which equal ones agree
+COMPARED = 100_000  # samples of a transient beside the harmonic solution
 
 
 def train_harmonic(context: TrainContext, torque_share: float = 1.0) -> SteadyState:
@@ -35,8 +36,9 @@ def harmonic_data(
 ) -> xr.Dataset:
     """Amplitudes of gear-mesh forces and bodies by frequency of the errors.
 
-    transient: its settled part is fitted with the same frequencies and compared sample by sample;
-    attribute ``largest_difference_of_stage`` is the largest over the stage's largest force.
+    transient: its settled part, at most the last `COMPARED` samples, is fitted with the same
+    frequencies and compared sample by sample; attribute ``largest_difference_of_stage`` is the
+    largest over the stage's largest force.
     """
     omega, forces = _merged(state.omega, state.forces.T @ context.gear_meshes.sign)
     _, motion = _merged(state.omega, (_rows(context) @ state.motion).T)
@@ -56,7 +58,7 @@ def harmonic_data(
     )
     if transient is None:
         return data
-    rest = settled(transient)
+    rest = settled(transient, COMPARED)
     time, stepped = rest["time"].to_numpy(), rest["gear_mesh_force"].to_numpy()
     fitted = fitted_amplitudes(time, stepped, omega)
     data["stepped_force_amplitude"] = variable("stepped_force_amplitude", fitted, "harmonic")

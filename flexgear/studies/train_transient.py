@@ -173,9 +173,12 @@ def compile_transient(context: TrainContext) -> None:
     )
 
 
-def settled(data: xr.Dataset) -> xr.Dataset:
-    """The samples of a transient after its start-up."""
-    return data.isel(time=np.flatnonzero(data["time"].to_numpy() >= data.attrs["settle_s"]))
+def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
+    """The samples of a transient after its start-up; at most so many, the last ones."""
+    begin = int(np.searchsorted(data["time"].to_numpy(), data.attrs["settle_s"]))
+    if most is not None:
+        begin = max(begin, data.sizes["time"] - most)
+    return data.isel(time=slice(begin, None))
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:

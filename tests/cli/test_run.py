@@ -5,7 +5,7 @@ import json
 import pytest
 from stage_samples import cheap_stage, missing_the_promise
 
-from flexgear.cli import run_commands
+from flexgear.cli import run_commands, run_folder
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load
@@ -80,6 +80,15 @@ def test_a_finished_folder_is_read_again(finished):
     assert content.case.content_hash() == content.summary["content_hash"]
     assert list(content.runs("steady")) == ["flexible", "rigid"]
     assert set(content.fields) == {"ring", "carrier"}
+
+
+def test_large_datasets_are_read_piece_by_piece(finished, monkeypatch):
+    whole = run_commands.read_folder(finished[0])
+    monkeypatch.setattr(run_folder, "_AT_ONCE", 0)
+    content = run_commands.read_folder(finished[0])
+    name = "torque_step_2e6_flexible"
+    assert not content.datasets[name].variables["ring_pair_load"]._in_memory
+    assert content.datasets[name].identical(whole.datasets[name])
 
 
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.mode_types import is_planet
@@ -186,3 +187,10 @@ def test_a_train_with_a_flexible_stage_runs(tmp_path):
         context.flow.stage("second").sun_gear_mesh_force, rel=0.1
     )
     assert np.isfinite(run.data["load_sharing_coefficient"].sel(definition="instantaneous")).all()
+
+
+def test_what_is_settled_begins_at_a_time_or_is_the_end_of_a_long_run():
+    data = xr.Dataset({"time": np.arange(11) / 10}, attrs={"settle_s": 0.5})
+    assert settled(data)["time"].to_numpy() == pytest.approx(0.1 * np.arange(5, 11))
+    assert settled(data, 100).sizes["time"] == 6
+    assert settled(data, 2)["time"].to_numpy() == pytest.approx([0.9, 1.0])
