@@ -96,7 +96,16 @@ def test_a_torque_drop_scales(stages):
     assert apart(runs) == {}
 
 
-@pytest.mark.parametrize(("name", "up"), [("pitch-drive", 16), ("lin-parker", 16)])
+@pytest.mark.parametrize(
+    ("name", "up"),
+    [
+        ("pitch-drive", 16),
+        ("lin-parker", 16),
+        ("herringbone", 1),
+        ("nrel-5mw", 1),
+        ("double-rotor-5mw", 1),
+    ],
+)
 def test_every_analysis_of_a_train_scales(name, up):
     whole = bundled(name).train
     data = whole.model_dump(exclude_unset=True)
