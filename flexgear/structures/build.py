@@ -18,7 +18,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.structures import estimate, probe_loads
-from flexgear.structures.cyclic_path import sector_counts
+from flexgear.structures.cyclic.path import sector_counts
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     FeMesh,
@@ -37,10 +37,10 @@ from flexgear.structures.interfaces import (
     ring_interface,
     ring_supports,
 )
+from flexgear.structures.linalg.tall import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import Progress, Reduction, reduce, silent
 from flexgear.structures.store import cached, content_key, is_kept
-from flexgear.structures.tall import single_threaded_blas
 
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads

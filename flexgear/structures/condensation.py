@@ -20,11 +20,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.factorisation import Factor
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.sparse_rows import add_csr_times, csr_times
-from flexgear.structures.spd import scaled_inverse
-from flexgear.structures.tall import dot
+from flexgear.structures.linalg.factorisation import Factor
+from flexgear.structures.linalg.sparse_rows import add_csr_times, csr_times
+from flexgear.structures.linalg.spd import scaled_inverse
+from flexgear.structures.linalg.tall import dot
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]

@@ -24,6 +24,7 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
+from flexgear.structures.linalg.tall import dot, times
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
@@ -32,7 +33,6 @@ from flexgear.structures.reduction import (
     Reduction,
     silent,
 )
-from flexgear.structures.tall import dot, times
 
 _BLOCK = 32  # vectors taken together at most
 _BLOCK_BYTES = 128e6

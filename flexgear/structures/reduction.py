@@ -16,7 +16,7 @@ away, K_bb <- P K_bb P with P = I - R (R^T R)^{-1} R^T, and reports its size.
 
 How constraint modes are held, or not: `condensation.py`. A body that repeats by sectors is
 condensed sector by sector where the numbers of sectors to try are given, with the same result:
-`cyclic_condensation.py`.
+`cyclic/condensation.py`.
 Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 1994.
 """
 
@@ -30,14 +30,14 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.condensation import Condensation, Progress, condense_whole, free
-from flexgear.structures.cyclic_condensation import CyclicCondensation
-from flexgear.structures.cyclic_modes import cyclic_modes
-from flexgear.structures.cyclic_path import condense_by_sectors
+from flexgear.structures.cyclic.condensation import CyclicCondensation
+from flexgear.structures.cyclic.modes import cyclic_modes
+from flexgear.structures.cyclic.path import condense_by_sectors
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.lanczos import largest_eigenpairs
-from flexgear.structures.long_lanczos import lowest_modes
+from flexgear.structures.linalg.lanczos import largest_eigenpairs
+from flexgear.structures.linalg.long_lanczos import lowest_modes
+from flexgear.structures.linalg.tall import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.tall import single_threaded_blas
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8

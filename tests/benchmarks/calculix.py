@@ -13,13 +13,13 @@ import numpy as np
 from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
-from flexgear.structures.factorisation import Factor
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.fe_mesh import EDGES_VTK
 from flexgear.structures.fe_mesh.inp import write_inp
 from flexgear.structures.fem import assemble
-from flexgear.structures.lanczos import largest_eigenpairs
-from flexgear.structures.tall import THREADS, single_threaded_blas
+from flexgear.structures.linalg.factorisation import Factor
+from flexgear.structures.linalg.lanczos import largest_eigenpairs
+from flexgear.structures.linalg.tall import THREADS, single_threaded_blas
 
 MODES = {"quick": 8, "full": 24}
 REPEATS = {"quick": 1, "full": 2}

@@ -14,8 +14,8 @@ from flexgear.model.case import Case
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import ring_interface
+from flexgear.structures.linalg.tall import THREADS
 from flexgear.structures.reduction import reduce
-from flexgear.structures.tall import THREADS
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}
 ALONE = {"quick": (), "full": ("1M",)}  # sizes at which the general path takes too long here
@@ -71,7 +71,7 @@ def run(report: Report, size: str) -> None:
 
 def by_sectors(case: Case, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
-    from flexgear.structures.cyclic_path import sector_counts
+    from flexgear.structures.cyclic.path import sector_counts
     from flexgear.structures.fem.unassembled import UnassembledModel
 
     m = case.material

@@ -20,8 +20,8 @@ from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, ring_model
 from benchmarks.timing import interleaved
 from flexgear.structures.fem import FeModel, Interface
+from flexgear.structures.linalg.tall import THREADS
 from flexgear.structures.reduction import reduce
-from flexgear.structures.tall import THREADS
 
 MODES = {"quick": 10, "full": 30}
 REPEATS = {"quick": 1, "full": 2}

@@ -8,7 +8,7 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.case import load_case
 from flexgear.model.gear_errors import GearErrors
 from flexgear.structures import build
-from flexgear.structures.cyclic_sectors import turn
+from flexgear.structures.cyclic.sectors import turn
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import StageBodies, stage_modal, variant_of

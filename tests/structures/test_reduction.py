@@ -23,9 +23,9 @@ from flexgear.structures.fem import (
     point_sample,
     rigid_tie,
 )
+from flexgear.structures.linalg.tall import single_threaded_blas
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduction import reduce, reduce_body
-from flexgear.structures.tall import single_threaded_blas
 
 STEEL = (210e9, 0.3, 7850.0)
 

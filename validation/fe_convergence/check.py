@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 
 from flexgear.model.case import load_case
 from flexgear.structures.build import carrier_body, ring_body
-from flexgear.structures.factorisation import Factor
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import (
@@ -20,8 +19,9 @@ from flexgear.structures.interfaces import (
     ring_interface,
     ring_supports,
 )
-from flexgear.structures.lanczos import largest_eigenpairs
-from flexgear.structures.tall import single_threaded_blas
+from flexgear.structures.linalg.factorisation import Factor
+from flexgear.structures.linalg.lanczos import largest_eigenpairs
+from flexgear.structures.linalg.tall import single_threaded_blas
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.structures.routines import scipy_routine
+from flexgear.structures.linalg.routines import scipy_routine
 
 Complex = NDArray[np.complex128]
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from cyclic_samples import TEETH, plain_ring
 
-from flexgear.structures.cyclic_path import condense_by_sectors
-from flexgear.structures.cyclic_rigid import rigid_fields, with_rigid, without_rigid
+from flexgear.structures.cyclic.path import condense_by_sectors
+from flexgear.structures.cyclic.rigid import rigid_fields, with_rigid, without_rigid
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic_harmonics import Harmonics
-from flexgear.structures.cyclic_path import condense_by_sectors
-from flexgear.structures.long_lanczos import lowest_modes
+from flexgear.structures.cyclic.harmonics import Harmonics
+from flexgear.structures.cyclic.path import condense_by_sectors
+from flexgear.structures.linalg.long_lanczos import lowest_modes
 
 
 @settings(max_examples=25, deadline=None)

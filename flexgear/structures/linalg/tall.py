@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from flexgear.structures.narrow import WIDTH, combine, gram
+from flexgear.structures.linalg.narrow import WIDTH, combine, gram
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 _ROWS = 4096  # rows a thread takes at a time, at least

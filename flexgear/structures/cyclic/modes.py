@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.cyclic_condensation import CyclicCondensation
-from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_spectrum import held_value, lowest_values
-from flexgear.structures.lanczos import Eigenpairs
-from flexgear.structures.long_lanczos import lowest_modes
+from flexgear.structures.cyclic.condensation import CyclicCondensation
+from flexgear.structures.cyclic.solver import CyclicSolver
+from flexgear.structures.cyclic.spectrum import held_value, lowest_values
+from flexgear.structures.linalg.lanczos import Eigenpairs
+from flexgear.structures.linalg.long_lanczos import lowest_modes
 
 Array = NDArray[np.float64]
 

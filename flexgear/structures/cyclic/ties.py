@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from flexgear.structures.cyclic_sectors import Sectors, turn
+from flexgear.structures.cyclic.sectors import Sectors, turn
 from flexgear.structures.fem import Interface
 
 Array = NDArray[np.float64]

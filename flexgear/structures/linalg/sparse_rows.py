@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.threads import shared
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]

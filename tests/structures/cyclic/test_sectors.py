@@ -8,20 +8,20 @@ import scipy.sparse as sp
 from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_ring_mesh
 from plain_meshes import annulus, box, tetrahedra
 
-from flexgear.structures.cyclic_condensation import cyclic_parts
-from flexgear.structures.cyclic_interior import Interior
-from flexgear.structures.cyclic_matrices import (
+from flexgear.structures.cyclic.condensation import cyclic_parts
+from flexgear.structures.cyclic.interior import Interior
+from flexgear.structures.cyclic.matrices import (
     Circulant,
     from_sectors,
     sector_matrices,
     to_sectors,
 )
-from flexgear.structures.cyclic_path import condense_by_sectors, sector_counts
-from flexgear.structures.cyclic_sectors import find_sectors, turn
-from flexgear.structures.cyclic_ties import sector_ties
-from flexgear.structures.dissection import dissect
+from flexgear.structures.cyclic.path import condense_by_sectors, sector_counts
+from flexgear.structures.cyclic.sectors import find_sectors, turn
+from flexgear.structures.cyclic.ties import sector_ties
 from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
 from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.linalg.dissection import dissect
 
 
 def model_of(fe_mesh):

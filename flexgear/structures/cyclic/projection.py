@@ -1,6 +1,6 @@
 r"""What a reduced body keeps of its constraint modes, without ever holding them.
 
-With Psi = Psi_t [I 0] + Y N, N = G^{-1} [-H I], H and G of `cyclic_solver.py`, J = [I 0],
+With Psi = Psi_t [I 0] + Y N, N = G^{-1} [-H I], H and G of `cyclic/solver.py`, J = [I 0],
 
     Psi^T M Psi = J^T A J + J^T B N + N^T B^T J + N^T C N,
     A = Psi_t^T M Psi_t,  B = Psi_t^T M Y,  C = Y^T M Y.
@@ -22,11 +22,11 @@ import scipy.fft
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_matrices import Circulant
-from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_ties import SectorTies
-from flexgear.structures.tall import THREADS
-from flexgear.structures.threads import shared
+from flexgear.structures.cyclic.matrices import Circulant
+from flexgear.structures.cyclic.solver import CyclicSolver
+from flexgear.structures.cyclic.ties import SectorTies
+from flexgear.structures.linalg.tall import THREADS
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]

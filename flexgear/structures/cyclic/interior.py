@@ -21,8 +21,8 @@ from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.dissection import Elimination
-from flexgear.structures.sparse_rows import subtract_rows
+from flexgear.structures.linalg.dissection import Elimination
+from flexgear.structures.linalg.sparse_rows import subtract_rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

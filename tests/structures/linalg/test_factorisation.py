@@ -6,9 +6,9 @@ import scipy.sparse as sp
 from plain_meshes import annulus
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.factorisation import Factor
 from flexgear.structures.fem import assemble
-from flexgear.structures.sparse_rows import csr_times, subtract_rows
+from flexgear.structures.linalg.factorisation import Factor
+from flexgear.structures.linalg.sparse_rows import csr_times, subtract_rows
 
 RANDOM = np.random.default_rng(11)
 

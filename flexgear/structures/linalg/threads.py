@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
-from flexgear.structures.tall import THREADS
+from flexgear.structures.linalg.tall import THREADS
 
 CHUNK = 384  # columns a thread takes at a time
 

@@ -5,11 +5,11 @@ import pytest
 import scipy.linalg as sla
 from cyclic_samples import TEETH, plain_ring
 
-from flexgear.structures import cyclic_modes as modes
-from flexgear.structures.cyclic_path import condense_by_sectors
-from flexgear.structures.cyclic_spectrum import held_value, lowest_values
-from flexgear.structures.hermitian import definite_inverse, regular_inverse
-from flexgear.structures.spd import balanced_inverse
+from flexgear.structures.cyclic import modes
+from flexgear.structures.cyclic.path import condense_by_sectors
+from flexgear.structures.cyclic.spectrum import held_value, lowest_values
+from flexgear.structures.linalg.hermitian import definite_inverse, regular_inverse
+from flexgear.structures.linalg.spd import balanced_inverse
 
 COUNT = 20
 
@@ -142,6 +142,6 @@ def test_inverses_that_were_forgotten_are_made_anew(ring, monkeypatch):
     _, _, parts = ring
     g = np.random.default_rng(3).standard_normal((parts.dofs, 2))
     before = parts.fixed_solve(g)
-    monkeypatch.setattr("flexgear.structures.cyclic_harmonics._LARGE", 0)
+    monkeypatch.setattr("flexgear.structures.cyclic.harmonics._LARGE", 0)
     parts.solver.border_harmonics.forget()
     assert np.array_equal(parts.fixed_solve(g), before)

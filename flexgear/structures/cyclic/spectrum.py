@@ -2,7 +2,7 @@ r"""Where the lowest modes of a body of equal sectors lie, for a shift among the
 
 A sector whose borders are held vibrates far above the modes that are sought, so that motion of the
 borders tells nearly all. Their harmonics X_h move a sector's ends, see `CyclicSolver.shapes`, by
-e = E_h X_h, and with g = R^T E R, the inertia of ends of `cyclic_projection.py`,
+e = E_h X_h, and with g = R^T E R, the inertia of ends of `cyclic/projection.py`,
 
     S_h X_h = lambda E_h^H g E_h X_h,   h = 0 ... z // 2,
 
@@ -21,9 +21,9 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_matrices import Circulant
-from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.threads import shared
+from flexgear.structures.cyclic.matrices import Circulant
+from flexgear.structures.cyclic.solver import CyclicSolver
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -18,9 +18,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_sectors import Sectors, turn
+from flexgear.structures.cyclic.sectors import Sectors, turn
 from flexgear.structures.fem import FeModel
-from flexgear.structures.threads import shared
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]

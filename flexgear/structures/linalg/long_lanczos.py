@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.lanczos import Eigenpairs, Operator
-from flexgear.structures.tall import dot, subtract, times_in_place
-from flexgear.structures.threads import shared
+from flexgear.structures.linalg.lanczos import Eigenpairs, Operator
+from flexgear.structures.linalg.tall import dot, subtract, times_in_place
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], tuple[Array, Array]]

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from flexgear.structures.separators import HIGH, LOW, separator
+from flexgear.structures.linalg.separators import HIGH, LOW, separator
 
 Ints = NDArray[np.int64]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flexgear.structures.cyclic_condensation import CyclicCondensation, cyclic_parts
-from flexgear.structures.cyclic_sectors import LEAST, find_sectors
+from flexgear.structures.cyclic.condensation import CyclicCondensation, cyclic_parts
+from flexgear.structures.cyclic.sectors import LEAST, find_sectors
 from flexgear.structures.fem import FeModel, Interface
 
 

@@ -18,9 +18,9 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.hermitian import definite_inverse, regular_inverse
-from flexgear.structures.tall import THREADS
-from flexgear.structures.threads import shared
+from flexgear.structures.linalg.hermitian import definite_inverse, regular_inverse
+from flexgear.structures.linalg.tall import THREADS
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -32,13 +32,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_harmonics import Harmonics
-from flexgear.structures.cyclic_interior import Interior
-from flexgear.structures.cyclic_rigid import with_rigid, without_rigid
-from flexgear.structures.cyclic_ties import SectorTies
-from flexgear.structures.spd import balanced_inverse, scaled_inverse
-from flexgear.structures.tall import times
-from flexgear.structures.threads import CHUNK, shared
+from flexgear.structures.cyclic.harmonics import Harmonics
+from flexgear.structures.cyclic.interior import Interior
+from flexgear.structures.cyclic.rigid import with_rigid, without_rigid
+from flexgear.structures.cyclic.ties import SectorTies
+from flexgear.structures.linalg.spd import balanced_inverse, scaled_inverse
+from flexgear.structures.linalg.tall import times
+from flexgear.structures.linalg.threads import CHUNK, shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -80,7 +80,7 @@ class CyclicSolver:
     ) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
-        rigid: R (3n + 3b, 6) of `cyclic_rigid.py`, or no columns where inertia stands in K too;
+        rigid: R (3n + 3b, 6) of `cyclic/rigid.py`, or no columns where inertia stands in K too;
         definite: whether the held body is, its interior always.
         """
         self._interior, self._ties = interior, ties

@@ -1,13 +1,13 @@
 r"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
 
 Constraint modes are never held. With Psi_t the motion of the body under its periodic ties, the
-others free, Y = the solution under C^T and H, G as in `cyclic_solver.py`,
+others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
 
     Psi = Psi_t [I 0] + Y N,   N = G^{-1} [-H I],
     K_bb = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I],
 
 where columns of Psi_t for one sector give all others by rotation. Fields are in sector form,
-(3n z, k), dofs of one local node after another, see `cyclic_matrices.py`.
+(3n z, k), dofs of one local node after another, see `cyclic/matrices.py`.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_interior import LEAF, Interior
-from flexgear.structures.cyclic_matrices import (
+from flexgear.structures.cyclic.interior import LEAF, Interior
+from flexgear.structures.cyclic.matrices import (
     Circulant,
     from_sectors,
     sector_matrices,
     to_sectors,
 )
-from flexgear.structures.cyclic_projection import (
+from flexgear.structures.cyclic.projection import (
     SectorMotion,
     condensed_stiffness,
     project_constraint_modes,
     sector_motion,
 )
-from flexgear.structures.cyclic_rigid import rigid_fields
-from flexgear.structures.cyclic_sectors import Sectors
-from flexgear.structures.cyclic_solver import CyclicSolver
-from flexgear.structures.cyclic_ties import SectorTies, sector_ties
-from flexgear.structures.dissection import Elimination, dissect
+from flexgear.structures.cyclic.rigid import rigid_fields
+from flexgear.structures.cyclic.sectors import Sectors
+from flexgear.structures.cyclic.solver import CyclicSolver
+from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.threads import shared
+from flexgear.structures.linalg.dissection import Elimination, dissect
+from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
 

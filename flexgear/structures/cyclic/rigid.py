@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic_sectors import Sectors, turn
+from flexgear.structures.cyclic.sectors import Sectors, turn
 from flexgear.structures.fem.assembly import rigid_motion
 
 Array = NDArray[np.float64]

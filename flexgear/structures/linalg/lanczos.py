@@ -18,7 +18,7 @@ import scipy.linalg as sla
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.tall import dot, times
+from flexgear.structures.linalg.tall import dot, times
 
 _CHECK = 2  # steps between looks at convergence
 

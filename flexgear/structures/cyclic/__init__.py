@@ -1,0 +1,1 @@
+"""Reduction of bodies of equal sectors: one sector is factored, a Fourier transform joins all."""

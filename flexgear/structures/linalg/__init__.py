@@ -1,0 +1,1 @@
+"""Linear algebra that reductions need beyond SciPy; it knows only arrays."""
