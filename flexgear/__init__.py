@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "FlexibleStage": "flexgear.model.flexible_stage",
     "Case": "flexgear.model.case",
-    "Train": "flexgear.model.train",
-    "load_case": "flexgear.model.case",
-    "load_stage": "flexgear.model.case",
+    "load_case": "flexgear.model.load",
+    "load_stage": "flexgear.model.load",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "stage_geometry": "flexgear.gears.geometry",

@@ -8,7 +8,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 TORQUE = 4e6
 CLEAN = {  # no manufacturing errors

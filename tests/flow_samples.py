@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from flexgear.model.case import Case
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.ports import Input, Output
-from flexgear.model.train import Train
 from flexgear.model.train_stage import TrainStage
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
@@ -52,9 +52,9 @@ def joint(first: str, second: str) -> Joint:
     return Joint(first=first, second=second, torsion=1e9)
 
 
-def train(*stages: dict, inputs, output, joints=(), held=(), **keys) -> Train:
+def train(*stages: dict, inputs, output, joints=(), held=(), **keys) -> Case:
     """inputs: {member: {"speed": …, "torque": …}}; output: (member, {…}); joints: pairs."""
-    return Train(
+    return Case(
         material=STEEL,
         stages=tuple(TrainStage.model_validate(stage) for stage in stages),
         inputs=tuple(Input(member=member, **given) for member, given in inputs.items()),

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.model.case import Case, Train
+from flexgear.model.case import Case, validated_train
+from flexgear.model.flexible_stage import FlexibleStage, validated_case
 from flexgear.model.read import Written
 from flexgear.model.section import Section, quantity_of, section_of
-from flexgear.model.stage_case import validated_case
-from flexgear.model.train import validated_train
 
 POWERS = {
     "length": 1, "angle": 0, "time": 1, "frequency": -1, "rate": -1, "speed": -1, "torque": 3,
@@ -35,10 +34,10 @@ SUFFIXES = {
 }  # fmt: skip
 
 
-def similar(case: Case | Train, factor: float) -> Any:
+def similar(case: FlexibleStage | Case, factor: float) -> Any:
     """The case ``factor`` times as large: all that it says, and nothing that it leaves open."""
     data = _scaled(type(case), case.model_dump(exclude_unset=True), factor)
-    make = validated_train if isinstance(case, Train) else validated_case
+    make = validated_train if isinstance(case, Case) else validated_case
     return make(data, "similar", Written())
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from coupled import make_bodies
 from trains import STEEL, stage_train, write
 
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_model import train_modal
 

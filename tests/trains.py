@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexgear.model.bundled import bundled_text
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 STEEL = """
 [material]

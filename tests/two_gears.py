@@ -16,7 +16,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import pair_rows
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 TORQUE = 500.0
 GEARS = """

@@ -11,7 +11,7 @@ from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.transient import Collector, Drive, Transient, collected, transient
 from flexgear.coupling.modal import ModalSystem, modal_system
 from flexgear.coupling.train import train_system
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 class TrainRun:
     """A train put together: its modal system and the numbers of its gear meshes."""
 
-    train: Train
+    train: Case
     modal: ModalSystem
 
     def columns(self, stage: int, kind: str, side: str = "") -> list[int]:
@@ -52,7 +52,7 @@ class TrainRun:
         return collected(self.modal, sink.arrays(), steps)
 
 
-def put_together(train: Train) -> TrainRun:
+def put_together(train: Case) -> TrainRun:
     """The train with all its modes."""
     return TrainRun(train, modal_system(train_system(train)))
 

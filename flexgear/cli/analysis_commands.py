@@ -31,7 +31,7 @@ from flexgear.cli.train_compare import compare_train, compare_trains
 from flexgear.coupling.build import build_system
 from flexgear.coupling.pace import stage_pace, too_coarse
 from flexgear.coupling.system import Variant
-from flexgear.model.case import Train
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said, tooth_loads
@@ -73,7 +73,7 @@ def static(
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
     found, parts = read_case(case, settings), rigid_parts(rigid)
     claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         static_of_train(found, angle_deg or [0.0], torque_nm, parts, Shown(as_json, quiet, out))
         return
     with progress(quiet) as report:
@@ -139,7 +139,7 @@ def modes(
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
     found, parts = read_case(case, settings, loaded=False), rigid_parts(rigid)
     claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         way = Shown(as_json, quiet, out)
         modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)
         return
@@ -190,7 +190,7 @@ def simulate(
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
     found, parts, names = read_case(case, settings), rigid_parts(rigid), saved_names(save_only, out)
     claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         share = 1.0 if torque_share is None else torque_share
         if not share > 0:
             raise InputError("--torque-share", f"{share:g}", "is not positive", "e.g. 1.5")
@@ -259,12 +259,12 @@ def compare(
 ) -> None:
     """Flexible and rigid variants side by side; of a train its load sharing by every analysis."""
     found = read_case(case, settings)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         if against is None:
             compare_train(found, cycles, as_json, quiet)
             return
         other = read_case(against, None)
-        if not isinstance(other, Train):
+        if not isinstance(other, Case):
             raise InputError("--against", against, "is a flexible stage", "name a train")
         compare_trains(found, other, as_json)
         return

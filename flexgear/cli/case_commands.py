@@ -19,8 +19,10 @@ from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_m
 from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case, Train, load_case
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 
 RPM = 60 / (2 * math.pi)
 
@@ -34,13 +36,13 @@ def register(app: typer.Typer) -> None:
 def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
     """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
     found = read_case(case, settings, loaded=False)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         present(f"{found.name}: {found.title or 'valid'}", derived_of_train(found), as_json)
         return
     present(f"{found.name}: {found.title or 'valid'}", derived(found), as_json)
 
 
-def derived(case: Case) -> dict[str, dict[str, Any]]:
+def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
     """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
     geometry, motion, stage = (
         stage_geometry(case.stage, case.source),

@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from flexgear.coupling.workable import require_workable
-from flexgear.model.case import Case, Train, load_case
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 
 CaseName = Annotated[
     str, typer.Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
@@ -49,22 +51,24 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
     return overrides
 
 
-def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> Case | Train:
+def read_case(
+    name: str, settings: list[str] | None, *, loaded: bool = True
+) -> FlexibleStage | Case:
     """The flexible stage or train with ``--set`` carried out; what cannot work is said now.
 
     loaded: whether it is needed for more than its modes, so that free vibration will not do.
     """
     case = load_case(name, settings_of(settings))
-    if loaded and isinstance(case, Train):
+    if loaded and isinstance(case, Case):
         case.require_load()
     require_workable(case)
     return case
 
 
-def read_stage(name: str, settings: list[str] | None) -> Case:
+def read_stage(name: str, settings: list[str] | None) -> FlexibleStage:
     """A flexible stage; InputError for a train, whose members are lumped."""
     case = read_case(name, settings)
-    if isinstance(case, Train):
+    if isinstance(case, Case):
         raise InputError(
             case.source,
             "kind",
@@ -89,7 +93,7 @@ def rigid_parts(names: list[str] | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(parts))
 
 
-def refuse_for_stages(case: Case, **given: object) -> None:
+def refuse_for_stages(case: FlexibleStage, **given: object) -> None:
     """InputError if an option that only trains have was given for a flexible stage."""
     for option, value in given.items():
         if value:
@@ -101,7 +105,7 @@ def refuse_for_stages(case: Case, **given: object) -> None:
             )
 
 
-def refuse_for_trains(train: Train, **given: object) -> None:
+def refuse_for_trains(train: Case, **given: object) -> None:
     """InputError if an option that only flexible stages have was given for a lumped train."""
     for option, value in given.items():
         if value:

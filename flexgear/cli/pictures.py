@@ -15,8 +15,8 @@ import xarray as xr
 from flexgear.cli.display import Report
 from flexgear.cli.painter import Painter, beside
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.report import write_report
@@ -29,7 +29,7 @@ TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 class Folder:
     """What a run left: datasets by name, displacement fields by body, the summary."""
 
-    case: Case
+    case: FlexibleStage
     datasets: Mapping[str, xr.Dataset]
     fields: Mapping[str, xr.Dataset]
     summary: Mapping[str, Any]

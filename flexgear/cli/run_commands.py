@@ -25,7 +25,7 @@ from flexgear.cli.run_folder import FIELDS, complete, read_folder
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.cli.train_run import run_whole_train
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.model.case import Train
+from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
 from flexgear.studies.stage_bodies import stage_bodies
@@ -51,7 +51,7 @@ def run(
     found = read_case(case, settings)
     folder = Path("results") / found.name if out is None else out
     claim_folder(folder, RUN, origin_of_case(found, "run"), force)
-    if isinstance(found, Train):
+    if isinstance(found, Case):
         run_whole_train(found, folder, pictures, as_json, quiet)
         return
     watch = Stopwatch()

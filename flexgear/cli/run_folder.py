@@ -14,8 +14,9 @@ from pydantic import ValidationError
 from flexgear.cli.pictures import Folder
 from flexgear.cli.train_pictures import TrainFolder
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import Case, Train
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.results.dataset import load
 from flexgear.results.dataset_file import open_lazily
@@ -37,9 +38,9 @@ def read_folder(folder: Path) -> Folder | TrainFolder:
     try:
         data = {f.stem: _dataset(f) for f in sorted(folder.glob("*.nc"))}
         if train:
-            whole = Train.model_validate(tuples_of(case))
+            whole = Case.model_validate(tuples_of(case))
             return TrainFolder(whole, power_flow(whole), data, summary)
-        parameters = Case.model_validate(tuples_of(case))
+        parameters = FlexibleStage.model_validate(tuples_of(case))
     except ValidationError as error:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
     except FlexgearError as error:

@@ -18,7 +18,7 @@ from flexgear.cli.options import refuse_for_trains
 from flexgear.cli.outputs import save_or_rescue
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.sinks import Ranges, Several
@@ -73,7 +73,7 @@ class Shown:
             save_or_rescue(partial(save, data), self.out)
 
 
-def put_together(train: Train, rigid: tuple[str, ...], report: Report) -> TrainContext:
+def put_together(train: Case, rigid: tuple[str, ...], report: Report) -> TrainContext:
     """The coupled train with components of its flexible stages made rigid."""
     if not flexible_stages(train):
         refuse_for_trains(train, rigid=rigid)
@@ -85,7 +85,7 @@ def put_together(train: Train, rigid: tuple[str, ...], report: Report) -> TrainC
 
 
 def static_of_train(
-    train: Train,
+    train: Case,
     angles_deg: list[float],
     torque_nm: float | None,
     rigid: tuple[str, ...],
@@ -115,7 +115,7 @@ def static_of_train(
 
 
 def modes_of_train(
-    train: Train,
+    train: Case,
     limit_hz: float | None,
     angle_deg: float,
     rigid: tuple[str, ...],
@@ -213,7 +213,7 @@ def _show_campbell(context: TrainContext, data: xr.Dataset, way: Shown) -> None:
 
 
 def simulate_of_train(
-    train: Train,
+    train: Case,
     duration_s: float | None,
     torque_share: float,
     energy: bool,

@@ -12,7 +12,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.gears.train_radii import stage_radii
 from flexgear.gears.train_report import train_report
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.summary import RPM
 from flexgear.studies.train_angles import StageMotion, stage_motions
 from flexgear.studies.train_model import flexible_stages
@@ -20,7 +20,7 @@ from flexgear.studies.train_model import flexible_stages
 Sections = dict[str, dict[str, Any]]
 
 
-def derived_of_train(train: Train) -> Sections:
+def derived_of_train(train: Case) -> Sections:
     """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
     flow = power_flow(train)
     running = {} if train.output is None else _running(train, flow)
@@ -33,7 +33,7 @@ def derived_of_train(train: Train) -> Sections:
     }
 
 
-def _running(train: Train, flow: PowerFlow) -> Sections:
+def _running(train: Case, flow: PowerFlow) -> Sections:
     """What follows from torques and speeds: members, stages, the whole train."""
     motions, sections = stage_motions(train, flow), _members(flow)
     lives = planet_bearing_life_hours(train, flow)
@@ -61,7 +61,7 @@ def _members(flow: PowerFlow) -> Sections:
     }
 
 
-def _stage(train: Train, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+def _stage(train: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
     rows: dict[str, Any] = {
         "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
         "rolling_power_w": stage.stage_power,
@@ -89,7 +89,7 @@ def _stage(train: Train, stage: StageFlow, motion: StageMotion) -> dict[str, Any
     return rows
 
 
-def _direction(train: Train, stage: StageFlow) -> float:
+def _direction(train: Case, stage: StageFlow) -> float:
     """Direction of the force on a pin, rad from radial outward in the sense of rotation.
 
     Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
@@ -103,7 +103,7 @@ def _direction(train: Train, stage: StageFlow) -> float:
     return math.atan2(sense * tangential, outward - inward)
 
 
-def _system(train: Train) -> dict[str, Any]:
+def _system(train: Case) -> dict[str, Any]:
     """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
     if flexible_stages(train):
         return {

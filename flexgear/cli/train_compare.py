@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 from flexgear.cli.display import present, progress, warn
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.studies.reduction_warnings import train_warnings
 from flexgear.studies.train_compare import against, compare_sharing, contexts, is_still
 from flexgear.studies.train_model import train_bodies, train_variants
@@ -15,7 +15,7 @@ from flexgear.studies.train_model import train_bodies, train_variants
 COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
 
 
-def compare_train(train: Train, cycles: int | None, as_json: bool, quiet: bool) -> None:
+def compare_train(train: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
         bodies = train_bodies(train, report)
@@ -55,7 +55,7 @@ def _cell(value: float | None) -> str:
     return f"{'–':>12}" if value is None else f"{value:12.4f}"
 
 
-def compare_trains(train: Train, reference: Train, as_json: bool) -> None:
+def compare_trains(train: Case, reference: Case, as_json: bool) -> None:
     """Two trains side by side: mean forces, speeds, lives of planet bearings."""
     figures: dict[str, dict[str, Any]] = against(train, reference)
     present(f"{train.name} against {reference.name}", figures, as_json)

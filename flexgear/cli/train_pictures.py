@@ -14,7 +14,7 @@ import xarray as xr
 from flexgear.cli.display import Report
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.version import version
 from flexgear.studies.train_transient import settled
 from flexgear.views import mode_charts, style, train_charts
@@ -28,7 +28,7 @@ CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 class TrainFolder:
     """What a run of a train left: datasets by name, the summary; and its power flow."""
 
-    train: Train
+    train: Case
     flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
     summary: Mapping[str, Any]

@@ -11,14 +11,14 @@ from flexgear.cli.display import Report, as_json_text, modes_kept, progress, tab
 from flexgear.cli.outputs import require_pictures, save_or_rescue, without_pictures
 from flexgear.cli.train_pictures import TrainFolder, draw_train
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.studies.stage_run import Stopwatch
 from flexgear.studies.train_model import train_bodies
 from flexgear.studies.train_run import TrainResults, run_train
 
 
-def run_whole_train(train: Train, folder: Path, pictures: bool, as_json: bool, quiet: bool) -> None:
+def run_whole_train(train: Case, folder: Path, pictures: bool, as_json: bool, quiet: bool) -> None:
     """Run everything, write results, summary, pictures and report into ``folder``."""
     watch = Stopwatch()
     lost: list[str] = []

@@ -26,12 +26,12 @@ from flexgear.coupling.system import (
 )
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.reduced import ReducedBody
 
 
 def build_system(
-    case: Case,
+    case: FlexibleStage,
     ring: ReducedBody,
     carrier: ReducedBody,
     variant: Variant | None = None,

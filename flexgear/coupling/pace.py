@@ -34,8 +34,8 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.solver import MOST_RUNGS, PaceKeys
-from flexgear.model.train import Train
 
 STEPS = 40  # a period of the band's top in steady running
 FINE_STEPS = 100  # the same near a jump of the torque
@@ -108,7 +108,7 @@ class Pace:
         return {**self.figures, "reasons": self.reasons}
 
 
-def stage_pace(case: Case) -> Pace:
+def stage_pace(case: FlexibleStage) -> Pace:
     """Pace of a flexible stage at its rated speed."""
     teeth = np.zeros((case.stage.ring.teeth, 3))
     sets = stage_sets(case, stage_geometry(case.stage), tooth_positions=teeth)
@@ -117,7 +117,7 @@ def stage_pace(case: Case) -> Pace:
     return _pace(stage_kinematics(case).gear_mesh_frequency, sets, solver, given)
 
 
-def train_pace(train: Train) -> Pace:
+def train_pace(train: Case) -> Pace:
     """Pace of a train at its rated speeds: of its fastest gear mesh."""
     flow = power_flow(train)
     sets: list[GearMeshSet] = []
@@ -134,7 +134,7 @@ def train_pace(train: Train) -> Pace:
     return _pace(highest, sets, train.solver, given)
 
 
-def timed_drops(case: Case) -> TorqueDrops:
+def timed_drops(case: FlexibleStage) -> TorqueDrops:
     """The case's torque drops with all their times, s.
 
     What is not given: settling before the drop and during it; after it until the speed has
@@ -152,7 +152,7 @@ def timed_drops(case: Case) -> TorqueDrops:
     )
 
 
-def speed_time_constant(case: Case) -> float:
+def speed_time_constant(case: FlexibleStage) -> float:
     """τ = (J_drive + i² J_output) ω/(n T) of speed against the brake T ~ ωⁿ, s; inf for n = 0."""
     motion, drive = stage_kinematics(case), case.drive
     if case.brake.exponent == 0:

@@ -19,8 +19,8 @@ from flexgear.coupling.system import Variant
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.errors import pair_errors
 from flexgear.gears.geometry import StageGeometry
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
@@ -42,7 +42,7 @@ def body_of(reduced: ReducedBody) -> Body:
     )
 
 
-def gear_inertia(case: Case, gear: str, geometry: StageGeometry) -> tuple[float, Array]:
+def gear_inertia(case: FlexibleStage, gear: str, geometry: StageGeometry) -> tuple[float, Array]:
     """Mass (kg) and diagonal inertia (3,) kg m² of a gear as a hollow cylinder.
 
     Outer diameter is the reference circle, inner the bore; width the face width.
@@ -56,7 +56,7 @@ def gear_inertia(case: Case, gear: str, geometry: StageGeometry) -> tuple[float,
     return mass, np.array([tilt, tilt, polar])
 
 
-def sun_shaft(case: Case, geometry: StageGeometry) -> Body:
+def sun_shaft(case: FlexibleStage, geometry: StageGeometry) -> Body:
     """Sun gear and its shaft."""
     mass, inertia = gear_inertia(case, "sun", geometry)
     m, shaft = case.material, case.shaft
@@ -81,7 +81,7 @@ class Stiffening:
 
 
 def stage_components(
-    case: Case,
+    case: FlexibleStage,
     geometry: StageGeometry,
     ring: ReducedBody,
     carrier: ReducedBody,
@@ -119,14 +119,14 @@ def stage_components(
     return bodies
 
 
-def tie_stage(a: Assembly, case: Case, at: str = "", angle: int = 0) -> None:
+def tie_stage(a: Assembly, case: FlexibleStage, at: str = "", angle: int = 0) -> None:
     """All springs of a stage; angle: which of the system's angles is the carrier's."""
     _tie_ring(a, case, at)
     _tie_carrier(a, case, at, angle)
     _tie_shaft(a, case, at, angle)
 
 
-def pin_rotation(a: Assembly, case: Case, radius: float, at: str = "") -> Array:
+def pin_rotation(a: Assembly, case: FlexibleStage, radius: float, at: str = "") -> Array:
     """Row (d,) of the mean rotation of the pins, which stands for the carrier's, rad."""
     row = np.zeros(a.size)
     for i, phi in enumerate(case.stage.planet_angles):
@@ -135,7 +135,7 @@ def pin_rotation(a: Assembly, case: Case, radius: float, at: str = "") -> Array:
     return row
 
 
-def stage_nodes(a: Assembly, case: Case, at: str = "") -> tuple[list[Array], Array]:
+def stage_nodes(a: Assembly, case: FlexibleStage, at: str = "") -> tuple[list[Array], Array]:
     """Contact nodes of a stage (teeth of the ring, planets, sun) and the teeth's positions."""
     ring = a.body(f"{at}ring")
     teeth = [a.rows(ring.name, name) for name in ring.node_names if name[:5] == "tooth"]
@@ -144,7 +144,7 @@ def stage_nodes(a: Assembly, case: Case, at: str = "") -> tuple[list[Array], Arr
 
 
 def stage_sets(
-    case: Case, geometry: StageGeometry, *, tooth_positions: Array, first_block: int = 0,
+    case: FlexibleStage, geometry: StageGeometry, *, tooth_positions: Array, first_block: int = 0,
     stage: int = 0, angle: int = 0, forward: bool = True,
 ) -> list[GearMeshSet]:  # fmt: skip
     """Gear meshes of a stage with a ring of tooth nodes; blocks: teeth, planets, sun.
@@ -188,7 +188,7 @@ def stage_sets(
     return out
 
 
-def _tie_ring(a: Assembly, case: Case, at: str) -> None:
+def _tie_ring(a: Assembly, case: FlexibleStage, at: str) -> None:
     ring, b = a.body(f"{at}ring"), case.ring.bolts
     bolt = np.diag(
         [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
@@ -208,7 +208,7 @@ def _tie_ring(a: Assembly, case: Case, at: str) -> None:
             a.link(f"{at}{name}", a.rows(ring.name, name) - a.housing_rows(x), matrix)
 
 
-def _tie_carrier(a: Assembly, case: Case, at: str, angle: int) -> None:
+def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
     if np.any(case.bearings.planet.matrix[5] != 0):
         raise InputError(
             case.source,
@@ -227,12 +227,12 @@ def _tie_carrier(a: Assembly, case: Case, at: str, angle: int) -> None:
         a.link(f"{at}planet_bearing_{i + 1}", pin - planet, case.bearings.planet.matrix)
 
 
-def spline_matrix(case: Case) -> Array:
+def spline_matrix(case: FlexibleStage) -> Array:
     """Stiffness (6, 6) of the spline at the end of the sun's shaft, SI."""
     return np.diag(np.asarray(case.shaft.spline.stiffness, dtype=float))
 
 
-def _tie_shaft(a: Assembly, case: Case, at: str, angle: int) -> None:
+def _tie_shaft(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
     if a.has(f"{at}output"):
         shaft, output = a.rows(f"{at}shaft", "end"), a.rows(f"{at}output", "output")
         a.link(f"{at}spline", shaft - output, spline_matrix(case))

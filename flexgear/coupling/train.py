@@ -42,9 +42,9 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.train_faults import inside
 from flexgear.gears.train_radii import stage_radii
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint
-from flexgear.model.train import Train
 from flexgear.structures.bodies import Body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
@@ -54,7 +54,7 @@ Reduced = tuple[ReducedBody, ReducedBody]  # ring, carrier
 
 
 def train_system(
-    train: Train,
+    train: Case,
     flexible: Mapping[str, Reduced] | None = None,
     variants: Mapping[str, Variant] | None = None,
 ) -> System:
@@ -80,7 +80,7 @@ def train_system(
 
 
 def _bodies(
-    train: Train, flexible: Mapping[str, Reduced], variants: Mapping[str, Variant]
+    train: Case, flexible: Mapping[str, Reduced], variants: Mapping[str, Variant]
 ) -> tuple[list[Body], list[list[LumpedMember]]]:
     bodies: list[Body] = []
     members: list[list[LumpedMember]] = []

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.train_radii import StageRadii, gears_by_slot, stage_radii
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.model.train_member import TrainCarrier, TrainGear
 from flexgear.model.train_stage import TrainStage
 from flexgear.structures.bodies import Body, lumped_body
@@ -40,7 +40,7 @@ def stage_width(stage: TrainStage) -> float:
 
 
 def mass_properties(
-    train: Train, stage: TrainStage, part: str, radii: StageRadii
+    train: Case, stage: TrainStage, part: str, radii: StageRadii
 ) -> tuple[float, float, float]:
     """Mass (kg), polar and diametral inertia (kg m²) of one member.
 
@@ -90,7 +90,7 @@ def reference_radius(stage: TrainStage, part: str, radii: StageRadii) -> float:
     return float(getattr(radii, _slot(stage, part)))
 
 
-def lumped_members(train: Train, stage: TrainStage) -> list[LumpedMember]:
+def lumped_members(train: Case, stage: TrainStage) -> list[LumpedMember]:
     """All lumped bodies of a stage, planets last; names "<stage>.sun", "<stage>.planet_1", …
 
     A held member without a support against rotation has no rotation.

@@ -12,7 +12,7 @@ from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.train_bodies import LumpedMember
 from flexgear.coupling.train_parts import Clearance, StageFrame
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 class TrainBuild:
     """What grows while a train is put together."""
 
-    train: Train
+    train: Case
     flow: PowerFlow
     a: Assembly
     members: list[list[LumpedMember]]

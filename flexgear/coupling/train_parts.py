@@ -15,7 +15,7 @@ from flexgear.coupling.train_bodies import LumpedMember
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.gears.train_errors import stage_errors
 from flexgear.gears.train_paths import stage_paths
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.model.train_member import Support
 from flexgear.model.train_stage import TrainStage
 
@@ -104,7 +104,7 @@ def _without_clearance(support: Support, radius: float) -> tuple[Array, float]:
 
 
 def lumped_sets(
-    train: Train,
+    train: Case,
     number: int,
     members: list[LumpedMember],
     flow: StageFlow,

@@ -23,10 +23,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.train_faults import inside, stage_key
 from flexgear.gears.train_paths import stage_paths
 from flexgear.model.carrier import Carrier
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
-from flexgear.model.stage_case import Case
-from flexgear.model.train import Train
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
@@ -34,9 +34,9 @@ Array = NDArray[np.float64]
 RIGID = Variant(False, False, False)
 
 
-def require_workable(case: Case | Train) -> None:
+def require_workable(case: FlexibleStage | Case) -> None:
     """InputError, with the key and what to do, for a case that no analysis could be made of."""
-    if isinstance(case, Case):
+    if isinstance(case, FlexibleStage):
         _require_stage(case)
         _require_steps(case, stage_kinematics(case).gear_mesh_frequency)
         build_system(case, *stand_ins(case), RIGID)
@@ -60,12 +60,12 @@ def require_workable(case: Case | Train) -> None:
     train_system(case, bodies, dict.fromkeys(bodies, RIGID))
 
 
-def _require_steps(case: Case | Train, frequency: float) -> None:
+def _require_steps(case: FlexibleStage | Case, frequency: float) -> None:
     """Time steps see every tooth pair of the fastest gear mesh (Hz) come and go."""
     longest, period = longest_time_step(frequency), 1 / frequency if frequency else math.inf
     keys = ["longest_time_step"]
     if case.solver.step_tolerance == 0.0:
-        keys = ["time_step", "step_time_step"] if isinstance(case, Case) else ["time_step"]
+        keys = ["time_step", "step_time_step"] if isinstance(case, FlexibleStage) else ["time_step"]
     for key in keys:
         step = getattr(case.solver, key)
         if step is not None and step > longest:
@@ -77,7 +77,7 @@ def _require_steps(case: Case | Train, frequency: float) -> None:
             )
 
 
-def _require_stage(case: Case) -> None:
+def _require_stage(case: FlexibleStage) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     stage_geometry(case.stage, case.source)
     gear_mesh_paths(case)
@@ -87,7 +87,7 @@ def _require_stage(case: Case) -> None:
     require_fe_meshes(case)
 
 
-def _require_file(case: Case, part: Ring | Carrier) -> None:
+def _require_file(case: FlexibleStage, part: Ring | Carrier) -> None:
     file = Path(str(part.fe_mesh_file))
     if not file.is_file():
         key = f"{'ring' if part is case.ring else 'carrier'}.fe_mesh_file"
@@ -95,7 +95,7 @@ def _require_file(case: Case, part: Ring | Carrier) -> None:
         raise InputError(case.source, key, f"{file}: {problem}", "check the path")
 
 
-def stand_ins(case: Case) -> tuple[ReducedBody, ReducedBody]:
+def stand_ins(case: FlexibleStage) -> tuple[ReducedBody, ReducedBody]:
     """Ring and carrier of a stage as rigid bodies of the size of the case."""
     geometry, stage, width = stage_geometry(case.stage), case.stage, case.stage.face_width
     end = math.copysign(0.5 * width, 1 if case.ring.end == "+z" else -1)

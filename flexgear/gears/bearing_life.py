@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
 
 BALL = 3.0
 ROLLER = 10.0 / 3.0
@@ -73,7 +73,7 @@ def planet_bearing_life_ratios(
     }
 
 
-def planet_bearing_life_hours(train: Train, flow: PowerFlow) -> dict[str, float]:
+def planet_bearing_life_hours(train: Case, flow: PowerFlow) -> dict[str, float]:
     """L₁₀ₕ of one planet bearing by stage, in hours at the flow's speeds and loads.
 
     Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic

@@ -40,7 +40,7 @@ from flexgear.gears.stiffness import Law, pair_stiffness
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
     from flexgear.model.stage import Stage
 
 Array = NDArray[np.float64]
@@ -166,7 +166,7 @@ def _back_planet_tooth(g: StageGeometry, gamma: Array, s_back: Array) -> Array:
     return gamma + off - pitch * np.rint(off / pitch)
 
 
-def _require_assembly(case: Case, g: StageGeometry, phi: Array) -> None:
+def _require_assembly(case: FlexibleStage, g: StageGeometry, phi: Array) -> None:
     if case.stage.allow_unassemblable:
         return
     if np.abs(assembly_mismatch(g, phi)).max() > ASSEMBLY_TOLERANCE:
@@ -179,7 +179,7 @@ def _require_assembly(case: Case, g: StageGeometry, phi: Array) -> None:
         )
 
 
-def gear_mesh_paths(case: Case) -> dict[str, GearMeshPath]:
+def gear_mesh_paths(case: FlexibleStage) -> dict[str, GearMeshPath]:
     """Paths of all four kinds. Raises InputError where the planets don't assemble."""
     g = stage_geometry(case.stage, case.source)
     _require_assembly(case, g, np.asarray(case.stage.planet_angles, dtype=float))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def pitch_deviations(rng: np.random.Generator, shape: tuple[int, ...], deviation
 
 
 def pair_errors(
-    case: Case, paths: Mapping[str, GearMeshPath] | None = None
+    case: FlexibleStage, paths: Mapping[str, GearMeshPath] | None = None
 ) -> dict[str, PairErrors]:
     """Errors of all four gear-mesh kinds; paths: those of the case, if they are known.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from flexgear.gears.geometry import stage_geometry
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 
 LEAST_STEPS = 4  # of a transient in a gear-mesh period
@@ -39,7 +39,7 @@ class StageKinematics:
         return self.sun_speed / self.carrier_speed
 
 
-def stage_kinematics(case: Case) -> StageKinematics:
+def stage_kinematics(case: FlexibleStage) -> StageKinematics:
     """Kinematics and statics at the rated speed and torque of the drive."""
     geometry = stage_geometry(case.stage, case.source)
     z_s, z_p, z_r = (g.teeth for g in (geometry.sun, geometry.planet, geometry.ring))

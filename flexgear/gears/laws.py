@@ -13,11 +13,11 @@ from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_
 from flexgear.gears.weber_banaschek import PairCompliance, stage_pair_compliance
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
     from flexgear.model.stage import Stage
 
 
-def iso_peak(case: Case, gear: str) -> float:
+def iso_peak(case: FlexibleStage, gear: str) -> float:
     """ISO 6336-1 peak of the planet against "ring" or "sun", N/m² along the 3D normal."""
     return iso_pair_peak(case.stage, gear, case.material.young_modulus)
 
@@ -40,7 +40,7 @@ def iso_pair_peak(stage: Stage | ExternalPair, gear: str, young_modulus: float) 
     )
 
 
-def compliance(case: Case, geometry: StageGeometry, gear: str) -> PairCompliance:
+def compliance(case: FlexibleStage, geometry: StageGeometry, gear: str) -> PairCompliance:
     """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load."""
     stage, material = case.stage, case.material
     return stage_pair_compliance(
@@ -54,7 +54,7 @@ def compliance(case: Case, geometry: StageGeometry, gear: str) -> PairCompliance
     )
 
 
-def rated_line_load(case: Case, geometry: StageGeometry, gear: str) -> float:
+def rated_line_load(case: FlexibleStage, geometry: StageGeometry, gear: str) -> float:
     """w = F cosβ_b/(ε_α b), N/m: the rated gear-mesh force over the mean length of contact."""
     motion = stage_kinematics(case)
     gear_mesh = geometry.ring_mesh if gear == "ring" else geometry.sun_mesh
@@ -63,7 +63,7 @@ def rated_line_load(case: Case, geometry: StageGeometry, gear: str) -> float:
     return force * math.cos(geometry.base_helix_angle) / length
 
 
-def pair_law(case: Case, geometry: StageGeometry, gear: str) -> Law:
+def pair_law(case: FlexibleStage, geometry: StageGeometry, gear: str) -> Law:
     """k'(ξ) of the gear mesh of the planet with "ring" or "sun", N/m² along the 3D normal.
 
     What the ring's FE mesh holds is not counted again. With the tie "flank" that is the ring's

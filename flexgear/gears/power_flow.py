@@ -35,7 +35,7 @@ from flexgear.gears.train_determinacy import (
 from flexgear.gears.train_members import TrainMembers, train_members
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
 
 Array = NDArray[np.float64]
 NOISE = 1e-13
@@ -68,7 +68,7 @@ class PowerFlow:
         return next(s for s in self.stages if s.name == name)
 
 
-def power_flow(train: Train) -> PowerFlow:
+def power_flow(train: Case) -> PowerFlow:
     """Speeds, torques, powers and mean forces of a train.
 
     In free vibration (no output) nothing is loaded, and without inputs all is at rest. Raises

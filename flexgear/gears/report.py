@@ -14,7 +14,7 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.laws import compliance, iso_peak
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 RPM = 30.0 / math.pi
 
@@ -30,7 +30,7 @@ class Row:
     note: str = ""
 
 
-def check_case(case: Case) -> list[Row]:
+def check_case(case: FlexibleStage) -> list[Row]:
     """All rows. Raises InputError for gears that cannot mesh, collide or do not assemble."""
     g = stage_geometry(case.stage, case.source)
     paths = gear_mesh_paths(case)  # refuses planets that do not assemble
@@ -44,7 +44,7 @@ def check_case(case: Case) -> list[Row]:
     return [*rows, *_motion(case)]
 
 
-def _assembly(case: Case, g: StageGeometry) -> list[Row]:
+def _assembly(case: FlexibleStage, g: StageGeometry) -> list[Row]:
     off = np.abs(assembly_mismatch(g, np.asarray(case.stage.planet_angles))).max()
     note = "planets assemble" if off < 1e-3 else "planets do not assemble (override is set)"
     return [
@@ -57,7 +57,7 @@ def _assembly(case: Case, g: StageGeometry) -> list[Row]:
     ]
 
 
-def _diameters(case: Case, g: StageGeometry) -> list[Row]:
+def _diameters(case: FlexibleStage, g: StageGeometry) -> list[Row]:
     rows = []
     for name in ("sun", "planet", "ring"):
         gear = getattr(g, name)
@@ -73,7 +73,7 @@ def _diameters(case: Case, g: StageGeometry) -> list[Row]:
     return rows
 
 
-def _gear_mesh(case: Case, g: StageGeometry, name: str, m: MeshGeometry) -> list[Row]:
+def _gear_mesh(case: FlexibleStage, g: StageGeometry, name: str, m: MeshGeometry) -> list[Row]:
     section = f"planet–{name}"
     split = compliance(case, g, name)
     theory = 1e-9 / (split.total * math.cos(g.base_helix_angle) ** 2)
@@ -111,7 +111,7 @@ def _phasing(name: str, position: np.ndarray) -> list[Row]:
     ]
 
 
-def _motion(case: Case) -> list[Row]:
+def _motion(case: FlexibleStage) -> list[Row]:
     k = stage_kinematics(case)
     return [
         Row("motion", "carrier speed", k.carrier_speed * RPM, "r/min"),

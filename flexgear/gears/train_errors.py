@@ -48,7 +48,7 @@ from flexgear.gears.train_paths import PathKey
 from flexgear.gears.train_radii import gears_by_slot
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def stage_turns(stage: TrainStage) -> dict[str, float]:
 
 
 def stage_errors(
-    train: Train, stage: TrainStage, paths: dict[PathKey, GearMeshPath]
+    train: Case, stage: TrainStage, paths: dict[PathKey, GearMeshPath]
 ) -> dict[PathKey, PairErrors]:
     """Errors of every gear mesh in ``paths``. A flexible stage keeps what its case says of teeth
     and pins."""

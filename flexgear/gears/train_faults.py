@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
@@ -46,7 +46,7 @@ def named(stage: TrainStage) -> Iterator[None]:
 
 
 @contextmanager
-def inside(train: Train, stage: TrainStage) -> Iterator[None]:
+def inside(train: Case, stage: TrainStage) -> Iterator[None]:
     """Within it, an InputError about a flexible stage's own case tells which stage it is."""
     try:
         yield

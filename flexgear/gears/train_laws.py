@@ -25,7 +25,7 @@ from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 
@@ -35,13 +35,13 @@ def given_stiffness(stage: TrainStage, slot: str) -> float | None:
     return options.sun_stiffness if slot == "sun" else options.ring_stiffness
 
 
-def iso_peak_of(train: Train, stage: TrainStage, slot: str) -> float:
+def iso_peak_of(train: Case, stage: TrainStage, slot: str) -> float:
     """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
     pair = external_pair(stage) if stage.kind == "parallel" else stage.stage
     return iso_pair_peak(pair, slot, train.material.young_modulus)
 
 
-def mean_stiffness(train: Train, stage: TrainStage, g: TrainGeometry, slot: str) -> float:
+def mean_stiffness(train: Case, stage: TrainStage, g: TrainGeometry, slot: str) -> float:
     """Mean of one gear mesh (of one half, if double-helical), N/m along the 3D normal."""
     given = given_stiffness(stage, slot)
     if given is not None:
@@ -60,7 +60,7 @@ def law_mean(law: Law, g: TrainGeometry, slot: str, face_width: float) -> float:
     return g.gear_meshes[slot].transverse_contact_ratio * face_width * mean
 
 
-def train_pair_law(train: Train, stage: TrainStage, g: TrainGeometry, slot: str) -> Law:
+def train_pair_law(train: Case, stage: TrainStage, g: TrainGeometry, slot: str) -> Law:
     """k'(ξ) of a pair with "sun" or "ring", N/m² along the 3D normal."""
     if stage.gear_mesh.model not in PER_PAIR_MODELS:
         length = g.gear_meshes[slot].transverse_contact_ratio * stage.face_width
@@ -73,7 +73,7 @@ def train_pair_law(train: Train, stage: TrainStage, g: TrainGeometry, slot: str)
     return lambda xi: scale * law(xi)
 
 
-def _shape(train: Train, stage: TrainStage, g: TrainGeometry, slot: str) -> Law:
+def _shape(train: Case, stage: TrainStage, g: TrainGeometry, slot: str) -> Law:
     options = stage.gear_mesh
     if options.pair_stiffness == "weber-banaschek":
         split = pair_compliance_of(train, stage, g, slot)
@@ -87,7 +87,7 @@ def _shape(train: Train, stage: TrainStage, g: TrainGeometry, slot: str) -> Law:
 
 
 def pair_compliance_of(
-    train: Train, stage: TrainStage, g: TrainGeometry, slot: str
+    train: Case, stage: TrainStage, g: TrainGeometry, slot: str
 ) -> PairCompliance:
     """Weber–Banaschek split at the line load F cosβ_b/(ε_α b) of the train's steady flow.
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from flexgear.gears.train_radii import stage_radii
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 
@@ -61,7 +61,7 @@ class TrainMembers:
     loads: dict[str, float]
 
 
-def train_members(train: Train) -> TrainMembers:
+def train_members(train: Case) -> TrainMembers:
     """Members, ties and ports of a train. Raises InputError for gears that cannot mesh."""
     ties = [_stage_tie(stage, train.source) for stage in train.stages]
     for joint in train.joints:

@@ -39,14 +39,14 @@ from flexgear.gears.waves import stiffness_wave
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 PathKey = tuple[str, str]
 OTHER_HAND = {"right": "left", "left": "right"}
 
 
-def stage_paths(train: Train, stage: TrainStage) -> dict[PathKey, GearMeshPath]:
+def stage_paths(train: Case, stage: TrainStage) -> dict[PathKey, GearMeshPath]:
     """Paths by (kind, side): kind "ring", "sun", "ring_back", "sun_back"; side "", or "left" and
     "right" halves. A parallel stage has "sun" and "sun_back" only.
 
@@ -78,7 +78,7 @@ def assembly_misfit(stage: TrainStage, g: TrainGeometry) -> float:
     return float(np.abs(assembly_mismatch(g.planetary, np.asarray(stage.planet_angles))).max())
 
 
-def _require_assembly(train: Train, stage: TrainStage, g: TrainGeometry) -> None:
+def _require_assembly(train: Case, stage: TrainStage, g: TrainGeometry) -> None:
     if stage.allow_unassemblable or assembly_misfit(stage, g) <= ASSEMBLY_TOLERANCE:
         return
     raise InputError(
@@ -90,7 +90,7 @@ def _require_assembly(train: Train, stage: TrainStage, g: TrainGeometry) -> None
     )
 
 
-def _half_paths(train: Train, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
+def _half_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
     """Paths of a stage with one helix, or of one half."""
     if stage.kind == "parallel":
         paths = _parallel_paths(train, stage, g)
@@ -107,7 +107,7 @@ def _half_paths(train: Train, stage: TrainStage, g: TrainGeometry) -> dict[str, 
 
 
 def _wave(
-    train: Train, stage: TrainStage, g: TrainGeometry, slot: str
+    train: Case, stage: TrainStage, g: TrainGeometry, slot: str
 ) -> NDArray[np.float64] | None:
     if stage.gear_mesh.model in PER_PAIR_MODELS:
         return None
@@ -121,7 +121,7 @@ def _wave(
     )
 
 
-def _parallel_paths(train: Train, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
+def _parallel_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
     """Front and back path of pinion and gear."""
     pinion, gear, gear_mesh = g.gears["sun"], g.gears["planet"], g.gear_meshes["sun"]
     law, zero = train_pair_law(train, stage, g, "sun"), np.zeros(1, np.int64)

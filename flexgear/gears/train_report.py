@@ -19,14 +19,14 @@ from flexgear.gears.train_laws import iso_peak_of
 from flexgear.gears.train_paths import assembly_misfit, stage_paths
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
     from flexgear.model.train_stage import TrainStage
 
 Report = dict[str, dict[str, Any]]
 PART_OF_SLOT = {"sun": "pinion", "planet": "gear"}
 
 
-def train_report(train: Train) -> Report:
+def train_report(train: Case) -> Report:
     """Sections of all stages: "assembly" if there is one stage, else "stage_1 assembly".
 
     Raises InputError, with the stage named, for gears that cannot mesh, collide or do not assemble.
@@ -38,7 +38,7 @@ def train_report(train: Train) -> Report:
     return report
 
 
-def stage_report(train: Train, stage: TrainStage) -> Report:
+def stage_report(train: Case, stage: TrainStage) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
     "gear_mesh"). Lengths of gears are diameters; stiffness is along the 3D normal and, in a
     double-helical stage, of one half, as face width and contact ratios are."""
@@ -88,7 +88,7 @@ def _gear(gear: GearGeometry, base_radius: float) -> dict[str, Any]:
 
 
 def _gear_mesh(
-    train: Train, stage: TrainStage, g: TrainGeometry, slot: str, path: GearMeshPath
+    train: Case, stage: TrainStage, g: TrainGeometry, slot: str, path: GearMeshPath
 ) -> dict[str, Any]:
     gear_mesh = g.gear_meshes[slot]
     start = (path.s0 - path.s_lo) / path.base_pitch

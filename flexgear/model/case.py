@@ -1,88 +1,231 @@
-"""Reading cases: a TOML file or a bundled name becomes a flexible stage or a train."""
+"""A train: stages of lumped or flexible bodies in series, joints, ports and loads, in SI."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.errors import InputError, echo
-from flexgear.model.input_file import read_text
-from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
-from flexgear.model.stage_case import Case, resolve_files, validated_case
-from flexgear.model.train import Train
-from flexgear.model.train_file import train_of
+from pydantic import Field, ValidationError, model_validator
 
-__all__ = ["Case", "Train", "load_case", "load_stage"]
-KINDS = ["stage", "train"]
+from flexgear.model.case_name import check_case_name
+from flexgear.model.content import content_hash
+from flexgear.model.errors import InputError
+from flexgear.model.faults import input_error
+from flexgear.model.gear_mesh import Damping
+from flexgear.model.joint import Joint
+from flexgear.model.material import Material
+from flexgear.model.named_stage import refuse_taken
+from flexgear.model.ports import Input, MemberLoad, Output
+from flexgear.model.read import Written, is_place, put
+from flexgear.model.section import Missing, Section
+from flexgear.model.stage_view import StageView
+from flexgear.model.tolerance import TrainTolerance, check_tolerance
+from flexgear.model.train_checks import check_train
+from flexgear.model.train_keys import numbered
+from flexgear.model.train_member import Kinematics, TrainCarrier, TrainGear
+from flexgear.model.train_solver import TrainSolver
+from flexgear.model.train_stage import TrainStage
+from flexgear.model.units import Acceleration
+
+_NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
 
 
-def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case | Train:
-    """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
+class Case(Section):
+    """A whole train. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
+    "<stage>.pinion", ".gear" in a parallel one.
 
-    The key ``kind`` decides: "stage" (if left out) is a flexible stage, "train" a Train.
-    overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
-    Raises InputError with one line for anything that is wrong.
+    kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
+    of the carriers' frames at rated speed. gravity: fixed axes. held: members that do not turn; a
+    planetary stage without a held member holds its ring unless that is a port or in a joint.
+
+    Without ``output`` the case is one of free vibration, which has modes only: about rest without
+    inputs, else about the steady speeds that they give. Only there may members that turn have a
+    support against turning: a spring to what turns on at their steady speed.
     """
-    text, where, folder, name = _find(source)
-    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
-    raw = parse_toml(text, where)
-    if _kind(raw, where) == "train":
-        return train_of(
-            raw, overrides or {}, where=where, folder=folder, name=name, load_stage=load_stage
+
+    name: str = "train"
+    title: str = ""
+    source: str = "train"
+    kind: Literal["train"] = "train"
+    kinematics: Literal["planar", "axial", "spatial"] = "planar"
+    gyroscopic: bool = False
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    material: Material
+    stages: tuple[TrainStage, ...] = Field(min_length=1)
+    joints: tuple[Joint, ...] = ()
+    held: tuple[str, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    output: Output | None = None
+    loads: tuple[MemberLoad, ...] = ()
+    damping: Damping = Damping()
+    tolerance: TrainTolerance = TrainTolerance()
+    solver: TrainSolver = TrainSolver()
+
+    def stage(self, name: str) -> TrainStage:
+        """The stage of that name."""
+        return self.stages[self.stage_index(name)]
+
+    def stage_index(self, name: str) -> int:
+        """Place of the stage of that name, or of a member's stage, in the train."""
+        wanted = name.split(".")[0]
+        return next(k for k, stage in enumerate(self.stages) if stage.name == wanted)
+
+    def member_names(self) -> tuple[str, ...]:
+        """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""
+        return tuple(f"{s.name}.{member}" for s in self.stages for member in s.members)
+
+    def member(self, name: str) -> TrainGear | TrainCarrier:
+        """The member of that name; "<stage>.planet" is taken, too."""
+        stage, _, part = name.partition(".")
+        return self.stage(stage).member(part)
+
+    @property
+    def ports(self) -> tuple[Input | Output, ...]:
+        """Inputs in their order, then the output."""
+        return self.inputs if self.output is None else (*self.inputs, self.output)
+
+    def require_load(self) -> None:
+        """InputError for a case of free vibration, where anything but modes is asked for."""
+        if self.output is None:
+            raise InputError(
+                self.source, "output", "is missing, so that this is a case of free vibration",
+                "ask for its modes, or add [output], and inputs with speed and torque",
+            )  # fmt: skip
+
+    def port_at(self, member: str) -> Input | Output | None:
+        """The port at a member, if there is one."""
+        return next((port for port in self.ports if port.member == member), None)
+
+    def port_inertia(self, member: str) -> float:
+        """Polar inertia of what hangs on the port at a member, kg m²."""
+        port, case = self.port_at(member), self.stage(member).flexible
+        if port is None or port.inertia is not None:
+            return 0.0 if port is None or port.inertia is None else port.inertia
+        if case is None:
+            return 0.0
+        return case.inertia.drive if member.endswith(".carrier") else case.inertia.output
+
+    @property
+    def brake_member(self) -> str:
+        """Member that the load brakes; "" in free vibration."""
+        return "" if self.output is None else self.output.member
+
+    @property
+    def brake_exponent(self) -> float:
+        """Of the load at the output, T ~ |ω|^exponent."""
+        if self.output is None:
+            return 1.0
+        case, given = self.stage(self.output.member).flexible, self.output.brake_exponent
+        if given is not None:
+            return given
+        return 1.0 if case is None else case.brake.exponent
+
+    def kinematics_of(self, name: str) -> Kinematics:
+        """Coordinates of a member or of "<stage>.planet"; "spatial" in a flexible stage."""
+        if self.stage(name.split(".")[0]).flexible is not None:
+            return "spatial"
+        return self.member(name).kinematics or self.kinematics
+
+    def held_members(self) -> tuple[str, ...]:
+        """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""
+        held = {*self.held}
+        for name in self.member_names():
+            if self.kinematics_of(name) == "fixed":
+                held.add(name)
+        used = {port.member for port in self.ports}
+        used |= {name for joint in self.joints for name in (joint.first, joint.second)}
+        for stage in self.stages:
+            names = {f"{stage.name}.{member}" for member in stage.members}
+            ring = f"{stage.name}.ring"
+            free = stage.flexible is None and not self.ports  # supports alone say what is held
+            if stage.kind == "planetary" and not names & held and ring not in used and not free:
+                held.add(ring)
+        return tuple(name for name in self.member_names() if name in held)
+
+    def view(self, name: str) -> StageView:
+        """A planetary stage with what gear functions read of a case."""
+        stage = self.stage(name)
+        alone = len(self.stages) == 1
+        return StageView(
+            source=self.source if alone else f"{self.source}: {name}",
+            material=self.material if stage.flexible is None else stage.flexible.material,
+            stage=stage.stage,
+            gear_mesh=stage.gear_mesh,
+            errors=stage.errors,
         )
-    raw.pop("kind", None)
-    return _stage_of(raw, overrides or {}, where, folder, name)
+
+    def content_hash(self, *sections: str) -> str:
+        """SHA-256 of what the train says physically (or of the named sections), 64 hex digits."""
+        data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
+        for stage, dumped in zip(self.stages, data["stages"], strict=True):
+            dumped.pop("case")
+            if stage.flexible is not None:
+                dumped["flexible"] = stage.flexible.content_hash()
+        if sections:
+            data = {name: data[name] for name in sections}
+        return content_hash(data)
+
+    def with_(self, **changes: Any) -> Case:
+        """A copy with SI values changed, validated again.
+
+        Keys are field paths without units, joined by "." or "__"; stages by number or name, or
+        "stage" if there is one: with_(**{"stage.planets": 4, "stages.stage_2.face_width": 0.1}).
+        """
+        data = self.model_dump(mode="python")
+        for key, value in changes.items():
+            parts = numbered(key.replace("__", "."), data, "with_")
+            path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
+            if isinstance(value, Section):
+                value = value.model_dump(mode="python")
+            refuse_taken(data, path, "with_", key)
+            put(data, path, value, "with_", key)
+        return validated_train(data, "with_", Written())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI, as it is written beside results."""
+        return self.model_dump(mode="json")
+
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """Where power goes in, a member takes it, and the other way round."""
+        inputs, loaded = data.get("inputs") or (), data.get("output") is not None
+        if loaded and not inputs:
+            return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
+        powers = [k for i in inputs for k in ("torque", "power") if _given(i, k) is not None]
+        if powers and not loaded:
+            remedy = f"add [output], or take {powers[0]} out for free vibration"
+            return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
+        return []
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named_stages(cls, data: Any) -> Any:
+        """Stages without a name are stage_1, stage_2, …"""
+        if not isinstance(data, dict) or not isinstance(data.get("stages"), (tuple, list)):
+            return data
+        stages = [
+            {**stage, "name": stage.get("name") or f"stage_{k}"} if isinstance(stage, dict)
+            else stage
+            for k, stage in enumerate(data["stages"], 1)
+        ]  # fmt: skip
+        return {**data, "stages": type(data["stages"])(stages)}
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Case:
+        check_case_name(self.name)
+        check_train(self)
+        check_tolerance(self)
+        return self
 
 
-def load_stage(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
-    """As ``load_case`` for what works on flexible stages only; InputError for a train."""
-    case = load_case(source, overrides)
-    if isinstance(case, Train):
-        raise InputError(
-            case.source, "kind", "is a train, not a flexible stage", "name a flexible stage"
-        )
-    return case
+def _given(port: Any, key: str) -> Any:
+    """What an input, read or not yet read, says."""
+    return port.get(key) if isinstance(port, Mapping) else getattr(port, key, None)
 
 
-def _stage_of(
-    raw: dict[str, Any], overrides: Mapping[str, str], where: str, folder: Path, name: str
-) -> Case:
-    written = Written()
-    data = to_si(Case, raw, where, written)
-    for key, value in overrides.items():
-        path, converted = override_data(Case, key, str(value), written)
-        put(data, path, converted, "--set", key)
-    data["source"] = where
-    data.setdefault("name", name)
-    resolve_files(data, folder)
-    return validated_case(data, where, written)
-
-
-def _kind(raw: Mapping[str, Any], where: str) -> str:
-    """What the file describes."""
-    kind = raw.get("kind", "stage")
-    if kind not in KINDS:
-        raise InputError(where, "kind", f"{echo(kind)} is unknown", nearest(str(kind), KINDS))
-    if "kind" not in raw and "stages" in raw:
-        raise InputError(
-            where, "kind", "is missing in a file with [[stages]]", 'write kind = "train" at the top'
-        )
-    return str(kind)
-
-
-def _find(source: str | Path) -> tuple[str, str, Path, str]:
-    """Text, how to name it in messages, folder for relative paths, name of the case."""
-    path = Path(source)
-    if path.suffix or len(path.parts) != 1 or os.path.isfile(path):
-        return read_text(path), str(source), path.parent, path.stem
-    if str(source) in bundled_cases():  # which a folder of that name does not hide
-        return bundled_text(str(source)), str(source), Path(), str(source)
-    if os.path.exists(path):
-        return read_text(path), str(source), path.parent, path.stem
-    hint = nearest(str(source), bundled_cases())
-    raise InputError(
-        str(source), "case", "is neither a file nor a bundled case", f"give a .toml file, or {hint}"
-    )
+def validated_train(data: dict[str, Any], where: str, written: Written) -> Case:
+    """The train of plain SI data; InputError names each key as it was written."""
+    try:
+        return Case.model_validate(data)
+    except ValidationError as fault:
+        raise input_error(Case, fault, where, written) from None

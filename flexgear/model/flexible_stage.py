@@ -1,85 +1,149 @@
-"""A flexible stage within the data of a train: which case it is and what changes in it."""
+"""A flexible stage: all a user states about one planetary stage, validated, frozen, in SI."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from flexgear.model.errors import InputError, echo
+from pydantic import Field, ValidationError, model_validator
+
+from flexgear.model.brake import Brake
+from flexgear.model.carrier import Carrier
+from flexgear.model.case_name import check_case_name
+from flexgear.model.content import content_hash, file_digest
+from flexgear.model.drive import Drive
+from flexgear.model.faults import input_error
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.read import Written
-from flexgear.model.stage_case import Case, resolve_files
-from flexgear.model.train_stage import FROM_FLEXIBLE
+from flexgear.model.gear_mesh import Damping, GearMesh
+from flexgear.model.housing import Housing
+from flexgear.model.inertia import Inertias
+from flexgear.model.material import Material
+from flexgear.model.read import Written, is_place, put
+from flexgear.model.ring import Ring
+from flexgear.model.section import Refusal, Section
+from flexgear.model.shaft import Shaft
+from flexgear.model.solver import Solver
+from flexgear.model.springs import Bearings
+from flexgear.model.stage import Stage
+from flexgear.model.tolerance import StageTolerance
+from flexgear.model.torque_series import read_torque_series
 
-LoadStage = Callable[[str | Path], Case]
-
-# keys of a train's stage that its own case says, and where: ("planets", "stage.planets")
-_SAID = {
-    **{key: f"stage.{key}" for key in FROM_FLEXIBLE},
-    "gear_mesh": "gear_mesh",
-    "planet_bearing": "bearings.planet",
-    "carrier": "carrier",
-    **{f"errors.{key}": f"errors.{key}" for key in GearErrors.model_fields},
-}
-_FOREIGN = (
-    "kind", "pinion", "gear", "position", "double_helical", "half_gap", "ring_pressure_angle",
-    "sun_pressure_angle",
-)  # fmt: skip
+_NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
+_FILE_KEYS = (("ring", "fe_mesh_file"), ("carrier", "fe_mesh_file"), ("drive", "file"))
 
 
-def refuse_said_twice(written: Written, k: int) -> None:
-    """InputError if keys that stage k takes from its own case were given in the train."""
-    for key, home in [*_SAID.items(), *((key, "") for key in _FOREIGN)]:
-        path = f"stages.{k}.{key}"
-        given = next((f for p, f in written.fields.items() if f"{p}.".startswith(f"{path}.")), None)
-        if given is None or (key == "kind" and given[3] == "planetary"):
-            continue
-        at, spelled = given[:2]
-        if home:
-            raise InputError(
-                at, spelled, "is given for a flexible stage, which has it from its own case",
-                f"take it out, or change stages.{k}.flexible.{home}",
-            )  # fmt: skip
-        raise InputError(at, spelled, "has no meaning in a flexible stage", "take it out")
+class FlexibleStage(Section):
+    """One planetary stage. source: file or bundled name it came from."""
+
+    name: str = "case"
+    title: str = ""
+    source: str = "case"
+    material: Material
+    stage: Stage
+    ring: Ring
+    carrier: Carrier
+    shaft: Shaft
+    bearings: Bearings
+    housing: Housing = Housing()
+    inertia: Inertias
+    drive: Drive
+    brake: Brake = Brake()
+    gear_mesh: GearMesh = GearMesh()
+    damping: Damping = Damping()
+    errors: GearErrors = GearErrors()
+    tolerance: StageTolerance = StageTolerance()
+    solver: Solver = Field(default_factory=Solver)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> FlexibleStage:
+        _check_across(self)
+        return self
+
+    def content_hash(self, *sections: str) -> str:
+        """SHA-256 of what the case says physically (or of the named sections), 64 hex digits.
+
+        Name, title and spelling do not count; files that are named count by what is in them.
+        """
+        data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
+        for section, key in _FILE_KEYS:
+            data[section][key] = file_digest(data[section][key])
+        if sections:
+            data = {name: data[name] for name in sections}
+        return content_hash(data)
+
+    def with_(self, **changes: Any) -> FlexibleStage:
+        """A copy with SI values changed, validated again: with_(**{"stage.planets": 4}).
+
+        Keys are field paths without units, joined by "." or "__"; lists by number.
+        """
+        data = self.model_dump(mode="python")
+        for key, value in changes.items():
+            path: list[str | int] = [
+                int(p) if is_place(p) else p for p in key.replace("__", ".").split(".")
+            ]
+            if isinstance(value, Section):
+                value = value.model_dump(mode="python")
+            put(data, path, value, "with_", key)
+        return validated_case(data, "with_", Written())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI, as it is written beside results."""
+        return self.model_dump(mode="json")
 
 
-def refuse_taken(data: Mapping[str, Any], path: Sequence[str | int], where: str, key: str) -> None:
-    """InputError if ``path`` changes what a flexible stage of a train takes from its own case."""
-    if len(path) < 3 or path[0] != "stages" or not isinstance(path[1], int):
-        return
-    stages = data["stages"]
-    if path[1] >= len(stages) or stages[path[1]].get("flexible") is None:
-        return
-    inside = ".".join(str(p) for p in path[2:])
-    home = next((h for k, h in _SAID.items() if f"{inside}.".startswith(f"{k}.")), None)
-    if home is not None:
-        raise InputError(
-            where, key, "is what a flexible stage has from its own case",
-            f"change stages.{path[1]}.flexible.{home}",
-        )  # fmt: skip
+def resolve_files(data: dict[str, Any], folder: Path) -> None:
+    """Paths are relative to the case file; the torque series is read."""
+    for section, key in _FILE_KEYS:
+        inside = data.get(section)
+        if isinstance(inside, dict) and isinstance(inside.get(key), str):
+            inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
+    drive = data.get("drive")
+    if (
+        isinstance(drive, dict)
+        and drive.get("kind") == "csv"
+        and isinstance(drive.get("file"), str)
+    ):
+        drive["times"], drive["torques"] = read_torque_series(Path(drive["file"]))
 
 
-def take_flexible(
-    stage: dict[str, Any], k: int, where: str, folder: Path, load_stage: LoadStage
-) -> None:
-    """Read the case that stage k names into ``flexible``; what is there already changes it."""
-    word = stage.get("case")
-    if not isinstance(word, str):
-        problem = "is missing" if word is None else f"{echo(word)} is not text"
-        raise InputError(where, f"stages[{k}].case", problem, "name a bundled case or a file")
-    path = folder / os.path.expanduser(word)
-    case = load_stage(path if path.suffix == ".toml" or os.path.isfile(path) else word)
-    stage["flexible"] = _merged(case.model_dump(mode="python"), stage.get("flexible", {}))
-    resolve_files(stage["flexible"], folder)
+def validated_case(data: dict[str, Any], where: str, written: Written) -> FlexibleStage:
+    """The case of plain SI data; InputError names each key as it was written."""
+    try:
+        return FlexibleStage.model_validate(data)
+    except ValidationError as fault:
+        raise input_error(FlexibleStage, fault, where, written) from None
 
 
-def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested data with values replaced."""
-    out = dict(base)
-    for key, value in changes.items():
-        inside = out.get(key)
-        deep = isinstance(value, dict) and isinstance(inside, dict)
-        out[key] = _merged(inside, value) if deep else value  # type: ignore[arg-type]
-    return out
+def _check_across(case: FlexibleStage) -> None:
+    """Checks between sections."""
+    check_case_name(case.name)
+    n = case.stage.planets
+    for key in ("pin_tangential", "pin_radial"):
+        count = len(getattr(case.errors, key))
+        if count not in (0, n):
+            raise Refusal(
+                f"errors.{key}", f"{count} values for {n} planets", "give one for each planet"
+            )
+    bore, pin = case.stage.planet.bore_diameter, case.carrier.pin_diameter
+    if 0.0 < bore <= pin:
+        raise Refusal(
+            "carrier.pin_diameter",
+            f"a pin of {pin * 1e3:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
+            "lower it, or raise stage.planet.bore_diameter_mm",
+        )
+    half = case.stage.face_width / 2 * (1 + 1e-9)
+    for k, fit in enumerate(case.ring.fits):
+        if fit.band[0] < -half or fit.band[1] > half:
+            raise Refusal(
+                f"ring.fits.{k}.z",
+                f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of ±{half * 1e3:.1f} mm",
+                "move it or make it narrower",
+            )
+    if case.carrier.plate_gap <= case.stage.face_width:
+        raise Refusal(
+            "carrier.plate_gap",
+            f"{case.carrier.plate_gap * 1e3:g} mm leaves no room for planets of "
+            f"{case.stage.face_width * 1e3:g} mm face width",
+            "make it wider than the face width",
+        )

@@ -17,7 +17,7 @@ from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
 
 OF_PLANETS = (
     "pin_tangential", "pin_radial", "planet_eccentricity", "planet_eccentricity_phase",
@@ -220,7 +220,7 @@ class TrainTolerance(Tolerance):
         return found
 
 
-def check_tolerance(train: Train) -> None:
+def check_tolerance(train: Case) -> None:
     """Stages that are named exist and have the parts; Refusal otherwise."""
     seen: set[str] = set()
     for k, one in enumerate(train.tolerance.by_stage):

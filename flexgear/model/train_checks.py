@@ -9,10 +9,10 @@ from flexgear.model.read import nearest
 from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
 
 
-def check_train(train: Train) -> None:
+def check_train(train: Case) -> None:
     """Names, ports and supports fit one another; Refusal otherwise."""
     _check_stage_names(train)
     _check_members(train)
@@ -20,7 +20,7 @@ def check_train(train: Train) -> None:
     _check_held(train)
 
 
-def _check_stage_names(train: Train) -> None:
+def _check_stage_names(train: Case) -> None:
     seen: dict[str, int] = {}
     for k, stage in enumerate(train.stages):
         if stage.name in seen:
@@ -32,7 +32,7 @@ def _check_stage_names(train: Train) -> None:
         seen[stage.name] = k
 
 
-def _check_members(train: Train) -> None:
+def _check_members(train: Case) -> None:
     """Every member that is named exists."""
     named = [(f"held.{k}", name) for k, name in enumerate(train.held)]
     named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
@@ -47,7 +47,7 @@ def _check_members(train: Train) -> None:
             raise Refusal(key, f"{echo(name)} is not a member", nearest(name, known))
 
 
-def _check_ports(train: Train) -> None:
+def _check_ports(train: Case) -> None:
     """A member has one role."""
     ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
     if train.output is not None:
@@ -76,7 +76,7 @@ def _check_ports(train: Train) -> None:
                 )
 
 
-def _check_held(train: Train) -> None:
+def _check_held(train: Case) -> None:
     """What is held has a support against turning, and nothing else has but in free vibration."""
     held = train.held_members()
     for name in train.member_names():

@@ -1,4 +1,4 @@
-"""From the TOML data of a train and overrides to a Train.
+"""From the TOML data of a train and overrides to a Case.
 
 A single stage may be written [stage]; it is the only element of ``stages`` under another name, in
 the file, in overrides and in messages. A flexible stage is read by its own loader and may be
@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from flexgear.model.case import Case, validated_train
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import LoadStage, refuse_said_twice, take_flexible
+from flexgear.model.named_stage import LoadStage, refuse_said_twice, take_flexible
 from flexgear.model.read import Written, override_data, put, to_si
-from flexgear.model.train import Train, validated_train
 from flexgear.model.train_keys import aliased, numbered
 
 
@@ -26,7 +26,7 @@ def train_of(
     folder: Path,
     name: str,
     load_stage: LoadStage,
-) -> Train:
+) -> Case:
     """The train of parsed TOML data with overrides carried out.
 
     folder: for relative paths of flexible stages, which load_stage reads.
@@ -65,7 +65,7 @@ def _data(
 ) -> tuple[dict[str, Any], Written]:
     """Data in SI, flexible stages read, overrides carried out; and how keys were written."""
     written = Written()
-    data = to_si(Train, raw, where, written)
+    data = to_si(Case, raw, where, written)
     first = [key for key in overrides if key.rpartition(".")[2] == "case"]
     for key in first:  # which case, before what changes in it
         _override(data, key, overrides[key], written)
@@ -83,5 +83,5 @@ def _data(
 
 def _override(data: dict[str, Any], key: str, value: str, written: Written) -> None:
     full = ".".join(numbered(key, data, "--set"))
-    path, converted = override_data(Train, full, str(value), written)
+    path, converted = override_data(Case, full, str(value), written)
     put(data, path, converted, "--set", key)

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.section import Missing, Refusal, Section, error_details
 from flexgear.model.stage import Stage, check_bore, required_hand
-from flexgear.model.stage_case import Case
 from flexgear.model.train_errors import PLANET_LISTS, TrainErrors
 from flexgear.model.train_gear_mesh import TrainGearMesh
 from flexgear.model.train_member import PlanetBearing, Support, TrainCarrier, TrainGear
@@ -66,7 +66,7 @@ class TrainStage(Section):
     gear_mesh: TrainGearMesh = TrainGearMesh()
     errors: TrainErrors = TrainErrors()
     case: str | None = None
-    flexible: Case | None = None
+    flexible: FlexibleStage | None = None
 
     @property
     def planet_angles(self) -> tuple[float, ...]:
@@ -125,7 +125,7 @@ class TrainStage(Section):
         if not isinstance(data, dict) or data.get("flexible") is None:
             return data
         case = data["flexible"]
-        if not isinstance(case, Case):
+        if not isinstance(case, FlexibleStage):
             case = _inner_case(case, strict=info.mode != "json")
         taken = {name: getattr(case.stage, name) for name in FROM_FLEXIBLE}
         for name in ("sun", "planet", "ring"):
@@ -238,10 +238,10 @@ class TrainStage(Section):
                 )
 
 
-def _inner_case(data: Any, strict: bool) -> Case:
+def _inner_case(data: Any, strict: bool) -> FlexibleStage:
     """A flexible stage's case; its faults are located below ``flexible``."""
     try:
-        return Case.model_validate(data, strict=strict)
+        return FlexibleStage.model_validate(data, strict=strict)
     except ValidationError as fault:
         lines = error_details(fault, "flexible")
         raise ValidationError.from_exception_data("TrainStage", lines) from None

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.carrier import Carrier
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
 from flexgear.structures import estimate, probe_loads
 from flexgear.structures.cyclic.path import sector_counts
@@ -46,7 +46,7 @@ _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodi
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
-def require_fe_meshes(case: Case) -> None:
+def require_fe_meshes(case: FlexibleStage) -> None:
     """Raise InputError for what either FE mesh would be refused for, without generating any.
 
     A file whose reduced body is kept was in place when that was made: the key says for what.
@@ -62,7 +62,7 @@ def require_fe_meshes(case: Case) -> None:
 
 
 def ring_body(
-    case: Case, progress: Progress | None = None, limit_hz: float | None = None
+    case: FlexibleStage, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's ring gear, reduced; from the cache if it was reduced before.
 
@@ -74,7 +74,7 @@ def ring_body(
     return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
 
 
-def _ring_key(case: Case) -> str:
+def _ring_key(case: FlexibleStage) -> str:
     ring = case.ring
     return content_key(
         body="ring",
@@ -96,7 +96,7 @@ def _ring_key(case: Case) -> str:
 
 
 def carrier_body(
-    case: Case, progress: Progress | None = None, limit_hz: float | None = None
+    case: FlexibleStage, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
     report = progress or silent
@@ -106,7 +106,7 @@ def carrier_body(
     return _judged(body, supports, limit_hz or case.solver.reduction_limit)
 
 
-def _carrier_key(case: Case) -> str:
+def _carrier_key(case: FlexibleStage) -> str:
     return content_key(
         body="carrier",
         fe_mesh=_mesh_content(case, case.carrier, CarrierMeshParameters, carrier_groups),
@@ -118,7 +118,7 @@ def _carrier_key(case: Case) -> str:
     )
 
 
-def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
+def _reduce_ring(case: FlexibleStage, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
     fe_mesh = ring_of_case(case)
@@ -147,7 +147,7 @@ def _reduce_ring(case: Case, progress: Progress) -> ReducedBody:
     )
 
 
-def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
+def _reduce_carrier(case: FlexibleStage, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("carrier: FE mesh", 0.0)
     fe_mesh = carrier_of_case(case)
@@ -176,13 +176,13 @@ def _reduce_carrier(case: Case, progress: Progress) -> ReducedBody:
     )
 
 
-def _model(case: Case, fe_mesh: FeMesh) -> FeModel:
+def _model(case: FlexibleStage, fe_mesh: FeMesh) -> FeModel:
     """The body; what its matrices are wanted for decides how much of them is assembled."""
     m = case.material
     return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
 
 
-def _sectors(case: Case, repeats: int) -> tuple[int, ...]:
+def _sectors(case: FlexibleStage, repeats: int) -> tuple[int, ...]:
     """Numbers of sectors to try for a body with so many teeth or pins."""
     return sector_counts(repeats) if case.solver.cyclic == "auto" else ()
 
@@ -263,10 +263,10 @@ class _Clock:
 
 
 def _mesh_content(
-    case: Case,
+    case: FlexibleStage,
     part: Ring | Carrier,
     generator: type[RingMeshParameters] | type[CarrierMeshParameters],
-    groups: Callable[[Case], Groups],
+    groups: Callable[[FlexibleStage], Groups],
 ) -> object:
     """What a mesh depends on: the generator's parameters, or the bytes of the user's file, where
     it is put, and what its place was judged by."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.fem import (
     FeModel,
     Interface,
@@ -39,7 +39,7 @@ class Nodes(Protocol):
         """(n, 3) m."""
 
 
-def ring_interface(case: Case, model: FeModel) -> Interface:
+def ring_interface(case: FlexibleStage, model: FeModel) -> Interface:
     """Ties of teeth, housing fits and bolts, in this order."""
     ring, patches = case.ring, model.fe_mesh.facets
     tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
@@ -67,7 +67,7 @@ def ring_interface(case: Case, model: FeModel) -> Interface:
     return interface_of(model, ties)
 
 
-def _bolted_face(case: Case, model: FeModel) -> float:
+def _bolted_face(case: FlexibleStage, model: FeModel) -> float:
     """z of the face that is bolted, m: the group's, or the body's end where there is none."""
     end = "end_plus" if case.ring.end == "+z" else "end_minus"
     points, facets = np.asarray(model.fe_mesh.points), model.fe_mesh.facets
@@ -75,7 +75,7 @@ def _bolted_face(case: Case, model: FeModel) -> float:
     return float(z.max() if case.ring.end == "+z" else z.min())
 
 
-def carrier_interface(case: Case, model: FeModel) -> Interface:
+def carrier_interface(case: FlexibleStage, model: FeModel) -> Interface:
     """Ties of drive flange, bearing seats and pins."""
     patches = model.fe_mesh.facets
     ties = []
@@ -91,7 +91,7 @@ def carrier_interface(case: Case, model: FeModel) -> Interface:
     return interface_of(model, ties)
 
 
-def ring_supports(case: Case, body: Nodes) -> NDArray[np.float64]:
+def ring_supports(case: FlexibleStage, body: Nodes) -> NDArray[np.float64]:
     """Stiffness (b, b) of bolts and housing fits at the ring's interface nodes to ground."""
     size, b = 6 * len(body.node_names), case.ring.bolts
     supports = np.zeros((size, size))
@@ -111,7 +111,7 @@ def ring_supports(case: Case, body: Nodes) -> NDArray[np.float64]:
 
 
 def carrier_supports(
-    case: Case, body: Nodes, stiffness: NDArray[np.float64]
+    case: FlexibleStage, body: Nodes, stiffness: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Bearings of the case, and the drive node held against rotation about the axis."""
     size = 6 * len(body.node_names)

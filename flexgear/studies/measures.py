@@ -6,27 +6,27 @@ from collections.abc import Sequence
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.read import nearest
-from flexgear.model.train import Train
 from flexgear.studies.measure import Found, Measure
 from flexgear.studies.stage_measures import STAGE_MEASURES, STAGE_USUAL, StagePoint
 from flexgear.studies.train_measures import TRAIN_MEASURES, TrainPoint, usual_measures
 
 
-def measures_of(model: Case | Train) -> dict[str, Measure]:
+def measures_of(model: FlexibleStage | Case) -> dict[str, Measure]:
     """Measures that this kind of case has, by name."""
-    known = TRAIN_MEASURES if isinstance(model, Train) else STAGE_MEASURES
+    known = TRAIN_MEASURES if isinstance(model, Case) else STAGE_MEASURES
     return {m.name: m for m in known}
 
 
-def chosen_measures(model: Case | Train, names: Sequence[str]) -> tuple[str, ...]:
+def chosen_measures(model: FlexibleStage | Case, names: Sequence[str]) -> tuple[str, ...]:
     """The named measures, or the usual ones; InputError for one that is not known."""
     if not names:
-        return usual_measures(model) if isinstance(model, Train) else STAGE_USUAL
+        return usual_measures(model) if isinstance(model, Case) else STAGE_USUAL
     known = measures_of(model)
     for name in names:
         if name not in known:
-            kind = "a train" if isinstance(model, Train) else "a flexible stage"
+            kind = "a train" if isinstance(model, Case) else "a flexible stage"
             raise InputError(
                 "--measure", name, f"is no measure of {kind}", nearest(name, list(known))
             )
@@ -34,14 +34,14 @@ def chosen_measures(model: Case | Train, names: Sequence[str]) -> tuple[str, ...
 
 
 def measured(
-    model: Case | Train, reference: Case | Train, names: Sequence[str], modes: int
+    model: FlexibleStage | Case, reference: FlexibleStage | Case, names: Sequence[str], modes: int
 ) -> Found:
     """Arrays of the named measures at one point.
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
-    if isinstance(model, Train):
-        assert isinstance(reference, Train)
+    if isinstance(model, Case):
+        assert isinstance(reference, Case)
         point: TrainPoint | StagePoint = TrainPoint(model, reference, modes)
     else:
         point = StagePoint(model, modes)

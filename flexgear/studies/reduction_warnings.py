@@ -9,7 +9,7 @@ from typing import Any
 from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
-from flexgear.model.train import Train
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.reduced import ReducedBody
 from flexgear.studies.stage_bodies import variant_of
 
@@ -19,14 +19,14 @@ _OTHER_TIE = {"root": "flank", "flank": "root"}
 
 
 def stage_warnings(
-    case: Case, bodies: Sequence[ReducedBody], variant: Variant | None = None
+    case: FlexibleStage, bodies: Sequence[ReducedBody], variant: Variant | None = None
 ) -> list[str]:
     """A line for every body that bends and misses the promise; variant: what bends."""
     return _warnings(case, bodies, variant or variant_of(case), "", "")
 
 
 def train_warnings(
-    train: Train,
+    train: Case,
     bodies: Mapping[str, Sequence[ReducedBody]],
     variants: Mapping[str, Variant],
 ) -> list[str]:
@@ -42,7 +42,7 @@ def train_warnings(
 
 
 def _warnings(
-    case: Case, bodies: Sequence[ReducedBody], bends: Variant, at: str, keys: str
+    case: FlexibleStage, bodies: Sequence[ReducedBody], bends: Variant, at: str, keys: str
 ) -> list[str]:
     """Lines about the bodies that bend; at: before their names, keys: before those of the case."""
     found = []
@@ -57,7 +57,7 @@ def _warnings(
     return found
 
 
-def _frequency_fault(report: Mapping[str, Any], case: Case) -> str:
+def _frequency_fault(report: Mapping[str, Any], case: FlexibleStage) -> str:
     """What is wrong with a reduction's frequencies, empty where nothing is."""
     error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
     if error > PROMISED:
@@ -84,7 +84,7 @@ def _fault(report: Mapping[str, Any]) -> str:
     return f"static error {100 * error:.1f} %{worst}, above {100 * PROMISED:g} %"
 
 
-def _remedy(case: Case, name: str, keys: str) -> str:
+def _remedy(case: FlexibleStage, name: str, keys: str) -> str:
     """What makes the error smaller, or shows how little it matters."""
     part, ways = getattr(case, name), []
     if part.fe_mesh == "file":

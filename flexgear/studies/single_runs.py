@@ -15,8 +15,8 @@ from flexgear.analysis.step_plan import FineWindow, Stepping
 from flexgear.analysis.transient import Drive, Steps, Transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import stage_pace, timed_drops
-from flexgear.model.case import Case
 from flexgear.model.drive import Drive as DriveParameters
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.fields import field_dataset
 from flexgear.results.sinks import DatasetSink, Gathered
 from flexgear.studies.long_run import LongRun, TimedRun
@@ -26,7 +26,7 @@ from flexgear.studies.stepping import adaptive_steps, step_attributes
 
 
 def equilibria(
-    case: Case,
+    case: FlexibleStage,
     modal: ModalSystem,
     angles: ArrayLike,
     torque: float | None = None,
@@ -40,18 +40,18 @@ def equilibria(
     return found, equilibrium_of(case, found)
 
 
-def revolution_time(case: Case) -> float:
+def revolution_time(case: FlexibleStage) -> float:
     """Time of one revolution of the carrier at rated speed, s."""
     return 2 * math.pi / case.drive.rated_speed
 
 
-def constant_drive(case: Case) -> DriveParameters:
+def constant_drive(case: FlexibleStage) -> DriveParameters:
     """Rated torque for good."""
     return case.drive.model_copy(update={"kind": "constant", "torque": case.drive.rated_torque})
 
 
 def simulate(
-    case: Case,
+    case: FlexibleStage,
     modal: ModalSystem,
     *,
     drive: DriveParameters | None = None,
@@ -86,7 +86,7 @@ def simulate(
 
 
 def stage_stepping(
-    case: Case,
+    case: FlexibleStage,
     drive: DriveParameters,
     duration: float | None = None,
     output_interval: float | None = None,
@@ -109,7 +109,7 @@ def stage_stepping(
 
 
 def torque_step(
-    case: Case,
+    case: FlexibleStage,
     modal: ModalSystem,
     torque: float,
     *,

@@ -18,7 +18,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import KINDS, by_kind
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.dataset import equilibrium_dataset, provenance, transient_dataset
 from flexgear.studies.stepping import step_attributes
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def transient_of(
-    case: Case, result: Transient, energy: bool | None = None, **attrs: Any
+    case: FlexibleStage, result: Transient, energy: bool | None = None, **attrs: Any
 ) -> xr.Dataset:
     """Dataset of a transient; attrs are added to the provenance. energy: whether it has an account
     of energy (None: look)."""
@@ -52,7 +52,7 @@ def transient_of(
     )
 
 
-def equilibrium_of(case: Case, result: Equilibrium, **attrs: Any) -> xr.Dataset:
+def equilibrium_of(case: FlexibleStage, result: Equilibrium, **attrs: Any) -> xr.Dataset:
     """Dataset of equilibria, one position after the other."""
     return equilibrium_dataset(
         attrs=_attrs(case, result, **attrs),
@@ -67,7 +67,7 @@ def equilibrium_of(case: Case, result: Equilibrium, **attrs: Any) -> xr.Dataset:
     )
 
 
-def _attrs(case: Case, result: Equilibrium | Transient, **more: Any) -> dict[str, Any]:
+def _attrs(case: FlexibleStage, result: Equilibrium | Transient, **more: Any) -> dict[str, Any]:
     system = result.modal.system
     return provenance(
         case=case.name,

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.modal import ModalSystem
-from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.flanks import GEARS, tooth_loads
 from flexgear.results.load_sharing import load_sharing
 from flexgear.studies.measure import (
@@ -30,7 +30,7 @@ POSITIONS = 40  # equilibria over one period of the planets
 class StagePoint:
     """A flexible stage; what several measures need is worked out once."""
 
-    case: Case
+    case: FlexibleStage
     modes: int
 
     @cached_property

@@ -23,8 +23,8 @@ from flexgear.coupling.pace import stage_pace, timed_drops, too_coarse
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.energy_balance import energy_residual
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
@@ -62,7 +62,7 @@ WORKERS = 2
 class StageRun:
     """What a run leaves: datasets by file name (without suffix), fields by body, figures."""
 
-    case: Case
+    case: FlexibleStage
     datasets: Mapping[str, xr.Dataset]
     fields: Mapping[str, xr.Dataset]
     summary: dict[str, Any]
@@ -95,7 +95,7 @@ def depth_name(torque: float) -> str:
 
 
 def run_stage(
-    case: Case,
+    case: FlexibleStage,
     bodies: StageBodies,
     progress: Progress = silent,
     watch: Stopwatch | None = None,
@@ -166,7 +166,7 @@ def run_stage(
     return StageRun(case, datasets, fields, summary)
 
 
-def kinematics(case: Case) -> dict[str, float]:
+def kinematics(case: FlexibleStage) -> dict[str, float]:
     """Speeds, frequency, contact ratios and expected force of a case."""
     motion, geometry = stage_kinematics(case), stage_geometry(case.stage)
     return {
@@ -189,7 +189,7 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _transients(
-    case: Case,
+    case: FlexibleStage,
     modal: Mapping[str, ModalSystem],
     first: str,
     progress: Progress,
@@ -236,14 +236,14 @@ def _transients(
             raise
 
 
-def _compile(case: Case, modal: ModalSystem) -> None:
+def _compile(case: FlexibleStage, modal: ModalSystem) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
     step = stage_pace(case).time_step
     for energy in (False, True):
         simulate(case, modal, duration=3 * step, output_interval=step, energy=energy)
 
 
-def _largest_residual(case: Case, datasets: Mapping[str, xr.Dataset], first: str) -> float:
+def _largest_residual(case: FlexibleStage, datasets: Mapping[str, xr.Dataset], first: str) -> float:
     """Largest energy residual over the torque drops, counted from the drop while steps are fine.
 
     Without torque drops it is that of the steady revolution.

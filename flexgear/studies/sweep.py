@@ -19,9 +19,10 @@ import xarray as xr
 
 from flexgear.coupling.workable import require_workable
 from flexgear.files.atomic import PathLike, write_bytes
-from flexgear.model.case import Case, load_case
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.train import Train
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.results.dataset import provenance
 from flexgear.results.quantities import MISSING
 from flexgear.studies.dask_pool import reach
@@ -48,10 +49,10 @@ class Sweep:
     """A sweep to be run. base: the case with its keys unchanged; models: the case of every point of
     the grid, or why there is none; measures: names; modes: how many natural modes are listed."""
 
-    base: Case | Train
+    base: FlexibleStage | Case
     keys: tuple[SweptKey, ...]
     grid: tuple[Point, ...]
-    models: tuple[Case | Train | InputError, ...]
+    models: tuple[FlexibleStage | Case | InputError, ...]
     measures: tuple[str, ...]
     modes: int
 
@@ -65,7 +66,7 @@ class Sweep:
 class Measuring:
     """What all points share."""
 
-    reference: Case | Train
+    reference: FlexibleStage | Case
     measures: tuple[str, ...]
     modes: int
 
@@ -222,7 +223,7 @@ def _said(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
-def _measured(shared: Measuring, model: Case | Train) -> Found:
+def _measured(shared: Measuring, model: FlexibleStage | Case) -> Found:
     return measured(model, shared.reference, shared.measures, shared.modes)
 
 
@@ -231,7 +232,7 @@ def _model(
     settings: Mapping[str, str] | None,
     keys: Sequence[SweptKey],
     point: Point,
-) -> Case | Train | InputError:
+) -> FlexibleStage | Case | InputError:
     """The case of a point, or why there is none."""
     try:
         return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
@@ -240,7 +241,7 @@ def _model(
         return InputError(where, fault.key, fault.problem, fault.remedy)
 
 
-def _require_one_workable(models: Sequence[Case | Train | InputError]) -> None:
+def _require_one_workable(models: Sequence[FlexibleStage | Case | InputError]) -> None:
     """InputError of the first point if no point can work; mostly the first point can.
 
     Points of lumped trains say so themselves, and some measures ask nothing of supports; what
@@ -259,7 +260,9 @@ def _require_one_workable(models: Sequence[Case | Train | InputError]) -> None:
     raise faults[0]
 
 
-def _prepared(models: Sequence[Case | Train], progress: Progress) -> tuple[int, dict[str, str]]:
+def _prepared(
+    models: Sequence[FlexibleStage | Case], progress: Progress
+) -> tuple[int, dict[str, str]]:
     """Reduces ring and carrier of flexible stages, one after the other, into the cache.
 
     Workers then find them there, and each is made once, with all processors. Returns how many
@@ -279,13 +282,13 @@ def _prepared(models: Sequence[Case | Train], progress: Progress) -> tuple[int, 
     return len(different), broken
 
 
-def _flexible(model: Case | Train) -> list[Case]:
-    if isinstance(model, Case):
+def _flexible(model: FlexibleStage | Case) -> list[FlexibleStage]:
+    if isinstance(model, FlexibleStage):
         return [model]
     return [s.flexible for s in model.stages if s.flexible is not None]
 
 
-def _body_key(case: Case) -> str:
+def _body_key(case: FlexibleStage) -> str:
     """Hash of all sections that ring and carrier depend on, and of some keys beside."""
     return case.content_hash("material", "stage", "ring", "carrier", "solver")
 
@@ -300,7 +303,7 @@ def _outcomes(
     """What was found at every point, before this or now, or why nothing."""
     store = plan.store
     known: dict[int, Outcome[Found]] = {}
-    left: dict[int, Case | Train] = {}
+    left: dict[int, FlexibleStage | Case] = {}
     for k, model in enumerate(plan.models):
         if isinstance(model, InputError):
             known[k] = Outcome(None, str(model))

@@ -17,9 +17,9 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
-from flexgear.model.train import Train
 from flexgear.model.train_errors import PLANET_LISTS
 from flexgear.model.train_keys import numbered
 from flexgear.model.units import Quantity, unit_name
@@ -100,11 +100,11 @@ def parse_values(key: str, text: str) -> Values:
     return Values(texts, found)
 
 
-def swept_key(base: Case | Train, key: str, values: Values) -> SweptKey:
+def swept_key(base: FlexibleStage | Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
     section: type[Section] | None = type(base)
     given = key.split(".")
-    parts = numbered(key, base.model_dump(), WHERE) if isinstance(base, Train) else given
+    parts = numbered(key, base.model_dump(), WHERE) if isinstance(base, Case) else given
     extra = len(parts) - len(given)  # stages are two parts where the key names one
     owner: type[Section] = type(base)
     path, suffix, name = list[str](), "", ""
@@ -272,14 +272,14 @@ def _in_brackets(key: SweptKey) -> SweptKey:
 
 
 def _list_of(
-    base: Case | Train, key: SweptKey, quantity: Quantity | None, suffix: str
+    base: FlexibleStage | Case, key: SweptKey, quantity: Quantity | None, suffix: str
 ) -> tuple[float, ...]:
     """The list in the key's unit; where the case leaves it out, as long as there are planets."""
     owners: list[Any] = [base]
     for part in key.path[:-2]:
         inner = owners[-1]
         owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
-    stages = [base.stage] if isinstance(base, Case) else owners
+    stages = [base.stage] if isinstance(base, FlexibleStage) else owners
     planets = next((o.planets for o in stages if hasattr(o, "planets")), 0)
     name = key.path[-2]
     found = getattr(owners[-1], name)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from flexgear.model.stage_case import Case
-from flexgear.model.train import Train
+from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.studies.measure import Found
 from flexgear.studies.study_store import StudyStore, study_store
 
@@ -22,7 +22,7 @@ class PointStore:
 
     parts: StudyStore
 
-    def get(self, model: Case | Train) -> Found | None:
+    def get(self, model: FlexibleStage | Case) -> Found | None:
         """What was found at a point; None where nothing was kept or it is damaged."""
         kept = self.parts.get(_name(model))
         if kept is None:
@@ -30,7 +30,7 @@ class PointStore:
         plain = json.loads(kept)
         return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
-    def put(self, model: Case | Train, found: Found) -> None:
+    def put(self, model: FlexibleStage | Case, found: Found) -> None:
         """Keep a point. FlexgearWarning where the disk refuses."""
         plain = {name: array.to_dict() for name, array in found.items()}
         self.parts.put(_name(model), json.dumps(plain).encode())
@@ -41,7 +41,7 @@ class PointStore:
 
 
 def point_store(
-    base: Case | Train, keys: Sequence[str], measures: Sequence[str], modes: int
+    base: FlexibleStage | Case, keys: Sequence[str], measures: Sequence[str], modes: int
 ) -> PointStore:
     """Where the points of a sweep are kept: by all that they depend on beside their own cases."""
     content = {
@@ -54,5 +54,5 @@ def point_store(
     return PointStore(study_store("sweep", content))
 
 
-def _name(model: Case | Train) -> str:
+def _name(model: FlexibleStage | Case) -> str:
     return f"{model.content_hash()}.json"

@@ -16,9 +16,9 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.stage_case import Case
-from flexgear.model.train import Train
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.dataset import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
 from flexgear.studies.dask_pool import reach
@@ -37,7 +37,7 @@ BATCH = 100  # samples solved together
 
 
 def tolerance(
-    model: Case | Train,
+    model: FlexibleStage | Case,
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -68,12 +68,12 @@ def batches_of(samples: int) -> list[range]:
     return [range(first, min(first + BATCH, samples)) for first in range(0, samples, BATCH)]
 
 
-def forget(model: Case | Train) -> None:
+def forget(model: FlexibleStage | Case) -> None:
     """Remove the finished batches of a study."""
     batch_store(model).clear()
 
 
-def finished(model: Case | Train) -> int:
+def finished(model: FlexibleStage | Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
     store = batch_store(model)
     return sum(len(b) for b in batches_of(model.tolerance.samples) if store.get(b) is not None)

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.stage_case import Case
 from flexgear.model.tolerance import NOT_PARALLEL, OF_PLANETS, PhaseDistribution, SizeDistribution
-from flexgear.model.train import Train
 from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
@@ -56,9 +56,9 @@ class DrawnError:
         return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
 
 
-def drawn_errors(model: Case | Train) -> tuple[DrawnError, ...]:
+def drawn_errors(model: FlexibleStage | Case) -> tuple[DrawnError, ...]:
     """What the section ``tolerance`` has drawn; InputError where that is nothing."""
-    if isinstance(model, Case):
+    if isinstance(model, FlexibleStage):
         found = _drawn("", model.tolerance.errors.given, model.stage.planets)
         errors: list[GearErrors] = [model.errors]
     else:
@@ -143,19 +143,23 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(first + u * (last - first)))
 
 
-def with_sample(model: Case | Train, values: Values, j: int, seeds: Sequence[int]) -> Case | Train:
+def with_sample(
+    model: FlexibleStage | Case, values: Values, j: int, seeds: Sequence[int]
+) -> FlexibleStage | Case:
     """The model with the errors of sample j; seeds: of its stages' pitch deviations."""
-    if isinstance(model, Case):
+    if isinstance(model, FlexibleStage):
         return model.model_copy(update={"errors": _changed(model.errors, "", values, j, seeds[0])})
     stages = [_changed_stage(s, values, j, x) for s, x in zip(model.stages, seeds, strict=True)]
     return model.model_copy(update={"stages": tuple(stages)})
 
 
-def nominal(model: Case | Train, drawn: Sequence[DrawnError]) -> Values:
+def nominal(model: FlexibleStage | Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
     found = {}
     for error in drawn:
-        errors = model.errors if isinstance(model, Case) else model.stage(error.stage).errors
+        errors = (
+            model.errors if isinstance(model, FlexibleStage) else model.stage(error.stage).errors
+        )
         given = getattr(errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0

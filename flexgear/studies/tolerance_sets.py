@@ -16,23 +16,23 @@ from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
 from flexgear.gears.errors import PairErrors, pair_errors
 from flexgear.gears.train_errors import stage_errors
 from flexgear.gears.train_paths import stage_paths
-from flexgear.model.stage_case import Case
-from flexgear.model.train import Train
+from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
 
 PathKey = tuple[str, str]  # kind, side
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
-def paths_of(model: Case | Train) -> StagePaths:
+def paths_of(model: FlexibleStage | Case) -> StagePaths:
     """Paths of contact of every stage."""
-    if isinstance(model, Case):
+    if isinstance(model, FlexibleStage):
         return ({(kind, ""): path for kind, path in gear_mesh_paths(model).items()},)
     return tuple(stage_paths(model, stage) for stage in model.stages)
 
 
-def errors_of(model: Case | Train, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
+def errors_of(model: FlexibleStage | Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
     """Errors of every stage by kind and side."""
-    if isinstance(model, Case):
+    if isinstance(model, FlexibleStage):
         found = pair_errors(model, {kind: path for (kind, _), path in paths[0].items()})
         return [{(kind, ""): e for kind, e in found.items()}]
     stages = zip(model.stages, paths, strict=True)
@@ -40,7 +40,7 @@ def errors_of(model: Case | Train, paths: StagePaths) -> list[Mapping[PathKey, P
 
 
 def error_sets(
-    models: Sequence[Case | Train],
+    models: Sequence[FlexibleStage | Case],
     paths: StagePaths,
     gear_meshes: Sequence[GearMeshLabel],
     base: PairData,

@@ -17,9 +17,9 @@ from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.power_flow import power_flow
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.stage_case import Case
-from flexgear.model.train import Train
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.results.train_dataset import GearMeshName, GroupName, groups_of
 from flexgear.studies.stage_bodies import Progress, silent, stage_bodies, stage_modal, variant_of
@@ -63,7 +63,7 @@ class ToleranceSetup:
     torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends.
     """
 
-    model: Case | Train
+    model: FlexibleStage | Case
     drawn: tuple[DrawnError, ...]
     paths: StagePaths
     labels: tuple[GearMeshLabel, ...]
@@ -94,17 +94,17 @@ class Batch:
     planet_mean: Array
 
 
-def tolerance_setup(model: Case | Train, progress: Progress = silent) -> ToleranceSetup:
+def tolerance_setup(model: FlexibleStage | Case, progress: Progress = silent) -> ToleranceSetup:
     """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
     drawn or nobody shares a load."""
     drawn = drawn_errors(model)
-    seeds = [0] * (1 if isinstance(model, Case) else len(model.stages))
+    seeds = [0] * (1 if isinstance(model, FlexibleStage) else len(model.stages))
     every = with_sample(model, sample_values(drawn, 0, [0]), 0, seeds)
     turns = _turns(model)
     modal, variant = _modal(every, progress)
     system = modal.system
     masters, slices = _positions(model, system, turns)
-    stages = [""] if isinstance(model, Case) else [s.name for s in model.stages]
+    stages = [""] if isinstance(model, FlexibleStage) else [s.name for s in model.stages]
     names, sign = _gear_meshes(system, stages)
     rated = _rated(model, names)
     groups = tuple(
@@ -130,7 +130,7 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
     """Equilibria of the samples of these numbers over all positions."""
     seed = setup.model.tolerance.seed
     values = sample_values(setup.drawn, seed, numbers)
-    names = [""] if isinstance(setup.model, Case) else [s.name for s in setup.model.stages]
+    names = [""] if isinstance(setup.model, FlexibleStage) else [s.name for s in setup.model.stages]
     seeds = list(zip(*(pitch_seeds(name, seed, numbers) for name in names), strict=True))
     return _solved(setup, values, seeds)
 
@@ -138,7 +138,9 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
 def as_stated(setup: ToleranceSetup) -> Batch:
     """The same for the errors that the case itself states."""
     model = setup.model
-    errors = [model.errors] if isinstance(model, Case) else [s.errors for s in model.stages]
+    errors = (
+        [model.errors] if isinstance(model, FlexibleStage) else [s.errors for s in model.stages]
+    )
     return _solved(setup, nominal(model, setup.drawn), [[e.seed for e in errors]])
 
 
@@ -178,17 +180,17 @@ def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bo
     return np.hstack(own) if own else np.zeros((count, 0))
 
 
-def _modal(model: Case | Train, progress: Progress) -> tuple[ModalSystem, str]:
-    if isinstance(model, Case):
+def _modal(model: FlexibleStage | Case, progress: Progress) -> tuple[ModalSystem, str]:
+    if isinstance(model, FlexibleStage):
         variant = variant_of(model)
         return stage_modal(model, stage_bodies(model, progress), variant), variant.label
     return train_modal(model, progress), variant_label(train_variants(model))
 
 
-def _turns(model: Case | Train) -> dict[str, Array]:
+def _turns(model: FlexibleStage | Case) -> dict[str, Array]:
     """Rotations of the lead over one turn of the carrier of every stage that shares a load."""
     per = model.tolerance.positions_per_gear_mesh
-    if isinstance(model, Case):
+    if isinstance(model, FlexibleStage):
         count = model.stage.ring.teeth * per
         turn = np.asarray(2 * math.pi / count * np.arange(count), dtype=float)
         turns = {"": turn} if model.stage.planets > 1 else {}
@@ -211,7 +213,7 @@ def _turns(model: Case | Train) -> dict[str, Array]:
 
 
 def _positions(
-    model: Case | Train, system: System, turns: dict[str, Array]
+    model: FlexibleStage | Case, system: System, turns: dict[str, Array]
 ) -> tuple[Array, dict[str, slice]]:
     """Independent rotations (p, F) over all turns, and whose they are."""
     parts, slices, at = [], {}, 0
@@ -235,9 +237,9 @@ def _gear_meshes(system: System, stages: Sequence[str]) -> tuple[tuple[GearMeshN
     return tuple(places), sign
 
 
-def _rated(model: Case | Train, names: Sequence[GearMeshName]) -> Array:
+def _rated(model: FlexibleStage | Case, names: Sequence[GearMeshName]) -> Array:
     """Mean forces (G,) at rated torque, N."""
-    if isinstance(model, Train):
+    if isinstance(model, Case):
         return rated_forces(power_flow(model), tuple(names))
     motion = stage_kinematics(model)
     by_kind = {"ring": motion.ring_mesh_force, "sun": motion.sun_mesh_force}

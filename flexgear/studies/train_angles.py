@@ -25,8 +25,8 @@ from flexgear.gears.error_cycle import (
     train_cycle,
 )
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.train import Train
 
 Array = NDArray[np.float64]
 ALL_CYCLES = 25_000  # gear-mesh cycles of a linear train that are all looked at
@@ -62,7 +62,7 @@ class StageMotion:
         return 2 * math.pi / abs(self.theta) if self.theta else math.inf
 
 
-def stage_motions(train: Train, flow: PowerFlow) -> tuple[StageMotion, ...]:
+def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     """Rated motion of every stage."""
     lead = lead_speed(train, flow)
     still = _stands_in_space(train)
@@ -87,17 +87,17 @@ def stage_motions(train: Train, flow: PowerFlow) -> tuple[StageMotion, ...]:
     return tuple(found)
 
 
-def lead_speed(train: Train, flow: PowerFlow) -> float:
+def lead_speed(train: Case, flow: PowerFlow) -> float:
     """Rated speed of the lead, rad/s: of the first port of given speed that turns."""
     return next((flow.speed[m] for m in given_speeds(train) if flow.speed[m] != 0), 1.0)
 
 
-def given_speeds(train: Train) -> list[str]:
+def given_speeds(train: Case) -> list[str]:
     """Members whose speed is given: their rotations are the independent ones."""
     return [port.member for port in train.ports if port.speed is not None]
 
 
-def _stands_in_space(train: Train) -> bool:
+def _stands_in_space(train: Case) -> bool:
     """Whether weight, loads, supports or joints make a difference in fixed directions."""
     loads = any(
         load.frame == "fixed" and any((*load.force[:2], *load.moment[:2])) for load in train.loads
@@ -115,7 +115,7 @@ def _is_uneven(stiffness: Array) -> bool:
 
 
 def samples_of_stage(
-    train: Train, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
+    train: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
 ) -> AngleSamples:
     """Lead angles over whole gear-mesh cycles of a stage, spread over the train's error cycle.
 

@@ -16,7 +16,7 @@ from flexgear.gears.bearing_life import (
     planet_bearing_life_ratios,
 )
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.summary import RPM
 from flexgear.results.train_sharing import sharing_figures
 from flexgear.studies.stage_bodies import Progress, silent
@@ -40,7 +40,7 @@ Figures = dict[str, dict[str, Any]]
 
 
 def contexts(
-    train: Train, progress: Progress = silent, bodies: Bodies | None = None
+    train: Case, progress: Progress = silent, bodies: Bodies | None = None
 ) -> dict[str, TrainContext]:
     """The train as it is, with rigid bodies in place of those that bend, and without errors."""
     reduced = train_bodies(train, progress) if bodies is None else bodies
@@ -110,7 +110,7 @@ def group_figures(data: xr.Dataset) -> Figures:
     return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
 
 
-def against(train: Train, reference: Train) -> Figures:
+def against(train: Case, reference: Case) -> Figures:
     """Speeds, torques, mean forces and bearing life of a train beside those of another.
 
     Life ratios are those of the same bearings in both; stages are matched by name. Lives in hours
@@ -130,7 +130,7 @@ def against(train: Train, reference: Train) -> Figures:
     return figures
 
 
-def _flow_figures(train: Train, flow: PowerFlow) -> dict[str, Any]:
+def _flow_figures(train: Case, flow: PowerFlow) -> dict[str, Any]:
     rows: dict[str, Any] = {"input_power_w": flow.input_power}
     hours = planet_bearing_life_hours(train, flow)
     for s in flow.stages:

@@ -21,7 +21,7 @@ from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.pace import Pace, train_pace
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.dataset import provenance
 from flexgear.results.train_dataset import train_dataset
 from flexgear.results.train_sharing import DEFINITIONS, sharing_histories
@@ -40,7 +40,7 @@ class TrainContext:
     (G,) N; made: its modes where they are known already.
     """
 
-    train: Train
+    train: Case
     flow: PowerFlow
     system: System
     variant: str
@@ -60,9 +60,7 @@ class TrainContext:
         return self.made or chosen_modal(self.system, self.pace)
 
 
-def context_of(
-    train: Train, coupled: ModalSystem | System, variant: str = "lumped"
-) -> TrainContext:
+def context_of(train: Case, coupled: ModalSystem | System, variant: str = "lumped") -> TrainContext:
     """What datasets of a coupled train need; its modes are only made where they are asked for."""
     made = coupled if isinstance(coupled, ModalSystem) else None
     system = coupled if isinstance(coupled, System) else coupled.system
@@ -190,7 +188,7 @@ def _clearance_force(context: TrainContext, recovery: Recovery, number: int) -> 
     return np.column_stack([along * x - across * y, along * y + across * x])
 
 
-def _clearances(train: Train) -> list[str]:
+def _clearances(train: Case) -> list[str]:
     """Bearings with clearance in the order of the system's rows."""
     names = []
     for stage in train.stages:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.results.train_dataset import GearMeshName
 from flexgear.results.train_sharing import without_rounding
 
@@ -35,7 +35,7 @@ class GearMeshes:
         return [k for k, name in enumerate(self.names) if name.stage == stage]
 
 
-def gear_meshes_of(train: Train, system: System) -> GearMeshes:
+def gear_meshes_of(train: Case, system: System) -> GearMeshes:
     """Labels and signs, in the order of the system: stage by stage, kind, side, planet."""
     front = np.asarray(system.pairs.front)
     names: dict[GearMeshName, int] = {}

@@ -13,8 +13,8 @@ from flexgear.gears.bearing_life import BALL, ROLLER, life_ratio
 from flexgear.gears.error_cycle import TrainTurn, error_cycle
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.train import Train
 from flexgear.studies.measure import (
     Found,
     Measure,
@@ -39,8 +39,8 @@ STATISTICS = ("mean", "largest")
 class TrainPoint:
     """A train and the one it is compared with; what several measures need is worked out once."""
 
-    train: Train
-    reference: Train
+    train: Case
+    reference: Case
     modes: int
 
     @cached_property
@@ -257,7 +257,7 @@ TRAIN_MEASURES = (
 )
 
 
-def usual_measures(train: Train) -> tuple[str, ...]:
+def usual_measures(train: Case) -> tuple[str, ...]:
     """What is measured unless something is asked for."""
     shared = any(stage.planets > 1 for stage in train.stages)
     return ("frequencies", "load_sharing" if shared else "speeds")

@@ -12,7 +12,7 @@ from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.pace import train_pace
 from flexgear.coupling.system import System, Variant
 from flexgear.coupling.train import train_system
-from flexgear.model.train import Train
+from flexgear.model.case import Case
 from flexgear.structures.reduced import ReducedBody
 from flexgear.studies.stage_bodies import Progress, named, silent, stage_bodies, variant_of
 
@@ -21,12 +21,12 @@ Bodies = Mapping[str, tuple[ReducedBody, ReducedBody]]
 RIGID = Variant(False, False, False)
 
 
-def flexible_stages(train: Train) -> tuple[str, ...]:
+def flexible_stages(train: Case) -> tuple[str, ...]:
     """Names of the stages whose ring and carrier are finite-element bodies."""
     return tuple(s.name for s in train.stages if s.flexible is not None)
 
 
-def train_bodies(train: Train, progress: Progress = silent) -> Bodies:
+def train_bodies(train: Case, progress: Progress = silent) -> Bodies:
     """Reduced ring and carrier of every flexible stage by its name, from the cache where known."""
     found = {}
     for stage in train.stages:
@@ -36,7 +36,7 @@ def train_bodies(train: Train, progress: Progress = silent) -> Bodies:
     return found
 
 
-def train_variants(train: Train, rigid: tuple[str, ...] = ()) -> dict[str, Variant]:
+def train_variants(train: Case, rigid: tuple[str, ...] = ()) -> dict[str, Variant]:
     """Which components of the flexible stages bend: their own choice, less those named rigid."""
     return {s.name: variant_of(s.flexible, rigid) for s in train.stages if s.flexible is not None}
 
@@ -52,7 +52,7 @@ def variant_label(variants: Mapping[str, Variant]) -> str:
 
 
 def coupled_train(
-    train: Train,
+    train: Case,
     progress: Progress = silent,
     *,
     bodies: Bodies | None = None,
@@ -68,7 +68,7 @@ def coupled_train(
 
 
 def train_modal(
-    train: Train,
+    train: Case,
     progress: Progress = silent,
     *,
     bodies: Bodies | None = None,

@@ -16,8 +16,8 @@ import xarray as xr
 from flexgear.coupling.pace import too_coarse
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.train import Train
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import RPM, finite
 from flexgear.results.train_summary import (
@@ -56,7 +56,7 @@ POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
 class TrainResults:
     """What a run leaves: datasets by file name (without suffix), figures, the power flow."""
 
-    train: Train
+    train: Case
     flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
     summary: dict[str, Any]
@@ -68,7 +68,7 @@ class TrainResults:
 
 
 def run_train(
-    train: Train,
+    train: Case,
     progress: Progress = silent,
     watch: Stopwatch | None = None,
     *,

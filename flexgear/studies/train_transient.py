@@ -15,8 +15,8 @@ from flexgear.analysis.transient import Collector, Drive, Steps, Transient, tran
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import train_pace
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.train import Train
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.train_dataset import variable
 from flexgear.results.train_sharing import SharingCoefficients
@@ -32,7 +32,7 @@ SAMPLES_AT_REST = 100
 MOST_STEPS = 400_000  # of a run whose duration nobody gave
 
 
-def usual_duration(train: Train, flow: PowerFlow) -> float:
+def usual_duration(train: Case, flow: PowerFlow) -> float:
     """Settling and one turn of the slowest stage, s; cut short where that takes too many steps.
 
     A train at rest is looked at for as long again as it settles, and for some samples.
@@ -43,7 +43,7 @@ def usual_duration(train: Train, flow: PowerFlow) -> float:
     return min(pace.settling + turn, max(MOST_STEPS * pace.time_step, 1.5 * pace.settling))
 
 
-def cut_short(train: Train, flow: PowerFlow) -> list[str]:
+def cut_short(train: Case, flow: PowerFlow) -> list[str]:
     """A line where nobody gave the duration and the usual one is less than a turn."""
     span, turn = usual_duration(train, flow), _slowest_turn(train, flow)
     if train.solver.duration is not None or span >= turn:
@@ -54,7 +54,7 @@ def cut_short(train: Train, flow: PowerFlow) -> list[str]:
     ]
 
 
-def _slowest_turn(train: Train, flow: PowerFlow) -> float:
+def _slowest_turn(train: Case, flow: PowerFlow) -> float:
     pace, motions = train_pace(train), stage_motions(train, flow)
     at_rest = max(pace.settling, SAMPLES_AT_REST * pace.output_interval)
     return max((m.turn_period for m in motions if m.theta), default=at_rest)
@@ -66,7 +66,7 @@ def settling(context: TrainContext, span: float) -> float:
     return min(derived, span / 2) if given is None else given
 
 
-def train_stepping(train: Train, flow: PowerFlow, duration: float | None = None) -> Stepping:
+def train_stepping(train: Case, flow: PowerFlow, duration: float | None = None) -> Stepping:
     """Steps and samples of a run, for ``usual_duration`` unless given, s."""
     pace = train_pace(train)
     span = usual_duration(train, flow) if duration is None else duration

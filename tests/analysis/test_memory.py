@@ -15,7 +15,7 @@ from flexgear.analysis.transient import largest_rated_load, start_state
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 ROOM = 64  # numbers before and behind an array: more than one step of a vector sum reaches
 TICKS = 240

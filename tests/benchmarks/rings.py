@@ -7,7 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from flexgear.model.case import Case, load_case
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fem import FeModel, Interface, assemble
 from flexgear.structures.interfaces import ring_interface
@@ -22,12 +23,12 @@ SIZES = {
 }
 
 
-def ring_case(fidelity: str = "quick") -> Case:
+def ring_case(fidelity: str = "quick") -> FlexibleStage:
     """wind-5mw with FE meshes of the given fidelity."""
     return load_case("wind-5mw", {"solver.fidelity": fidelity})
 
 
-def ring_mesh(size: str) -> tuple[Case, FeMesh]:
+def ring_mesh(size: str) -> tuple[FlexibleStage, FeMesh]:
     """Case and FE mesh of a size in `SIZES`."""
     fidelity, bands = SIZES[size]
     case = ring_case(fidelity)
@@ -39,7 +40,7 @@ def ring_mesh(size: str) -> tuple[Case, FeMesh]:
 
 
 @cache
-def ring_model(size: str) -> tuple[Case, FeModel, Interface]:
+def ring_model(size: str) -> tuple[FlexibleStage, FeModel, Interface]:
     """Case, assembled FE model and all 120 interface nodes."""
     case, fe_mesh = ring_mesh(size)
     m = case.material

@@ -13,7 +13,8 @@ from flexgear.analysis.transient import Collector, Drive, State, start_state, tr
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
-from flexgear.model.case import Case, load_case
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.structures.build import carrier_body, ring_body
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
@@ -41,7 +42,7 @@ def planet_system(planets: int) -> System:
     return build_system(case, *make_bodies(case), Variant())
 
 
-def real_case(size: str) -> Case:
+def real_case(size: str) -> FlexibleStage:
     """wind-5mw with standard FE bodies in a full run, coarse ones in a quick one."""
     return load_case("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
 

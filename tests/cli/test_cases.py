@@ -5,7 +5,7 @@ import json
 import pytest
 
 from flexgear.model.bundled import bundled_text
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
 
 

@@ -174,12 +174,12 @@ def test_run_and_render(flexgear, tmp_path):
 
 @pytest.mark.parametrize("name", BUNDLED)
 def test_a_bundled_train_is_read_back_from_its_run(name):
-    from flexgear.model.case import load_case
-    from flexgear.model.train import Train
+    from flexgear.model.case import Case
+    from flexgear.model.load import load_case
 
     train = load_case(name)
     text = json.dumps(train.to_dict())
-    back = Train.model_validate(tuples_of(json.loads(text)))
+    back = Case.model_validate(tuples_of(json.loads(text)))
     assert back.content_hash() == train.content_hash()
 
 

@@ -10,7 +10,7 @@ from flexgear.analysis.modes import rows_at
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import Variant
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, shaft=False))
 

@@ -18,8 +18,8 @@ from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
 from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import Damping, Variant
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.load import load_case
 
 BAND = 500.0  # Hz
 OTHER = 0.37  # rad, a position that the estimate does not look at

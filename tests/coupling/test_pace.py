@@ -14,7 +14,7 @@ from flexgear.coupling.pace import (
     too_coarse,
     train_pace,
 )
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
 

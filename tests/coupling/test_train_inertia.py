@@ -14,7 +14,7 @@ from flexgear.coupling.links import behind_spline
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.train import train_system
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 STEEL_DENSITY = 7850.0
 ALONE = (

@@ -14,8 +14,8 @@ from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 
 def loads(result):

@@ -13,8 +13,8 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.train import train_system
 from flexgear.coupling.workable import require_workable
 from flexgear.model.bundled import bundled_cases
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 SPATIAL = 'kind = "train"\nkinematics = "spatial"\n'
 FLEXIBLE = "stages.first.flexible."

@@ -17,7 +17,7 @@ from flexgear.gears.bearing_life import (
     rating_life_hours,
 )
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 positive = st.floats(1e-2, 1e7)
 exponents = st.sampled_from([BALL, ROLLER])

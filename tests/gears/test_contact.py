@@ -9,8 +9,8 @@ import pytest
 
 from flexgear.gears.contact import assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 sys.path.insert(0, str(Path(__file__).parent))
 from flanks import Teeth

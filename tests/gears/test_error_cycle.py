@@ -24,8 +24,8 @@ from flexgear.gears.error_cycle import (
     spread,
     train_cycle,
 )
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
 from flexgear.model.train_errors import TrainErrors
 
 TEETH = st.integers(5, 14)

@@ -7,7 +7,7 @@ import pytest
 
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.errors import pair_errors
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 
 def test_single_tooth_deviations_add_half_each():

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from flexgear.gears.contact import assembly_mismatch, gear_mesh_paths
 from flexgear.gears.geometry import inverse_involute, involute, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 YOUNG, POISSON = 210e9, 0.3
 PLANE = (1 - POISSON**2) / YOUNG

@@ -13,7 +13,7 @@ from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.stage_flow import stage_flow
 from flexgear.gears.train_radii import stage_radii
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.model.ports import MemberLoad
 
 teeth = st.integers(20, 60)

@@ -12,7 +12,7 @@ from flexgear.gears.report import check_case
 from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
 from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 
 
 def by_quadrature(law, s, s_lo, s_hi, t, half):

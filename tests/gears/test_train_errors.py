@@ -15,7 +15,7 @@ from flexgear.gears.errors import pair_errors
 from flexgear.gears.train_errors import stage_errors, stage_turns
 from flexgear.gears.train_geometry import train_geometry
 from flexgear.gears.train_paths import stage_paths
-from flexgear.model.case import load_stage
+from flexgear.model.load import load_stage
 from flexgear.model.train_stage import TrainStage
 
 DEG = math.pi / 180

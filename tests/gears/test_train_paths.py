@@ -11,8 +11,8 @@ from gears.train_stages import TRAIN, helical, lin_parker, pair_indices, paralle
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.train_geometry import train_geometry
 from flexgear.gears.train_paths import stage_paths
-from flexgear.model.case import load_stage
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_stage
 from flexgear.model.train_stage import TrainStage
 
 KINDS = ("ring", "sun", "ring_back", "sun_back")

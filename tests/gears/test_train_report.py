@@ -9,8 +9,8 @@ from gears.train_stages import TRAIN, helical, lin_parker, parallel, planetary
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.train_report import stage_report, train_report
-from flexgear.model.case import load_case, load_stage
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case, load_stage
 from flexgear.model.train_stage import TrainStage
 
 

@@ -9,8 +9,8 @@ from gears.train_stages import TRAIN, helical, pair_indices, parallel, planetary
 from flexgear.gears.train_geometry import train_geometry
 from flexgear.gears.train_laws import law_mean, mean_stiffness, train_pair_law
 from flexgear.gears.train_paths import stage_paths
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 
 def pairs_in_contact(path, planet, theta):

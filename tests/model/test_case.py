@@ -7,8 +7,9 @@ import pytest
 from pydantic import ValidationError
 
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.model.springs import Bearing
 
 
@@ -135,7 +136,7 @@ def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
 
 
 def test_case_round_trips_through_plain_data(case):
-    assert Case.model_validate_json(case.model_dump_json(), strict=False) == case
+    assert FlexibleStage.model_validate_json(case.model_dump_json(), strict=False) == case
     assert case.to_dict()["stage"]["face_width"] == 0.43
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 
 def drive_of(**over):

@@ -5,8 +5,8 @@ import re
 import pytest
 
 from flexgear.model.bundled import bundled_text
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 
 
 def without(folder, name, *keys):

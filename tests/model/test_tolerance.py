@@ -6,9 +6,10 @@ import pytest
 from small_train import SMALL
 
 from flexgear.model.bundled import bundled_text
-from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.load import load_case
 from flexgear.model.tolerance import GearErrorDistributions, TrainErrorDistributions
 from flexgear.model.train_errors import TrainErrors
 
@@ -41,7 +42,7 @@ def test_a_tolerance_changes_no_run():
 
 def test_plain_data_and_back():
     case = load_case("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
-    assert Case.model_validate(case.model_dump()) == case
+    assert FlexibleStage.model_validate(case.model_dump()) == case
 
 
 @pytest.mark.parametrize(

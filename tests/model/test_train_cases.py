@@ -7,7 +7,8 @@ import pytest
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Train, load_case
+from flexgear.model.case import Case
+from flexgear.model.load import load_case
 
 TRAINS = ["double-rotor-5mw", "herringbone", "lin-parker", "nrel-5mw", "pitch-drive"]
 COORDINATES = {"fixed": 0, "torsional": 1, "planar": 3, "axial": 4, "spatial": 6}
@@ -29,9 +30,9 @@ def dofs(train):
 def test_bundled_trains_are_complete(name):
     train = load_case(name)
     assert name in bundled_cases()
-    assert isinstance(train, Train)
+    assert isinstance(train, Case)
     assert train.name == train.source == name
-    assert Train.model_validate_json(train.model_dump_json(), strict=False) == train
+    assert Case.model_validate_json(train.model_dump_json(), strict=False) == train
     for stage in train.stages:
         if stage.kind == "planetary":
             geometry = stage_geometry(stage.stage, train.source)

@@ -5,8 +5,8 @@ import pytest
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import load_case
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.load import load_case
 from flexgear.structures import build
 from flexgear.structures.cyclic.sectors import turn
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from flexgear.model.case import Case, load_case
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.structures.build import UnassembledModel
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case
 from flexgear.structures.fem import Interface
@@ -11,18 +12,20 @@ from flexgear.structures.interfaces import ring_interface
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case() -> FlexibleStage:
     return load_case("wind-5mw", {"solver.fidelity": "quick"})
 
 
-def interface(case: Case, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
+def interface(case: FlexibleStage, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
     m = case.material
     model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     return ring_interface(case, model), model
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(case: Case, order: int) -> None:
+def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
+    case: FlexibleStage, order: int
+) -> None:
     """Under u = z e_x a node moves by the mean height of what it is tied to."""
     listed = case.with_(**{"ring.fits": case.ring.fits[::order]})
     found, model = interface(listed, ring_of_case(listed))
@@ -35,7 +38,7 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(case: Case, ord
         assert motion[node, 0] == pytest.approx(fit.z)
 
 
-def test_bolts_act_in_the_end_face_that_is_named(case: Case) -> None:
+def test_bolts_act_in_the_end_face_that_is_named(case: FlexibleStage) -> None:
     """A ring that reaches beyond its bolted face, say by a pilot."""
     fe_mesh = ring_of_case(case)
     levels = np.unique(fe_mesh.points[:, 2].round(9))

@@ -12,8 +12,8 @@ from lumped_stage import lin_parker
 from trains import STEEL, free_stage, write
 
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_modes import train_campbell, train_modes
 from flexgear.studies.train_static import train_equilibria

@@ -13,8 +13,8 @@ from train_contexts import bundled, put_together
 from flexgear.analysis import step_plan
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Drive, transient
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.load import load_case
 from flexgear.results import dataset_file as files
 from flexgear.results.dataset import encoding_of, load, save
 from flexgear.results.dataset_file import dataset_file

@@ -6,7 +6,7 @@ from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
 from flexgear.coupling.system import Variant
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.studies.reduction_warnings import PROMISED, stage_warnings, train_warnings
 from flexgear.studies.train_model import train_variants
 

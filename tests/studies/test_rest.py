@@ -9,7 +9,7 @@ from trains import stage_train
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.results.quantities import MISSING
 from flexgear.results.summary import torque_step_summary
 from flexgear.studies.single_runs import equilibria, simulate

@@ -14,7 +14,7 @@ from train_contexts import BUNDLED, mixed, put_together
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_model import rated_rotations, without_errors
 from flexgear.studies.train_static import train_equilibria

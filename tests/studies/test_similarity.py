@@ -11,7 +11,7 @@ from flexgear.cli.case_commands import derived
 from flexgear.cli.train_check import derived_of_train
 from flexgear.coupling.pace import stage_pace
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.model.units import DIMENSIONS
 from flexgear.studies.single_runs import equilibria, simulate, torque_step
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of

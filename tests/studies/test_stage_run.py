@@ -7,8 +7,8 @@ import pytest
 from stage_samples import cheap_stage, missing_the_promise
 
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
 from flexgear.results.contact_share import expected_contact_share
 from flexgear.studies.single_runs import equilibria, simulate
 from flexgear.studies.stage_bodies import StageBodies, stage_modal, variant_of

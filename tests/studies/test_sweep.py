@@ -14,8 +14,8 @@ from trains import stage_train
 from flexgear.analysis.modes import modes
 from flexgear.coupling.train import train_system
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
+from flexgear.model.load import load_case
 from flexgear.results.dataset import load
 from flexgear.studies import stage_measures, sweep, train_model
 from flexgear.studies.stage_measures import STAGE_MEASURES

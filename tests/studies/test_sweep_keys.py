@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_train import SMALL
 
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 from flexgear.studies.sweep_keys import overrides_at, parse_setting, points, swept_key
 
 

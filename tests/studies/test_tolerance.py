@@ -18,8 +18,8 @@ from trains import stage_train
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
+from flexgear.model.load import load_case
 from flexgear.results.load_sharing import load_sharing
 from flexgear.studies import tolerance as study
 from flexgear.studies import tolerance_setup, train_model

@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 from small_train import FLEXIBLE, SMALL
 
-from flexgear.model.case import load_case
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 from flexgear.model.tolerance import PhaseDistribution, SizeDistribution
 from flexgear.studies.tolerance_samples import (
     cut_normal,

@@ -9,7 +9,7 @@ from small_train import SMALL
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.studies.tolerance_samples import drawn_errors, pitch_seeds, sample_values, with_sample
 from flexgear.studies.tolerance_sets import error_sets, paths_of
 

@@ -6,7 +6,7 @@ from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.mode_types import strain_shares
 from flexgear.analysis.modes import modes
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_model import coupled_train
 from flexgear.studies.train_modes import (

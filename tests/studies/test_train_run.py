@@ -5,7 +5,7 @@ import pytest
 from train_contexts import bundled, mixed, one_stage
 
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.results.summary import missing
 from flexgear.results.train_summary import TRAIN_REQUIRED
 from flexgear.studies.train_angles import (

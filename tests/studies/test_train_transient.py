@@ -8,8 +8,8 @@ from train_contexts import bundled, mixed, one_stage, put_together
 from flexgear.analysis.mode_types import is_planet
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.pace import ACCURACY
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 from flexgear.studies.train_dataset import context_of
 from flexgear.studies.train_harmonic import fitted_amplitudes, harmonic_data, train_harmonic

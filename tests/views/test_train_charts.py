@@ -8,8 +8,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import load_case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
 from flexgear.results.train_dataset import GearMeshName, train_dataset
 from flexgear.results.train_sharing import sharing_histories
 from flexgear.views import mode_charts, train_charts

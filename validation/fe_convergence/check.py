@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble

@@ -6,17 +6,17 @@ from functools import cache
 
 import numpy as np
 
-from flexgear.model.case import load_case
-from flexgear.model.train import Train
+from flexgear.model.case import Case
+from flexgear.model.load import load_case
 from flexgear.model.train_member import TrainGear
 from hu2023.equations import Drive, Stage
 
 
 @cache
-def train() -> Train:
+def train() -> Case:
     """The bundled case."""
     found = load_case("pitch-drive")
-    assert isinstance(found, Train)
+    assert isinstance(found, Case)
     return found
 
 

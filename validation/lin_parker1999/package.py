@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.mode_types import classify, members
 from flexgear.analysis.modes import modes
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from lin_parker1999 import equations
 
 Array = NDArray[np.float64]

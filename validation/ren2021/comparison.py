@@ -14,9 +14,9 @@ from trains import TrainRun, gear_mesh_forces, put_together
 
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.train import train_system
-from flexgear.model.case import load_case
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.train import Train
+from flexgear.model.load import load_case
 from flexgear.results.load_sharing import sharing_by, system_coefficient
 from flexgear.views.style import panels, planet_colour, styled
 from ren2021.equations import Stage, Supports, matrices
@@ -49,10 +49,10 @@ def case(errors: Errors) -> TrainRun:
 
 
 @cache
-def bundled() -> Train:
+def bundled() -> Case:
     """The bundled case."""
     found = load_case("herringbone")
-    assert isinstance(found, Train)
+    assert isinstance(found, Case)
     return found
 
 
@@ -198,7 +198,7 @@ def what_is_missing() -> list[Row]:
     """Assembly, gear-mesh stiffness, module."""
     try:
         train = load_case("herringbone", {"stage.allow_unassemblable": "false"})
-        assert isinstance(train, Train)
+        assert isinstance(train, Case)
         train_system(train)
         refusal = "accepted"
     except InputError as error:

@@ -15,7 +15,8 @@ from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.kinematics import stage_kinematics
-from flexgear.model.case import Case, load_case
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
 from tan2023 import measures
 from tan2023.measures import RPM
@@ -99,7 +100,7 @@ def dips_grow_with_the_drop(runs: Runs) -> Finding:
     return Finding(f"lowest speed in r/min, {text}", bool(low[0] > low[1] > low[2]))
 
 
-def _steady_forces(runs: Runs, case: Case, modal: ModalSystem) -> Array:
+def _steady_forces(runs: Runs, case: FlexibleStage, modal: ModalSystem) -> Array:
     """Ring gear-mesh forces (t, N) over a fifth of a revolution, started at equilibrium."""
     torque, sink = case.drive.rated_torque, Collector()
     steps = transient(
@@ -114,7 +115,7 @@ def _steady_forces(runs: Runs, case: Case, modal: ModalSystem) -> Array:
     return np.asarray(load[:, 0].sum(axis=-1))
 
 
-def error_sets(runs: Runs) -> dict[str, Case]:
+def error_sets(runs: Runs) -> dict[str, FlexibleStage]:
     """Cases that differ in manufacturing errors only."""
     return {
         "no errors": runs.perfect_case,

@@ -21,8 +21,9 @@ from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
-from flexgear.model.case import Case, load_case
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.load import load_case
 from flexgear.structures.build import ring_body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.studies.single_runs import constant_drive, equilibria, simulate, torque_step
@@ -40,7 +41,7 @@ SHORT_START = 0.05  # s, when the torque drops in short runs
 PER_PITCH = 60  # equilibria over a ring tooth pitch
 
 
-def validation_case(fidelity: str, **changes: str) -> Case:
+def validation_case(fidelity: str, **changes: str) -> FlexibleStage:
     """The bundled case with the overrides of case.toml, the fidelity and further overrides."""
     chosen = tomllib.loads((Path(__file__).parent / "case.toml").read_text("utf-8"))
     overrides = {**chosen["overrides"], "solver.fidelity": fidelity, **changes}
@@ -116,7 +117,7 @@ class Runs:
         """The same without manufacturing errors."""
         return without_errors(self.case, self.bodies, self.modal(variant))
 
-    def erroneous(self, case: Case, variant: Variant) -> ModalSystem:
+    def erroneous(self, case: FlexibleStage, variant: Variant) -> ModalSystem:
         """The same with the manufacturing errors of another case."""
         system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
         return replace(self.modal(variant), system=system)
@@ -144,7 +145,7 @@ class Runs:
         self,
         variant: Variant,
         change: Callable[[System], System] | None = None,
-        case: Case | None = None,
+        case: FlexibleStage | None = None,
     ) -> xr.Dataset:
         """Equilibria without errors while several ring teeth pass, finely sampled."""
         angles = np.linspace(0, 5 * self.pitch, 5 * PER_PITCH + 1)
@@ -197,7 +198,7 @@ class Runs:
         found = {float(t): data for t, data in others.items()}
         return {**found, MAIN_DROP: self.main_drop["flexible"]}
 
-    def short_drop(self, case: Case, modal: ModalSystem, torque: float) -> xr.Dataset:
+    def short_drop(self, case: FlexibleStage, modal: ModalSystem, torque: float) -> xr.Dataset:
         """A torque drop for 0.2 s soon after the start, 20 µs steps."""
         start = SHORT_START
         sink = Collector()

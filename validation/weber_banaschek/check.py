@@ -12,7 +12,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance, rated_line_load
 from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.case import load_case
+from flexgear.model.load import load_case
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent

@@ -14,8 +14,8 @@ from typing import Literal
 from rows import Published, reference
 
 from flexgear.gears.power_flow import PowerFlow, power_flow
-from flexgear.model.case import load_case
-from flexgear.model.train import Train
+from flexgear.model.case import Case
+from flexgear.model.load import load_case
 
 PAPER = "yang2019"
 RPM = math.pi / 30
@@ -46,10 +46,10 @@ def rotor_powers(text: str) -> tuple[float, float]:
 
 
 @cache
-def train(name: str) -> Train:
+def train(name: str) -> Case:
     """A bundled case."""
     case = load_case(name)
-    assert isinstance(case, Train)
+    assert isinstance(case, Case)
     return case
 
 

@@ -37,7 +37,7 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,7 +103,7 @@ class CarrierMeshParameters:
         return replace(self, **lengths)
 
     @classmethod
-    def from_case(cls, case: Case) -> CarrierMeshParameters:
+    def from_case(cls, case: FlexibleStage) -> CarrierMeshParameters:
         """The carrier of a case, with a pin where each planet stands."""
         stage, carrier = case.stage, case.carrier
         equal = 2.0 * pi * np.arange(stage.planets) / stage.planets

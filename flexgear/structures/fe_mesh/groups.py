@@ -18,7 +18,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 Array = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class Groups:
         return [self.body, families, self.radius, self.pitch, self.face_width]
 
 
-def ring_groups(case: Case) -> Groups:
+def ring_groups(case: FlexibleStage) -> Groups:
     """Teeth for either tie, fits, and what holds the bolts: walls of holes, or the bolted face."""
     p = RingMeshParameters.from_case(case)
     tooth, ring, teeth = p.tooth, case.ring, case.stage.ring.teeth
@@ -140,7 +140,7 @@ def ring_groups(case: Case) -> Groups:
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
 
 
-def carrier_groups(case: Case) -> Groups:
+def carrier_groups(case: FlexibleStage) -> Groups:
     """Drive flange, bearing seats and pins."""
     drive: Literal[-1, 1] = 1 if case.carrier.drive_side == "+z" else -1
     gears, angles = stage_geometry(case.stage), np.array(case.stage.planet_angles)

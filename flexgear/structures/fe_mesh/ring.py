@@ -40,7 +40,7 @@ from flexgear.structures.fe_mesh.ring_tooth import RingTooth, ring_tooth
 from flexgear.structures.fe_mesh.session import meshing_unit
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
+    from flexgear.model.flexible_stage import FlexibleStage
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -86,7 +86,7 @@ class RingMeshParameters:
     where: str = "case"
 
     @classmethod
-    def from_case(cls, case: Case) -> RingMeshParameters:
+    def from_case(cls, case: FlexibleStage) -> RingMeshParameters:
         """The ring of a case, with its teeth, bolts and fits."""
         stage, ring, gear = case.stage, case.ring, case.stage.ring
         return cls(

@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 from small_train import FLEXIBLE
 
 from flexgear.coupling.workable import require_workable
-from flexgear.model.case import Case, load_case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.load import load_case
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import (
     FeMesh,
@@ -27,7 +28,7 @@ from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
 BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carrier_groups)}
 
 
-def bundled(**changes: object) -> Case:
+def bundled(**changes: object) -> FlexibleStage:
     return load_case("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
 
 
@@ -195,7 +196,7 @@ def test_holes_that_the_case_has_not_are_refused() -> None:
     assert "25 of 308" in refusal(holed, ring_groups(turned))
 
 
-def own(case: Case, body: str, path: Path, **keys: object) -> Case:
+def own(case: FlexibleStage, body: str, path: Path, **keys: object) -> FlexibleStage:
     values = {"fe_mesh": "file", "fe_mesh_file": str(path), "fe_mesh_unit": "m", **keys}
     return case.with_(**{f"{body}.{key}": value for key, value in values.items()})
 
