@@ -1,6 +1,6 @@
 """Plane-strain finite elements of a loaded tooth, its neighbours and the body below them.
 
-Tooth frame as in ``flexgear.gears.tooth_profile``: the loaded tooth stands on the x axis, the load
+Tooth frame as in ``flexgear.gears.tooth``: the loaded tooth stands on the x axis, the load
 presses its +y flank. The body is held on a circle below the teeth and at both ends of the sector.
 """
 
@@ -55,17 +55,17 @@ class Deflection:
         return self.total - self.foundation
 
 
-def load_at(profile, radius, half_width):
+def load_at(outline, radius, half_width):
     """The load at a radius on the involute."""
-    angle = float(profile.load_angle(np.array([radius]))[0])
-    half = float(profile.half_angle(np.array([radius]))[0])
-    inward = 1.0 if profile.gear.internal else -1.0
+    angle = float(outline.tooth.load_angle(np.array([radius]))[0])
+    half = float(outline.tooth.half_angle(np.array([radius]))[0])
+    inward = 1.0 if outline.tooth.internal else -1.0
     return Load(
         radius,
         half_width,
         radius * np.array([math.cos(half), math.sin(half)]),
         np.array([inward * math.sin(angle), -math.cos(angle)]),
-        profile.gear.base_radius / math.cos(angle),
+        outline.tooth.base_radius / math.cos(angle),
         radius * math.sin(half) / math.cos(angle),
     )
 
@@ -77,10 +77,10 @@ def hertz(load, young, poisson):
     return 2 * plane / math.pi * (depth - poisson / (2 * (1 - poisson)))
 
 
-def deflection(profile, load, young, poisson, *, held, size):
+def deflection(outline, load, young, poisson, *, held, size):
     """Plane-strain deflection under a load; held: depth below the root section at which the body
     is held, m; size: of the elements at the tooth, m."""
-    fe_mesh, edges = _meshed(profile, load, held, size)
+    fe_mesh, edges = _meshed(outline, load, held, size)
     basis = Basis(fe_mesh, ELEMENT)
     stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
 
@@ -96,15 +96,15 @@ def deflection(profile, load, young, poisson, *, held, size):
     centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
     return Deflection(
         flank - hertz(load, young, poisson),
-        _of_root_section(profile, load, lambda x: _at(basis, u, x)),
+        _of_root_section(outline, load, lambda x: _at(basis, u, x)),
         float(centre @ load.direction),
     )
 
 
-def _of_root_section(profile, load, motion):
+def _of_root_section(outline, load, motion):
     """The section's rotation and translation, work conjugate to linear normal stress, parabolic
     shear and even tension, carried to the line of the load."""
-    x, half = profile.x[-1], profile.y[-1]
+    x, half = outline.x[-1], outline.y[-1]
     share = np.linspace(-0.98, 0.98, 197)  # chords of the fillet cut the corners off
     u = motion(np.array([np.full_like(share, x), share * half]))
     turn = -np.sum(u[0] * share) / np.sum(share**2) / half
@@ -127,29 +127,29 @@ def _at(basis, u, x):
     return np.asarray(basis.probes(x) @ u).reshape(2, -1)
 
 
-def half_outline(profile):
+def half_outline(outline):
     """Flank from the tip to the fillet (n, 2); the fillet's centre and its end on the root circle.
 
-    The profile ends at the root section, on the arc: three of its points give the arc's centre.
+    The outline ends at the root section, on the arc: three of its points give the arc's centre.
     """
-    points = np.column_stack([profile.x, profile.y])
-    flank, arc = points[: profile.flank_points], points[profile.flank_points - 1 :]
+    points = np.column_stack([outline.x, outline.y])
+    flank, arc = points[: outline.flank_points], points[outline.flank_points - 1 :]
     first, middle, last = arc[0], arc[len(arc) // 2], arc[-1]
     centre = np.linalg.solve(
         2 * np.array([middle - first, last - first]),
         [middle @ middle - first @ first, last @ last - first @ first],
     )
-    return flank, centre, profile.gear.root_radius * centre / np.linalg.norm(centre)
+    return flank, centre, outline.tooth.root_radius * centre / np.linalg.norm(centre)
 
 
 class _Outline:
     """gmsh points and curves of the teeth, run through from -y to +y."""
 
-    def __init__(self, gmsh, profile, size):
-        self.geo, self.size, self.profile = gmsh.model.geo, size, profile
+    def __init__(self, gmsh, outline, size):
+        self.geo, self.size, self.outline = gmsh.model.geo, size, outline
         self.origin = self.geo.addPoint(0, 0, 0, size)
-        self.flank, self.centre, self.end = half_outline(profile)
-        self.pitch = 2 * math.pi / profile.gear.teeth
+        self.flank, self.centre, self.end = half_outline(outline)
+        self.pitch = 2 * math.pi / outline.tooth.teeth
         self.curves, self.fillets, self.last = [], [], 0
 
     def point(self, place, size=None):
@@ -175,7 +175,7 @@ class _Outline:
         """From root land to root land; marks: places on the +y flank that end curves."""
         turn = _rotation(angle)
         flip = np.array([1.0, -1.0])
-        land = self.profile.gear.root_radius * np.array(
+        land = self.outline.tooth.root_radius * np.array(
             [math.cos(self.pitch / 2), math.sin(self.pitch / 2)]
         )
         if not self.last:
@@ -206,27 +206,27 @@ def _parts(flank, marks):
     return [*parts, left]
 
 
-def _marks(profile, load):
+def _marks(outline, load):
     """Ends and middle of the pressure on the flank, from the tip to the root.
 
     Along the involute the arc is ρ dρ/r_b with the radius of curvature ρ.
     """
-    base = profile.gear.base_radius
+    base = outline.tooth.base_radius
     rho = math.sqrt(load.radius**2 - base**2)
     radii = [math.hypot(base, rho + k * load.half_width * base / rho) for k in (-1, 0, 1)]
-    out = sorted(radii, reverse=not profile.gear.internal)
-    half = profile.half_angle(np.array(out))
+    out = sorted(radii, reverse=not outline.tooth.internal)
+    half = outline.tooth.half_angle(np.array(out))
     return np.column_stack([out * np.cos(half), out * np.sin(half)])
 
 
-def _meshed(profile, load, held, size):
+def _meshed(outline, load, held, size):
     """FE mesh and its edges: "contact", "held"."""
-    out = 1.0 if profile.gear.internal else -1.0
-    far = profile.x[-1] + out * held
+    out = 1.0 if outline.tooth.internal else -1.0
+    far = outline.x[-1] + out * held
     with gmsh_session("teeth") as gmsh:
-        line = _Outline(gmsh, profile, size)
+        line = _Outline(gmsh, outline, size)
         parts = {
-            j: line.tooth(j * line.pitch, () if j else _marks(profile, load))
+            j: line.tooth(j * line.pitch, () if j else _marks(outline, load))
             for j in range(-NEIGHBOURS, NEIGHBOURS + 1)
         }
         end = (NEIGHBOURS + 0.5) * line.pitch

@@ -16,8 +16,9 @@ from flexgear.cli.train_check import derived_of_train
 from flexgear.coupling.pace import pace_sections, stage_pace
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
-from flexgear.gears.geometry import GearGeometry, MeshGeometry, stage_geometry
+from flexgear.gears.geometry import GearMeshGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -88,7 +89,7 @@ def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
     return sections
 
 
-def _gear(gear: GearGeometry) -> dict[str, Any]:
+def _gear(gear: ToothGeometry) -> dict[str, Any]:
     radii = ("reference", "base", "tip", "root")
     return {
         "teeth": gear.teeth,
@@ -96,7 +97,7 @@ def _gear(gear: GearGeometry) -> dict[str, Any]:
     }
 
 
-def _gear_mesh(play: MeshGeometry) -> dict[str, Any]:
+def _gear_mesh(play: GearMeshGeometry) -> dict[str, Any]:
     return {
         "working_pressure_angle_deg": math.degrees(play.working_angle),
         "transverse_contact_ratio": play.transverse_contact_ratio,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.tooth import tooth_geometry
 from flexgear.gears.train_radii import StageRadii, gears_by_slot, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.train_member import TrainCarrier, TrainGear
@@ -73,9 +74,10 @@ def _radii_of(
     reference = getattr(radii, f"{_slot(stage, part)}_reference")
     if part != "ring":
         return member.bore_diameter / 2, reference
-    root = reference + member.dedendum * stage.normal_module
-    rim = member.rim_thickness
-    return reference, root + (RIM_MODULES * stage.normal_module if rim is None else rim)
+    rim, tooth = member.rim_thickness, tooth_geometry(member, stage, internal=True)
+    return reference, tooth.root_radius + (
+        RIM_MODULES * stage.normal_module if rim is None else rim
+    )
 
 
 def _slot(stage: TrainStage, part: str) -> str:

@@ -5,11 +5,11 @@ Planet axes: x radial outward, y tangential, z axial; n is the unit in-plane for
 distance from the planet's base tangent point T_p against n, so that a contact point is
 C = T_p − s n + z e_z and s = ρ_p. On the flank of ring tooth j (centre at φ_j)
 
-    s = r_b,r (φ_j − s_r/2r_r + inv α_t + α_w − θ_c − φ_i + κ z) − R_c sin α_w ,
+    s = r_b,r (φ_j − δ_b,r + α_w − θ_c − φ_i + κ z) − R_c sin α_w ,
 
-falling with θ_c (planet tip to ring tip); the planet tooth that meets it stands at
-γ = s/r_b,p − s_p/2r_p − inv α_t − α_w, and on the other side of that planet's teeth
-s = r_b,p (π + α_w + s_p/2r_p + inv α_t − γ), rising. Back flanks follow by mirroring angles.
+δ_b being a tooth's half angle at the base circle (``tooth``), falling with θ_c (planet tip to ring
+tip); the planet tooth that meets it stands at γ = s/r_b,p − δ_b,p − α_w, and on the other side of
+that planet's teeth s = r_b,p (π + α_w + δ_b,p − γ), rising. Back flanks follow by mirroring angles.
 Backlash is imposed by thinning the teeth of ring and sun on their back flanks, so that loaded
 flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
@@ -28,15 +28,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import (
-    GearGeometry,
-    MeshGeometry,
-    StageGeometry,
-    involute,
-    stage_geometry,
-)
+from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.laws import pair_law
 from flexgear.gears.stiffness import Law, pair_stiffness
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -116,33 +111,28 @@ class GearMeshPath:
 
 def ring_start(g: StageGeometry, planet_angles: Array, tooth_angle: float = 0.0) -> Array:
     """s of the ring tooth at ``tooth_angle`` with every planet at θ_c = 0, z = 0; (N,) m."""
-    a, r = g.ring_mesh.working_angle, g.ring
-    half = r.thickness / (2 * r.reference_radius)
-    angle = tooth_angle - half + involute(g.transverse_angle) + a - planet_angles
-    return r.base_radius * angle - g.center_distance * math.sin(a)
+    a, ring = g.ring_mesh.working_angle, g.ring
+    angle = tooth_angle - ring.base_half_angle + a - planet_angles
+    return ring.base_radius * angle - g.center_distance * math.sin(a)
 
 
 def planet_tooth_angle(g: StageGeometry, s: Array) -> Array:
     """γ of the planet tooth whose ring-side flank is at s, in planet axes, rad."""
-    p = g.planet
-    half = p.thickness / (2 * p.reference_radius)
-    return s / p.base_radius - half - involute(g.transverse_angle) - g.ring_mesh.working_angle
+    planet = g.planet
+    return s / planet.base_radius - planet.base_half_angle - g.ring_mesh.working_angle
 
 
 def sun_side(g: StageGeometry, planet_tooth: Array) -> Array:
     """s on the sun side of planet teeth at angles γ, m."""
-    p = g.planet
-    half = p.thickness / (2 * p.reference_radius)
-    a = g.sun_mesh.working_angle
-    return p.base_radius * (math.pi + a + half + involute(g.transverse_angle) - planet_tooth)
+    planet, a = g.planet, g.sun_mesh.working_angle
+    return planet.base_radius * (math.pi + a + planet.base_half_angle - planet_tooth)
 
 
 def sun_tooth_angle(g: StageGeometry, s: Array) -> Array:
     """Centre angle of the sun tooth at s, in planet axes, rad."""
     a, sun = g.sun_mesh.working_angle, g.sun
-    half = sun.thickness / (2 * sun.reference_radius)
     rho = g.center_distance * math.sin(a) - s
-    return a + half + involute(g.transverse_angle) - rho / sun.base_radius
+    return a + sun.base_half_angle - rho / sun.base_radius
 
 
 def tooth_numbers(angles: Array, reference: float, teeth: int) -> tuple[IntArray, Array]:
@@ -237,9 +227,9 @@ def gear_mesh_path(
     kind: str,
     start: tuple[Array, IntArray, IntArray],
     *,
-    gear: GearGeometry,
-    planet: GearGeometry,
-    gear_mesh: MeshGeometry,
+    gear: ToothGeometry,
+    planet: ToothGeometry,
+    gear_mesh: GearMeshGeometry,
     center_distance: float,
     rolling_radius: float,
     tan_base_helix: float,

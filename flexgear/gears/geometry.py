@@ -1,13 +1,9 @@
-"""Involute geometry of a planetary stage in the transverse plane.
+"""Gears of a stage at their centre distance: working angles, paths of contact, backlash.
 
-Reference radius r = m_n z / (2 cosβ), base radius r_b = r cosα_t, tanα_t = tanα_n / cosβ
-(ISO 21771). Thickness at the reference circle: s = m_n (π/2 + 2 x tanα_n)/cosβ for every gear; for
-the ring ISO's tooth number is negative, so that x > 0 thickens its tooth, too, and moves its tip
-and root circles inward: r_a = r - m_n (h_a + x), r_f = r + m_n (h_f - x).
-
-Working angle: inv α_w = inv α_t + 2 tanα_n (x_1 + x_2)/(z_1 + z_2) at zero backlash, with the
-ring's z negative; centre distance R_c = (r_b1 ± r_b2)/cos α_w. Where a centre distance is given,
-cos α_w follows from it and the thicknesses leave the backlash that they leave.
+Teeth are those of ``tooth``. Working angle: inv α_w = inv α_t + 2 tanα_n (x_1 + x_2)/(z_1 + z_2) at
+zero backlash, with the ring's z negative; centre distance R_c = (r_b1 ± r_b2)/cos α_w (ISO 21771).
+Where a centre distance is given, cos α_w follows from it and the thicknesses leave the backlash
+that they leave.
 """
 
 from __future__ import annotations
@@ -17,6 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from flexgear.gears.tooth import (
+    ToothGeometry,
+    base_helix_angle,
+    inverse_involute,
+    involute,
+    tooth_geometry,
+    transverse_angle,
+)
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,50 +45,8 @@ SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
 NO_PLAY = 1e-7  # modules of overlap that are rounding
 
 
-def involute(angle: float) -> float:
-    """inv α = tan α − α, rad."""
-    return math.tan(angle) - angle
-
-
-def inverse_involute(value: float) -> float:
-    """α with inv α = value, by Newton's rule from α ≈ (3 v)^{1/3}."""
-    if value < 0:
-        raise ValueError("an involute function below zero has no angle")
-    angle = min((3 * value) ** (1 / 3), 1.4)
-    for _ in range(50):
-        step = (involute(angle) - value) / max(math.tan(angle) ** 2, 1e-300)
-        angle -= step
-        if abs(step) < 1e-15:
-            break
-    return angle
-
-
 @dataclass(frozen=True)
-class GearGeometry:
-    """One gear: radii (m), transverse tooth thickness at the reference circle (m)."""
-
-    teeth: int
-    internal: bool
-    reference_radius: float
-    base_radius: float
-    tip_radius: float
-    root_radius: float
-    thickness: float
-
-    def roll_length(self, radius: float) -> float:
-        """ρ = √(r² − r_b²): length along the line of action from the base tangent point, m."""
-        return math.sqrt(max(radius**2 - self.base_radius**2, 0.0))
-
-    def thickness_at(self, radius: float, pressure_angle: float) -> float:
-        """Transverse tooth thickness (m) at ``radius``; pressure_angle is α_t at the reference."""
-        local = math.acos(min(1.0, self.base_radius / radius))
-        sign = -1.0 if self.internal else 1.0
-        half = self.thickness / (2 * self.reference_radius)
-        return 2 * radius * (half + sign * (involute(pressure_angle) - involute(local)))
-
-
-@dataclass(frozen=True)
-class MeshGeometry:
+class GearMeshGeometry:
     """One gear mesh: working transverse pressure angle (rad), path of contact on the planet's
     line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m)."""
 
@@ -110,34 +72,16 @@ class StageGeometry:
     between tips of neighbouring planets, m (negative: they collide); assembly: (z_s + z_r)/N.
     """
 
-    sun: GearGeometry
-    planet: GearGeometry
-    ring: GearGeometry
-    sun_mesh: MeshGeometry
-    ring_mesh: MeshGeometry
+    sun: ToothGeometry
+    planet: ToothGeometry
+    ring: ToothGeometry
+    sun_mesh: GearMeshGeometry
+    ring_mesh: GearMeshGeometry
     center_distance: float
     transverse_angle: float
     base_helix_angle: float
     planet_clearance: float
     assembly: float
-
-
-def gear_geometry(stage: Stage | ExternalPair, name: str, transverse_angle: float) -> GearGeometry:
-    """Radii and thickness of "sun", "planet" or "ring"."""
-    gear = getattr(stage, name)
-    cos_b = math.cos(stage.helix_angle)
-    module, x = stage.normal_module, gear.profile_shift
-    r = module * gear.teeth / (2 * cos_b)
-    out = -1.0 if name == "ring" else 1.0
-    return GearGeometry(
-        teeth=gear.teeth,
-        internal=name == "ring",
-        reference_radius=r,
-        base_radius=r * math.cos(transverse_angle),
-        tip_radius=r + out * module * (gear.addendum + x),
-        root_radius=r - out * module * (gear.dedendum - x),
-        thickness=module * (math.pi / 2 + 2 * x * math.tan(stage.pressure_angle)) / cos_b,
-    )
 
 
 def _center_distance(
@@ -174,12 +118,11 @@ def _center_distance(
 
 def _gear_mesh(
     stage: Stage | ExternalPair,
-    gear: GearGeometry,
-    planet: GearGeometry,
+    gear: ToothGeometry,
+    planet: ToothGeometry,
     distance: float,
-    at: float,
     where: str,
-) -> MeshGeometry:
+) -> GearMeshGeometry:
     internal = gear.internal
     name = "ring" if internal else "sun"
     play = stage.backlash_ring if internal else stage.backlash_sun
@@ -193,24 +136,19 @@ def _gear_mesh(
             "make the centre distance larger",
         )  # fmt: skip
     angle = math.acos(base / distance)
-    reach = distance * math.sin(angle)
-    tip = planet.roll_length(planet.tip_radius)
     if internal:
         if gear.tip_radius <= gear.base_radius:
             raise InputError(
                 where, "stage.ring.addendum", "the ring's tip lies inside its base circle",
                 "reduce the addendum or raise the profile shift of the ring",
             )  # fmt: skip
-        low, high = gear.roll_length(gear.tip_radius) - reach, tip
-        high = min(high, gear.roll_length(gear.root_radius) - reach)
-        if low < 0.0:
+        if planet.interferes_with(gear, angle):
             raise InputError(
                 where, "stage.ring.addendum",
                 "the ring's tip touches the planet's flank below its base circle (interference)",
                 "reduce it, or raise the number of planet teeth",
             )  # fmt: skip
-    else:  # undercut flanks end at the base circle
-        low, high = max(reach - gear.roll_length(gear.tip_radius), 0.0), min(tip, reach)
+    low, high = planet.path_of_contact(gear, angle)
     room = _bottom_clearance(gear, planet, distance)
     if min(room) < 0:
         raise InputError(
@@ -218,7 +156,7 @@ def _gear_mesh(
             f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate ({name})",
             "raise it, or lower the mate's addendum",
         )  # fmt: skip
-    pitch = 2 * math.pi * planet.base_radius / planet.teeth
+    pitch = planet.base_pitch
     if high - low < pitch:
         raise InputError(
             where, f"stage.{name}",
@@ -228,21 +166,22 @@ def _gear_mesh(
     # normal play left by thicknesses at the working circles, plus what the case asks for
     scale = distance / base
     r_g, r_p = gear.base_radius * scale, planet.base_radius * scale
-    s_g, s_p = gear.thickness_at(r_g, at), planet.thickness_at(r_p, at)
-    inherent = (2 * math.pi * r_p / planet.teeth - s_g - s_p) * math.cos(angle)
-    cos_bb = math.cos(math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)))
-    backlash = play + inherent * cos_bb
+    thick = gear.thickness_at(r_g) + planet.thickness_at(r_p)
+    inherent = (planet.pitch_angle * r_p - thick) * math.cos(angle)
+    backlash = play + inherent * math.cos(base_helix_angle(stage))
     if backlash < -NO_PLAY * stage.normal_module:
         raise InputError(
             where, f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
             f"raise backlash_{name}_mm or change the centre distance",
         )  # fmt: skip
     overlap = stage.face_width * math.sin(stage.helix_angle) / (math.pi * stage.normal_module)
-    return MeshGeometry(angle, low, high, pitch, (high - low) / pitch, overlap, max(backlash, 0.0))
+    return GearMeshGeometry(
+        angle, low, high, pitch, (high - low) / pitch, overlap, max(backlash, 0.0)
+    )
 
 
 def _bottom_clearance(
-    gear: GearGeometry, planet: GearGeometry, distance: float
+    gear: ToothGeometry, planet: ToothGeometry, distance: float
 ) -> tuple[float, float]:
     """Room at the gear's root below the planet's tip, and at the planet's root; m."""
     if gear.internal:
@@ -267,14 +206,13 @@ def planet_clearance(positions: Sequence[float], distance: float, tip_radius: fl
 
 def external_pair_geometry(
     pair: ExternalPair, distance: float, where: str = "case"
-) -> tuple[GearGeometry, GearGeometry, MeshGeometry]:
+) -> tuple[ToothGeometry, ToothGeometry, GearMeshGeometry]:
     """Sun, planet and their gear mesh at a centre distance (m), without a ring.
 
     Raises InputError for gears that cannot mesh.
     """
-    at = math.atan(math.tan(pair.pressure_angle) / math.cos(pair.helix_angle))
-    sun, planet = (gear_geometry(pair, name, at) for name in ("sun", "planet"))
-    return sun, planet, _gear_mesh(pair, sun, planet, distance, at, where)
+    sun, planet = (tooth_geometry(gear, pair) for gear in (pair.sun, pair.planet))
+    return sun, planet, _gear_mesh(pair, sun, planet, distance, where)
 
 
 def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
@@ -282,14 +220,15 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
 
     Raises InputError for gears that cannot mesh and for planets that collide.
     """
-    at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
-    sun, planet, ring = (gear_geometry(stage, name, at) for name in ("sun", "planet", "ring"))
+    at = transverse_angle(stage)
+    sun, planet = (tooth_geometry(gear, stage) for gear in (stage.sun, stage.planet))
+    ring = tooth_geometry(stage.ring, stage, internal=True)
     distance = _center_distance(
         stage, at, sun.base_radius, planet.base_radius, ring.base_radius, where
     )
     clearance = planet_clearance(stage.planet_angles, distance, planet.tip_radius)
-    sun_mesh = _gear_mesh(stage, sun, planet, distance, at, where)
-    ring_mesh = _gear_mesh(stage, ring, planet, distance, at, where)
+    sun_mesh = _gear_mesh(stage, sun, planet, distance, where)
+    ring_mesh = _gear_mesh(stage, ring, planet, distance, where)
     if clearance < 0:
         raise InputError(
             where, "stage.planets",
@@ -304,7 +243,7 @@ def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
         ring_mesh=ring_mesh,
         center_distance=distance,
         transverse_angle=at,
-        base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),
+        base_helix_angle=base_helix_angle(stage),
         planet_clearance=clearance,
         assembly=(sun.teeth + ring.teeth) / stage.planets,
     )

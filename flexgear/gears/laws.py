@@ -10,7 +10,7 @@ import numpy as np
 from flexgear.gears.geometry import ExternalPair, StageGeometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_law
-from flexgear.gears.weber_banaschek import PairCompliance, stage_pair_compliance
+from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance
 
 if TYPE_CHECKING:
     from flexgear.model.flexible_stage import FlexibleStage
@@ -42,12 +42,11 @@ def iso_pair_peak(stage: Stage | ExternalPair, gear: str, young_modulus: float) 
 
 def compliance(case: FlexibleStage, geometry: StageGeometry, gear: str) -> PairCompliance:
     """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load."""
-    stage, material = case.stage, case.material
-    return stage_pair_compliance(
-        geometry,
-        gear,
-        module=stage.normal_module,
-        fillets=(stage.planet.root_fillet, getattr(stage, gear).root_fillet),
+    material = case.material
+    return pair_compliance(
+        geometry.planet,
+        geometry.ring if gear == "ring" else geometry.sun,
+        geometry.ring_mesh if gear == "ring" else geometry.sun_mesh,
         young=material.young_modulus,
         poisson=material.poisson_ratio,
         line_load=rated_line_load(case, geometry, gear),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgear.gears.contact import assembly_mismatch, gear_mesh_paths
-from flexgear.gears.geometry import MeshGeometry, StageGeometry, stage_geometry
+from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.laws import compliance, iso_peak
 
@@ -73,7 +73,7 @@ def _diameters(case: FlexibleStage, g: StageGeometry) -> list[Row]:
     return rows
 
 
-def _gear_mesh(case: FlexibleStage, g: StageGeometry, name: str, m: MeshGeometry) -> list[Row]:
+def _gear_mesh(case: FlexibleStage, g: StageGeometry, name: str, m: GearMeshGeometry) -> list[Row]:
     section = f"planet–{name}"
     split = compliance(case, g, name)
     theory = 1e-9 / (split.total * math.cos(g.base_helix_angle) ** 2)

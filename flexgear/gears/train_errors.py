@@ -44,6 +44,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors, pair_errors, pitch_deviations
+from flexgear.gears.tooth import transverse_angle
 from flexgear.gears.train_paths import PathKey
 from flexgear.gears.train_radii import gears_by_slot
 
@@ -155,9 +156,8 @@ def _carrier(stage: TrainStage, path: GearMeshPath) -> Array:
 
 def _thickness(stage: TrainStage, path: GearMeshPath) -> Array:
     """Half the excess of thickness, along the normal, (N,) m."""
-    at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
     excess = np.array(stage.errors.of_planets("planet_thickness", stage.planets))
-    return 0.5 * math.cos(at) * path.cos_base_helix * excess
+    return 0.5 * math.cos(transverse_angle(stage)) * path.cos_base_helix * excess
 
 
 def _of_teeth(stage: TrainStage, path: GearMeshPath, pitch: tuple[Array, Array]) -> PairErrors:

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 from flexgear.gears.geometry import (
     ExternalPair,
-    GearGeometry,
-    MeshGeometry,
+    GearMeshGeometry,
     StageGeometry,
     external_pair_geometry,
-    gear_geometry,
     planet_clearance,
     stage_geometry,
 )
+from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.gears.train_faults import gear_mesh_name, named, stage_key
 from flexgear.gears.train_radii import StageRadii, gears_by_slot, is_overridden, stage_radii
 from flexgear.model.errors import InputError
@@ -41,8 +40,8 @@ class TrainGeometry:
     assembly: (z_s + z_r)/N. A parallel stage has no ring.
     """
 
-    gears: dict[str, GearGeometry]
-    gear_meshes: dict[str, MeshGeometry]
+    gears: dict[str, ToothGeometry]
+    gear_meshes: dict[str, GearMeshGeometry]
     radii: StageRadii
     overridden: bool
     planet_clearance: float
@@ -117,13 +116,13 @@ def given_contact_ratio(stage: TrainStage, slot: str) -> float | None:
     return options.sun_contact_ratio if slot == "sun" else options.ring_contact_ratio
 
 
-def _of_ratio(stage: TrainStage, slot: str, gear_mesh: MeshGeometry) -> MeshGeometry:
+def _of_ratio(stage: TrainStage, slot: str, gear_mesh: GearMeshGeometry) -> GearMeshGeometry:
     """The gear mesh with a path as long as the given contact ratio, about the same middle."""
     ratio = given_contact_ratio(stage, slot)
     return gear_mesh if ratio is None else _as_long_as(gear_mesh, ratio)
 
 
-def _as_long_as(gear_mesh: MeshGeometry, ratio: float) -> MeshGeometry:
+def _as_long_as(gear_mesh: GearMeshGeometry, ratio: float) -> GearMeshGeometry:
     middle = 0.5 * (gear_mesh.s_lo + gear_mesh.s_hi)
     half = 0.5 * ratio * gear_mesh.base_pitch
     return replace(
@@ -138,11 +137,10 @@ def _overridden(stage: TrainStage, radii: StageRadii, where: str) -> TrainGeomet
             f"{stage.gear_mesh.model} needs true teeth, but base diameters or angles are given",
             "use constant, rectangular or fourier, or take those out",
         )  # fmt: skip
-    pair = external_pair(stage) if stage.kind == "parallel" else stage.stage
     pitch = 2 * math.pi * radii.planet / gears_by_slot(stage)["planet"].teeth
     gears = {}
     for slot, gear in gears_by_slot(stage).items():
-        plain = gear_geometry(pair, slot, radii.transverse_angle)
+        plain = tooth_geometry(gear, stage, internal=slot == "ring")
         gears[slot] = replace(plain, base_radius=pitch * gear.teeth / (2 * math.pi))
     slots: list[str] = [slot for slot in ("sun", "ring") if slot in gears]
     gear_meshes = {slot: _overridden_mesh(stage, radii, gears, slot, where) for slot in slots}
@@ -164,12 +162,12 @@ def _overridden(stage: TrainStage, radii: StageRadii, where: str) -> TrainGeomet
 
 
 def _overridden_mesh(
-    stage: TrainStage, radii: StageRadii, gears: dict[str, GearGeometry], slot: str, where: str
-) -> MeshGeometry:
+    stage: TrainStage, radii: StageRadii, gears: dict[str, ToothGeometry], slot: str, where: str
+) -> GearMeshGeometry:
     planet, gear = gears["planet"], gears[slot]
     angle = radii.ring_angle if gear.internal else radii.sun_angle
-    pitch = 2 * math.pi * radii.planet / planet.teeth
-    low, high = _between_tips(planet, gear, angle)
+    pitch = planet.base_pitch
+    low, high = planet.path_of_contact(gear, angle)
     ratio = given_contact_ratio(stage, slot)
     if ratio is None and high - low < pitch:
         if not _contact_ratio_is_idle(stage, slot):
@@ -183,7 +181,7 @@ def _overridden_mesh(
     if high - low < pitch:  # about the pitch point
         low = high = radii.planet * math.tan(angle)
     overlap = stage.face_width * math.sin(stage.helix_angle) / (math.pi * stage.normal_module)
-    gear_mesh = MeshGeometry(
+    gear_mesh = GearMeshGeometry(
         working_angle=angle,
         s_lo=low,
         s_hi=high,
@@ -193,15 +191,6 @@ def _overridden_mesh(
         backlash=stage.backlash_ring if gear.internal else stage.backlash_sun,
     )
     return gear_mesh if ratio is None else _as_long_as(gear_mesh, ratio)
-
-
-def _between_tips(planet: GearGeometry, gear: GearGeometry, angle: float) -> tuple[float, float]:
-    """s_lo and s_hi by tip circles, m, the line of action being r_b tan α long on either gear."""
-    ends = planet.base_radius * math.tan(angle), gear.base_radius * math.tan(angle)
-    tip, gear_tip = planet.roll_length(planet.tip_radius), gear.roll_length(gear.tip_radius)
-    if gear.internal:
-        return max(gear_tip - (ends[1] - ends[0]), 0.0), tip
-    return max(sum(ends) - gear_tip, 0.0), min(tip, sum(ends))
 
 
 def _contact_ratio_is_idle(stage: TrainStage, slot: str) -> bool:

@@ -16,10 +16,8 @@ import numpy as np
 from flexgear.gears.laws import iso_pair_peak
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import Law, parabola, table_law
-from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.train_faults import stage_key
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, external_pair
-from flexgear.gears.train_radii import gears_by_slot
 from flexgear.gears.waves import iso_mean_stiffness
 from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance
 from flexgear.model.errors import InputError
@@ -101,17 +99,11 @@ def pair_compliance_of(
             f"weber-banaschek needs a load, but no torque passes the gear mesh ({slot})",
             "load the train, or use iso6336",
         )  # fmt: skip
-    gear_mesh, gears = g.gear_meshes[slot], gears_by_slot(stage)
-    at, cos_bb = g.radii.transverse_angle, math.cos(g.radii.base_helix_angle)
-    planet, other = (
-        tooth_profile(g.gears[s], at, gears[s].root_fillet * stage.normal_module)
-        for s in ("planet", slot)
-    )
+    gear_mesh, cos_bb = g.gear_meshes[slot], math.cos(g.radii.base_helix_angle)
     return pair_compliance(
-        planet,
-        other,
+        g.gears["planet"],
+        g.gears[slot],
         gear_mesh,
-        g.radii.center_distance,
         young=train.material.young_modulus,
         poisson=train.material.poisson_ratio,
         line_load=force * cos_bb / (gear_mesh.transverse_contact_ratio * stage.face_width),

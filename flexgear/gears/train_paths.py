@@ -31,7 +31,6 @@ from flexgear.gears.contact import (
     gear_mesh_paths,
     planetary_paths,
 )
-from flexgear.gears.geometry import GearGeometry, involute
 from flexgear.gears.train_faults import stage_key
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, train_geometry
 from flexgear.gears.train_laws import mean_stiffness, train_pair_law
@@ -160,16 +159,9 @@ def _back_of_parallel(g: TrainGeometry, front: float) -> tuple[float, int, int]:
     """
     pinion, gear, gear_mesh = g.gears["sun"], g.gears["planet"], g.gear_meshes["sun"]
     angle, pitch = gear_mesh.working_angle, gear_mesh.base_pitch
-    own = _base_half_angle(gear, g.radii.transverse_angle)
-    same_tooth = 2 * gear.base_radius * (math.pi + angle + own) - front
+    same_tooth = 2 * gear.base_radius * (math.pi + angle + gear.base_half_angle) - front
     steps = round((same_tooth - front) / pitch)
     back = same_tooth - steps * pitch
     reach = (pinion.base_radius + gear.base_radius) * math.tan(angle)
-    other = _base_half_angle(pinion, g.radii.transverse_angle)
-    turned = 2 * (angle + other) - (2 * reach - front - back) / pinion.base_radius
+    turned = 2 * (angle + pinion.base_half_angle) - (2 * reach - front - back) / pinion.base_radius
     return back, steps, round(turned * pinion.teeth / (2 * math.pi))
-
-
-def _base_half_angle(gear: GearGeometry, transverse_angle: float) -> float:
-    """Half angle of a tooth at the base circle, rad."""
-    return gear.thickness / (2 * gear.reference_radius) + involute(transverse_angle)

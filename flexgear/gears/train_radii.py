@@ -15,7 +15,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.geometry import inverse_involute, involute, stage_geometry
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tooth import (
+    base_helix_angle,
+    inverse_involute,
+    involute,
+    tooth_geometry,
+    transverse_angle,
+)
 from flexgear.gears.train_faults import gear_mesh_name, named, stage_key
 from flexgear.model.errors import InputError
 
@@ -70,13 +77,13 @@ def stage_radii(stage: TrainStage, where: str = "case") -> StageRadii:
 
     Raises InputError, with the stage named, for gears that cannot mesh at their distance.
     """
-    at = math.atan(math.tan(stage.pressure_angle) / math.cos(stage.helix_angle))
+    at = transverse_angle(stage)
     gears = gears_by_slot(stage)
     reference, base = dict.fromkeys(SLOTS, 0.0), dict.fromkeys(SLOTS, 0.0)
     for slot, gear in gears.items():
-        reference[slot] = stage.normal_module * gear.teeth / (2 * math.cos(stage.helix_angle))
-        given = gear.base_diameter
-        base[slot] = reference[slot] * math.cos(at) if given is None else given / 2
+        tooth, given = tooth_geometry(gear, stage, internal=slot == "ring"), gear.base_diameter
+        reference[slot] = tooth.reference_radius
+        base[slot] = tooth.base_radius if given is None else given / 2
     distance, sun_angle, ring_angle = _distance_and_angles(stage, base, at, where)
     return StageRadii(
         sun=base["sun"],
@@ -86,7 +93,7 @@ def stage_radii(stage: TrainStage, where: str = "case") -> StageRadii:
         sun_angle=sun_angle,
         ring_angle=ring_angle,
         transverse_angle=at,
-        base_helix_angle=math.asin(math.sin(stage.helix_angle) * math.cos(stage.pressure_angle)),
+        base_helix_angle=base_helix_angle(stage),
         sun_reference=reference["sun"],
         planet_reference=reference["planet"],
         ring_reference=reference["ring"],

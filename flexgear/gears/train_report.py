@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
-from flexgear.gears.geometry import GearGeometry
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.train_faults import gear_mesh_name
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, train_geometry
 from flexgear.gears.train_laws import iso_peak_of
@@ -77,7 +77,7 @@ def _assembly(stage: TrainStage, g: TrainGeometry) -> dict[str, Any]:
     return rows
 
 
-def _gear(gear: GearGeometry, base_radius: float) -> dict[str, Any]:
+def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
     return {
         "teeth": gear.teeth,
         "reference_diameter_mm": 2e3 * gear.reference_radius,

@@ -34,8 +34,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import MeshGeometry, StageGeometry
-from flexgear.gears.tooth_profile import ToothProfile, tooth_profile
+from flexgear.gears.geometry import GearMeshGeometry
+from flexgear.gears.tooth import ToothGeometry, ToothOutline
 
 Array = NDArray[np.float64]
 
@@ -70,27 +70,27 @@ class PairCompliance:
 
 
 def tooth_compliance(
-    profile: ToothProfile, radius: Array, young: float, poisson: float
+    outline: ToothOutline, radius: Array, young: float, poisson: float
 ) -> ToothCompliance:
     """Compliances of one tooth for loads at radii (n,) m on its flank."""
+    tooth = outline.tooth
     plane = (1 - poisson**2) / young
     shear = 2 * (1 + poisson) / young
     radius = np.asarray(radius, dtype=float)
-    inner, outer = sorted((profile.form_radius, profile.gear.tip_radius))
+    inner, outer = sorted((tooth.form_radius, tooth.tip_radius))
     radius = np.clip(radius, inner, outer)
-    angle = profile.load_angle(radius)
-    x_cross = profile.gear.base_radius / np.cos(angle)
+    angle = tooth.load_angle(radius)
+    x_cross = tooth.base_radius / np.cos(angle)
     bending = np.empty_like(radius)
     for n, (cross, a) in enumerate(zip(x_cross, angle, strict=True)):
-        x, y = _below(profile, float(cross))
+        x, y = _below(outline, float(cross))
         dx = np.abs(np.diff(x))
         lever, half = x - cross, y
         bend = _trapezoid(lever**2 / (2 * half) ** 3, dx)
         inverse = _trapezoid(1 / (2 * half), dx)
         bending[n] = math.cos(a) ** 2 * (12 * plane * bend + 1.2 * shear * inverse)
         bending[n] += math.sin(a) ** 2 * plane * inverse
-    inward = 1.0 if profile.gear.internal else -1.0
-    ratio = inward * (profile.x[-1] - x_cross) / profile.root_thickness
+    ratio = tooth.outward * (x_cross - outline.x[-1]) / outline.root_thickness
     foundation = (
         np.cos(angle) ** 2
         * plane
@@ -104,10 +104,9 @@ def tooth_compliance(
 
 
 def pair_compliance(
-    planet: ToothProfile,
-    gear: ToothProfile,
-    gear_mesh: MeshGeometry,
-    center_distance: float,
+    planet: ToothGeometry,
+    gear: ToothGeometry,
+    gear_mesh: GearMeshGeometry,
     *,
     young: float,
     poisson: float,
@@ -117,61 +116,36 @@ def pair_compliance(
     """Compliance of planet and gear (ring or sun) along the path of contact; line_load N/m."""
     xi = np.linspace(0.0, 1.0, points)
     s = gear_mesh.s_lo + xi * (gear_mesh.s_hi - gear_mesh.s_lo)
-    reach = center_distance * math.sin(gear_mesh.working_angle)
+    reach = planet.tangent_distance(gear, gear_mesh.working_angle)
     rho_p = np.maximum(s, 1e-3 * gear_mesh.base_pitch)
-    rho_g = s + reach if gear.gear.internal else np.maximum(reach - s, 1e-3 * gear_mesh.base_pitch)
-    r_p = np.hypot(planet.gear.base_radius, rho_p)
-    r_g = np.hypot(gear.gear.base_radius, rho_g)
-    sign = -1.0 if gear.gear.internal else 1.0
-    rho = rho_p * rho_g / (rho_g + sign * rho_p)
+    rho_g = s + reach if gear.internal else np.maximum(reach - s, 1e-3 * gear_mesh.base_pitch)
+    r_p = np.hypot(planet.base_radius, rho_p)
+    r_g = np.hypot(gear.base_radius, rho_g)
+    rho = rho_p * rho_g / (rho_g + gear.outward * rho_p)
     plane = (1 - poisson**2) / young
     half_width_2 = 8 * line_load * rho * plane / math.pi
     depth = _depth(planet, r_p) * _depth(gear, r_g)
     contact = 2 * plane / math.pi * (np.log(4 * depth / half_width_2) - poisson / (1 - poisson))
     return PairCompliance(
         xi,
-        tooth_compliance(planet, r_p, young, poisson),
-        tooth_compliance(gear, r_g, young, poisson),
+        tooth_compliance(planet.outline(), r_p, young, poisson),
+        tooth_compliance(gear.outline(), r_g, young, poisson),
         contact,
     )
 
 
-def stage_pair_compliance(
-    g: StageGeometry,
-    gear: str,
-    *,
-    module: float,
-    fillets: tuple[float, float],
-    young: float,
-    poisson: float,
-    line_load: float,
-) -> PairCompliance:
-    """Planet with "ring" or "sun"; fillets: root fillet coefficients of planet and gear."""
-    body = g.ring if gear == "ring" else g.sun
-    gear_mesh = g.ring_mesh if gear == "ring" else g.sun_mesh
-    return pair_compliance(
-        tooth_profile(g.planet, g.transverse_angle, fillets[0] * module),
-        tooth_profile(body, g.transverse_angle, fillets[1] * module),
-        gear_mesh,
-        g.center_distance,
-        young=young,
-        poisson=poisson,
-        line_load=line_load,
-    )
-
-
-def _below(profile: ToothProfile, at: float) -> tuple[Array, Array]:
+def _below(outline: ToothOutline, at: float) -> tuple[Array, Array]:
     """Profile from a section to the root section; the section alone where it lies below that."""
-    order = 1.0 if profile.gear.internal else -1.0
-    keep = order * profile.x > order * at
-    y = float(np.interp(order * at, order * profile.x, profile.y))
-    return np.concatenate([[at], profile.x[keep]]), np.concatenate([[y], profile.y[keep]])
+    order = -outline.tooth.outward
+    keep = order * outline.x > order * at
+    y = float(np.interp(order * at, order * outline.x, outline.y))
+    return np.concatenate([[at], outline.x[keep]]), np.concatenate([[y], outline.y[keep]])
 
 
 def _trapezoid(values: Array, dx: Array) -> float:
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * dx))
 
 
-def _depth(profile: ToothProfile, radius: Array) -> Array:
+def _depth(tooth: ToothGeometry, radius: Array) -> Array:
     """Distance from the contact along the load's line to the tooth's middle line, m."""
-    return radius * np.sin(profile.half_angle(radius)) / np.cos(profile.load_angle(radius))
+    return radius * np.sin(tooth.half_angle(radius)) / np.cos(tooth.load_angle(radius))

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgear.gears.contact import assembly_mismatch, gear_mesh_paths
-from flexgear.gears.geometry import inverse_involute, involute, stage_geometry
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.tooth import inverse_involute, involute
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 

@@ -14,7 +14,6 @@ from skfem import solve as solved
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.load import load_case
 
@@ -23,19 +22,20 @@ PLANE = (1 - POISSON**2) / YOUNG
 
 
 @pytest.mark.parametrize(
-    ("name", "tooth", "whole"), [("sun", 0.08, 0.08), ("planet", 0.1, 0.08), ("ring", 0.12, 0.16)]
+    ("name", "bending", "whole"), [("sun", 0.08, 0.08), ("planet", 0.1, 0.08), ("ring", 0.12, 0.16)]
 )
 @pytest.mark.parametrize("height", [0.5, 0.8])
-def test_a_tooth_bends_as_in_plane_strain(name, tooth, whole, height):
+def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
     """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
     case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
     g, module = stage_geometry(case.stage), case.stage.normal_module
-    p = tooth_profile(getattr(g, name), g.transverse_angle, 0.38 * module)
-    radius = p.form_radius + height * (p.gear.tip_radius - p.form_radius)
+    tooth = getattr(g, name)
+    radius = tooth.form_radius + height * (tooth.tip_radius - tooth.form_radius)
+    p = tooth.outline()
     theory = tooth_compliance(p, np.array([radius]), YOUNG, POISSON)
     load = load_at(p, radius, 0.06 * module)
     found = deflection(p, load, YOUNG, POISSON, held=HELD * p.root_thickness, size=0.3 * module)
-    assert theory.bending[0] == pytest.approx(found.tooth, rel=tooth)
+    assert theory.bending[0] == pytest.approx(found.tooth, rel=bending)
     total = theory.bending[0] + theory.foundation[0]
     assert total == pytest.approx(found.total, rel=whole)
     assert total > found.total  # beams and half planes are softer than what they stand for
@@ -46,8 +46,7 @@ def test_a_tooth_bends_as_in_plane_strain(name, tooth, whole, height):
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
     case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
     g, module = stage_geometry(case.stage), case.stage.normal_module
-    p = tooth_profile(g.ring, g.transverse_angle, 0.38 * module)
-    radius = 0.5 * (p.form_radius + p.gear.tip_radius)
+    p, radius = g.ring.outline(), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
     coarse, fine, spread = (
         deflection(p, load_at(p, radius, a * module), YOUNG, POISSON, held=0.06, size=h * module)
         for a, h in ((0.06, 0.4), (0.06, 0.2), (0.12, 0.4))
@@ -95,9 +94,9 @@ def test_a_load_towards_the_root_leaves_the_foundation_only(name):
     """Continuous where load and middle line cross below the root section, and never negative."""
     case = load_case("wind-5mw")
     g = stage_geometry(case.stage)
-    p = tooth_profile(getattr(g, name), g.transverse_angle, 0.38 * case.stage.normal_module)
-    radius = np.linspace(p.form_radius, p.gear.tip_radius, 400)
-    c = tooth_compliance(p, radius, YOUNG, POISSON)
+    tooth = getattr(g, name)
+    radius = np.linspace(tooth.form_radius, tooth.tip_radius, 400)
+    c = tooth_compliance(tooth.outline(), radius, YOUNG, POISSON)
     total = c.bending + c.foundation
     assert total.min() > PLANE
     assert np.abs(np.diff(total)).max() < 0.02 * total.max()

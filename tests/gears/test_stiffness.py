@@ -10,7 +10,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance, iso_peak, pair_law
 from flexgear.gears.report import check_case
 from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
-from flexgear.gears.tooth_profile import tooth_profile
+from flexgear.gears.tooth import ToothOutline
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.load import load_case
 
@@ -85,12 +85,11 @@ def test_compliances_grow_towards_the_tip():
     g = stage_geometry(case.stage)
     for name in ("sun", "planet", "ring"):
         gear = getattr(g, name)
-        p = tooth_profile(gear, g.transverse_angle, 0.38 * 0.018)
-        radius = np.linspace(p.form_radius, gear.tip_radius, 20)
+        p, radius = gear.outline(), np.linspace(gear.form_radius, gear.tip_radius, 20)
         c = tooth_compliance(p, radius, 210e9, 0.3)
-        angle = p.load_angle(radius)
+        angle = gear.load_angle(radius)
         outward = np.sign(p.x[0] - p.x[-1])
-        lever = outward * (p.gear.base_radius / np.cos(angle) - p.x[-1])
+        lever = outward * (gear.base_radius / np.cos(angle) - p.x[-1])
         assert np.all((c.bending == 0.0) == (lever <= 0))  # it passes below the root section
         # at the base circle the load leans outward, and its lever falls at first
         rising = (lever > 0) & (angle > 0)
@@ -108,11 +107,10 @@ def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
     """
     case = load_case("wind-5mw")
     g = stage_geometry(case.stage)
-    p = tooth_profile(g.planet, g.transverse_angle, 0.38 * 0.018)
-    y = 0.015
-    flat = type(p)(p.gear, p.transverse_angle, p.x, np.full_like(p.y, y), p.form_radius, 160)
+    p, y = g.planet.outline(), 0.015
+    flat = ToothOutline(g.planet, p.x, np.full_like(p.y, y), p.flank_points)
     r = np.array([g.planet.tip_radius])
-    a = float(p.load_angle(r)[0])
+    a = float(g.planet.load_angle(r)[0])
     e, nu = 210e9, 0.3
     plane, length = (1 - nu**2) / e, g.planet.base_radius / math.cos(a) - p.x[-1]
     bend = length**3 / 3 * 12 * plane / (2 * y) ** 3

@@ -5,7 +5,8 @@ import math
 import pytest
 from gears.train_stages import lin_parker, parallel, planetary
 
-from flexgear.gears.geometry import involute, stage_geometry
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tooth import involute
 from flexgear.gears.train_radii import stage_radii
 from flexgear.model.errors import InputError
 

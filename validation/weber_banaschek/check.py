@@ -10,7 +10,6 @@ from plane_teeth import HELD, deflection, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance, rated_line_load
-from flexgear.gears.tooth_profile import tooth_profile
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.load import load_case
 from flexgear.views.style import save_figure
@@ -34,9 +33,7 @@ def accepted(gear, part):
 
 
 def profile_of(case, name):
-    g = stage_geometry(case.stage)
-    fillet = getattr(case.stage, name).root_fillet * case.stage.normal_module
-    return tooth_profile(getattr(g, name), g.transverse_angle, fillet)
+    return getattr(stage_geometry(case.stage), name).outline()
 
 
 def found(case, profile, radius, half_width, held=HELD):
@@ -50,7 +47,7 @@ def found(case, profile, radius, half_width, held=HELD):
 def test_tooth_and_foundation(name, case, results):
     """Over the flank; what is accepted holds from mid-height up."""
     p, m = profile_of(case, name), case.material
-    radii = p.form_radius + HEIGHTS * (p.gear.tip_radius - p.form_radius)
+    radii = p.tooth.form_radius + HEIGHTS * (p.tooth.tip_radius - p.tooth.form_radius)
     theory = tooth_compliance(p, radii, m.young_modulus, m.poisson_ratio)
     width = 0.06 * case.stage.normal_module
     fe, deeper = ([found(case, p, r, width, held) for r in radii] for held in (HELD, DEEPER))
@@ -83,7 +80,7 @@ def draw(p, m, compliances, file):
     axes.set(
         xlabel="height of the load on the flank (–)",
         ylabel="compliance over (1 − ν²)/E (–)",
-        title=f"z = {p.gear.teeth}, body held {HELD:g} root thicknesses s_f below the root",
+        title=f"z = {p.tooth.teeth}, body held {HELD:g} root thicknesses s_f below the root",
     )
     axes.legend(fontsize=7, ncols=2)
     save_figure(figure, file, dpi=120)
@@ -105,7 +102,7 @@ def test_pair(gear, case):
         total = 0.0
         for name, curvature in curvatures.items():
             p = profile_of(case, name)
-            radius = float(np.hypot(p.gear.base_radius, curvature))
+            radius = float(np.hypot(p.tooth.base_radius, curvature))
             total += found(case, p, radius, width).total
             total += hertz(load_at(p, radius, width), m.young_modulus, m.poisson_ratio)
         computed.append(total)

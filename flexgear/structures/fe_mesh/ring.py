@@ -22,12 +22,14 @@ Patches
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, pi, tan
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
 from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
@@ -36,7 +38,7 @@ from flexgear.structures.fe_mesh.ring_section import (
     SectionDivisions,
     toothed_section,
 )
-from flexgear.structures.fe_mesh.ring_tooth import RingTooth, ring_tooth
+from flexgear.structures.fe_mesh.ring_tooth import ring_tooth
 from flexgear.structures.fe_mesh.session import meshing_unit
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ class RingMeshParameters:
     """Everything the ring's FE mesh depends on; m and rad.
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
-    module; the sign of profile_shift is stated in ring_tooth.py. fits: (z_low, z_high) of each
+    module; the sign of profile_shift is stated in gears/tooth.py. fits: (z_low, z_high) of each
     housing fit's band. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt circle.
     """
 
@@ -123,20 +125,10 @@ class RingMeshParameters:
             fits=tuple((low / unit, high / unit) for low, high in self.fits),
         )
 
-    @property
-    def tooth(self) -> RingTooth:
-        """Transverse profile; raises InputError if there is none."""
-        return ring_tooth(
-            self.teeth,
-            self.normal_module,
-            self.pressure_angle,
-            self.helix_angle,
-            self.profile_shift,
-            self.addendum,
-            self.dedendum,
-            self.root_fillet,
-            self.where,
-        )
+    @cached_property
+    def tooth(self) -> ToothGeometry:
+        """The tooth; raises InputError if it cannot be meshed."""
+        return ring_tooth(self)
 
     @property
     def outer_radius(self) -> float:

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fe_mesh.ring_tooth import RingTooth
 from flexgear.structures.fe_mesh.session import gmsh_session
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ class _Sector:
 
 
 def toothed_section(
-    tooth: RingTooth, outer_radius: float, divisions: SectionDivisions, growth: float = 1.0
+    tooth: ToothGeometry, outer_radius: float, divisions: SectionDivisions, growth: float = 1.0
 ) -> RingSection:
     """Structured section between the teeth's tips and a circle of nodes equally spaced.
 
@@ -99,14 +99,18 @@ def toothed_section(
 
 
 def _sector(
-    gmsh: ModuleType, tooth: RingTooth, outer_radius: float, div: SectionDivisions, growth: float
+    gmsh: ModuleType,
+    tooth: ToothGeometry,
+    outer_radius: float,
+    div: SectionDivisions,
+    growth: float,
 ) -> _Sector:
     geo = gmsh.model.geo
     pitch = tooth.pitch_angle
     base_angle = min(
-        tooth.fillet_end, pitch / 2.0 - _MIN_LAND * tooth.fillet_radius / tooth.root_radius / 2.0
+        tooth.fillet.end, pitch / 2.0 - _MIN_LAND * tooth.fillet_radius / tooth.root_radius / 2.0
     )
-    base_radius = float(tooth.root_radius_at(base_angle))
+    base_radius = float(tooth.root_profile(base_angle))
     outer_angle = pitch * div.tooth / div.around / 2.0
 
     def point(radius: float, angle: float) -> int:
@@ -116,7 +120,7 @@ def _sector(
     radii = np.linspace(tooth.tip_radius, tooth.form_radius, _SPLINE_POINTS)
     angles = tooth.half_angle(radii)
     fillet = np.linspace(float(angles[-1]), base_angle, _SPLINE_POINTS)
-    fillet_radii = tooth.root_radius_at(fillet)
+    fillet_radii = tooth.root_profile(fillet)
     flank, curve_fillet, side, tip, form, base, outer = {}, {}, {}, {}, {}, {}, {}
     for sign in (-1, 1):
         on_flank = [point(r, sign * a) for r, a in zip(radii, angles, strict=True)]
@@ -190,7 +194,7 @@ def _sector(
     for sign in (-1, 1):
         flank_nodes, fillet_nodes = line(flank[sign]), line(curve_fillet[sign])
         angle[flank_nodes] = sign * tooth.half_angle(radius[flank_nodes])
-        radius[fillet_nodes[1:]] = tooth.root_radius_at(np.abs(angle[fillet_nodes[1:]]))
+        radius[fillet_nodes[1:]] = tooth.root_profile(np.abs(angle[fillet_nodes[1:]]))
     quads = number[connectivity[0].astype(np.int64).reshape(-1, 4)]
     lines = {
         "flank": line(flank[-1]),
@@ -201,7 +205,7 @@ def _sector(
     return _Sector(radius, angle, _counter_clockwise(xy, quads), line(side[-1]), line(right), lines)
 
 
-def _replicate(sector: _Sector, tooth: RingTooth, outer_radius: float) -> RingSection:
+def _replicate(sector: _Sector, tooth: ToothGeometry, outer_radius: float) -> RingSection:
     """Turn the sector z times; its right border is the left border of the next one."""
     n, z, pitch = len(sector.radius), tooth.teeth, tooth.pitch_angle
     own = np.ones(n, dtype=bool)

@@ -43,7 +43,7 @@ def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand: str, side: st
     m = ring_fe_mesh(p)
     at = m.points[np.unique(m.facets[f"tooth_{side}_{j + 1:03d}"])]
     r, theta = polar(at)
-    # φ(z) = 2πj/z + κ z ∓ δ(r): inv α written out from the definition, not from ring_tooth
+    # φ(z) = 2πj/z + κ z ∓ δ(r): inv α written out from the definition, not from gears.tooth
     alpha_t = np.arctan(tan(p.pressure_angle) / cos(p.helix_angle))
     r_ref = p.teeth * p.normal_module / cos(p.helix_angle) / 2.0
     alpha = np.arccos(r_ref * cos(alpha_t) / r)
@@ -59,7 +59,7 @@ def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand: str, side: st
 def test_fillet_is_tangent_to_flank_and_root_circle() -> None:
     t = RingMeshParameters().tooth
     rho, r = t.fillet_radius, t.form_radius
-    centre = np.array(t.fillet_centre)
+    centre = np.array(t.fillet.centre)
     delta = float(t.half_angle(r))
     on_flank = r * np.array([cos(delta), sin(delta)])
     assert np.linalg.norm(centre - on_flank) == pytest.approx(rho)
@@ -69,8 +69,8 @@ def test_fillet_is_tangent_to_flank_and_root_circle() -> None:
         q * np.array([cos(t.half_angle(q)), sin(t.half_angle(q))]) for q in (r - step, r + step)
     )
     assert abs((b - a) @ (centre - on_flank)) / np.linalg.norm(b - a) / rho < 1e-6
-    assert float(t.root_radius_at(t.fillet_end)) == pytest.approx(t.root_radius)
-    assert float(t.root_radius_at(delta)) == pytest.approx(r)
+    assert float(t.root_profile(t.fillet.end)) == pytest.approx(t.root_radius)
+    assert float(t.root_profile(delta)) == pytest.approx(r)
 
 
 def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
@@ -80,9 +80,7 @@ def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
     flanks, _ = quad(lambda r: 2 * r * float(t.half_angle(r)), t.tip_radius, t.form_radius)
     # from the form circle outward, material at angle θ begins at the root profile
     start = float(t.half_angle(t.form_radius))
-    roots, _ = quad(
-        lambda a: t.root_radius**2 - float(t.root_radius_at(a)) ** 2, start, pi / t.teeth
-    )
+    roots, _ = quad(lambda a: t.root_radius**2 - float(t.root_profile(a)) ** 2, start, pi / t.teeth)
     base = start * (t.root_radius**2 - t.form_radius**2)
     area = pi * (p.outer_radius**2 - t.root_radius**2) + t.teeth * (flanks + roots + base)
     errors = []
