@@ -9,8 +9,8 @@ from flexgear.coupling.pace import pace_sections, train_pace
 from flexgear.coupling.train import train_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.gears.train_radii import stage_radii
 from flexgear.gears.train_report import train_report
 from flexgear.model.case import Case
 from flexgear.results.summary import RPM

@@ -39,9 +39,9 @@ from flexgear.coupling.train_build import TrainBuild, end_of, rotation, speed_ro
 from flexgear.coupling.train_loads import frame_forces, given_loads
 from flexgear.coupling.train_parts import StageFrame, lumped_sets, tie_lumped_stage
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.messages import inside
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.train_faults import inside
-from flexgear.gears.train_radii import stage_radii
+from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.radii import StageRadii, gears_by_slot, stage_radii
 from flexgear.gears.tooth import tooth_geometry
-from flexgear.gears.train_radii import StageRadii, gears_by_slot, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.train_member import TrainCarrier, TrainGear
 from flexgear.model.train_stage import TrainStage

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from flexgear.coupling.links import turn
 from flexgear.coupling.train_build import TrainBuild
 from flexgear.coupling.train_parts import frame_matrices, orbit_force, planet_axes
-from flexgear.gears.train_radii import stage_radii
+from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import FlexgearError, InputError
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.links import turn
 from flexgear.coupling.pair_data import PER_PAIR, SUMMED, WAVE
 from flexgear.coupling.train_bodies import LumpedMember
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.gears.train_errors import stage_errors
-from flexgear.gears.train_paths import stage_paths
 from flexgear.model.case import Case
 from flexgear.model.train_member import Support
 from flexgear.model.train_stage import TrainStage

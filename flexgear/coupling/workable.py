@@ -19,9 +19,9 @@ from flexgear.coupling.train import train_system
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import longest_time_step, stage_kinematics
+from flexgear.gears.messages import inside, stage_key
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.train_faults import inside, stage_key
-from flexgear.gears.train_paths import stage_paths
 from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError

@@ -14,7 +14,7 @@ Backlash is imposed by thinning the teeth of ring and sun on their back flanks, 
 flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
 
-Stages of trains use the same paths (``train_paths``): halves of double-helical gears have a side
+Stages of trains use the same paths (``paths``): halves of double-helical gears have a side
 and a mid-plane, and stiffness may be a wave over the base pitch in place of single pairs.
 """
 

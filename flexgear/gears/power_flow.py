@@ -1,6 +1,6 @@
 """Speeds, torques and powers of any train, from one linear system and its transpose.
 
-With the ties G of all members' speeds (train_members) and the rows S that pick the ports of given
+With the ties G of all members' speeds (members) and the rows S that pick the ports of given
 speed, the speeds are
 
     [G; S] ω = [0; ω_given] .
@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.circulating_power import circulating_power, shafts
-from flexgear.gears.stage_flow import StageFlow, stage_flow
-from flexgear.gears.train_determinacy import (
+from flexgear.gears.determinacy import (
     port_matrix,
     rank,
     require_free_ties,
@@ -32,7 +31,8 @@ from flexgear.gears.train_determinacy import (
     require_torques,
     tie_matrix,
 )
-from flexgear.gears.train_members import TrainMembers, train_members
+from flexgear.gears.members import TrainMembers, train_members
+from flexgear.gears.stage_flow import StageFlow, stage_flow
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case

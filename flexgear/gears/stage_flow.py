@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.train_radii import StageRadii, stage_radii
+from flexgear.gears.radii import StageRadii, stage_radii
 
 if TYPE_CHECKING:
     from flexgear.model.train_stage import TrainStage

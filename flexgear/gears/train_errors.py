@@ -44,9 +44,9 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors, pair_errors, pitch_deviations
+from flexgear.gears.paths import PathKey
+from flexgear.gears.radii import gears_by_slot
 from flexgear.gears.tooth import transverse_angle
-from flexgear.gears.train_paths import PathKey
-from flexgear.gears.train_radii import gears_by_slot
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case

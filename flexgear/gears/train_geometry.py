@@ -20,9 +20,9 @@ from flexgear.gears.geometry import (
     planet_clearance,
     stage_geometry,
 )
+from flexgear.gears.messages import gear_mesh_name, named, stage_key
+from flexgear.gears.radii import StageRadii, gears_by_slot, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
-from flexgear.gears.train_faults import gear_mesh_name, named, stage_key
-from flexgear.gears.train_radii import StageRadii, gears_by_slot, is_overridden, stage_radii
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgear.gears.laws import iso_pair_peak
+from flexgear.gears.messages import stage_key
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import Law, parabola, table_law
-from flexgear.gears.train_faults import stage_key
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, external_pair
 from flexgear.gears.waves import iso_mean_stiffness
 from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.messages import gear_mesh_name
+from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.gears.train_faults import gear_mesh_name
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, train_geometry
 from flexgear.gears.train_laws import iso_peak_of
-from flexgear.gears.train_paths import assembly_misfit, stage_paths
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case

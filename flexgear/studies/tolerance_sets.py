@@ -14,8 +14,8 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
 from flexgear.gears.errors import PairErrors, pair_errors
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.train_errors import stage_errors
-from flexgear.gears.train_paths import stage_paths
 from flexgear.model.case import Case
 from flexgear.model.flexible_stage import FlexibleStage
 

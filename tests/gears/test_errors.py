@@ -1,47 +1,391 @@
-"""Manufacturing errors as pair compression."""
+"""Errors of a train's stage: against displaced flanks, rigid displacements and corrected papers."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from gears.flanks import Teeth
+from gears.stages import TRAIN, helical, parallel, planetary
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.errors import pair_errors
-from flexgear.model.load import load_case
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.train_errors import stage_errors, stage_turns
+from flexgear.gears.train_geometry import train_geometry
+from flexgear.model.load import load_stage
+from flexgear.model.train_stage import TrainStage
+
+DEG = math.pi / 180
+UM = 1e-6
+KINDS = ("ring", "sun", "ring_back", "sun_back")
+THETAS = (0.0, 0.37, -1.9, 11.0)
 
 
-def test_single_tooth_deviations_add_half_each():
-    e = pair_errors(load_case("wind-5mw"))
-    assert np.allclose(e["ring"].harmonic_amplitude, 0.5 * (21e-6 + 18e-6))
-    assert np.allclose(e["sun"].harmonic_amplitude, 0.5 * (18e-6 + 18e-6))
-    assert np.all(e["ring_back"].harmonic_amplitude == 0)
+def errors_and_paths(stage):
+    paths = stage_paths(TRAIN, stage)
+    return stage_errors(TRAIN, stage, paths), paths
 
 
-def test_a_pin_forward_presses_the_ring_side_and_the_back_relieves():
-    """Planet moved by t tangentially: δ = -N·t; n_y = -cos α at both loaded flanks."""
-    case = load_case("wind-5mw", {"errors.pin_tangential_um": "[50, 0, 0, 0, 0]"})
-    paths, e = gear_mesh_paths(case), pair_errors(case)
-    for kind, sign in (("ring", 1), ("sun", 1), ("ring_back", -1), ("sun_back", -1)):
-        p = paths[kind]
-        size = 50e-6 * math.cos(p.alpha) * math.cos(p.beta_b)
-        assert e[kind].offset == pytest.approx([sign * size, 0, 0, 0, 0])
-    case = load_case("wind-5mw", {"errors.pin_radial_um": "[0, 50, 0, 0, 0]"})
-    e = pair_errors(case)
-    assert e["ring"].offset[1] > 0 > e["sun"].offset[1]
+def body_error(errors, i, theta, carrier=None):
+    """Offset and runouts of planet i, m; carrier: its absolute angle, θ while the ring is held."""
+    angle = np.array([theta, theta if carrier is None else carrier])[errors.runout_angle]
+    waves = errors.runout_amplitude[i] * np.sin(errors.runout_rate * angle + errors.runout_phase[i])
+    return float(errors.offset[i] + waves.sum())
 
 
-def test_pitch_deviations_belong_to_flanks_and_to_the_seed():
-    over = {"errors.ring_pitch_um": "5", "errors.planet_pitch_um": "4"}
-    e, again = (pair_errors(load_case("wind-5mw", over)) for _ in range(2))
-    other = pair_errors(load_case("wind-5mw", {**over, "errors.seed": "2"}))
-    assert np.array_equal(e["ring"].gear_tooth, again["ring"].gear_tooth)
-    assert not np.array_equal(e["ring"].gear_tooth, other["ring"].gear_tooth)
-    assert e["ring"].gear_tooth.shape == (93,)
-    assert e["ring"].planet_tooth.shape == (5, 33)
-    assert 3e-6 < e["ring"].gear_tooth.std() < 7e-6
-    assert np.allclose(e["ring"].gear_tooth.mean(), 0)
-    assert np.all(e["sun"].gear_tooth == 0)
-    # the flank that meets the ring when driving meets the sun when driven
-    assert np.array_equal(e["ring"].planet_tooth, e["sun_back"].planet_tooth)
-    assert np.array_equal(e["sun"].planet_tooth, e["ring_back"].planet_tooth)
-    assert not np.array_equal(e["ring"].planet_tooth, e["sun"].planet_tooth)
+def turned(size, angle):
+    return size * np.array([math.cos(angle), math.sin(angle)])
+
+
+def normal_of(path):
+    return path.normal_xy * path.cos_base_helix
+
+
+# ------------------------------------------------------------------------- against real flanks
+SIDES = {"ring": (-1, +1), "sun": (-1, -1), "ring_back": (+1, -1), "sun_back": (+1, +1)}
+PARALLEL_SIDES = {"sun": (+1, +1), "sun_back": (-1, -1)}
+
+
+class DisplacedFlanks:
+    """Teeth of one planet's gear meshes; how far a displaced or thicker gear closes on its mate.
+
+    Tooth n of a gear passes through the contact point; once displaced, another (real) number L
+    does, so turning it by (L − n) pitches would bring the flank back: it stands off by that angle
+    times the base radius along the normal.
+    """
+
+    def __init__(self, stage, kind):
+        self.stage, self.kind = stage, kind
+        self.g, self.path = train_geometry(stage), stage_paths(TRAIN, stage)[kind, ""]
+        sides = PARALLEL_SIDES if stage.kind == "parallel" else SIDES
+        self.gear_side, self.planet_side = sides[kind]
+        self.slot = kind.removesuffix("_back")
+
+    def excess(self, i, theta, *, gear_shift=(0, 0), planet_shift=(0, 0), thicker=0.0):
+        path, shift = self.path, np.asarray(gear_shift, dtype=float)
+        s = path.s0[i] + path.rate * theta
+        s += path.base_pitch * round((0.5 * (path.s_lo + path.s_hi) - s) / path.base_pitch)
+        c = np.array([*(path.tangent_point - s * path.normal_xy), 0.0])
+        centre = np.array([-self.g.radii.center_distance, 0.0])
+        at, body, planet = (
+            self.g.radii.transverse_angle,
+            self.g.gears[self.slot],
+            self.g.gears["planet"],
+        )
+        gear = Teeth(body, at, 0.0, 0.0, centre).locate(c, self.gear_side)
+        moved = Teeth(body, at, 0.0, 0.0, centre + shift).locate(c, self.gear_side)
+        mine = Teeth(planet, at, 0.0, 0.0).locate(c, self.planet_side)
+        thick = replace(planet, thickness=planet.thickness + thicker)
+        other = Teeth(thick, at, 0.0, 0.0, planet_shift).locate(c, self.planet_side)
+        pitch = 2 * math.pi / np.array([body.teeth, planet.teeth])
+        return (
+            -(moved - gear) * pitch[0] * path.gear_arm + (other - mine) * pitch[1] * path.planet_arm
+        )
+
+
+def into_planet_axes(stage, i, size, angle):
+    """A vector of the stage's frame in the axes of planet i."""
+    return turned(size, angle - stage.planet_angles[i])
+
+
+CASES = [(planetary, kind) for kind in KINDS] + [(helical, kind) for kind in KINDS]
+CASES += [(parallel, kind) for kind in ("sun", "sun_back")]
+
+
+@pytest.mark.parametrize(("make", "kind"), CASES)
+def test_eccentric_sun_or_ring_displaces_its_flanks(make, kind):
+    slot = kind.removesuffix("_back")
+    stage = make(errors={f"{slot}_eccentricity": 30 * UM, f"{slot}_eccentricity_phase": 0.7})
+    errors, _ = errors_and_paths(stage)
+    flanks, turn = DisplacedFlanks(stage, kind), stage_turns(stage)[slot]
+    for i in range(stage.planets):
+        for theta in THETAS:
+            shift = into_planet_axes(stage, i, 30 * UM, turn * theta + 0.7)
+            expected = flanks.excess(i, theta, gear_shift=shift)
+            assert body_error(errors[kind, ""], i, theta) == pytest.approx(expected, abs=0.02 * UM)
+
+
+@pytest.mark.parametrize(("make", "kind"), CASES)
+def test_eccentric_planets_displace_their_flanks_on_both_gear_meshes(make, kind):
+    stage = make(errors={"planet_eccentricity": (25 * UM,), "planet_eccentricity_phase": (-1.1,)})
+    errors, _ = errors_and_paths(stage)
+    flanks, turn = DisplacedFlanks(stage, kind), stage_turns(stage)["planet"]
+    for i in range(stage.planets):
+        for theta in THETAS:
+            shift = turned(25 * UM, turn * theta - 1.1)
+            expected = flanks.excess(i, theta, planet_shift=shift)
+            assert body_error(errors[kind, ""], i, theta) == pytest.approx(expected, abs=0.02 * UM)
+
+
+@pytest.mark.parametrize(("make", "kind"), CASES)
+def test_thicker_planet_teeth_close_on_both_gear_meshes(make, kind):
+    n = 1 if make is parallel else 3
+    stage = make(errors={"planet_thickness": (40 * UM, 0.0, -10 * UM)[:n]})
+    errors, _ = errors_and_paths(stage)
+    flanks = DisplacedFlanks(stage, kind)
+    for i in range(n):
+        excess = stage.errors.planet_thickness[i]
+        expected = flanks.excess(i, 0.4, thicker=excess)
+        assert body_error(errors[kind, ""], i, 0.4) == pytest.approx(expected, abs=1e-6 * UM)
+        # ½ Δs_n cos α_n, the normal thickness at the normal pressure angle
+        known = 0.5 * excess * math.cos(stage.helix_angle) * math.cos(stage.pressure_angle)
+        assert expected == pytest.approx(known, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_displaced_pins_and_carrier_displace_the_planets_flanks(kind):
+    stage = helical(errors={"pin_radial": (20 * UM, 0, -5 * UM), "pin_tangential": (0, 30 * UM, 0),
+                            "carrier_eccentricity": 15 * UM,
+                            "carrier_eccentricity_phase": 2.2})  # fmt: skip
+    errors, _ = errors_and_paths(stage)
+    flanks = DisplacedFlanks(stage, kind)
+    for i in range(3):
+        pin = np.array([stage.errors.pin_radial[i], stage.errors.pin_tangential[i]])
+        shift = pin + into_planet_axes(stage, i, 15 * UM, 2.2)
+        for theta in THETAS:  # constant in the carrier
+            expected = flanks.excess(i, theta, planet_shift=shift)
+            assert body_error(errors[kind, ""], i, theta) == pytest.approx(expected, abs=0.02 * UM)
+
+
+# ------------------------------------------------------------------------------- exact identities
+def row(path, stage, i, gear, planet):
+    """N·(u_gear − u_planet): gear's displacement in the stage's frame, planet's in its own axes."""
+    phi = stage.planet_angles[i]
+    c, s = math.cos(phi), math.sin(phi)
+    mine = np.array([c * gear[0] + s * gear[1], -s * gear[0] + c * gear[1]])
+    return float(normal_of(path) @ (mine - planet))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    size=st.floats(0, 1e-3), phase=st.floats(-7, 7), theta=st.floats(-20, 20),
+    carrier=st.floats(-20, 20), double=st.booleans(),
+)  # fmt: skip
+def test_every_body_error_is_the_row_of_displacing_a_perfect_body(
+    size, phase, theta, carrier, double
+):
+    """To 1e-12 of the error: sun and ring by their vector turned in the carrier, ring in space,
+    planets in their axes; every flank, both halves."""
+
+    def named(part):
+        return {f"{part}_eccentricity": size, f"{part}_eccentricity_phase": phase}
+
+    offset = {"ring_offset": size, "ring_offset_phase": phase}
+    planets = {"planet_eccentricity": (size,), "planet_eccentricity_phase": (phase,)}
+    # errors; which gear moves and where to in the carrier; where planet i moves in its own axes
+    moves = [
+        (named("sun"), "sun", phase + 84 / 24 * theta, None),
+        (named("ring"), "ring", phase - theta, None),
+        (offset, "ring", phase - carrier, None),
+        (planets, None, 0.0, [phase - 84 / 30 * theta] * 3),
+        (named("carrier"), None, 0.0, [phase - 2 * math.pi * i / 3 for i in range(3)]),
+    ]
+    for given_errors, gear, towards, places in moves:
+        stage = helical(double_helical=double, errors=given_errors)
+        errors, paths = errors_and_paths(stage)
+        for key, path in paths.items():
+            moved = turned(size, towards) if gear and key[0].startswith(gear) else np.zeros(2)
+            for i in range(3):
+                planet = np.zeros(2) if places is None else turned(size, places[i])
+                expected = row(path, stage, i, moved, planet)
+                found = body_error(errors[key], i, theta, carrier)
+                assert found == pytest.approx(expected, abs=1e-12 * max(size, UM))
+
+
+def test_moving_the_whole_stage_sideways_is_no_error():
+    """Carrier, sun and ring displaced by one vector of space: sun and ring held, so that nothing
+    turns but the carrier; at the angle where the carrier's vector points there, all cancel."""
+    stage = helical(errors={
+        "carrier_eccentricity": 50 * UM, "carrier_eccentricity_phase": 0.4 - 1.3,
+        "ring_offset": 50 * UM, "ring_offset_phase": 0.4, "sun_eccentricity": 50 * UM,
+        "sun_eccentricity_phase": 0.4 - 1.3,
+    })  # fmt: skip
+    errors, _ = errors_and_paths(stage)
+    for e in errors.values():
+        for i in range(3):
+            assert abs(body_error(e, i, 0.0, carrier=1.3)) < 1e-12 * UM + 1e-19
+
+
+def test_an_offset_ring_and_an_eccentric_one_are_the_same_while_it_is_held():
+    offset, _ = errors_and_paths(planetary(errors={"ring_offset": 9 * UM, "ring_offset_phase": 1}))
+    runout, _ = errors_and_paths(
+        planetary(errors={"ring_eccentricity": 9 * UM, "ring_eccentricity_phase": 1})
+    )
+    for key in offset:
+        a, b = body_error(offset[key], 1, 0.8), body_error(runout[key], 1, 0.8)
+        assert a == pytest.approx(b, abs=1e-18)
+        # a ring that turns carries its eccentricity along and leaves the offset where it is
+        if key[0].startswith("ring"):
+            assert body_error(offset[key], 1, 0.8, carrier=0.0) != pytest.approx(b)
+            assert body_error(runout[key], 1, 0.8, carrier=0.0) == b
+
+
+def test_an_eccentric_planet_moves_both_gear_meshes_by_one_vector():
+    """From both errors the vector can be solved; it turns backwards in the carrier with the planet,
+    and both gear meshes feel it alike: out of phase by the angle between both normals."""
+    errors, paths = errors_and_paths(
+        planetary(errors={"planet_eccentricity": (10 * UM, 0, 0),
+                          "planet_eccentricity_phase": (0.3,)})
+    )  # fmt: skip
+    normals = np.array([normal_of(paths["ring", ""]), normal_of(paths["sun", ""])])
+    for theta in THETAS:
+        both = [body_error(errors[k, ""], 0, theta) for k in ("ring", "sun")]
+        vector = -np.linalg.solve(normals, both)
+        assert vector == pytest.approx(turned(10 * UM, 0.3 - 84 / 30 * theta), abs=1e-16)
+        assert body_error(errors["sun", ""], 1, theta) == 0.0
+    # the mean of both excesses is what planet rotation cannot take up; it does not vanish
+    left = [body_error(errors["ring", ""], 0, t) + body_error(errors["sun", ""], 0, t)
+            for t in np.linspace(0, 7, 50)]  # fmt: skip
+    assert max(left) == pytest.approx(2 * 10 * UM * math.cos(paths["sun", ""].alpha), rel=1e-2)
+
+
+# ------------------------------------------------------------------------------- published formulas
+def driven_by_the_sun(**errors):
+    """Back flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""
+    stage = planetary(errors=errors)
+    found, paths = errors_and_paths(stage)
+    return stage, found["sun_back", ""], found["ring_back", ""], paths["sun_back", ""].alpha
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.9, -4.0])
+@pytest.mark.parametrize("i", [0, 1, 2])
+def test_ren_and_hu_with_the_signs_of_their_own_deflections(theta, i):
+    """Ren eq. 16 and Hu eq. 1 (as excess), term by term, E = 1 µm, spur; − marks a sign that is
+    not that of the deflection in the same paper (Ren eq. 3, Hu eq. 3 with η relieving both)."""
+    zs, zp, zr, beta = 24, 30, 84, 0.55
+    phi = 2 * math.pi * i / 3
+
+    def pair(**errors):
+        _, sun, ring, a = driven_by_the_sun(**errors)
+        return body_error(sun, i, theta) / UM, body_error(ring, i, theta) / UM, a
+
+    sun, ring, a = pair(sun_eccentricity=UM, sun_eccentricity_phase=beta)
+    printed = math.sin(zr / zs * theta + beta + a - phi)
+    ren, hu = -printed, +printed
+    assert (sun, ring) == (pytest.approx(hu), 0)
+    assert sun == pytest.approx(-ren)
+
+    sun, ring, _ = pair(ring_eccentricity=UM, ring_eccentricity_phase=beta)
+    printed = math.sin(-theta + beta - a - phi)
+    ren, hu = +printed, -printed
+    assert (sun, ring) == (0, pytest.approx(ren))
+    assert ring == pytest.approx(-hu)
+    assert pair(ring_offset=UM, ring_offset_phase=beta)[1] == pytest.approx(-hu)
+
+    sun, ring, _ = pair(planet_eccentricity=(UM,), planet_eccentricity_phase=(beta,))
+    at_sun, at_ring = (math.sin(-zr / zp * theta + beta + x) for x in (a, -a))
+    ren, hu = (-at_sun, +at_ring), (+at_sun, -at_ring)
+    assert (sun, ring) == (pytest.approx(ren[0]), pytest.approx(-ren[1]))
+    assert (sun, ring) == (pytest.approx(-hu[0]), pytest.approx(hu[1]))
+
+    sun, ring, _ = pair(carrier_eccentricity=UM, carrier_eccentricity_phase=beta)
+    tangential = math.sin(beta - phi) * math.cos(a)
+    ren, hu = (+tangential, -tangential), (-tangential, +tangential)
+    radial = math.cos(beta - phi) * math.sin(a)  # which both leave out
+    assert sun == pytest.approx(-ren[0] - radial) == pytest.approx(hu[0] - radial)
+    assert ring == pytest.approx(ren[1] + radial) == pytest.approx(-hu[1] + radial)
+
+
+def test_the_printed_carrier_error_would_be_rolled_away_by_the_planets():
+    """Equal and opposite at sun and ring is a rotation of the planet; the true one is not."""
+    _, paths = errors_and_paths(planetary())
+    arms = np.array([paths[k, ""].planet_arm for k in ("sun_back", "ring_back")])
+    printed = np.array([1.0, -1.0])  # Ren eq. 16 over E_c sin(β_c − φ) cos α
+    rotation = printed[0] / arms[0]
+    assert printed - arms * rotation == pytest.approx([0, 0])
+    _, sun, ring, _ = driven_by_the_sun(carrier_eccentricity=UM, carrier_eccentricity_phase=1.0)
+    for i in range(3):  # what planet rotation leaves: twice the tangential part
+        left = body_error(sun, i, 0.0) + body_error(ring, i, 0.0)
+        pin = math.sin(1.0 - 2 * math.pi * i / 3) * math.cos(paths["sun", ""].alpha)
+        assert left == pytest.approx(-2 * UM * pin)
+
+
+# ------------------------------------------------------------------------------------------ teeth
+def test_errors_of_teeth_and_pins_are_those_of_the_flexible_stage():
+    case = load_stage("wind-5mw", {
+        "errors.ring_pitch_um": "5", "errors.planet_pitch_um": "4", "errors.sun_pitch_um": "3",
+        "errors.pin_tangential_um": "[30, 0, -4, 0, 0]", "errors.pin_radial_um": "[0, 7, 0, 0, 0]",
+        "errors.ring_phase_deg": "20",
+    })  # fmt: skip
+    theirs = pair_errors(case)
+    flexible = TrainStage(case="wind-5mw", flexible=case, errors={"sun_eccentricity": UM})
+    lumped = planetary(
+        **{k: getattr(case.stage, k) for k in (
+            "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
+            "backlash_sun")},
+        **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
+        errors=case.errors.model_dump(),
+    )  # fmt: skip
+    for stage, eccentric in ((flexible, 1), (lumped, 0)):
+        mine, paths = errors_and_paths(stage)
+        assert set(paths) == {(kind, "") for kind in gear_mesh_paths(case)}
+        for kind, e in theirs.items():
+            m = mine[kind, ""]
+            assert np.array_equal(m.gear_tooth, e.gear_tooth)
+            assert np.array_equal(m.planet_tooth, e.planet_tooth)
+            assert m.offset == pytest.approx(e.offset, rel=1e-14)
+            assert np.array_equal(m.harmonic_phase, e.harmonic_phase)
+            if stage is flexible or not kind.endswith("back"):
+                assert np.array_equal(m.harmonic_amplitude, e.harmonic_amplitude)
+            count = eccentric if kind.startswith("sun") else 0
+            assert m.runout_amplitude.shape == m.runout_phase.shape == (5, count)
+
+
+def test_gear_mesh_error_adds_to_the_tooth_errors_as_a_phasor():
+    stage = planetary(errors={
+        "sun_tooth": 8 * UM, "planet_tooth": 4 * UM, "sun_phase": 0.2, "sun_gear_mesh": 5 * UM,
+        "sun_gear_mesh_phase": 1.9, "ring_gear_mesh": -3 * UM,
+    })  # fmt: skip
+    errors, paths = errors_and_paths(stage)
+    x = 2 * np.pi * np.linspace(0, 1, 9)
+    for kind in ("sun", "sun_back"):
+        e = errors[kind, ""]
+        wave = e.harmonic_amplitude[1] * np.sin(x + e.harmonic_phase[1])
+        assert wave == pytest.approx(6 * UM * np.sin(x + 0.2) + 5 * UM * np.sin(x + 1.9), abs=1e-18)
+    e = errors["ring", ""]
+    wave = e.harmonic_amplitude[0] * np.sin(x + e.harmonic_phase[0])
+    assert wave == pytest.approx((2 - 3) * UM * np.sin(x), abs=1e-18)
+    assert paths["sun", ""].wave is not None
+
+
+def test_halves_share_errors_of_bodies_and_have_pitch_deviations_of_their_own():
+    stage = helical(double_helical=True, half_gap=0.02, errors={
+        "ring_pitch": 5 * UM, "planet_pitch": 5 * UM, "sun_eccentricity": 7 * UM,
+        "pin_radial": (3 * UM, 0, 0), "planet_thickness": (4 * UM,),
+    })  # fmt: skip
+    errors, _ = errors_and_paths(stage)
+    again, _ = errors_and_paths(stage)
+    assert len(errors) == 8
+    for kind in KINDS:
+        left, right = errors[kind, "left"], errors[kind, "right"]
+        assert np.array_equal(left.offset, right.offset)
+        assert np.array_equal(left.runout_amplitude, right.runout_amplitude)
+        assert np.array_equal(left.runout_phase, right.runout_phase)
+        assert not np.array_equal(left.planet_tooth, right.planet_tooth)
+        assert np.array_equal(left.planet_tooth, again[kind, "left"].planet_tooth)
+
+
+def test_pinion_and_gear_have_the_errors_of_sun_and_planet():
+    stage = parallel(errors={
+        "sun_pitch": 5 * UM, "planet_pitch": 6 * UM, "sun_tooth": 2 * UM, "planet_tooth": 4 * UM,
+        "sun_eccentricity": 3 * UM, "planet_eccentricity": (5 * UM,),
+    })  # fmt: skip
+    errors, _ = errors_and_paths(stage)
+    assert set(errors) == {("sun", ""), ("sun_back", "")}
+    e = errors["sun", ""]
+    assert e.gear_tooth.shape == (24,) and e.planet_tooth.shape == (1, 95)
+    assert e.harmonic_amplitude == pytest.approx([3 * UM])
+    assert e.runout_rate == pytest.approx([-95 / 24, 1])
+    assert not np.array_equal(e.gear_tooth, errors["sun_back", ""].gear_tooth)
+    assert np.ptp(e.planet_tooth) > 0
+
+
+def test_no_errors_are_no_errors():
+    for stage in (planetary(), helical(double_helical=True), parallel()):
+        for e in errors_and_paths(stage)[0].values():
+            assert e.runout_amplitude.size == e.runout_rate.size == e.runout_angle.size == 0
+            for values in (e.offset, e.harmonic_amplitude, e.gear_tooth, e.planet_tooth):
+                assert not values.any()

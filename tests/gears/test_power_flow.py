@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import stage_flow
-from flexgear.gears.train_radii import stage_radii
 from flexgear.model.load import load_case
 from flexgear.model.ports import MemberLoad
 

@@ -9,7 +9,7 @@ from statistics import mean
 from rows import Row, compared, gathered
 
 from flexgear.gears.bearing_life import rating_life_hours
-from flexgear.gears.train_radii import stage_radii
+from flexgear.gears.radii import stage_radii
 from yang2019 import printed_rules as printed
 from yang2019.lives import consistent_life, life_by_rule, mixture, printed_life
 from yang2019.trains import (

@@ -31,7 +31,7 @@ from flexgear.gears.contact import (
     gear_mesh_paths,
     planetary_paths,
 )
-from flexgear.gears.train_faults import stage_key
+from flexgear.gears.messages import stage_key
 from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, train_geometry
 from flexgear.gears.train_laws import mean_stiffness, train_pair_law
 from flexgear.gears.waves import stiffness_wave

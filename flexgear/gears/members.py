@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.train_radii import stage_radii
+from flexgear.gears.radii import stage_radii
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case

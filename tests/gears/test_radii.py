@@ -3,11 +3,11 @@
 import math
 
 import pytest
-from gears.train_stages import lin_parker, parallel, planetary
+from gears.stages import lin_parker, parallel, planetary
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.radii import stage_radii
 from flexgear.gears.tooth import involute
-from flexgear.gears.train_radii import stage_radii
 from flexgear.model.errors import InputError
 
 DEG = math.pi / 180

@@ -1,6 +1,6 @@
 """Whether a train has one answer: its mobility, and which speeds or torques are missing or extra.
 
-A train of n members with c independent ties (train_members) has mobility M = n − c. It needs M
+A train of n members with c independent ties (members) has mobility M = n − c. It needs M
 speeds; of its p ports p − M need a torque, for the torque system is the transpose of the speeds'.
 """
 
@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.train_members import Port, Tie, TrainMembers
+from flexgear.gears.members import Port, Tie, TrainMembers
 from flexgear.model.errors import InputError
 
 Array = NDArray[np.float64]

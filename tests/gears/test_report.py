@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from gears.train_stages import TRAIN, helical, lin_parker, parallel, planetary
+from gears.stages import TRAIN, helical, lin_parker, parallel, planetary
 
 from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry

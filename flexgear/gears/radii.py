@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.messages import gear_mesh_name, named, stage_key
 from flexgear.gears.tooth import (
     base_helix_angle,
     inverse_involute,
@@ -23,7 +24,6 @@ from flexgear.gears.tooth import (
     tooth_geometry,
     transverse_angle,
 )
-from flexgear.gears.train_faults import gear_mesh_name, named, stage_key
 from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from gears.train_stages import TRAIN, helical, pair_indices, parallel, planetary
+from gears.stages import TRAIN, helical, pair_indices, parallel, planetary
 
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.train_geometry import train_geometry
 from flexgear.gears.train_laws import law_mean, mean_stiffness, train_pair_law
-from flexgear.gears.train_paths import stage_paths
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 

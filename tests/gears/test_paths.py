@@ -6,11 +6,11 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from gears.flanks import Teeth
-from gears.train_stages import TRAIN, helical, lin_parker, pair_indices, parallel, planetary
+from gears.stages import TRAIN, helical, lin_parker, pair_indices, parallel, planetary
 
 from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.train_geometry import train_geometry
-from flexgear.gears.train_paths import stage_paths
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_stage
 from flexgear.model.train_stage import TrainStage
