@@ -37,7 +37,7 @@ from flexgear.structures.interfaces import (
     ring_interface,
     ring_supports,
 )
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import Progress, Reduction, reduce, silent
 from flexgear.structures.store import cached, content_key, is_kept

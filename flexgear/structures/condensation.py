@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.factorisation import Factor
-from flexgear.structures.linalg.sparse_rows import add_csr_times, csr_times
-from flexgear.structures.linalg.spd import scaled_inverse
+from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.inverses import scaled_inverse
 from flexgear.structures.linalg.tall import dot
 
 Array = NDArray[np.float64]
@@ -68,14 +67,14 @@ class Condensation:
         """M x (d, k); the scalar mass matrix takes x, y and z together."""
         x = np.ascontiguousarray(x)
         if self.fe_mass is not None:
-            return csr_times(self.fe_mass, x)
+            return self.fe_mass @ x
         assert self.scalar_mass is not None
         by_nodes = x.reshape(self.scalar_mass.shape[0], -1)
-        return csr_times(self.scalar_mass, by_nodes).reshape(x.shape)
+        return (self.scalar_mass @ by_nodes).reshape(x.shape)
 
     def stiffness_product(self, x: Array) -> Array:
         """K x (d, k)."""
-        return csr_times(self.fe_stiffness, x)
+        return self.fe_stiffness @ x
 
     def interface_motion(self, x: Array) -> Array:
         """B x (b, k)."""
@@ -146,12 +145,12 @@ class Condensation:
     def _begun(self, right: Array) -> tuple[Array, Array]:
         """L^{-1} right (d, k), and B K_s^{-1} right (b, k)."""
         begun = self.factor.forward(right)
-        return begun, csr_times(self.ties[1], begun)
+        return begun, self.ties[1] @ begun
 
     def _moved(self, begun: Array | None, q: Array) -> Array:
         """K_s^{-1} right + Psi q (d, k); uses up what was begun."""
         begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
-        add_csr_times(self.ties[0], self.inverse @ q, begun)
+        begun += self.ties[0] @ (self.inverse @ q)
         return self.factor.backward(begun)
 
 
@@ -173,7 +172,13 @@ def condense_whole(
     rows = interface.rows
     springs = _temporary_springs(interface, stiffness)
     held = rows.T @ sp.diags_array(springs) @ rows
-    factor = Factor((stiffness + held).tocsr())
+    try:
+        factor = Factor((stiffness + held).tocsr())
+    except np.linalg.LinAlgError:
+        raise FlexgearError(
+            "the stiffness matrix is singular: the mesh falls into pieces or has cells that hang "
+            "on an edge"
+        ) from None
     progress("constraint modes", 0.0)
     ties = _tied(factor, rows, progress)
     flexibility = (ties[1] @ ties[0]).toarray()

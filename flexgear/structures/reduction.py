@@ -22,7 +22,7 @@ Source: Craig, Bampton 1968, AIAA J. 6:1313; constraint form: Farhat, Geradin 19
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,9 +34,8 @@ from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.modes import cyclic_modes
 from flexgear.structures.cyclic.path import condense_by_sectors
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.lanczos import largest_eigenpairs
-from flexgear.structures.linalg.long_lanczos import lowest_modes
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.lanczos import Eigenpairs, NotConverged, all_modes, lowest_modes
+from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
@@ -155,19 +154,10 @@ def fixed_interface_modes(
     def heard(fraction: float) -> None:
         progress("fixed-interface modes", fraction)
 
-    mass, block = condensation.mass_product, LANCZOS_BLOCK
-    least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
-    if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
-        pairs = cyclic_modes(condensation, count, heard)
-    else:
-        start = np.random.default_rng(20230617).standard_normal((dofs, block))
-        if roomy + block < dofs:
-            most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
-            solve_with = condensation.fixed_solve_with_reactions
-            pairs = lowest_modes(solve_with, mass, start, count, most, _TOLERANCE, heard)
-        else:
-            solve = condensation.fixed_solve
-            pairs = largest_eigenpairs(lambda v: solve(mass(v)), mass, start, count, progress=heard)
+    try:
+        pairs = _eigenpairs(condensation, count, heard)
+    except NotConverged as error:
+        raise FlexgearError(str(error)) from None
     vectors, reactions = pairs.vectors, pairs.beside
     sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
     vectors *= sign
@@ -175,6 +165,22 @@ def fixed_interface_modes(
     if reactions is not None:
         reactions = reactions * sign
     return FixedModes(1 / np.sqrt(pairs.values), vectors, residual, reactions)
+
+
+def _eigenpairs(
+    condensation: AnyCondensation, count: int, heard: Callable[[float], None]
+) -> Eigenpairs:
+    """The `count` lowest modes with the interface held, by the way that suits their number."""
+    mass, dofs, block = condensation.mass_product, condensation.dofs, LANCZOS_BLOCK
+    if isinstance(condensation, CyclicCondensation) and 5 * count < dofs:
+        return cyclic_modes(condensation, count, heard)
+    least, roomy = 3 * count // 2 + 4 * block, 4 * count + 8 * block
+    if roomy + block >= dofs:
+        return all_modes(condensation.fixed_solve, mass, dofs, count)
+    start = np.random.default_rng(20230617).standard_normal((dofs, block))
+    most = min(roomy, max(least, int(_BASIS_BYTES / (8 * dofs))))
+    solve = condensation.fixed_solve_with_reactions
+    return lowest_modes(solve, mass, start, count, most, _TOLERANCE, heard)
 
 
 def _project(

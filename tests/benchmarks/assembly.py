@@ -10,7 +10,7 @@ from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
 from flexgear.structures.fem import assemble
 from flexgear.structures.fem.forms import plain_matrices
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.threads import single_threaded_blas
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 1, "314k": 1}}
 LIMIT = 1e-12

@@ -14,7 +14,7 @@ from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import ring_interface
-from flexgear.structures.linalg.tall import THREADS
+from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 
 REPEATS = {"quick": {"37k": 1}, "full": {"37k": 2, "57k": 2, "133k": 1, "314k": 1}}

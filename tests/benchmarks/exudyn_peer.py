@@ -12,7 +12,7 @@ from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, small_ring
 from benchmarks.timing import interleaved
 from flexgear.structures.fem import FeModel, facet_sample, interface_of, rigid_tie
-from flexgear.structures.linalg.tall import THREADS
+from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 
 STEP = {"quick": 8, "full": 3}  # every so many teeth have a patch

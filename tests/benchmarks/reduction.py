@@ -20,7 +20,7 @@ from benchmarks.record import Comparison, Report
 from benchmarks.rings import dofs_text, ring_model
 from benchmarks.timing import interleaved
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.tall import THREADS
+from flexgear.structures.linalg.threads import THREADS
 from flexgear.structures.reduction import reduce
 
 MODES = {"quick": 10, "full": 30}

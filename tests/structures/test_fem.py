@@ -15,7 +15,7 @@ from skfem.models.poisson import mass
 
 from flexgear.structures.fem import assemble, point_sample
 from flexgear.structures.fem.forms import plain_matrices
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.threads import single_threaded_blas
 
 STEEL = (210e9, 0.3, 7850.0)
 

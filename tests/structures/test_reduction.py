@@ -23,7 +23,7 @@ from flexgear.structures.fem import (
     point_sample,
     rigid_tie,
 )
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduction import reduce, reduce_body
 

@@ -17,10 +17,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import scipy.linalg as sla
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic.interior import LEAF, Interior
+from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.matrices import (
     Circulant,
     from_sectors,
@@ -38,7 +39,7 @@ from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
-from flexgear.structures.linalg.dissection import Elimination, dissect
+from flexgear.structures.linalg.elimination import Elimination, minimum_degree_order
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 class CyclicCondensation:
     """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices.
 
-    tree: elimination of a sector's interior; recovered: first dofs of the mesh that are recovered.
+    recovered: first dofs of the mesh that are recovered.
     """
 
     interface: Interface
@@ -59,7 +60,6 @@ class CyclicCondensation:
     fe_mass: Circulant = field(repr=False)
     solver: CyclicSolver = field(repr=False)
     stiffness: Array = field(repr=False)
-    tree: Elimination = field(repr=False)
     recovered: int
     path: str
     rigid_residual: float = 0.0
@@ -87,8 +87,8 @@ class CyclicCondensation:
     def shifted(self, sigma: float) -> CyclicSolver:
         """Solver with K - sigma M in place of K."""
         matrix = self.fe_stiffness.less(sigma, self.fe_mass.on_dofs())
-        interior = Interior(_bordered(matrix, self.ties), self.tree)
         bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
+        interior = _interior(matrix, self.ties)
         return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
 
     def mass_product(self, x: Array) -> Array:
@@ -122,7 +122,7 @@ class CyclicCondensation:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
         held = np.linalg.inv(self.stiffness + supports)
 
-        return self._each(right, lambda g: self.solver.answered(g, lambda rho: -held @ rho))
+        return self._each(right, lambda g: self.solver.supported(g, lambda rho: -held @ rho))
 
     def constraint_motion(self, q: Array) -> Array:
         """Psi q (d, k)."""
@@ -198,32 +198,41 @@ def cyclic_parts(
     model: FeModel, interface: Interface, sectors: Sectors
 ) -> CyclicCondensation | None:
     """Factors of a periodic body; None where its ties do not allow it."""
-    graph, coordinates = _graph(model, sectors)
-    tree = dissect(graph, coordinates, LEAF)
-    sectors = sectors.reordered(tree.order)
+    sectors = sectors.reordered(minimum_degree_order(_graph(model, sectors)))
     ties = sector_ties(interface, sectors)
     if ties is None:
         return None
     stiffness, mass = sector_matrices(model, sectors)
     rigid = rigid_fields(model.nodes, sectors)
-    solver = CyclicSolver(Interior(_bordered(stiffness, ties), tree), ties, rigid)
+    solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
     condensed, recovered = condensed_stiffness(solver, ties), model.vertex_dofs
-    return CyclicCondensation(
-        interface, ties, stiffness, mass, solver, condensed, tree, recovered, path
-    )
+    return CyclicCondensation(interface, ties, stiffness, mass, solver, condensed, recovered, path)
 
 
-def _bordered(stiffness: Circulant, ties: SectorTies) -> sp.csr_matrix:
-    """[K B^T C^T; B 0 0; C 0 0] of one sector, C the share in even others."""
+def _interior(stiffness: Circulant, ties: SectorTies) -> Elimination:
+    """One sector's interior eliminated from [K B^T C^T; B 0 0; C 0 0], C the share in even others.
+
+    What is lifted: the next border has no stiffness of its own here, see `Circulant.extended`; with
+    the own border's it is at least that of the sector alone, which its diagonal makes definite.
+    """
+    size = stiffness.here.shape[0] - stiffness.ahead.shape[1]
     beyond = ties.rows.shape[1] - ties.even.shape[1]
     even = sp.hstack([ties.even, sp.csr_matrix((ties.even.shape[0], beyond))])
-    rows = sp.vstack([ties.rows, even])
-    return sp.bmat([[stiffness.extended(), rows.T], [rows, None]], format="csr")
+    border = stiffness.here[size:, size:].toarray()
+    diagonal = np.diag(np.diag(border))
+    shift = sla.block_diag(diagonal, border + diagonal)
+    try:
+        return Elimination(stiffness.extended(), sp.vstack([ties.rows, even]), size, shift)
+    except np.linalg.LinAlgError:
+        raise FlexgearError(
+            "the stiffness matrix of a sector is singular: its mesh falls into pieces or has cells "
+            "that hang on an edge"
+        ) from None
 
 
-def _graph(model: FeModel, sectors: Sectors) -> tuple[sp.csr_matrix, Array]:
-    """Which of a sector's interior nodes meet in a cell, and their coordinates (n, 3)."""
+def _graph(model: FeModel, sectors: Sectors) -> sp.csr_matrix:
+    """Which of a sector's interior nodes meet in a cell."""
     local = np.full(len(model.nodes), -1)
     local[sectors.nodes[:, 0]] = np.arange(len(sectors.nodes))
     cells = local[model.basis.element_dofs[:, sectors.cells].T]
@@ -231,4 +240,4 @@ def _graph(model: FeModel, sectors: Sectors) -> tuple[sp.csr_matrix, Array]:
     member = sp.csr_matrix(
         (np.ones(len(cell)), (cell, cells[cell, at])), (len(cells), sectors.interior)
     )
-    return (member.T @ member).tocsr(), model.nodes[sectors.nodes[: sectors.interior, 0]]
+    return (member.T @ member).tocsr()

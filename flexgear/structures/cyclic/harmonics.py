@@ -18,9 +18,8 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.linalg.hermitian import definite_inverse, regular_inverse
-from flexgear.structures.linalg.tall import THREADS
-from flexgear.structures.linalg.threads import shared
+from flexgear.structures.linalg.inverses import hermitian_inverse, signed_hermitian_inverse
+from flexgear.structures.linalg.threads import THREADS, shared
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -63,13 +62,10 @@ class Harmonics:
         diagonal = 0.5 * (diagonal + diagonal.T)
         across = self._condensed[:b, b:]
 
-        def part(harmonics: slice) -> None:
-            for h in range(harmonics.start, harmonics.stop):
-                phase = np.exp(2j * np.pi * h / self.count)
-                matrix = diagonal + phase * across + np.conj(phase) * across.T
-                self._negative[h] = self._keep_lower(matrix, inverse[h])
-
-        shared(len(self), part, chunk=1)
+        for h in range(len(self)):
+            phase = np.exp(2j * np.pi * h / self.count)
+            matrix = diagonal + phase * across + np.conj(phase) * across.T
+            self._negative[h] = self._keep_lower(matrix, inverse[h])
         self._inverse = inverse
         return inverse
 
@@ -133,9 +129,9 @@ class Harmonics:
         negative = 0
         try:
             if self._definite:
-                inverse = definite_inverse(matrix)
+                inverse = hermitian_inverse(matrix)
             else:
-                inverse, negative = regular_inverse(matrix)
+                inverse, negative = signed_hermitian_inverse(matrix)
         except np.linalg.LinAlgError:
             raise FlexgearError("a sector is not held by the ties of its teeth") from None
         for rows, panel in self._of_panels(entries):

@@ -13,19 +13,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.cyclic.sectors import Sectors, turn
 from flexgear.structures.fem import FeModel
-from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
-
-_STRIP = 256  # columns of a product taken together: a few rows of them stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,23 +39,11 @@ class Circulant:
         """A x in sector form, (3n, z, k)."""
         rows, b = self.ahead.shape
         border = slice(len(x) - 3 * b if self.scalar else len(x) - b, None)
-        out = np.empty(x.shape)
-        flat, flat_out = np.ascontiguousarray(x).reshape(rows, -1), out.reshape(rows, -1)
-        width = flat.shape[1]
-        near = np.flatnonzero(np.diff(self.ahead.indptr))
-        here, ahead, behind = self.here, self.ahead[near], self.ahead.T.tocsr()
+        flat = np.ascontiguousarray(x).reshape(rows, -1)
         next_border = self._turned(np.roll(x[border], -1, axis=1), forward=True)
-        next_flat = next_border.reshape(b, width)
-        far, back = np.empty((len(near), width)), np.empty((b, width))
-
-        def part(columns: slice) -> None:
-            _product(here, flat, flat_out, columns)
-            _product(ahead, next_flat, far, columns)
-            _product(behind, flat, back, columns)
-            flat_out[near, columns] += far[:, columns]
-
-        shared(width, part)
-        out[border] += np.roll(self._turned(back.reshape(next_border.shape), False), 1, axis=1)
+        out = (self.here @ flat + self.ahead @ next_border.reshape(b, -1)).reshape(x.shape)
+        back = (self.ahead.T @ flat).reshape(next_border.shape)
+        out[border] += np.roll(self._turned(back, forward=False), 1, axis=1)
         return out
 
     def extended(self) -> sp.csr_matrix:
@@ -160,33 +143,3 @@ def from_sectors(x: Array, sectors: Sectors, nodes: int) -> Array:
 def _cos_sin(sectors: Sectors) -> tuple[Array, Array]:
     angle = sectors.pitch * np.arange(sectors.count)
     return np.cos(angle)[:, None], np.sin(angle)[:, None]
-
-
-def _product(matrix: sp.csr_matrix, x: Array, out: Array, columns: slice) -> None:
-    """Columns of out = A x."""
-    a = matrix
-    _csr_product(a.indptr, a.indices, a.data, x, out, columns.start, columns.stop)
-
-
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _csr_product(
-    indptr: Ints, indices: Ints, data: Array, x: Array, out: Array, begin: int, end: int
-) -> None:  # pragma: no cover - compiled
-    """out = A x for columns begin to end, in strips, without copies of them."""
-    for start in range(begin, end, _STRIP):
-        stop = min(start + _STRIP, end)
-        for i in range(len(indptr) - 1):
-            row = out[i, start:stop]
-            row[:] = 0.0
-            first, last = indptr[i], indptr[i + 1]
-            fours = first + (last - first) // 4 * 4
-            for at in range(first, fours, 4):  # four entries a pass over the row
-                d0, d1, d2, d3 = data[at], data[at + 1], data[at + 2], data[at + 3]
-                x0, x1 = x[indices[at], start:stop], x[indices[at + 1], start:stop]
-                x2, x3 = x[indices[at + 2], start:stop], x[indices[at + 3], start:stop]
-                for c in range(stop - start):
-                    row[c] += (d0 * x0[c] + d1 * x1[c]) + (d2 * x2[c] + d3 * x3[c])
-            for at in range(fours, last):
-                entry, other = data[at], x[indices[at], start:stop]
-                for c in range(stop - start):
-                    row[c] += entry * other[c]

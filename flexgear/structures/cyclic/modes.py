@@ -20,8 +20,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.spectrum import held_value, lowest_values
-from flexgear.structures.linalg.lanczos import Eigenpairs
-from flexgear.structures.linalg.long_lanczos import lowest_modes
+from flexgear.structures.linalg.lanczos import Eigenpairs, lowest_modes
 
 Array = NDArray[np.float64]
 

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from flexgear.structures.cyclic.matrices import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.tall import THREADS
-from flexgear.structures.linalg.threads import shared
+from flexgear.structures.linalg.threads import THREADS, shared
 
 Array = NDArray[np.float64]
 Singles = NDArray[np.float32]

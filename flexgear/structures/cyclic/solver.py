@@ -25,7 +25,6 @@ No matrix of the size of the body times the interface is ever held.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -33,39 +32,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.cyclic.harmonics import Harmonics
-from flexgear.structures.cyclic.interior import Interior
+from flexgear.structures.cyclic.passes import Pass, UnevenTies
 from flexgear.structures.cyclic.rigid import with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
-from flexgear.structures.linalg.spd import balanced_inverse, scaled_inverse
+from flexgear.structures.linalg.elimination import Elimination
+from flexgear.structures.linalg.inverses import balanced_inverse, scaled_inverse
 from flexgear.structures.linalg.tall import times
 from flexgear.structures.linalg.threads import CHUNK, shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-
-@dataclass(eq=False)
-class _Pass:
-    """On the way through a solution of k vectors.
-
-    pieces: some sectors and f in the first rows of (i + 2b + t + v, sectors k) each, or none where
-    f = 0; d: (t, z, k); border: x_b (b, z, k); q0, mu: (m, k).
-    """
-
-    pieces: list[tuple[slice, Array]]
-    d: Array
-    border: Array
-    q0: Array
-    mu: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Uneven:
-    """Other ties with rows of their own on a sector: which of the m, Z (i, r), E^T (t, r)."""
-
-    at: Ints
-    z: Array
-    e: Array
 
 
 class CyclicSolver:
@@ -76,7 +52,7 @@ class CyclicSolver:
     """
 
     def __init__(
-        self, interior: Interior, ties: SectorTies, rigid: Array, definite: bool = True
+        self, interior: Elimination, ties: SectorTies, rigid: Array, definite: bool = True
     ) -> None:
         """interior: factor of [K B^T C^T; B 0 0; C 0 0], C the share in even others.
 
@@ -123,10 +99,13 @@ class CyclicSolver:
         """Fields (3n, z, k) under interface motion alone."""
         return self._field(self._held(self._begin(None, q), q))
 
-    def answered(self, load: Array, answer: Callable[[Array], Array]) -> Array:
-        """Fields (3n, z, k) under loads, q = answer(rho) where rho holds the interface at rest."""
+    def supported(self, load: Array, motion_of: Callable[[Array], Array]) -> Array:
+        """Fields (3n, z, k) under loads where the interface moves by q = motion_of(rho).
+
+        rho (6 nodes, k) are the reactions of the interface while it is held at rest.
+        """
         run = self._held(self._begin(load, None), None)
-        q = answer(self._reactions(run))
+        q = motion_of(self._reactions(run))
         moved = self._held(self._begin(None, q), q)
         run.border += moved.border
         run.d += moved.d
@@ -165,15 +144,17 @@ class CyclicSolver:
         """Ends (2b + t + v, z, m) of Y, the motion under unit loads on other ties."""
         m, z = self._ties.other_size, self.count
         d, border = np.zeros((self._t, z, m)), np.zeros((self._b, z, m))
-        run = _Pass([], d, border, np.zeros((m, m)), -np.eye(m))
+        run = Pass([], d, border, np.zeros((m, m)), -np.eye(m))
         self._release(run)
         return self._ends(run)
 
     def shapes(self) -> tuple[Array, dict[int, tuple[Ints, Array]]]:
-        """R (i + 2b, 2b + t + v), and for some sectors U (i + 2b, r) and which of the m it is of.
+        """Shapes in which a sector without loads moves: x(s) = R e(s) - U(s) mu[at(s)].
 
-        Without loads a sector moves by R (its ends) - U mu, the next border included; ends are
-        both borders, -lambda and its share of mu.
+        Returns R (i + 2b, 2b + t + v), the same for all sectors, and for each sector with bolts the
+        pair at (r,) and U (i + 2b, r). The rows of both are a sector's own dofs and those of the
+        next border. e(s) (2b + t + v) are the sector's ends: the motion of its border and of the
+        next, -lambda of its own ties, and mu of the even ties in its axes.
         """
         inside, size = self._rows[0], self._rows[-1].stop
         kept, ends = self._rows[1].stop, size - inside.stop
@@ -203,7 +184,7 @@ class CyclicSolver:
         return q
 
     def _tie_others(self, inverse: Callable[[Array], Array]) -> None:
-        """Z, E, C^ and Y_b, G of the ties that do not share the period."""
+        """Z_o, E, Y_b, G and H of the ties that do not share the period."""
         ties, b, z = self._ties, self._b, self.count
         m, v = ties.other_size, self._v
         inside, _, tie, _ = self._rows
@@ -214,7 +195,7 @@ class CyclicSolver:
         hat = np.zeros((b, z, m))
         along = np.zeros((z, m, self._t))  # F = Z_o^T Z_t of every sector
         flexibility = np.zeros((m, m))
-        self._uneven: dict[int, _Uneven] = {}
+        self._uneven: dict[int, UnevenTies] = {}
         locals_ = self._pulled(sp.vstack([rows for _, rows in ties.uneven]).T.toarray())
         begin = np.cumsum([0] + [len(at) for at, _ in ties.uneven])
         for s, (at, _) in enumerate(ties.uneven):
@@ -231,7 +212,7 @@ class CyclicSolver:
             hat[:, (s + 1) % z, every] += ends[b:]
             along[s, every] = f
             if len(at):
-                self._uneven[s] = _Uneven(at, np.ascontiguousarray(local[inside]), e[v:].T)
+                self._uneven[s] = UnevenTies(at, np.ascontiguousarray(local[inside]), e[v:].T)
         self._even_e = (-even[tie].T @ self._d_inverse).T  # E^T (t, v) in sector axes
         self._other_hat = sp.csr_matrix(hat.reshape(b * z, m))  # a bolt's on a sector or two
         self._other_border = self.border_harmonics.solve(hat).reshape(b * z, m)  # Y_b
@@ -243,7 +224,10 @@ class CyclicSolver:
         self.coupling = np.moveaxis(ahead, 2, 0) + (along @ self._d_inverse).transpose(1, 2, 0)
 
     def _pulled(self, columns: Array) -> Array:
-        """[Z; rows] (i + 2b + t + v, k) after elimination of ties on own dofs and next border."""
+        """Columns of ties (3n or 3n + 3b, k) after elimination: (i + 2b + t + v, k).
+
+        The first i rows are L^{-1} of theirs, the rest is left for borders and ties.
+        """
         x = np.zeros((self._rows[-1].stop, columns.shape[1]))
         x[: len(columns)] = columns
         if columns.shape[1]:
@@ -259,13 +243,13 @@ class CyclicSolver:
 
     # -- one solution
 
-    def _begin(self, load: Array | None, q: Array | None) -> _Pass:
+    def _begin(self, load: Array | None, q: Array | None) -> Pass:
         """Periodic ties at their motion, the others free."""
         local = None if q is None else self._ties.split(q)[0]
         columns = load.shape[2] if load is not None else q.shape[1]  # type: ignore[union-attr]
         return self._begin_local(load, local, columns)
 
-    def _begin_local(self, load: Array | None, q: Array | None, k: int) -> _Pass:
+    def _begin_local(self, load: Array | None, q: Array | None, k: int) -> Pass:
         b, z, t = self._b, self.count, self._t
         rest = np.zeros((2 * b + t + self._v, z, k))
         pieces, pulled = ([], {}) if load is None else self._eliminate(load, rest)
@@ -285,32 +269,32 @@ class CyclicSolver:
             q0[tied.at] += tied.e.T @ drive[:, s]
             if s in pulled:
                 q0[tied.at] += pulled[s]
-        return _Pass(pieces, d, border, q0, np.zeros_like(q0))
+        return Pass(pieces, d, border, q0, np.zeros_like(q0))
 
-    def _held(self, run: _Pass, q: Array | None) -> _Pass:
+    def _held(self, run: Pass, q: Array | None) -> Pass:
         """The others at their motion too."""
         wanted = 0.0 if q is None else q[self._ties.other_dofs]
         run.mu = self.inverse @ (run.q0 - wanted)
         self._release(run)
         return run
 
-    def _release(self, run: _Pass) -> None:
+    def _release(self, run: Pass) -> None:
         """Forces -mu of the other ties upon x_b and d."""
         run.border -= times(self._other_border, run.mu).reshape(run.border.shape)
         run.d += np.tensordot(self._even_e, self._even_forces(run), axes=(1, 0))
         for s, tied in self._uneven.items():
             run.d[:, s] += tied.e @ run.mu[tied.at]
 
-    def _even_forces(self, run: _Pass) -> Array:
+    def _even_forces(self, run: Pass) -> Array:
         """mu of even ties in every sector's axes (v, z, k)."""
         same = np.repeat(run.mu[: self._v, None], self.count, axis=1)
         return self._ties.turned(same, back=True)
 
-    def _multipliers(self, run: _Pass) -> Array:
+    def _multipliers(self, run: Pass) -> Array:
         """lambda (t, z, k)."""
         return run.d - self._ahead(run.border)
 
-    def _reactions(self, run: _Pass) -> Array:
+    def _reactions(self, run: Pass) -> Array:
         return self._ties.joined(self._multipliers(run), -run.mu)
 
     def _ahead(self, border: Array) -> Array:
@@ -324,7 +308,11 @@ class CyclicSolver:
     def _eliminate(
         self, load: Array, rest: Array
     ) -> tuple[list[tuple[slice, Array]], dict[int, Array]]:
-        """Pieces of a pass, and Z^T f of uneven ties by sector; rest: rows beyond the interior."""
+        """Eliminate the interiors of all sectors under loads (3n, z, k).
+
+        Returns the pieces of `Pass`, and for each sector with bolts Z_o^T f (r, k). rest (2b + t +
+        v, z, k) takes what is left for both borders and the ties.
+        """
         k, size = load.shape[2], self._rows[-1].stop
         flat = load.reshape(self._n, self.count * k)
         beyond = rest.reshape(len(rest), self.count * k)
@@ -354,7 +342,7 @@ class CyclicSolver:
         shared(self.count, part, chunk=max(1, CHUNK // k))
         return list(pieces.values()), pulled
 
-    def _ends(self, run: _Pass) -> Array:
+    def _ends(self, run: Pass) -> Array:
         """[x_b(s); x_b(s + 1); -lambda; mu of even ties] (2b + t + v, z, k)."""
         b, t = self._b, self._t
         out = np.empty((2 * b + t + self._v, self.count, run.mu.shape[1]))
@@ -365,7 +353,7 @@ class CyclicSolver:
         out[2 * b + t :] = self._even_forces(run)
         return out
 
-    def _field(self, run: _Pass) -> Array:
+    def _field(self, run: Pass) -> Array:
         """x (3n, z, k) from f, x_b, lambda and mu; uses the pieces up."""
         inside, even, k = self._rows[0], self._rows[-1], run.mu.shape[1]
         beyond = self._ends(run).reshape(-1, self.count * k)

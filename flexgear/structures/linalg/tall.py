@@ -1,95 +1,104 @@
-"""Products of tall matrices, their rows shared out among threads.
+"""Tall products: of matrices with many rows and few columns, their rows shared out among threads.
 
-BLAS itself runs on one thread here: several processes on one machine, each with a threaded BLAS,
-wait for one another far longer than they compute.
+A block of four columns, as the Lanczos iteration has them, is multiplied by compiled loops: with
+so few columns BLAS spends its time on packing and on calls.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from flexgear.structures.linalg.narrow import WIDTH, combine, gram
+from flexgear.structures.linalg.threads import shared
 
-THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+Array = NDArray[np.float64]
+
+BLOCK_OF_FOUR = 4  # columns, known to the compiler: a row is one register
 _ROWS = 4096  # rows a thread takes at a time, at least
 _ENTRIES = 1 << 18  # entries it takes at a time where rows are short: less would cost calls
 
 
-@contextmanager
-def single_threaded_blas() -> Iterator[None]:
-    """Inside, BLAS uses one thread."""
-    with threadpool_limits(1, "blas"):
-        yield
-
-
-def times(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def times(a: Array, b: Array) -> Array:
     """a b (n, p) of a tall a (n, k) and b (k, p)."""
     out = np.empty((len(a), b.shape[1]))
 
     def part(rows: slice) -> None:
         np.matmul(a[rows], b, out=out[rows])
 
-    _share(a, part)
+    shared(len(a), part, _chunk(a))
     return out
 
 
-def times_in_place(a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+def times_in_place(a: Array, b: Array) -> None:
     """a <- a b of a tall a (n, k) and b (k, k)."""
     square = np.ascontiguousarray(b)
 
     def part(rows: slice) -> None:
-        if a.shape[1] == WIDTH:
-            combine(a[rows], square, a[rows], 0.0)
+        if a.shape[1] == BLOCK_OF_FOUR:
+            _combine(a[rows], square, a[rows], 0.0)
         else:
             a[rows] = a[rows] @ b
 
-    _share(a, part)
+    shared(len(a), part, _chunk(a))
 
 
-def subtract(w: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+def subtract(w: Array, a: Array, b: Array) -> None:
     """w <- w - a b of tall w (n, p), a (n, k) and b (k, p)."""
-    narrow = w.shape[1] == a.shape[1] == WIDTH
+    four = w.shape[1] == a.shape[1] == BLOCK_OF_FOUR
     minus = -np.ascontiguousarray(b)
 
     def part(rows: slice) -> None:
-        if narrow:
-            combine(a[rows], minus, w[rows], 1.0)
+        if four:
+            _combine(a[rows], minus, w[rows], 1.0)
         else:
             w[rows] += a[rows] @ minus
 
-    _share(w, part)
+    shared(len(w), part, _chunk(w))
 
 
-def dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def dot(a: Array, b: Array) -> Array:
     """a^T b (k, p) of tall a (n, k) and b (n, p); summed in a fixed order."""
-    parts: dict[int, NDArray[np.float64]] = {}
-    narrow = a.shape[1] == b.shape[1] == WIDTH
+    parts: dict[int, Array] = {}
+    four = a.shape[1] == b.shape[1] == BLOCK_OF_FOUR
 
     def part(rows: slice) -> None:
-        parts[rows.start] = gram(a[rows], b[rows]) if narrow else a[rows].T @ b[rows]
+        parts[rows.start] = _gram(a[rows], b[rows]) if four else a[rows].T @ b[rows]
 
-    _share(a, part)
+    shared(len(a), part, _chunk(a))
     total = np.zeros((a.shape[1], b.shape[1]))
     for start in sorted(parts):
         total += parts[start]
     return total
 
 
-def _share(tall: NDArray[np.float64], part: Callable[[slice], None]) -> None:
-    """Call part(rows) for all rows of a matrix, on all threads where there are many rows."""
-    count, width = tall.shape
-    step = max(_ROWS, _ENTRIES // max(width, 1))
-    slices = [slice(a, min(a + step, count)) for a in range(0, count, step)]
-    if THREADS == 1 or len(slices) < 4:
-        for rows in slices:
-            part(rows)
-        return
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(part, slices))
+def _chunk(tall: Array) -> int:
+    """Rows a thread takes at a time."""
+    return max(_ROWS, _ENTRIES // max(tall.shape[1], 1))
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+def _gram(a: Array, b: Array) -> Array:  # pragma: no cover - compiled
+    """a^T b (4, 4) of a, b (n, 4)."""
+    out = np.zeros((BLOCK_OF_FOUR, BLOCK_OF_FOUR))
+    for i in range(len(a)):
+        for k in range(BLOCK_OF_FOUR):
+            factor = a[i, k]
+            for c in range(BLOCK_OF_FOUR):
+                out[k, c] += factor * b[i, c]
+    return out
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+def _combine(a: Array, b: Array, out: Array, keep: float) -> None:  # pragma: no cover - compiled
+    """out <- keep out + a b of a, out (n, 4) and b (4, 4); out may be a."""
+    row = np.empty(BLOCK_OF_FOUR)
+    for i in range(len(a)):
+        for c in range(BLOCK_OF_FOUR):
+            row[c] = keep * out[i, c]
+        for k in range(BLOCK_OF_FOUR):
+            factor = a[i, k]
+            for c in range(BLOCK_OF_FOUR):
+                row[c] += factor * b[k, c]
+        for c in range(BLOCK_OF_FOUR):
+            out[i, c] = row[c]

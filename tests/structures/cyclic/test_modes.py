@@ -8,8 +8,11 @@ from cyclic_samples import TEETH, plain_ring
 from flexgear.structures.cyclic import modes
 from flexgear.structures.cyclic.path import condense_by_sectors
 from flexgear.structures.cyclic.spectrum import held_value, lowest_values
-from flexgear.structures.linalg.hermitian import definite_inverse, regular_inverse
-from flexgear.structures.linalg.spd import balanced_inverse
+from flexgear.structures.linalg.inverses import (
+    balanced_inverse,
+    hermitian_inverse,
+    signed_hermitian_inverse,
+)
 
 COUNT = 20
 
@@ -115,18 +118,18 @@ def test_hermitian_inverses(n):
     regular = a + a.conj().T
     lower = np.tril_indices(n)
     for found, negative, matrix in (
-        (definite_inverse(definite), 0, definite),
-        (*regular_inverse(definite), definite),
-        (*regular_inverse(-definite), -definite),
-        (*regular_inverse(regular), regular),
+        (hermitian_inverse(definite), 0, definite),
+        (*signed_hermitian_inverse(definite), definite),
+        (*signed_hermitian_inverse(-definite), -definite),
+        (*signed_hermitian_inverse(regular), regular),
     ):
         expected = np.linalg.inv(matrix)
         assert np.abs(found - expected)[lower].max() <= 1e-9 * np.abs(expected).max()
         assert negative == (np.linalg.eigvalsh(matrix) < 0).sum()
     with pytest.raises(np.linalg.LinAlgError):
-        definite_inverse(-definite)
+        hermitian_inverse(-definite)
     with pytest.raises(np.linalg.LinAlgError):
-        regular_inverse(np.zeros((n, n), dtype=complex))
+        signed_hermitian_inverse(np.zeros((n, n), dtype=complex))
 
 
 def test_balanced_inverse_of_an_indefinite_matrix_in_unlike_units():

@@ -18,7 +18,7 @@ from flexgear.structures.fem import (
     rigid_tie,
 )
 from flexgear.structures.fem.unassembled import UnassembledModel
-from flexgear.structures.linalg.tall import single_threaded_blas
+from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.probe_loads import ProbeLoad, tooth_lines
 from flexgear.structures.reduction import reduce, reduce_body
 

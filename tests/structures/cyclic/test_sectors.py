@@ -9,7 +9,6 @@ from cyclic_samples import STEEL, TEETH, bent, plain_ring, renumbered, toothed_r
 from plain_meshes import annulus, box, tetrahedra
 
 from flexgear.structures.cyclic.condensation import cyclic_parts
-from flexgear.structures.cyclic.interior import Interior
 from flexgear.structures.cyclic.matrices import (
     Circulant,
     from_sectors,
@@ -21,7 +20,6 @@ from flexgear.structures.cyclic.sectors import find_sectors, turn
 from flexgear.structures.cyclic.ties import sector_ties
 from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
 from flexgear.structures.fem.unassembled import UnassembledModel
-from flexgear.structures.linalg.dissection import dissect
 
 
 def model_of(fe_mesh):
@@ -140,31 +138,6 @@ def test_one_sector_assembled_equals_the_slice_of_the_whole(ring):
             assert np.abs(a - b).max() < 1e-12 * np.abs(b).max()
     assert "whole" not in vars(lazy)
     assert abs(lazy.stiffness - model.stiffness).max() == 0.0
-
-
-def test_interior_factor_solves_and_leaves_the_schur_complement(ring):
-    model, _, parts = ring
-    matrix = parts.fe_stiffness.extended()
-    i = 3 * parts.sectors.interior
-    graph = sp.csr_matrix(parts.fe_mass.extended() != 0)
-    inside = graph[: i // 3, : i // 3].tocsr()
-    tree = dissect(inside, model.nodes[parts.sectors.nodes[: i // 3, 0]], leaf=6)
-    dofs = (3 * tree.order[:, None] + np.arange(3)).ravel()
-    dofs = np.concatenate([dofs, np.arange(i, matrix.shape[0])])
-    dense = matrix.toarray()[np.ix_(dofs, dofs)]
-    factor = Interior(sp.csr_matrix(dense), tree)
-    assert len(tree.parents) > 3
-    schur = dense[i:, i:] - dense[i:, :i] @ np.linalg.solve(dense[:i, :i], dense[:i, i:])
-    assert np.abs(factor.rest - schur).max() < 1e-11 * np.abs(schur).max()
-    right = np.random.default_rng(0).standard_normal((len(dense), 4))
-    x = right.copy()
-    factor.forward(x)
-    gathered = right[i:] - dense[i:, :i] @ np.linalg.solve(dense[:i, :i], right[:i])
-    assert np.abs(x[i:] - gathered).max() < 1e-10 * np.abs(gathered).max()
-    x[i:] = border = right[i:]
-    factor.backward(x)
-    expected = np.linalg.solve(dense[:i, :i], right[:i] - dense[:i, i:] @ border)
-    assert np.abs(x[:i] - expected).max() < 1e-10 * np.abs(expected).max()
 
 
 def test_ties_that_share_the_period_and_the_others(ring):

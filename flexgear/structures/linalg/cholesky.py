@@ -9,13 +9,13 @@ Source: Chen, Davis, Hager, Rajamanickam 2008, ACM TOMS 35:22; Python interface:
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from cvxopt import cholmod, spmatrix
 from cvxopt import matrix as dense_of
 from numpy.typing import NDArray
-
-from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 
@@ -25,23 +25,13 @@ _SOLVE, _FORWARD, _BACKWARD, _PERMUTE, _PERMUTE_BACK = 0, 4, 5, 7, 8  # CHOLMOD'
 class Factor:
     """L of a symmetric positive definite matrix (n, n), CSR.
 
-    Raises FlexgearError where the matrix is not positive definite.
+    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
 
     name = "cholmod"
 
     def __init__(self, matrix: sp.csr_matrix) -> None:
-        lower = sp.tril(matrix, format="coo")
-        rows, columns = (dense_of(i.astype(np.int64)) for i in (lower.row, lower.col))
-        given = spmatrix(dense_of(lower.data), rows, columns, matrix.shape)
-        self._factor = cholmod.symbolic(given)
-        try:
-            cholmod.numeric(given, self._factor)
-        except ArithmeticError:
-            raise FlexgearError(
-                "the stiffness matrix is singular: the mesh falls into pieces or has cells "
-                "that hang on an edge"
-            ) from None
+        self._factor = _factored(to_cvxopt(sp.tril(matrix)))
 
     def solve(self, right: Array) -> Array:
         """x (n, k) with A x = right (n, k)."""
@@ -53,14 +43,10 @@ class Factor:
 
     def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
         """The same of a sparse right (n, k): only what its entries reach is computed."""
-        entries = sp.coo_matrix(right)
-        found = spmatrix(
-            entries.data, entries.row.astype(np.int64), entries.col.astype(np.int64), right.shape
-        )
+        found = to_cvxopt(right)
         for step in (_PERMUTE, _FORWARD):
             found = cholmod.spsolve(self._factor, found, sys=step)
-        begins, rows, data = (np.array(part).ravel() for part in found.CCS)
-        return sp.csc_matrix((data, rows, begins), right.shape).tocsr()
+        return _to_scipy(found).tocsr()
 
     def backward(self, f: Array) -> Array:
         """x = P^T L^{-T} f (n, k)."""
@@ -74,3 +60,41 @@ class Factor:
         for step in steps:
             cholmod.solve(self._factor, room, sys=step)
         return np.ascontiguousarray(view).reshape(right.shape)
+
+
+def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
+    """L (n, n) with matrix = L L^T, rows of a column rising, without another order of the rows.
+
+    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
+    """
+    before = dict(cholmod.options)
+    cholmod.options.update(nmethods=1, postorder=False)  # the order given, and no other
+    try:
+        order = dense_of(np.arange(matrix.shape[0]))
+        factor = _factored(to_cvxopt(sp.tril(matrix)), order)
+        return _to_scipy(cholmod.getfactor(factor))
+    finally:
+        cholmod.options.clear()
+        cholmod.options.update(before)
+
+
+def to_cvxopt(matrix: sp.sparray) -> spmatrix:
+    """The same matrix for CVXOPT."""
+    entries = sp.coo_matrix(matrix)
+    rows, columns = (dense_of(i.astype(np.int64)) for i in (entries.row, entries.col))
+    return spmatrix(dense_of(entries.data.astype(float)), rows, columns, matrix.shape)
+
+
+def _to_scipy(matrix: spmatrix) -> sp.csc_matrix:
+    begins, rows, data = (np.array(part).ravel() for part in matrix.CCS)
+    return sp.csc_matrix((data, rows, begins), matrix.size)
+
+
+def _factored(lower: spmatrix, order: Any = None) -> Any:
+    """CHOLMOD's factor of a symmetric matrix of which the lower triangle is given."""
+    factor = cholmod.symbolic(lower) if order is None else cholmod.symbolic(lower, p=order)
+    try:
+        cholmod.numeric(lower, factor)
+    except ArithmeticError:
+        raise np.linalg.LinAlgError("the matrix is not positive definite") from None
+    return factor
