@@ -20,8 +20,10 @@ from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.report import write_report
+from flexgear.views.select import thinned
 
 ANIMATION = "ring_star_turning"
+MOST_SHOWN = 50_000  # samples of a torque drop in a picture
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
 
@@ -189,7 +191,7 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
         "load_sharing": ("Load sharing in steady running", lambda: histories.load_sharing(steady)),
     }
     for depth in content.summary["torque_steps"]:
-        drop = content.runs(f"torque_step_{depth}")
+        drop = {n: thinned(d, MOST_SHOWN) for n, d in content.runs(f"torque_step_{depth}").items()}
         plan[f"torque_step_{depth}"] = (
             f"Torque drop to {depth} N m",
             partial(histories.torque_drop, drop),

@@ -15,6 +15,7 @@ from flexgear.cli.display import Report
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.results.pieces import between
 from flexgear.results.version import version
 from flexgear.studies.train_transient import settled
 from flexgear.views import mode_charts, style, train_charts
@@ -106,13 +107,13 @@ def _plan(content: TrainFolder) -> dict[str, tuple[str, Draw]]:
 
 
 def _thinned(data: xr.Dataset) -> xr.Dataset:
-    """As many samples as a picture can show."""
-    return data.isel(time=slice(None, None, max(1, data.sizes["time"] // MOST_SHOWN)))
+    """As many samples as a picture can show, in memory."""
+    return data.isel(time=slice(None, None, max(1, data.sizes["time"] // MOST_SHOWN))).load()
 
 
 def _close_up(data: xr.Dataset, stage: StageFlow) -> xr.Dataset:
-    """One stage in its last gear-mesh cycles."""
-    time = data["time"].to_numpy()
-    near = np.flatnonzero(time >= time[-1] - CYCLES_SHOWN / stage.gear_mesh_frequency)
+    """One stage in its last gear-mesh cycles, in memory."""
     own = np.flatnonzero(data["stage"].to_numpy() == stage.name)
-    return data.isel(time=near, gear_mesh=own)
+    end = float(data["time"][-1])
+    near = between(data, end - CYCLES_SHOWN / stage.gear_mesh_frequency)
+    return near.isel(gear_mesh=own).load()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 
@@ -16,6 +17,13 @@ def contact_share(in_contact: ArrayLike) -> dict[int, float]:
         return {}
     count = np.bincount(number)
     return {n: float(c / number.size) for n, c in enumerate(count) if c}
+
+
+def pairs_in_contact(at_work: xr.DataArray) -> xr.DataArray:
+    """1 (…, pairs) where just so many pairs, 0, 1, 2, …, are at work (…, slot): its mean is the
+    share of time."""
+    number = xr.DataArray(np.arange(at_work.sizes["slot"] + 1), dims="pairs")
+    return (at_work.sum("slot") == number) * 1.0
 
 
 def expected_contact_share(contact_ratio: float) -> dict[int, float]:

@@ -39,9 +39,12 @@ def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetF
 
 
 def open_lazily(path: PathLike) -> xr.Dataset:
-    """A dataset whose variables are read from the file each time they are wanted."""
+    """A dataset whose variables, time too, are read from the file each time they are wanted."""
     with readable(path):
-        return xr.open_dataset(path, engine="h5netcdf", cache=False)
+        data = xr.open_dataset(path, engine="h5netcdf", cache=False, create_default_indexes=False)
+        for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {TIME}:
+            data = data.set_xindex(label)
+        return data
 
 
 class DatasetFile:

@@ -125,7 +125,7 @@ class Ranges:
         found = self._watched(data)
         if not found.sizes[TIME]:
             return
-        total, count = found.sum(TIME), found.count(TIME)
+        total, count = found.sum(TIME, dtype=float), found.count(TIME)
         least, largest = found.min(TIME), found.max(TIME)
         if not self.first.data_vars:
             self.first = found.isel({TIME: 0}, drop=True)

@@ -14,9 +14,11 @@ import numpy as np
 import xarray as xr
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.contact_share import contact_share
-from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS, tooth_loads
+from flexgear.results.contact_share import pairs_in_contact
+from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
+from flexgear.results.pieces import ranges_of
+from flexgear.results.sinks import TIME
 
 ORDERS = 21  # radial harmonics 0 … 20
 RPM = 60 / (2 * math.pi)
@@ -76,21 +78,31 @@ def steady_summary(
     flexible: the run over one revolution; rated_equilibrium: equilibria at rated torque whose
     first position gives the radial harmonics; load_sharing: steady runs by variant.
     """
-    # the force is averaged over whole tooth passages by averaging over the revolution
-    force = flexible["ring_gear_mesh_force"].to_numpy()
-    tooth = carrying_pairs(flexible, "ring")["tooth"].to_numpy()
-    node = np.abs(flexible["tooth_displacement"].isel(tooth=0).to_numpy()).max(axis=0)
+    found = ranges_of(flexible, _steady_histories)
+    least, mean, largest = found.least, found.mean, found.largest
+    node = np.fmax(-least["tooth_node"].to_numpy(), largest["tooth_node"].to_numpy())
+    shares = mean["pairs_in_contact"].mean("planet").to_numpy()
     harmonics = np.abs(radial_harmonics(rated_equilibrium["tooth_displacement"].to_numpy()[0]))
     return {
-        "carrier_speed_rpm_mean": float(flexible["carrier_speed"].mean()) * RPM,
-        "ring_mesh_force_n_mean": float(force.mean(dtype=float)),
-        "ring_pairs_in_contact": {str(n): s for n, s in contact_share(tooth > 0).items()},
+        "carrier_speed_rpm_mean": float(mean["carrier_speed"]) * RPM,
+        # over whole tooth passages, as the run is over the revolution
+        "ring_mesh_force_n_mean": float(mean["ring_gear_mesh_force"].mean()),
+        "ring_pairs_in_contact": {str(n): float(s) for n, s in enumerate(shares) if s},
         "tooth_displacement_peak_um": {
             a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)
         },
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
         "load_sharing": {name: sharing_summary(data) for name, data in load_sharing.items()},
     }
+
+
+def _steady_histories(data: xr.Dataset) -> xr.Dataset:
+    """What of steady running the summary looks at."""
+    tooth = carrying_pairs(data, "ring")["tooth"]
+    return data[["carrier_speed", "ring_gear_mesh_force"]].assign(
+        tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
+        pairs_in_contact=pairs_in_contact(tooth > 0),
+    )
 
 
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
@@ -105,10 +117,16 @@ def stage_histories(data: xr.Dataset) -> xr.Dataset:
 
 def sharing_summary(data: xr.Dataset) -> dict[str, float | None]:
     """Mean and largest load sharing factor of a run where it is defined, None where nowhere."""
-    k = data["load_sharing"].to_numpy()
-    if not np.isfinite(k).any():
-        return {"mean": None, "max": None}
-    return {"mean": float(np.nanmean(k)), "max": float(np.nanmax(k))}
+    if TIME in data.dims:
+        found = ranges_of(data, lambda piece: piece[["load_sharing"]])
+        mean, largest = found.mean["load_sharing"], found.largest["load_sharing"]
+    else:
+        mean, largest = data["load_sharing"].mean(), data["load_sharing"].max()
+    return {"mean": _number(mean), "max": _number(largest)}
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def torque_step_summary(data: xr.Dataset) -> dict[str, float | None]:
@@ -117,14 +135,15 @@ def torque_step_summary(data: xr.Dataset) -> dict[str, float | None]:
     The lowest tooth load is that of all pairs at work on the flank that carries (negative with
     linear contact only); slots without a pair do not count.
     """
-    lowest = [float(f.min()) for gear in GEARS if (f := tooth_loads(data, gear)).size]
+    found = ranges_of(data, stage_histories)
+    lowest = [f for gear in GEARS if np.isfinite(f := float(found.least[f"{gear}_load"].min()))]
     if not lowest:
         raise FlexgearError("no tooth pair was in contact during the torque step")
     return {
-        "carrier_speed_rpm_min": float(data["carrier_speed"].min()) * RPM,
+        "carrier_speed_rpm_min": float(found.least["carrier_speed"]) * RPM,
         "tooth_load_n_min": min(lowest),
-        "load_sharing_max": sharing_summary(data)["max"],
-        "planet_force_spread_max": float(data["planet_force_spread"].max()),
+        "load_sharing_max": _number(found.largest["load_sharing"]),
+        "planet_force_spread_max": float(found.largest["planet_force_spread"]),
     }
 
 

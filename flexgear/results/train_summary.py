@@ -77,33 +77,27 @@ def displacement_summary(data: xr.Dataset) -> dict[str, float]:
 
 
 def axis_distance(data: xr.Dataset) -> xr.DataArray:
-    """Distance of central members from the axis, m; rounding, beside other bodies, is none."""
-    names = [str(n) for n in data["body"].to_numpy()]
-    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    """Distance of all bodies from the axis, m."""
     motion = data["body_displacement"]
-    far = cast(
-        xr.DataArray, np.hypot(motion.sel(dof="ux", drop=True), motion.sel(dof="uy", drop=True))
-    )
-    return far.where(far > UNMOVED * far.max(), 0.0).sel(body=central)
+    ux, uy = (motion.sel(dof=dof, drop=True) for dof in ("ux", "uy"))
+    return cast(xr.DataArray, np.hypot(ux, uy))
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
-    """Largest distances (body,) from the axis, µm."""
-    sizes = zip(largest["body"].to_numpy(), largest.to_numpy(), strict=True)
-    return {str(n): float(v) * MICRO for n, v in sizes}
+    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m.
 
-
-def force_summary(data: xr.Dataset) -> dict[str, Mapping[str, float]]:
-    """Least, mean and largest gear-mesh force of every group over the samples, N."""
-    force = data["gear_mesh_force"]
-    others = [d for d in force.dims if d != "gear_mesh"]
-    return force_ranges(force.min(others), force.mean(others, dtype=float), force.max(others))
+    Rounding, beside other bodies, is none.
+    """
+    names = [str(n) for n in largest["body"].to_numpy()]
+    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    far = largest.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
+    return {n: float(v) * MICRO for n, v in zip(central, far.to_numpy(), strict=True)}
 
 
 def force_ranges(
     least: xr.DataArray, mean: xr.DataArray, largest: xr.DataArray
 ) -> dict[str, Mapping[str, float]]:
-    """The same of least, mean and largest force (gear_mesh,) of every gear mesh, N."""
+    """Least, mean and largest force of every group, of those (gear_mesh,) of gear meshes, N."""
     groups = [str(g).rpartition(" ")[0] for g in least["gear_mesh"].to_numpy()]
     out: dict[str, Mapping[str, float]] = {}
     for group in dict.fromkeys(groups):

@@ -25,7 +25,8 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import stage_kinematics
 from flexgear.model.errors import FlexgearError
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.results.energy_balance import energy_residual
+from flexgear.results.energy_balance import energy_account, largest_residual
+from flexgear.results.pieces import between, ranges_of
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     RPM,
@@ -251,8 +252,8 @@ def _largest_residual(case: FlexibleStage, datasets: Mapping[str, xr.Dataset], f
     start, duration, _ = timed_drops(case).times
     end = start + duration + stage_pace(case).settling
     balanced = [
-        datasets[f"torque_step_{depth_name(torque)}_{first}"].sel(time=slice(start, end))
+        between(datasets[f"torque_step_{depth_name(torque)}_{first}"], start, end)
         for torque in case.drive.steps.torques
     ]
     balanced = balanced or [datasets[f"steady_{first}"]]
-    return max(float(np.max(np.abs(energy_residual(data)))) for data in balanced)
+    return max(largest_residual(ranges_of(data, energy_account)) for data in balanced)

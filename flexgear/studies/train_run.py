@@ -18,11 +18,12 @@ from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import RPM, finite
 from flexgear.results.train_summary import (
-    displacement_summary,
-    force_summary,
+    distance_summary,
+    force_ranges,
     modes_summary,
     sharing_summary_of,
     train_summary,
@@ -44,8 +45,8 @@ from flexgear.studies.train_static import train_equilibria
 from flexgear.studies.train_transient import (
     compile_transient,
     cut_short,
-    settled,
     simulate_train,
+    train_histories,
 )
 
 WORKERS = 2
@@ -211,13 +212,14 @@ def _transients(
 
 
 def _transient_summary(run: TimedRun) -> dict[str, Any]:
-    rest = settled(run.data)
+    rest = ranges_of(run.data, train_histories)
+    forces = (part["gear_mesh_force"] for part in (rest.least, rest.mean, rest.largest))
     return {
         "duration_s": run.simulated,
         "settle_s": float(run.data.attrs["settle_s"]),
         "steps": int(run.data.attrs["steps"]),
-        "gear_mesh_force": force_summary(rest),
-        "displacement_um_max": displacement_summary(rest),
+        "gear_mesh_force": force_ranges(*forces),
+        "displacement_um_max": distance_summary(rest.largest["axis_distance"]),
     }
 
 

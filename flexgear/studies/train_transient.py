@@ -17,6 +17,7 @@ from flexgear.coupling.pace import train_pace
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.results.pieces import between
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.train_dataset import variable
 from flexgear.results.train_sharing import SharingCoefficients
@@ -175,10 +176,8 @@ def compile_transient(context: TrainContext) -> None:
 
 def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
     """The samples of a transient after its start-up; at most so many, the last ones."""
-    begin = int(np.searchsorted(data["time"].to_numpy(), data.attrs["settle_s"]))
-    if most is not None:
-        begin = max(begin, data.sizes["time"] - most)
-    return data.isel(time=slice(begin, None))
+    rest = between(data, data.attrs["settle_s"])
+    return rest if most is None else rest.isel(time=slice(-most, None))
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:

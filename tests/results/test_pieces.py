@@ -1,0 +1,134 @@
+"""Transients in files are summed up piece by piece: the same figures, and no variable is read whole."""
+
+import h5netcdf
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexgear.results import pieces as pieces_module
+from flexgear.results.contact_share import contact_share
+from flexgear.results.dataset import save
+from flexgear.results.dataset_file import open_lazily
+from flexgear.results.pieces import between, pieces
+from flexgear.results.summary import RPM, steady_summary, torque_step_summary
+from flexgear.studies.long_run import TimedRun
+from flexgear.studies.train_run import _transient_summary
+
+SAMPLES = 5000
+AT_ONCE = 2**16
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch):
+    monkeypatch.setattr(pieces_module, "AT_ONCE", AT_ONCE)
+
+
+@pytest.fixture
+def reads(monkeypatch):
+    """Bytes of all that is read from files, read by read."""
+    found, read = [], h5netcdf.Variable.__getitem__
+
+    def watched(variable, key):
+        values = read(variable, key)
+        found.append(np.asarray(values).nbytes)
+        return values
+
+    monkeypatch.setattr(h5netcdf.Variable, "__getitem__", watched)
+    return found
+
+
+def in_file(data, place):
+    save(data, place / "run.nc")
+    return open_lazily(place / "run.nc")
+
+
+def stage_run(make_run):
+    rng = np.random.default_rng(5)
+    return make_run(
+        samples=SAMPLES,
+        tooth_displacement=rng.normal(size=(SAMPLES, 5, 3)),
+        bolt_force=np.zeros((SAMPLES, 1, 3)),
+        carrier_speed=rng.normal(size=SAMPLES),
+        tooth_angle=np.arange(5.0),
+    )
+
+
+def test_pieces_are_the_whole_in_order(make_run):
+    data = stage_run(make_run)
+    parts = list(pieces(data))
+    assert len(parts) > 15
+    assert max(p.nbytes for p in parts) < 1.1 * AT_ONCE
+    assert xr.concat(parts, "time", data_vars="minimal").identical(data)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(0.2, 0.7), (-1, 2), (0.5, None), (2, 3), (0.7, 0.2)])
+def test_between(make_run, tmp_path, begin, end):
+    data = make_run()
+    expected = data["time"].sel(time=slice(begin, end)).to_numpy()
+    for found in (data, in_file(data, tmp_path)):
+        np.testing.assert_array_equal(between(found, begin, end)["time"], expected)
+
+
+def test_a_stage(make_run, tmp_path, reads):
+    file = in_file(stage_run(make_run), tmp_path)
+    whole = file.load()
+    star = xr.Dataset({"tooth_displacement": whole["tooth_displacement"].isel(time=slice(1))})
+    star = star.rename(time="position")
+    file = open_lazily(tmp_path / "run.nc")
+    assert file.nbytes > 20 * AT_ONCE
+    reads.clear()
+    steady = steady_summary(file, star, {"a": file})
+    drop = torque_step_summary(file)
+    assert 0 < max(reads) < AT_ONCE
+
+    node = np.abs(whole["tooth_displacement"].isel(tooth=0)).max("time").to_numpy().astype(float)
+    sharing = {"mean": float(whole["load_sharing"].mean()), "max": float(whole["load_sharing"].max())}
+    share = contact_share(whole["ring_pair_tooth"] > 0)
+    assert steady["ring_pairs_in_contact"] == {str(n): s for n, s in share.items()}
+    assert list(steady["tooth_displacement_peak_um"].values()) == pytest.approx(1e6 * node, rel=1e-12)
+    assert steady["load_sharing"]["a"] == pytest.approx(sharing, rel=1e-12)
+    force = whole["ring_gear_mesh_force"].mean(dtype=float)
+    assert steady["ring_mesh_force_n_mean"] == pytest.approx(float(force), rel=1e-12)
+    speed = whole["carrier_speed"]
+    assert steady["carrier_speed_rpm_mean"] == pytest.approx(float(speed.mean()) * RPM, rel=1e-11)
+    assert drop == {
+        "carrier_speed_rpm_min": float(speed.min()) * RPM,
+        "tooth_load_n_min": float(whole["sun_pair_load"].where(whole["sun_pair_tooth"] > 0).min()),
+        "load_sharing_max": sharing["max"],
+        "planet_force_spread_max": float(whole["planet_force_spread"].max()),
+    }
+
+
+def test_a_train(tmp_path, reads):
+    rng = np.random.default_rng(3)
+    labels = {
+        "gear_mesh": ["s ring 1", "s ring 2", "s sun 1", "s sun 2"],
+        "body": ["s.sun", "s.carrier", "s.planet_1"],
+        "dof": ["ux", "uy", "uz", "rx", "ry", "rz"],
+    }
+    far = rng.normal(size=(SAMPLES, 3, 6))
+    far[:, 1] *= 1e-12  # rounding
+    data = xr.Dataset(
+        {
+            "gear_mesh_force": (("time", "gear_mesh"), rng.normal(size=(SAMPLES, 4))),
+            "body_displacement": (("time", "body", "dof"), far),
+            "master_speed": ("time", rng.normal(size=SAMPLES)),
+            "port_torque": ("time", rng.normal(size=SAMPLES)),
+        },
+        {"time": np.arange(SAMPLES) / SAMPLES, **labels},
+        {"settle_s": 0.25, "steps": 7},
+    )
+    file = in_file(data, tmp_path)
+    assert file.nbytes > 8 * AT_ONCE
+    reads.clear()
+    found = _transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
+    assert 0 < max(reads) < AT_ONCE / 2
+    rest = file.isel(time=slice(SAMPLES // 4, None)).load()
+    for name, at in (("s ring", [0, 1]), ("s sun", [2, 3])):
+        force = rest["gear_mesh_force"].isel(gear_mesh=at).astype(float)
+        ranges = {"min_n": force.min(), "mean_n": force.mean(), "max_n": force.max()}
+        expected = {n: float(v) for n, v in ranges.items()}
+        assert found["gear_mesh_force"][name] == pytest.approx(expected, rel=1e-12, abs=1e-16)
+    sun = rest["body_displacement"].sel(body="s.sun").to_numpy()
+    largest = 1e6 * float(np.hypot(sun[:, 0], sun[:, 1]).max())
+    assert found["displacement_um_max"] == {"s.sun": largest, "s.carrier": 0.0}
