@@ -89,7 +89,7 @@ def drawing(content: Folder, folder: Path) -> Iterator[Painter[Sheet, Picture]]:
     rest = (content.case, content.fields, content.summary, folder)
     names = [*_rendered(content), ANIMATION, *_plan(content)]
     pieces = [rest, *content.datasets.items()]
-    with beside(Painter(Sheet(content, folder), pieces, _sheet, _picture, names)) as painter:
+    with beside(Sheet(content, folder), pieces, _sheet, _picture, names) as painter:
         yield painter
 
 
