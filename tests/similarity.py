@@ -24,9 +24,10 @@ POWERS = {
 }  # fmt: skip
 UNITS = {
     "": 0, "1": 0, "rad": 0, "m": 1, "s": 1, "Hz": -1, "rad/s": -1, "N": 2, "N m": 3, "N/m": 1,
-    "J": 3,
+    "J": 3, "W": 2,
 }  # fmt: skip
 MIXED = {"m, rad": (1, 0), "N, N m": (2, 3)}  # of the dofs ux … uz and rx … rz
+ALONE = 1e-9  # of a frequency: one that is closer to the next is the same
 MODE_SHAPE = (-1.5, -2.5)  # at a modal mass of 1 kg
 SUFFIXES = {
     "_mm": 1, "_um": 1, "_m": 1, "_s": 1, "_hz": -1, "_rpm": -1, "_n": 2, "_nm": 3, "_w": 2,
@@ -46,7 +47,9 @@ def _scaled(section: type[Section], data: dict[str, Any], factor: float) -> dict
     for name, value in data.items():
         quantity, inside = quantity_of(section, name), section_of(section, name)
         if quantity is not None:
-            out[name] = _times(value, factor ** POWERS[quantity.dimension])
+            out[name] = (
+                value if value is None else _times(value, factor ** POWERS[quantity.dimension])
+            )
         elif inside is not None and isinstance(value, dict):
             out[name] = _scaled(inside, value, factor)
         elif inside is not None and isinstance(value, (tuple, list)):
@@ -59,7 +62,7 @@ def _scaled(section: type[Section], data: dict[str, Any], factor: float) -> dict
 def _times(value: Any, factor: float) -> Any:
     if isinstance(value, (tuple, list)):
         return type(value)(_times(v, factor) for v in value)
-    return None if value is None else value * factor
+    return value * factor
 
 
 def differences(small: xr.Dataset, large: xr.Dataset, factor: float) -> dict[str, float]:
@@ -71,6 +74,20 @@ def differences(small: xr.Dataset, large: xr.Dataset, factor: float) -> dict[str
         for name in small.variables
         if small[name].dtype.kind in "if"
     }
+
+
+def of_one_frequency(modes: xr.Dataset) -> xr.Dataset:
+    """Modes with those of one frequency put together, as they may stand for any others of their
+    span: energies added, of mode shapes the root of the sum of squares."""
+    frequency = modes["frequency"].to_numpy()
+    new = np.diff(frequency, prepend=-1.0) > ALONE * frequency
+    group = xr.DataArray(np.cumsum(new), dims="mode", name="group")
+    energies = [n for n in map(str, modes) if n.endswith("_energy")]
+    together = modes[energies].groupby(group).sum(keep_attrs=True)
+    shape = (modes["mode_shape"] ** 2).groupby(group).sum() ** 0.5
+    return together.assign(
+        mode_shape=shape, frequency=modes["frequency"].groupby(group).mean(keep_attrs=True)
+    )
 
 
 def _difference(name: str, small: xr.DataArray, large: xr.DataArray, factor: float) -> float:

@@ -84,14 +84,18 @@ def axis_distance(data: xr.Dataset) -> xr.DataArray:
 
 
 def distance_summary(largest: xr.DataArray) -> dict[str, float]:
-    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m.
+    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m."""
+    far = central_distance(largest, largest)
+    sizes = zip(far["body"].to_numpy(), far.to_numpy(), strict=True)
+    return {str(n): float(v) * MICRO for n, v in sizes}
 
-    Rounding, beside other bodies, is none.
-    """
-    names = [str(n) for n in largest["body"].to_numpy()]
+
+def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
+    """Of distances from the axis (…, body) those of central members, none where the largest (body,)
+    is rounding beside that of other bodies."""
+    names = [str(n) for n in far["body"].to_numpy()]
     central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
-    far = largest.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
-    return {n: float(v) * MICRO for n, v in zip(central, far.to_numpy(), strict=True)}
+    return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
 
 
 def force_ranges(

@@ -15,6 +15,8 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.results.sinks import Ranges
+from flexgear.results.train_summary import axis_distance, central_distance
 from flexgear.studies.measure import (
     Found,
     Measure,
@@ -28,10 +30,9 @@ from flexgear.studies.train_dataset import TrainContext, context_of
 from flexgear.studies.train_model import coupled_train, train_variants, variant_label
 from flexgear.studies.train_sharing import shared_stages, train_sharing
 from flexgear.studies.train_static import train_equilibria
-from flexgear.studies.train_transient import settled, simulate_train
+from flexgear.studies.train_transient import simulate_train, train_histories
 
 FLOAT_CYCLES = 120  # gear-mesh cycles of each stage in which displacements are looked at
-CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 STATISTICS = ("mean", "largest")
 
 
@@ -82,9 +83,10 @@ class TrainPoint:
         return train_equilibria(self.context, np.concatenate(lead))
 
     @cached_property
-    def transient(self) -> xr.Dataset:
-        """Transient at rated torque."""
-        return simulate_train(self.context).data
+    def transient(self) -> tuple[xr.Dataset, Ranges]:
+        """Transient at rated torque, without its samples, and their ranges after settling."""
+        rest = Ranges(train_histories)
+        return simulate_train(self.context, sink=rest).data, rest
 
 
 def _members(point: TrainPoint, name: str, units: str, about: str) -> Found:
@@ -169,9 +171,10 @@ def _load_sharing(point: TrainPoint) -> Found:
 
 
 def _transient_sharing(point: TrainPoint) -> Found:
-    if "load_sharing_coefficient" not in point.transient:
+    data, _ = point.transient
+    if "load_sharing_coefficient" not in data:
         raise FlexgearError("no stage has planets that share a load")
-    found = point.transient["load_sharing_coefficient"]
+    found = data["load_sharing_coefficient"]
     return {"transient_sharing": _coefficients(found, "load sharing after settling")}
 
 
@@ -193,7 +196,8 @@ def _gear_mesh_forces(point: TrainPoint) -> Found:
 
 
 def _transient_forces(point: TrainPoint) -> Found:
-    forces = _by_group(settled(point.transient), "gear_mesh_force")
+    _, rest = point.transient
+    forces = _by_group(rest.largest, "gear_mesh_force")
     about = "largest gear-mesh force of a planet after settling"
     return {"transient_force_max": largest(forces, "N", about, "group")}
 
@@ -208,23 +212,23 @@ def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def _displacements(point: TrainPoint) -> Found:
-    return {"displacement": _distances(point.equilibria, "quasi-static")}
+    far = axis_distance(point.equilibria)
+    samples = [d for d in far.dims if d != "body"]
+    return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
 
 
 def _transient_displacements(point: TrainPoint) -> Found:
-    return {"transient_displacement": _distances(settled(point.transient), "after settling")}
+    _, rest = point.transient
+    mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
+    return {"transient_displacement": _distances(mean, most, "after settling")}
 
 
-def _distances(data: xr.Dataset, about: str) -> xr.DataArray:
-    """Mean and largest distance of central members from their axis, rolling taken off."""
-    names = [str(n) for n in data["body"].to_numpy()]
-    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
-    ways = [data["body_displacement"].sel(body=n).to_numpy()[:, :2] for n in central]
-    distance = np.array([np.hypot(w[:, 0], w[:, 1]) for w in ways])
+def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArray:
+    """Mean and largest distance (body,) of central members from their axis, rolling taken off."""
+    far = [central_distance(distance, most) for distance in (mean, most)]
     return array(
-        np.stack([distance.mean(axis=1), distance.max(axis=1)]), "m",
-        f"distance of the member from its axis, {about}",
-        statistic=STATISTICS, body=central,
+        np.stack(far), "m", f"distance of the member from its axis, {about}",
+        statistic=STATISTICS, body=[str(n) for n in far[0]["body"].to_numpy()],
     )  # fmt: skip
 
 

@@ -1,11 +1,13 @@
 """No number of one machine: a case λ times as large has λ times the results, of every unit."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from similarity import POWERS, differences, figures_apart, similar
+from similarity import POWERS, differences, figures_apart, of_one_frequency, similar
 from train_contexts import bundled, put_together
+from trains import STAGE, STEEL, stage_train, write
 
 from flexgear.cli.case_commands import derived
 from flexgear.cli.train_check import derived_of_train
@@ -15,9 +17,14 @@ from flexgear.model.load import load_case
 from flexgear.model.units import DIMENSIONS
 from flexgear.studies.single_runs import equilibria, simulate, torque_step
 from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
+from flexgear.studies.stage_measures import STAGE_MEASURES
 from flexgear.studies.stage_run import kinematics, run_stage
+from flexgear.studies.sweep import failures, planned, run_sweep
+from flexgear.studies.sweep_keys import parse_values
+from flexgear.studies.tolerance import tolerance
 from flexgear.studies.train_harmonic import harmonic_data, train_harmonic
 from flexgear.studies.train_linear import why_not_linear
+from flexgear.studies.train_measures import TRAIN_MEASURES
 from flexgear.studies.train_modes import train_campbell, train_modes
 from flexgear.studies.train_sharing import train_sharing
 from flexgear.studies.train_static import position_figures, train_equilibria
@@ -26,6 +33,14 @@ from flexgear.studies.train_transient import simulate_train
 SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
 FACTOR = 1 / 16  # a power of two: rounding is no excuse
 ALIKE = 1e-6
+CHEAP = {
+    "solver.fidelity": "quick",
+    "ring.fixed_interface_modes": "8",
+    "carrier.fixed_interface_modes": "8",
+    "drive.steps.torques_nm": "[150]",
+    "brake.exponent": "2",
+    "errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
+}
 
 
 def test_every_dimension_has_its_power():
@@ -35,15 +50,7 @@ def test_every_dimension_has_its_power():
 @pytest.fixture(scope="module")
 def stages():
     """The small stage, as it is and sixteen times as large: case, bodies, coupled system."""
-    cheap = {
-        "solver.fidelity": "quick",
-        "ring.fixed_interface_modes": "8",
-        "carrier.fixed_interface_modes": "8",
-        "drive.steps.torques_nm": "[150]",
-        "brake.exponent": "2",
-        "errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
-    }
-    small = load_case(SMALL, cheap)
+    small = load_case(SMALL, CHEAP)
     found = []
     for case in (similar(small, 1 / FACTOR), small):
         bodies = stage_bodies(case)
@@ -55,6 +62,30 @@ def apart(pair):
     """Differences of two results, those that are too large; closure is nothing but rounding."""
     found = differences(*pair, FACTOR)
     return {k: v for k, v in found.items() if v > ALIKE and k != "closure"}
+
+
+def unsaid(train, **more):
+    """The train with nothing said of steps and times."""
+    data = train.model_dump(exclude_unset=True)
+    data["solver"] = {"positions_per_gear_mesh": 4}
+    for unasked in ("gravity", "tolerance"):
+        data.pop(unasked, None)
+    return type(train).model_validate(data | more)
+
+
+def every_analysis(contexts, modes=train_modes):
+    """What of the analyses of two similar trains is too far apart."""
+    for analysis in (modes, train_campbell, lambda c: train_equilibria(c, [0.0, 1.0])):
+        assert apart([analysis(c) for c in contexts]) == {}
+    figures = [position_figures(c, train_equilibria(c, [0.0]).isel(position=0)) for c in contexts]
+    assert {k: v for k, v in figures_apart(*figures, FACTOR).items() if v > ALIKE} == {}
+    stage = contexts[0].train.stages[0].name
+    assert apart([train_sharing(c, stage, cycles=1) for c in contexts]) == {}
+    runs = [simulate_train(c, duration=2 / c.pace.gear_mesh).data for c in contexts]
+    assert runs[0].sizes["time"] > 100
+    assert apart(runs) == {}
+    if why_not_linear(contexts[0].system) is None:
+        assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
 
 
 def test_what_is_said_of_a_stage_scales(stages):
@@ -107,27 +138,97 @@ def test_a_torque_drop_scales(stages):
     ],
 )
 def test_every_analysis_of_a_train_scales(name, up):
-    whole = bundled(name).train
-    data = whole.model_dump(exclude_unset=True)
-    data["solver"] = {"positions_per_gear_mesh": 4}  # else nothing is said of steps and times
-    for unasked in ("gravity", "tolerance"):
-        data.pop(unasked, None)
-    large = similar(type(whole).model_validate(data), up)
+    large = similar(unsaid(bundled(name).train), up)
     trains = (large, similar(large, FACTOR))
     found = figures_apart(*(derived_of_train(t) for t in trains), FACTOR)
     assert {k: v for k, v in found.items() if v > ALIKE} == {}
-    contexts = [put_together(train) for train in trains]
-    for analysis in (train_modes, train_campbell, lambda c: train_equilibria(c, [0.0, 1.0])):
-        assert apart([analysis(c) for c in contexts]) == {}
-    figures = [position_figures(c, train_equilibria(c, [0.0]).isel(position=0)) for c in contexts]
-    assert {k: v for k, v in figures_apart(*figures, FACTOR).items() if v > ALIKE} == {}
-    stage = large.stages[0].name
-    assert apart([train_sharing(c, stage, cycles=1) for c in contexts]) == {}
-    runs = [simulate_train(c, duration=2 / c.pace.gear_mesh).data for c in contexts]
-    assert runs[0].sizes["time"] > 100
-    assert apart(runs) == {}
-    if why_not_linear(contexts[0].system) is None:
-        assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
+    every_analysis([put_together(train) for train in trains])
+
+
+GEARED_DOWN = """
+[[stages]]
+name = "first"
+case = "{case}"
+[[stages]]
+name = "second"
+kind = "parallel"
+normal_module_mm = 1.5
+pressure_angle_deg = 20
+face_width_mm = 20
+pinion = {{ teeth = 24, support = {{ {held} }} }}
+gear = {{ teeth = 36, support = {{ {held} }} }}
+[[joints]]
+first = "first.sun"
+second = "second.gear"
+torsion_nm_per_rad = 1e5
+axial_n_per_m = 1e7
+tilt_nm_per_rad = 1e4
+[[inputs]]
+member = "first.carrier"
+speed_rpm = 1500
+torque_nm = 300
+inertia_kg_m2 = 0.02
+[output]
+member = "second.pinion"
+inertia_kg_m2 = 0.002
+"""
+
+
+def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
+    head = 'kind = "train"\nkinematics = "spatial"\n'
+    held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"
+    path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL, held=held), head)
+    small = load_case(path, {f"stages.0.flexible.{k}": v for k, v in CHEAP.items()})
+    trains = (similar(small, 1 / FACTOR), small)
+    assert [t.stages[0].flexible.stage for t in trains] == [case.stage for case, _, _ in stages]
+    contexts = [
+        put_together(train, bodies={"first": bodies.both})
+        for train, (_, bodies, _) in zip(trains, stages, strict=True)
+    ]
+    every_analysis(contexts, lambda c: of_one_frequency(train_modes(c)))
+
+
+def test_sweeps_of_a_train_scale(tmp_path):
+    head = 'kind = "train"\n'
+    path = write(tmp_path, STAGE.format(planets=4, sun="0", helix=0), head)
+    plan = planned(
+        path,
+        {"stage.planets": parse_values("stage.planets", "3,4")},
+        settings={"solver.positions_per_gear_mesh": "4"},
+        measures=[m.name for m in TRAIN_MEASURES],
+    )
+    assert_sweeps_scale(plan)
+
+
+def test_sweeps_of_a_stage_scale(stages):
+    key = "ring.flexible"
+    values = parse_values(key, "true,false")
+    plan = planned(SMALL, {key: values}, settings=CHEAP, measures=[m.name for m in STAGE_MEASURES])
+    assert_sweeps_scale(plan)
+
+
+def assert_sweeps_scale(plan):
+    """Every measure at every point of a sweep over a key without unit."""
+    up = 1 / FACTOR
+    large = replace(
+        plan, base=similar(plan.base, up), models=tuple(similar(m, up) for m in plan.models)
+    )
+    found = [run_sweep(p, workers=1) for p in (large, plan)]
+    assert [failures(data) for data in found] == [[], []]
+    assert apart(found) == {}
+
+
+def test_tolerance_studies_scale(stages, tmp_path):
+    drawn = {
+        "tolerance.samples": "20",
+        "tolerance.errors.pin_tangential.standard_deviation_um": "10",
+    }
+    train = stage_train(tmp_path, sun="2e8", **drawn)
+    for small in (
+        unsaid(train, tolerance=train.tolerance.model_dump(exclude_unset=True)),
+        load_case(SMALL, CHEAP | drawn),
+    ):
+        assert apart([tolerance(c, workers=1) for c in (similar(small, 1 / FACTOR), small)]) == {}
 
 
 def test_a_small_stage_runs_with_the_defaults(stages):
