@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pair_data import pair_rows
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.train import train_system
 from flexgear.model.load import load_case

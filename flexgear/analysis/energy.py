@@ -1,9 +1,10 @@
 """Energy account of a time step.
 
-Kinetic and elastic energy of modes, ½ fᵀ R f of the residual flexibility and ½ k ⟨δ⟩² of the pairs
-change by the work of the drive, the brake, modal and pair damping, and by *parametric work*: pair
-stiffness and contact vectors change with the carrier angle, which the small-motion model imposes.
-With E(rows, u) the pair energy of a set of rows at motion u, the parametric work of a step is
+Kinetic and elastic energy of modes, ½ fᵀ R f of the residual flexibility and the potentials of the
+force elements change by the work of the drive, the brake, modal damping and what in the elements
+has no potential, and by *parametric work*: stiffness and contact vectors change with the carrier
+angle, which the small-motion model imposes. With E(rows, u) the potential of a set of rows at
+motion u, the parametric work of a step is
 
     ½ [E(new, u⁺) + E(new, u) − E(old, u⁺) − E(old, u)] ,
 
@@ -12,15 +13,23 @@ second order in the step and free of bookkeeping about which pair entered or lef
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.near_products import near_values
+from flexgear.analysis.active_dofs import (
+    DofRows,
+    add_residual,
+    motions,
+    place_rows,
+    row_value,
+)
+from flexgear.analysis.contact_newton import linearise
+from flexgear.analysis.vectors import put
 from flexgear.coupling.compiled import FAST, INNER
-from flexgear.coupling.pair_data import PairRows
+from flexgear.coupling.elements import Rows
 
 Array = NDArray[np.float64]
 ENERGIES = (
@@ -33,125 +42,133 @@ ENERGIES = (
     "pair_damping_work",
     "parametric_work",
 )
+KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC = range(8)
+BOOKED = np.dtype([("tracked", np.int64), ("rows", np.int64), ("elements", np.int64)])
 
 
 class Ledger(NamedTuple):
-    """Rows and damping forces of the last step, and work space; ``booked`` empty: no account."""
+    """Rows of the last step, and work space; row vectors are (R,)."""
 
-    rows: PairRows
-    booked: NDArray[np.int64]  # (1,) rows of the last step, −1 before the first
-    at: NDArray[np.int64]  # (R, B) near channels of those rows' blocks
-    damping_load: Array  # (R,) F − k⟨δ⟩ of the last step
-    fresh: Array  # (R,) the same of this step
-    row_now: Array  # (R,) Vᵀ u⁺
-    row_old: Array  # (R,) Vᵀ u
+    booked: Any  # (1,) BOOKED: whether energy is tracked; rows and elements of the last step
+    rows: Rows
+    on_dofs: DofRows
+    lost: Array  # force without a potential of the last step, N
+    fresh: Array  # the same of this step
+    now: Array  # (2, R) δ at the new motion, and a rate of zero
+    before: Array  # (2, R) the same at the old motion
+    force: Array  # (n_c,) on all channels at the last step
 
 
 @njit(**INNER)
-def _row_energy(rows, n, change):
-    """Σ ½ k ⟨δ⟩² over rows, change (R,) their Vᵀ u."""
-    total = 0.0
+def _approach(rows, on_dofs, n, motion, out):
+    """δ of rows at a motion of the active dofs."""
     for i in range(n):
-        delta = rows.offset[i] + change[i]
-        if rows.sided[i] == 1 and delta < 0.0:
-            continue
-        total += 0.5 * rows.stiffness[i] * delta * delta
+        out[0, i] = rows.row[i].offset + row_value(on_dofs, i, motion)
+
+
+@njit(**INNER)
+def _potential(laws, rows, count, motion, space, elastic):
+    """Potential of all elements at rest at a motion (2, R), J; elastic (R,) gets its forces."""
+    total = 0.0
+    for e in range(count):
+        total += linearise(laws, rows, e, motion, space)
+        element = rows.element[e]
+        for a in range(element.rows):
+            elastic[element.first + a] = space.force[e, 1, a]
     return total
 
 
 @njit(**INNER)
-def _damping_loads(rows, n, x, change, out):
-    """F − k⟨δ⟩ of every row."""
-    for i in range(n):
-        delta = rows.offset[i] + change[i]
-        if rows.sided[i] == 1 and delta < 0.0:
-            delta = 0.0
-        out[i] = x[i] - rows.stiffness[i] * delta
-
-
-@njit(**INNER)
-def _damping_work(n, load, now, old):
-    """Σ load · Vᵀ (u⁺ − u)."""
+def _work(force, now, before, n):
+    """Σ F (δ⁺ − δ)."""
     total = 0.0
     for i in range(n):
-        total += load[i] * (now[i] - old[i])
+        total += force[i] * (now[0, i] - before[0, i])
     return total
 
 
 @njit(**INNER)
-def _copy_rows(source, source_at, n, target, target_at):
+def _copy_records(source, target, count):
+    for i in range(count):
+        target[i] = source[i]
+
+
+@njit(**INNER)
+def _copy_rows(source, n, count, target):
+    _copy_records(source.row, target.row, n)
+    _copy_records(source.element, target.element, count)
     for i in range(n):
-        target.sided[i] = source.sided[i]
-        target.stiffness[i] = source.stiffness[i]
-        target.offset[i] = source.offset[i]
-        target.line[i] = source.line[i]
-        target.along[i] = source.along[i]
-        target.beyond[i] = source.beyond[i]
-        target.width[i] = source.width[i]
-        for a in range(source.beyond[i], source.width[i]):
-            target_at[i, a] = source_at[i, a]
-            for p in range(6):
-                target.coef[i, a, p] = source.coef[i, a, p]
+        put(target.blocks[i], source.blocks[i])
+        for a in range(source.row[i].beyond, source.row[i].width):
+            put(target.coef[i, a], source.coef[i, a])
+    for e in range(count):
+        put(target.parameters[e], source.parameters[e])
 
 
 @njit(**INNER, fastmath=FAST)
-def _modal(omega2, damping, eta, velocity, old_eta, old_velocity):
+def _book_modes(modal, state, modes, energy):
     """Kinetic and elastic energy of modes, and what modal damping took."""
-    kinetic = 0.0
-    elastic = 0.0
-    dissipated = 0.0
-    for j in range(omega2.shape[0]):  # eta and velocity may be longer, in whole cache lines
-        v = velocity[j]
+    kinetic = elastic = taken = 0.0
+    for j in range(modal.omega2.shape[0]):
+        v, q = modes.free_rate[j], modes.free[j]
         kinetic += 0.5 * v * v
-        elastic += 0.5 * omega2[j] * eta[j] * eta[j]
-        dissipated += damping[j] * 0.5 * (v + old_velocity[j]) * (eta[j] - old_eta[j])
-    return kinetic, elastic, dissipated
+        elastic += 0.5 * modal.omega2[j] * q * q
+        taken += modal.damping[j] * 0.5 * (v + state.velocity[j]) * (q - state.eta[j])
+    energy[KINETIC], energy[ELASTIC] = kinetic, elastic
+    return taken
 
 
 @njit(**INNER)
-def settle(
-    omega2, damping, ports, rows, n, x, old_eta, old_velocity, eta, velocity, old_torques, torques,
-    near, energy, ledger,
-):  # fmt: skip
-    """Book one step from the old to the new modal state and torques (P,).
+def motion_before(active, level, state, work, ledger):
+    """Motion of the active dofs at the last step: Φη + R f."""
+    dofs, eta = work.dofs, work.modes.spare
+    put(eta, state.eta)
+    motions(active, eta, eta, dofs.before, dofs.before)
+    for d in range(active.counts[0].dofs):
+        dofs.image[d] = ledger.force[active.channel[d]]
+    add_residual(active, level, dofs.image, dofs.before)
 
-    near: ``motion`` of the last step, which gets that of this one from ``line_2``; ``line``
-    holds R f of the new ``forces``. Slots of the last step still stand.
+
+@njit(**INNER)
+def settle(laws, modal, count, n, state, work, ledger):
+    """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
+
+    work.dofs holds the motion of the active dofs at the last step in ``before`` and at this one in
+    ``motion``; n rows of ``count`` elements, without the brake.
     """
-    before = ledger.booked[0]
-    now, old, at, top = near.line_2, near.motion, near.at, near.counts[2]
-    kinetic, elastic, dissipated = _modal(omega2, damping, eta, velocity, old_eta, old_velocity)
-    for c in range(top):
-        elastic += 0.5 * near.forces[c] * near.line[c]  # ½ fᵀ R f
-    near_values(
-        rows.line, rows.along, at, rows.coef, rows.width, rows.beyond, ports, n, now, old,
-        ledger.row_now, ledger.row_old,
-    )  # fmt: skip
-    _damping_loads(rows, n, x, ledger.row_now, ledger.fresh)
-    energy_now = _row_energy(rows, n, ledger.row_now)
-    if before >= 0:
-        for t in range(ports):
-            account = 3 if t < ports - 1 else 4
-            energy[account] += 0.5 * (torques[t] + old_torques[t]) * (now[t] - old[t])
-        energy[5] += dissipated
-        energy[6] += 0.5 * _damping_work(n, ledger.fresh, ledger.row_now, ledger.row_old)
-        energy[7] += 0.5 * (energy_now + _row_energy(rows, n, ledger.row_old))
-        last = ledger.rows
-        near_values(
-            last.line, last.along, ledger.at, last.coef, last.width, last.beyond, ports, before,
-            now, old, ledger.row_now, ledger.row_old,
-        )  # fmt: skip
-        energy[6] += 0.5 * _damping_work(
-            before, ledger.damping_load, ledger.row_now, ledger.row_old
-        )
-        energy[7] -= 0.5 * _row_energy(last, before, ledger.row_now)
-        energy[7] -= 0.5 * _row_energy(last, before, ledger.row_old)
-    energy[0] = kinetic
-    energy[1] = elastic
-    energy[2] = energy_now
+    energy, dofs, booked, rows = state.energy, work.dofs, ledger.booked[0], work.rows
+    taken = _book_modes(modal, state, work.modes, energy)
+    now, before = ledger.now, ledger.before
+    elastic = 0.0
+    for d in range(work.active.counts[0].dofs):
+        elastic += 0.5 * dofs.force[d] * (dofs.motion[d] - dofs.image[d])
+    energy[ELASTIC] += elastic
+    _approach(rows, work.on_dofs, n, dofs.motion, now)
+    potential = _potential(laws, rows, count, now, work.space, ledger.fresh)
     for i in range(n):
-        ledger.damping_load[i] = ledger.fresh[i]
-    _copy_rows(rows, at, n, ledger.rows, ledger.at)
-    ledger.booked[0] = n
-    for c in range(top):
-        near.motion[c] = now[c]
+        ledger.fresh[i] = work.problem.force[i] - ledger.fresh[i]
+    if booked.rows >= 0:
+        ports = state.torques.shape[0]
+        for t in range(ports):
+            way = dofs.motion[t] - dofs.before[t]
+            moved = 0.5 * (work.modes.torques[t] + state.torques[t]) * way
+            energy[INPUT if t < ports - 1 else BRAKE] += moved
+        energy[DAMPING] += taken
+        _approach(rows, work.on_dofs, n, dofs.before, before)
+        energy[LOST] += 0.5 * _work(ledger.fresh, now, before, n)
+        spare = work.problem.motion[0]
+        energy[PARAMETRIC] += 0.5 * potential
+        energy[PARAMETRIC] += 0.5 * _potential(laws, rows, count, before, work.space, spare)
+        last = ledger.rows
+        place_rows(work.active, last, booked.rows, ledger.on_dofs)
+        _approach(last, ledger.on_dofs, booked.rows, dofs.motion, now)
+        _approach(last, ledger.on_dofs, booked.rows, dofs.before, before)
+        energy[LOST] += 0.5 * _work(ledger.lost, now, before, booked.rows)
+        for motion in (now, before):
+            energy[PARAMETRIC] -= 0.5 * _potential(
+                laws, last, booked.elements, motion, work.space, spare
+            )
+    energy[ELEMENTS] = potential
+    put(ledger.lost, ledger.fresh)
+    _copy_rows(rows, n, count, ledger.rows)
+    booked.rows, booked.elements = n, count

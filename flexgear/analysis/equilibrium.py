@@ -6,32 +6,35 @@ reaction ports, which hold the train:
     F = k ⟨Vᵀ u + e⟩,  u = P_r a + S f,  f = −V F + Σ e_p T_p − Σ e_o T_o,
     P_rᵀ f = 0   (every rigid motion in balance),   masters · q = 0   (the rotations are given),
 
-with S the elastic flexibility of the channels. One small dense problem a position; bearings with
-clearance look along their displacement, which is repeated until they agree.
+with S the elastic flexibility of the channels. One small dense problem a position; laws that are
+not linear where they carry are linearised anew until they agree with their answer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.backs import look_at_backs
-from flexgear.analysis.contact import look_along
-from flexgear.analysis.lines import dot, fill, put
-from flexgear.analysis.position import CLOSURE, held, position_work, solve_position
+from flexgear.analysis.coast_flanks import look_at_rest
+from flexgear.analysis.contact_newton import AGREES, disagree
+from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
+from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
+from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows, pair_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 CHUNK = 100  # positions between two reports of progress
-LOOKS = 60  # tries to agree on back flanks and on directions of clearance bearings
+LOOKS = 60  # tries to agree on coast flanks and on linearised laws
+CAUTIOUS = 20  # of them after which laws go half way only
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,8 @@ class Equilibrium:
     external torque on every port, N·m; eta (p, n) modal coordinates measured from the undeflected
     train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
     pair_stiffness N/m, pair_position (path coordinate, m); support_load (p, extra rows) N;
-    direction (p, n_c, 3) of clearance bearings; wanted (p, M); closure (p,) largest imbalance over
-    the load.
+    active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
+    load.
     """
 
     modal: ModalSystem
@@ -56,8 +59,7 @@ class Equilibrium:
     pair_stiffness: Array
     pair_position: Array
     support_load: Array
-    direction: Array
-    wanted: NDArray[np.int64]
+    active_flanks: NDArray[np.int64]
     closure: Array
 
     @property
@@ -111,34 +113,61 @@ def revolution(
     count = len(masters)
     known = port_torques(system, torque, count)
     theta = np.ascontiguousarray(system.theta(masters))
-    train, rows = held(modal), pair_rows(pairs)
-    work = position_work(rows, train, len(system.ports))
-    elastic, omega2 = np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2
+    train = held(modal)
+    work = position_work(pairs, train, len(system.ports))
+    modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
     shape = (count, len(pairs.s0), SLOTS)
-    out = np.zeros(len(rows.kind) + r + free + 1)
-    load, stiffness, position = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    tooth = np.full(shape, -1, dtype=np.int16)
-    supports = np.zeros((count, extra_rows(pairs)))
-    direction = np.zeros((count, *rows.direction.shape))
-    eta = np.zeros((count, modal.modes.shape[1]))
-    torques, closure = known.copy(), np.zeros(count)
-    watched = np.zeros((count, len(pairs.s0)), dtype=np.int64)
-    wanted, seen = (np.zeros(len(pairs.s0), dtype=np.int64) for _ in range(2))
-    places = (eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques)
+    out = np.zeros(len(work.contact.right))
+    loads = PairResults(
+        load=np.zeros(shape),
+        tooth=np.full(shape, -1, dtype=np.int16),
+        stiffness=np.zeros(shape),
+        position=np.zeros(shape),
+        supports=np.zeros((count, extra_rows(pairs))),
+    )
+    found = Positions(
+        theta=theta,
+        known=known,
+        torques=known.copy(),
+        eta=np.zeros((count, modal.modes.shape[1])),
+        active_flanks=np.zeros((count, len(pairs.s0)), dtype=np.int64),
+        closure=np.zeros(count),
+    )
+    forward = np.ascontiguousarray(known @ system.rated_port_torques >= 0.0)
+    laws = functions()
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
         p, failed = _solve_positions(
-            pairs, rows, theta, known, system.rated_port_torques, train, elastic, omega2, work, out,
-            wanted, seen, start, stop, places,
-        )  # fmt: skip
+            laws, (start, stop), forward, train, modes, work, out, found, loads
+        )
         if p < stop:
             raise FlexgearError(_refusal(masters[p, 0], known[p, 0], failed))
         if progress is not None and count > CHUNK:
             progress(stop / count)
     return Equilibrium(
-        modal, masters, theta, torques, eta, load, tooth, stiffness, position, supports, direction,
-        watched, closure,
-    )  # fmt: skip
+        modal, masters, theta, found.torques, found.eta, *loads, found.active_flanks, found.closure
+    )
+
+
+class PairResults(NamedTuple):
+    """Loads of tooth pairs and other rows over positions, as ``Equilibrium`` has them."""
+
+    load: Array
+    tooth: NDArray[np.int16]
+    stiffness: Array
+    position: Array
+    supports: Array
+
+
+class Positions(NamedTuple):
+    """Positions: what is given and what is found, as ``Equilibrium`` has it."""
+
+    theta: Array
+    known: Array
+    torques: Array
+    eta: Array
+    active_flanks: NDArray[np.int64]
+    closure: Array
 
 
 def _refusal(angle: float, torque: float, closure: float) -> str:
@@ -168,62 +197,72 @@ def modal_part(elastic, forces, omega2, first, eta):
         part[j] /= omega2[j]
 
 
-@njit(**UNCOUNTED, nogil=True)
-def _solve_positions(
-    pairs, rows, theta, known, rated, train, elastic, omega2, work, out, wanted, seen, start, stop,
-    places,
-):  # fmt: skip
-    """Positions start … stop − 1 into the arrays of ``places``; the position that failed, or stop,
-    and its closure.
-
-    wanted, seen (M,): work space, gear meshes to look at.
-    """
-    eta, load, tooth, stiffness, position, supports, direction, watched, closure, torques = places
-    r, reactions, motion = train.rigid.shape[1], train.reactions, work.motion
-    for p in range(start, stop):
-        forward = dot(known[p], rated) >= 0.0
-        for m in range(wanted.shape[0]):
-            wanted[m] = pairs.front[m] if forward else 1
-        n, n_pairs, error = ZERO, ZERO, 0.0
-        for _ in range(LOOKS):
-            n, n_pairs, error = solve_position(
-                pairs, rows, theta[p], known[p], forward, wanted, train, work, out
-            )
-            if not error <= CLOSURE:
-                return p, error
-            agreed = True
-            if pairs.one_sided:
-                put(seen, wanted)
-                look_at_backs(pairs, rows, n_pairs, theta[p], motion, wanted)
-                for m in range(wanted.shape[0]):
-                    wanted[m] = max(wanted[m], seen[m])
-                    agreed = agreed and wanted[m] == seen[m]
-            if look_along(pairs, rows, motion) < 1e-10 and agreed:
-                break
-        put(watched[p], wanted)
-        closure[p] = error
-        for c in range(direction.shape[1]):
-            put(direction[p, c], rows.direction[c])
-        for f in range(reactions.shape[0]):
-            torques[p, reactions[f]] = -out[n + r + f]
-        for e in range(r):
-            eta[p, e] = out[n + e]
-        modal_part(elastic, work.forces, omega2, r, eta[p])
-        _store(rows, n, n_pairs, out, load[p], tooth[p], stiffness[p], position[p], supports[p])
-    return stop, 0.0
+@njit(**INNER)
+def _coast_flanks_agree(theta, pairs, work, active_flanks):
+    """Whether no coast flank has come near that is not looked at; looks at those from now on."""
+    meshes, agreed = work.elements.gears.mesh, True
+    for m in range(meshes.shape[0]):
+        b = meshes[m].back
+        if b >= 0 and active_flanks[b] == 0:
+            look_at_rest(meshes, work.rows, pairs, theta, work.channels[0], m, active_flanks)
+            agreed = agreed and active_flanks[b] == 0
+    return agreed
 
 
 @njit(**INNER)
-def _store(rows, n, n_pairs, x, load, tooth, stiffness, position, supports):
-    for q in range(n_pairs):
-        m, slot = rows.pair_mesh[q], rows.pair_slot[q]
-        load[m, slot] = rows.pair_share[q] * x[rows.pair_row[q]]
-        tooth[m, slot] = rows.pair_tooth[q]
-        stiffness[m, slot] = rows.pair_stiffness[q]
-        position[m, slot] = rows.pair_s[q]
+def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
+    """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
+    meshes = work.elements.gears.mesh
+    for m in range(meshes.shape[0]):
+        active_flanks[m] = meshes[m].front if forward else 1
+    n, pairs, closure = ZERO, ZERO, 0.0
+    for look in range(LOOKS):
+        n, count, pairs, closure = solve_position(
+            laws, theta, known, forward, active_flanks, train, work, out
+        )
+        if not closure <= CLOSURE:
+            break
+        flanks = _coast_flanks_agree(theta, pairs, work, active_flanks)
+        share = 0.5 if look > CAUTIOUS else 1.0
+        if not disagree(laws, work, count, out, AGREES, share) and flanks:
+            break
+    return n, pairs, closure
+
+
+@njit(**UNCOUNTED, nogil=True)
+def _solve_positions(laws, span, forward, train, modes, work, out, found, loads):
+    """Positions of a span into ``found`` and ``loads``; the position that failed, or the end, and
+    its closure."""
+    elastic, omega2 = modes
+    r, reactions = train.rigid.shape[1], train.reactions
+    for p in range(span[0], span[1]):
+        n, pairs, closure = _solve_one(
+            laws, found.theta[p], found.known[p], forward[p], train, work, out,
+            found.active_flanks[p],
+        )  # fmt: skip
+        if not closure <= CLOSURE:
+            return p, closure
+        found.closure[p] = closure
+        for f in range(reactions.shape[0]):
+            found.torques[p, reactions[f]] = -out[n + r + f]
+        put(found.eta[p], out[n : n + r])
+        modal_part(elastic, work.channels[1], omega2, r, found.eta[p])
+        _store(work.rows, n, pairs, out, p, loads)
+    return span[1], 0.0
+
+
+@njit(**INNER)
+def _store(rows, n, pairs, x, p, loads):
+    for q in range(pairs):
+        pair = rows.pair[q]
+        m, slot = pair.mesh, pair.slot
+        loads.load[p, m, slot] = pair.share * x[pair.row]
+        loads.tooth[p, m, slot] = pair.tooth
+        loads.stiffness[p, m, slot] = pair.stiffness
+        loads.position[p, m, slot] = pair.s
     for i in range(n):
-        if rows.kind[i] < 0:
-            supports[rows.owner[i]] = x[i]
+        if rows.row[i].kind < 0:
+            loads.supports[p, rows.row[i].owner] = x[i]
 
 
 def equilibrium(modal: ModalSystem, carrier_angle: float, torque: float) -> Equilibrium:

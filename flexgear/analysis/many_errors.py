@@ -28,10 +28,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact import MAX_SETS, solve_dense, solve_set
 from flexgear.analysis.equilibrium import port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.position import (
+from flexgear.analysis.static_contact import MAX_SETS, solve_dense, solve_set
+from flexgear.analysis.static_position import (
     CLOSURE,
     Held,
     follow_leak,
@@ -39,8 +39,9 @@ from flexgear.analysis.position import (
     position_work,
     solve_position,
 )
+from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PairData, pair_rows
+from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -78,7 +79,7 @@ def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> Er
         torques=port_torques(system, torque, len(masters)),
         rated=system.rated_port_torques,
         held=held(modal),
-        one_by_one=modal if len(pairs.clearance_stiffness) else None,
+        one_by_one=modal if len(pairs.bearing_law) else None,
     )
 
 
@@ -91,16 +92,14 @@ def gear_mesh_forces(
     """
     if study.one_by_one is not None:
         return _one_by_one(study, study.one_by_one, sets, progress)
-    count, rows = len(study.theta), pair_rows(study.pairs)
-    work = position_work(rows, study.held, study.torques.shape[1])
-    force, out = np.zeros((count, len(study.pairs.s0), len(sets))), np.zeros(len(work.right))
-    waves = waves_of(sets)
+    count, laws, waves = len(study.theta), functions(), waves_of(sets)
+    work = position_work(study.pairs, study.held, study.torques.shape[1])
+    force = np.zeros((count, len(study.pairs.s0), len(sets)))
+    forward = np.ascontiguousarray(study.torques @ study.rated >= 0.0)
+    positions = (study.theta, study.torques, forward)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
-        at = _solve_positions(
-            study.pairs, rows, study.theta, study.torques, study.rated, study.held, waves, work,
-            out, start, stop, force,
-        )  # fmt: skip
+        at = _solve_positions(laws, positions, (start, stop), study.held, waves, work, force)
         if at < stop:
             raise FlexgearError(
                 f"perfect gears have no equilibrium at {study.masters[at, 0]:.5f} rad that closes "
@@ -129,39 +128,39 @@ def _one_by_one(
 
 
 @njit(cache=True, nogil=True)
-def _solve_positions(
-    pairs, rows, theta, known, rated, train, waves, work, out, start, stop, force,
-):  # fmt: skip
-    """Positions start … stop − 1 into ``force``; the position that failed, or stop."""
+def _solve_positions(laws, positions, span, train, waves, work, force):
+    """Positions of a span into ``force``; the position that failed, or the end."""
+    theta, known, forward = positions
+    meshes, rows, contact = work.elements.gears.mesh, work.rows, work.contact
+    watched, out = np.ones(len(meshes), dtype=np.int64), np.zeros(len(contact.right))
     extra = train.rigid.shape[1] + train.reactions.shape[0]
-    watched = np.ones(pairs.s0.shape[0], dtype=np.int64)
-    for p in range(start, stop):
-        forward = np.dot(known[p], rated) >= 0.0
-        n, n_pairs, closure = solve_position(
-            pairs, rows, theta[p], known[p], forward, watched, train, work, out
+    for p in range(span[0], span[1]):
+        n, _, pairs, closure = solve_position(
+            laws, theta[p], known[p], forward[p], watched, train, work, out
         )
         if not closure <= CLOSURE:
             return p
         # what it solved is still there: the whole matrix and the right side without errors
         q0, influence, places, loaded, residual = _eliminated(
-            work.matrix, work.right, pairs, rows, n, extra, forward
+            contact, meshes, rows, n, extra, forward[p]
         )
         if not residual <= CLOSURE:
             return p
-        errors = _row_errors(pairs, rows, n_pairs, theta[p], waves, n)
+        errors = _row_errors(work.elements.gears, rows, pairs, theta[p], waves, n)
         x = _base(q0, influence, places, errors)
-        _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out)
+        _let_go(x, influence, places, loaded, errors, work, n, extra, out)
         for a in range(len(places)):
-            force[p, rows.owner[places[a]]] += x[a]
-    return stop
+            force[p, rows.row[places[a]].owner] += x[a]
+    return span[1]
 
 
 @njit(cache=True)
-def _eliminated(matrix, right, pairs, rows, n, extra, forward):
+def _eliminated(contact, meshes, rows, n, extra, forward):
     """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
 
     Also their rows (c,), whether in S (c,), and the residual of the inverse.
     """
+    matrix, right = contact.matrix, contact.right
     inside = np.empty(n + extra, dtype=np.int64)  # S, in order
     place = np.full(n, -1, dtype=np.int64)  # of a row in S
     places = np.empty(n, dtype=np.int64)
@@ -169,8 +168,8 @@ def _eliminated(matrix, right, pairs, rows, n, extra, forward):
     s, c = 0, 0
     for i in range(n):
         in_s = True
-        if rows.kind[i] >= 0:
-            in_s = rows.sided[i] == 0 or (pairs.front[rows.owner[i]] == 1) == forward
+        if rows.row[i].kind >= 0:
+            in_s = rows.row[i].sided == 0 or (meshes[rows.row[i].owner].front == 1) == forward
             places[c], loaded[c] = i, 1 if in_s else 0
             c += 1
         if in_s:
@@ -190,12 +189,12 @@ def _eliminated(matrix, right, pairs, rows, n, extra, forward):
             for b in range(s):
                 line += matrix[places[a], inside[b]] * inverse[b]
             q0[a] = -right[places[a]]
-            influence[a, a] = -rows.stiffness[places[a]]
+            influence[a, a] = -rows.row[places[a]].stiffness
         for b in range(s):
             q0[a] += line[b] * right[inside[b]]
         for b in range(c):
             if loaded[b] == 1:
-                influence[a, b] = line[place[places[b]]] * rows.stiffness[places[b]]
+                influence[a, b] = line[place[places[b]]] * rows.row[places[b]].stiffness
     return q0, influence, places, loaded, residual
 
 
@@ -224,25 +223,26 @@ def _inverse(matrix, at):
 
 
 @njit(cache=True)
-def _row_errors(pairs, rows, n_pairs, theta, waves, n):
-    """Errors (n, J) of all rows, m: what ``pairs`` adds to a pair's row, for every set."""
+def _row_errors(gears, rows, pairs, theta, waves, n):
+    """Errors (n, J) of all rows, m: what ``coupling.pairs`` adds to a pair's row, for every set."""
     count = waves.offset.shape[1]
     errors, steady = np.zeros((n, count)), np.zeros(count)
     last = -1
-    for q in range(n_pairs):
-        m, row, share = rows.pair_mesh[q], rows.pair_row[q], rows.pair_share[q]
+    for q in range(pairs):
+        pair = rows.pair[q]
+        m, row, share = pair.mesh, pair.row, pair.share
         if m != last:
             last = m
             steady[:] = waves.offset[m]
-            for h in range(pairs.runout_rate.shape[1]):
-                angle = pairs.runout_rate[m, h] * theta[pairs.runout_angle[m, h]]
+            for h in range(gears.runout.shape[1]):
+                angle = gears.runout[m, h].rate * theta[gears.runout[m, h].angle]
                 sine, cosine = np.sin(angle), np.cos(angle)
                 for j in range(count):
                     steady[j] += sine * waves.runout_sine[m, h, j]
                     steady[j] += cosine * waves.runout_cosine[m, h, j]
-        angle = 2 * np.pi * rows.pair_s[q] / pairs.pitch[m]
+        angle = 2 * np.pi * pair.s / gears.mesh[m].pitch
         sine, cosine = np.sin(angle), np.cos(angle)
-        tooth, other = rows.pair_tooth[q], rows.pair_planet_tooth[q]
+        tooth, other = pair.tooth, pair.planet_tooth
         for j in range(count):
             error = steady[j] + sine * waves.sine[m, j] + cosine * waves.cosine[m, j]
             error += waves.gear[m, tooth, j] + waves.planet[m, other, j]
@@ -266,16 +266,16 @@ def _base(q0, influence, places, errors):
 
 
 @njit(cache=True)
-def _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out):
+def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
     """Turn x_S and y_B (c, J) into forces: those of S, of back flanks 0 where nothing parts."""
-    c, count = x.shape
+    (c, count), rows, active = x.shape, work.rows, work.contact.active
     wrong = np.zeros(count, dtype=np.int64)
     for a in range(c):
-        if rows.sided[places[a]] == 1:
+        if rows.row[places[a]].sided == 1:
             for j in range(count):
                 if not x[a, j] >= 0.0:
                     wrong[j] = 1
-    w, active = np.empty(c), work.active
+    w = np.empty(c)
     for j in range(count):
         if wrong[j] == 0:
             for a in range(c):
@@ -293,23 +293,25 @@ def _let_go(x, influence, places, loaded, rows, errors, n, extra, work, out):
                 settled = settled and w[a] >= 0.0
                 w[a] = 0.0
         if not settled:
-            _solve_whole(places, rows, errors, j, n, extra, work, out, w)
+            _solve_whole(places, errors[:, j], n, extra, work, out, w)
         for a in range(c):
             x[a, j] = w[a]
 
 
 @njit(cache=True)
-def _solve_whole(places, rows, errors, j, n, extra, work, out, w):
-    """Forces (c,) of set j from the whole problem; work holds it and the guess of loaded rows."""
-    matrix, small, right, active = work.matrix, work.small, work.right.copy(), work.active
+def _solve_whole(places, errors, n, extra, work, out, w):
+    """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
+    of loaded rows."""
+    contact, rows, right = work.contact, work.rows, work.contact.right.copy()
+    matrix, small, active, sided = contact.matrix, contact.small, contact.active, contact.sided
     for i in range(n):
-        if rows.kind[i] < 0:
+        if rows.row[i].kind < 0:
             active[i] = 1
         else:
-            right[i] += rows.stiffness[i] * errors[i, j]
+            right[i] += rows.row[i].stiffness * errors[i]
     leak, least = 0.0, 0.0
-    if solve_set(matrix, right, rows.sided, n, extra, active, small, out, leak, least) < 0:
-        leak = follow_leak(matrix, right, rows.sided, n, extra, active, small, out, True)
+    if solve_set(matrix, right, sided, n, extra, active, small, out, leak, least) < 0:
+        leak = follow_leak(matrix, right, sided, n, extra, active, small, out, True)
     for a in range(len(w)):
         w[a] = out[places[a]] if leak >= 0.0 else np.nan
 
@@ -333,14 +335,14 @@ def _complement(influence, places, loaded, rows, w, careful):
                 index[m], z[m] = i, -q[i]
                 m += 1
         for b in range(m):
-            k = rows.stiffness[places[index[b]]]
+            k = rows.row[places[index[b]]].stiffness
             for a in range(m):
                 small[a, b] = influence[index[a], index[b]] / k
         if not solve_dense(small, z, m) or not np.abs(z[:m]).sum() < -GROWTH * least:
             return chosen, False
         w[:] = q
         for a in range(m):
-            given = z[a] / rows.stiffness[places[index[a]]]
+            given = z[a] / rows.row[places[index[a]]].stiffness
             for i in range(c):
                 w[i] += influence[i, index[a]] * given
         wrong, m = 0, 0

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.coupling.elements import Rows, pair_rows
 from flexgear.coupling.mode_choice import row_motions
-from flexgear.coupling.pair_data import PairRows, front_meshes, pair_rows
+from flexgear.coupling.pair_data import front_meshes
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 
@@ -39,7 +40,7 @@ def gear_mesh_stiffness(system: System, carrier_angle: float, only_pairs: bool =
     return (vectors.T * stiffness) @ vectors
 
 
-def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[PairRows, int]:
+def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[Rows, int]:
     """Rows of the loaded flanks at independent rotations (F,) or the first of them, rad."""
     rows, masters = pair_rows(system.pairs), np.zeros(len(system.masters))
     given = np.atleast_1d(np.asarray(carrier_angle, dtype=float))
@@ -48,7 +49,7 @@ def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[PairRow
     return rows, n
 
 
-def row_vectors(system: System, rows: PairRows, n: int) -> Array:
+def row_vectors(system: System, rows: Rows, n: int) -> Array:
     """Rows V in physical coordinates, (n, d)."""
     return row_motions(rows, n, system.blocks)
 

@@ -13,12 +13,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.lines import put
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.compiled import UNCOUNTED
+from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import pair_rows
 from flexgear.coupling.pairs import contact_forces
 from flexgear.coupling.system import TurningSupport
 
@@ -27,12 +26,12 @@ Result = Equilibrium | Transient
 
 
 @njit(**UNCOUNTED)
-def _all_forces(pairs, rows, angles, wanted, pair_load, support_load, direction, out):
+def _all_forces(elements, rows, angles, active_flanks, pair_load, support_load, out):
     """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
     for t in range(angles.shape[0]):
-        for c in range(direction.shape[1]):
-            put(rows.direction[c], direction[t, c])
-        contact_forces(pairs, rows, angles[t], wanted[t], pair_load[t], support_load[t], out[t])
+        contact_forces(
+            elements, rows, angles[t], active_flanks[t], pair_load[t], support_load[t], out[t]
+        )
 
 
 def channel_forces(result: Result) -> Array:
@@ -41,13 +40,12 @@ def channel_forces(result: Result) -> Array:
     pairs, ports = modal.system.pairs, len(modal.system.ports)
     out = np.zeros((len(result.theta), len(modal.channels)))
     _all_forces(
-        pairs,
+        packed(pairs),
         pair_rows(pairs),
         result.theta,
-        result.wanted,
+        result.active_flanks,
         result.pair_load,
         result.support_load,
-        result.direction,
         out,
     )
     out[:, -ports:] = result.torques

@@ -1,7 +1,7 @@
 """The plain solution of the same equations: full matrices, one dense factorisation a step.
 
 M q̈ + C q̇ + K q + Σ V F = e_d T − e_o T_b in physical coordinates with the average-acceleration
-rule, C = M Φ diag(2ζω) Φᵀ M, and the law of tooth pairs of ``contact_law.py``. Slow and simple; the
+rule, C = M Φ diag(2ζω) Φᵀ M, and the law of tooth pairs of ``basic_laws.py``. Slow and simple; the
 fast step is compared with it.
 """
 
@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.modes import row_vectors
+from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import Drive
+from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import elastic_modes
-from flexgear.coupling.pair_data import front_meshes, pair_rows
+from flexgear.coupling.pair_data import front_meshes
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -59,7 +60,7 @@ def reference_transient(
     The brake law is linearised at the extrapolated speed, as in the fast step.
     """
     h, pairs, rows = time_step, system.pairs, pair_rows(system.pairs)
-    wanted = front_meshes(pairs)
+    carrying = front_meshes(pairs)
     damping, mass, stiffness = damping_matrix(system), system.mass, system.stiffness
     q, v = motion.copy(), velocity.copy()
 
@@ -71,7 +72,7 @@ def reference_transient(
         return float(torque), float(slope)
 
     def rows_at(theta: Array) -> tuple[Array, Array, Array, Array]:
-        n, _ = build_rows(pairs, rows, theta, wanted)
+        n, _ = build_rows(pairs, rows, theta, carrying)
         vectors = row_vectors(system, rows, n)
         return vectors, rows.stiffness[:n].copy(), rows.damping[:n].copy(), rows.offset[:n].copy()
 

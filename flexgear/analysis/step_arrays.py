@@ -7,30 +7,34 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofRows, DofVectors
+from flexgear.analysis.contact_newton import ContactProblem, LawSpace
+from flexgear.analysis.energy import Ledger
+from flexgear.coupling.elements import Elements, Rows
+
 Array = NDArray[np.float64]
 
 
-class StepData(NamedTuple):
-    """Constant arrays of L step sizes; n modes, n_c channels: 6 a block, P ports, 3 a gear mesh
-    along its line of action; the last two are the head."""
+class ModalData(NamedTuple):
+    """Modal constants of L step sizes; n modes."""
 
-    h: Array  # (L,) rising
-    omega2: Array  # (n,)
-    damping: Array  # (n,) 2ζω
+    h: Array  # (L,) rising, s
+    omega2: Array  # (n,) rad²/s²
+    damping: Array  # (n,) 2ζω, rad/s
     inverse: Array  # (L, n) D
     angles: Array  # (A, n)
-    masters: Array  # (F, n)
+    inputs: Array  # (F, n) independent rotations
     gyroscopic: Array  # (n, n) or (0, 0)
     centripetal: Array  # (n, n) or (0, 0)
-    ports: int  # P, the braked one last
-    head: int
-    output: int  # channel of the braked port
-    channel_modes: Array  # (n_c, n)
-    residual: Array  # (n_c, n_c)
-    displacement: Array  # (L, n_c, n_c) G
-    brake_torque: float
-    brake_speed: float
-    brake_exponent: float
+
+
+class StepData(NamedTuple):
+    """What does not change in a run. The braked port is the last one."""
+
+    modal: ModalData
+    channels: Channels
+    elements: Elements
+    brake: Array  # (3,) rated torque N·m, rated speed rad/s, exponent
 
 
 class State(NamedTuple):
@@ -39,37 +43,37 @@ class State(NamedTuple):
     eta: Array  # (n,)
     velocity: Array  # (n,)
     acceleration: Array  # (n,)
-    load: Array  # (M, PLACES) of rows at the last step, N; see ``contact_law.place_of``
-    limited: NDArray[np.uint8]  # (M, PLACES) rows in the limited state
-    wanted: NDArray[np.int64]  # (M,) gear meshes to look at
+    memory: Array  # (places, 2, r) δ and δ̇ of elements at the last step; see ``contact_newton``
+    active_flanks: NDArray[np.int64]  # (M,) gear meshes to look at
     torques: Array  # (P,) given torques and the brake's of the last step
     energy: Array  # (8,) in the order of ENERGIES
     given: Array  # (1,) energy that the train began with and that given torques moved, J
 
 
-class Work(NamedTuple):
-    """Work space of a step; R rows with room for one more unknown, n modes in whole cache lines."""
+class ModalSpace(NamedTuple):
+    """Work space in modes (n,) and at ports and angles."""
 
-    matrix: Array  # (R, R)
-    small: Array  # (R, R)
-    right: Array  # (R,)
-    x: Array  # (R,)
-    delta: Array  # (R,)
-    rate: Array  # (R,)
-    stiffness: Array  # (R,) of the contact law
-    damping: Array  # (R,)
-    share: Array  # (R,)
-    active: NDArray[np.int64]  # (R,)
-    theta: Array  # (A,)
+    free: Array  # motion without contact forces and brake
+    free_rate: Array
+    acceleration: Array  # and its acceleration
+    push: Array  # what contact forces and brake add to it
+    rotating: Array  # G v − C q of a rotating frame
+    spare: Array
+    theta: Array  # (A,) angles of the new time
     torques: Array  # (P,)
-    acceleration: Array  # (n,)
-    free: Array  # (n,)
-    free_v: Array  # (n,)
-    push: Array  # (n,)
-    turning: Array  # (n,)
-    error: Array  # (n,)
-    motion: Array  # (6 n_blocks,)
-    back_speed: Array  # (M,) largest approach speed of back flanks of late, m/s
+
+
+class Work(NamedTuple):
+    """Work space of a step."""
+
+    modes: ModalSpace
+    rows: Rows
+    active: ActiveDofs
+    dofs: DofVectors
+    on_dofs: DofRows
+    problem: ContactProblem
+    space: LawSpace
+    back_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s
 
 
 class Samples(NamedTuple):
@@ -85,6 +89,12 @@ class Samples(NamedTuple):
     pair_stiffness: Array
     pair_position: Array
     support_load: Array  # (…, extra rows)
-    direction: Array  # (…, n_c, 3)
     energy: Array  # (…, 8)
-    wanted: NDArray[np.int64]
+    active_flanks: NDArray[np.int64]
+
+
+class Space(NamedTuple):
+    """Work space of the steps of one run, and its account of energy."""
+
+    work: Work
+    ledger: Ledger

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.ladder import Control, control
+from flexgear.analysis.refinement import Control, control
 
 Array = NDArray[np.float64]
 CHUNK = 4096  # ticks: handing the arrays over takes as long as some thirty steps
@@ -54,7 +54,7 @@ def plan_segments(
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Step sizes chosen by an error estimate (``ladder.py``).
+    """Step sizes chosen by an error estimate (``refinement``).
 
     tolerance: error of a pair's load that one step may make, as a share of the largest load at
     rated torque; shortest, longest: s. Sizes are the longest one halved some times.
@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def chunk(self) -> int:
-        """Ticks that are run at once; ladders skip most of theirs."""
+        """Ticks that are run at once; coarser levels skip most of theirs."""
         return CHUNK << len(self.sizes) // 2
 
 
@@ -94,15 +94,15 @@ def fixed_plan(segment: Segment, interval: float) -> Plan:
     """Steps of the segment's size, a sample about every ``interval`` s."""
     h = segment.time_step
     every = _every(segment, interval)
-    return Plan(segment.start, np.array([h]), segment.steps, every, control(1))
+    return Plan(segment.start, np.array([h]), segment.steps, every, control(1, every=every))
 
 
-def laddered_plan(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> Plan:
-    """Steps on a ladder of sizes, judged by a share of ``load``, N."""
+def graded_plan(segment: Segment, interval: float, adaptive: Adaptive, load: float) -> Plan:
+    """Steps of several sizes, judged by a share of ``load``, N."""
     span = segment.time_step * segment.steps
     sizes, every = adaptive.sizes(span, interval)
-    ladder = control(len(sizes), adaptive.tolerance, load)
-    return Plan(segment.start, sizes, round(span / sizes[0]), every, ladder)
+    levels = control(len(sizes), adaptive.tolerance, load, every)
+    return Plan(segment.start, sizes, round(span / sizes[0]), every, levels)
 
 
 @dataclass(frozen=True)

@@ -2,112 +2,86 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import ENERGIES, Ledger
-from flexgear.analysis.kernel import BETA, GAMMA
-from flexgear.analysis.near import Near, head_size, near_channels
-from flexgear.analysis.near_products import whole_lines
-from flexgear.analysis.step_arrays import Samples, StepData, Work
-from flexgear.analysis.wide import aligned
-from flexgear.coupling.action_lines import action_lines
+from flexgear.analysis.active_dofs import active_dofs, channels, dof_rows, dof_vectors
+from flexgear.analysis.contact_newton import contact_problem, law_space
+from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
+from flexgear.analysis.step import BETA, GAMMA
+from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
+from flexgear.analysis.vectors import rounded_up
+from flexgear.coupling.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, PairRows, extra_rows, pair_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows
 
 Array = NDArray[np.float64]
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
-    """Constant arrays of one step size or a ladder of them (s): modal factors, receptances."""
+    """Constant arrays of one step size or several (s): modal factors, receptances, elements."""
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
-    omega2, brake, ports = modal.omega**2, modal.system.brake, len(modal.system.ports)
-    blocks = len(modal.channels) - ports
-    lines = action_lines(modal.system.pairs, blocks // 6)
-    head = head_size(modal)
-    lines = np.pad(lines, ((0, head - ports - len(lines)), (0, 0)))  # nothing moves the rest
-    p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:blocks]])
-    across = lines @ modal.residual[:blocks]
-    residual = np.block([[modal.residual, across.T], [across, across[:, :blocks] @ lines.T]])
+    omega2, brake = modal.omega**2, modal.system.brake
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
-    displacement = np.empty((len(h), *residual.shape))
-    for r, size in enumerate(h):
-        np.matmul(p * (BETA * size**2 * inverse[r]), p.T, out=displacement[r])
-        displacement[r] += residual
     return StepData(
-        h=h,
-        omega2=omega2,
-        damping=modal.damping,
-        inverse=inverse,
-        angles=modal.angles,
-        masters=modal.masters,
-        gyroscopic=modal.gyroscopic,
-        centripetal=modal.centripetal,
-        ports=ports,
-        head=head,
-        output=blocks + ports - 1,
-        channel_modes=np.ascontiguousarray(p),
-        residual=residual,
-        displacement=displacement,
-        brake_torque=brake.rated_torque,
-        brake_speed=brake.rated_speed,
-        brake_exponent=brake.exponent,
+        modal=ModalData(
+            h=h,
+            omega2=omega2,
+            damping=modal.damping,
+            inverse=inverse,
+            angles=modal.angles,
+            inputs=modal.masters,
+            gyroscopic=modal.gyroscopic,
+            centripetal=modal.centripetal,
+        ),
+        channels=channels(modal, h, inverse, BETA),
+        elements=packed(modal.system.pairs),
+        brake=np.array([brake.rated_torque, brake.rated_speed, brake.exponent]),
     )
-
-
-@dataclass(frozen=True)
-class Space:
-    """Work space of the steps of one run; arrays are overwritten."""
-
-    rows: PairRows
-    near: Near
-    work: Work
-    ledger: Ledger
 
 
 def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
     """Empty work space for so many step sizes, with the account of energy or without."""
-    rows = pair_rows(modal.system.pairs)
-    count, n = len(rows.kind), whole_lines(modal.modes.shape[1])
-    blocks = len(modal.system.blocks) // 6
-    size, ports = whole_lines(count + 2), len(modal.system.ports)
-    near = near_channels(modal, rows.blocks.shape[0], rows.blocks.shape[1], sizes)
+    pairs, active = modal.system.pairs, active_dofs(modal, sizes)
+    rows, last = pair_rows(pairs), pair_rows(pairs)
+    count, n = len(rows.row), rounded_up(modal.modes.shape[1])
+    angles, torques = np.zeros(len(modal.angles)), np.zeros(len(modal.system.ports))
+    free, free_rate, acceleration, push, rotating, spare = np.zeros((6, n))
+    space = ModalSpace(free, free_rate, acceleration, push, rotating, spare, angles, torques)
     work = Work(
-        **{name: aligned(size, size) for name in ("matrix", "small")},
-        **{
-            name: np.zeros(size)
-            for name in (
-                "right",
-                "x",
-                "delta",
-                "rate",
-                "stiffness",
-                "damping",
-                "share",
-            )
-        },
-        active=np.zeros(size, dtype=np.int64),
-        theta=np.zeros(len(modal.angles)),
-        torques=np.zeros(ports),
-        **{
-            name: aligned(n)
-            for name in ("acceleration", "free", "free_v", "push", "turning", "error")
-        },
-        motion=np.zeros(6 * blocks),
-        back_speed=np.zeros(len(modal.system.pairs.s0)),
+        modes=space,
+        rows=rows,
+        active=active,
+        dofs=dof_vectors(active),
+        on_dofs=dof_rows(count),
+        problem=contact_problem(count),
+        space=law_space(len(rows.element), widest(pairs)),
+        back_speed=np.zeros(len(pairs.s0)),
     )
+    booked = np.zeros(1, dtype=BOOKED)
+    booked["tracked"], booked["rows"] = int(track_energy), -1
     ledger = Ledger(
-        rows=pair_rows(modal.system.pairs),
-        booked=np.full(1 if track_energy else 0, -1, dtype=np.int64),
-        at=np.zeros(rows.blocks.shape, dtype=np.int64),
-        damping_load=np.zeros(count),
+        booked=booked,
+        rows=last,
+        on_dofs=dof_rows(count),
+        lost=np.zeros(count),
         fresh=np.zeros(count),
-        row_now=np.zeros(count),
-        row_old=np.zeros(count),
+        now=np.zeros((2, count)),
+        before=np.zeros((2, count)),
+        force=np.zeros(len(modal.channels) + 3 * len(pairs.s0)),
     )
-    return Space(rows, near, work, ledger)
+    return Space(work, ledger)
+
+
+def begin(space: Space, data: StepData) -> None:
+    """Make the ports of other constants the only active dofs; a step gathers what else it needs."""
+    active = space.work.active
+    counts = active.counts[0]
+    ports = 6 * counts["blocks"] + np.arange(counts["ports"])
+    active.place[:], active.gathered[:], counts["dofs"] = -1, 0, len(ports)
+    active.channel[: len(ports)] = ports
+    active.modes[: len(ports)] = data.channels.modes[ports]
+    active.span[: len(ports)] = data.channels.span[ports]
 
 
 def empty_samples(modal: ModalSystem, count: int) -> Samples:
@@ -126,7 +100,6 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
         pair_stiffness=np.zeros(shape),
         pair_position=np.zeros(shape),
         support_load=np.zeros((count, extra_rows(pairs))),
-        direction=np.zeros((count, len(pairs.clearance_stiffness), 3)),
         energy=np.zeros((count, len(ENERGIES))),
-        wanted=np.zeros((count, meshes), dtype=np.int64),
+        active_flanks=np.zeros((count, meshes), dtype=np.int64),
     )

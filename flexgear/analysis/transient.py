@@ -1,4 +1,4 @@
-"""Transient under a drive torque: plans steps, runs the kernel in chunks, hands samples on.
+"""Transient under a drive torque: plans steps, runs them in chunks, hands samples on.
 
 The run starts from static equilibrium at the starting torque plus rigid rolling. At every jump of
 the torque the step sequence restarts with a consistent acceleration, so that the average-
@@ -14,21 +14,22 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_law import PLACES, row_place
+from flexgear.analysis.consistent_acceleration import consistent_acceleration
+from flexgear.analysis.contact_newton import first_memory
 from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.analysis.kernel import RUNAWAY, advance
-from flexgear.analysis.standing import consistent_acceleration
-from flexgear.analysis.step_arrays import Samples, State, StepData
+from flexgear.analysis.step import RUNAWAY, advance
+from flexgear.analysis.step_arrays import Samples, Space, State, StepData
 from flexgear.analysis.step_plan import (
     Adaptive,
     FineWindow,
     Plan,
     fixed_plan,
-    laddered_plan,
+    graded_plan,
     plan_segments,
 )
-from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
+from flexgear.analysis.step_space import empty_samples, step_data, work_space
+from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System
 from flexgear.gears.kinematics import longest_time_step
@@ -79,9 +80,8 @@ class Transient:
     time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; masters (t, F, 2)
     independent rotations, rad, and their speeds, rad/s; torques (t, P) given torques and the
     brake's, N·m; output_speed rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
-    pair_tooth 0-based, −1 none; support_load (t, extra rows); direction (t, n_c, 3) of bearings
-    with clearance; wanted (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of
-    which size.
+    pair_tooth 0-based, −1 none; support_load (t, extra rows); active_flanks
+    (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of which size.
     """
 
     modal: ModalSystem
@@ -96,8 +96,7 @@ class Transient:
     pair_stiffness: Array
     pair_position: Array
     support_load: Array
-    direction: Array
-    wanted: NDArray[np.int64]
+    active_flanks: NDArray[np.int64]
     energy: dict[str, Array]
     steps: Steps
 
@@ -142,30 +141,16 @@ def start_state(
     speeds = _start_speeds(system, float(at_rest.output_torque[0]), carrier_speed)
     eta = at_rest.eta[0] + modal.rolling @ at_rest.masters[0]
     velocity = modal.rolling @ speeds
-    load = _loads_by_row(modal, at_rest)
     return State(
         eta=eta,
         velocity=velocity,
         acceleration=np.zeros(modal.modes.shape[1]),
-        load=load,
-        limited=np.zeros(load.shape, dtype=np.uint8),
-        wanted=at_rest.wanted[0].copy(),
+        memory=first_memory(system.pairs),
+        active_flanks=at_rest.active_flanks[0].copy(),
         torques=np.zeros(len(system.ports)),
         energy=np.zeros(len(ENERGIES)),
         given=np.array([_first_energy(modal, at_rest, velocity)]),
     )
-
-
-def _loads_by_row(modal: ModalSystem, found: Equilibrium) -> Array:
-    """Loads of an equilibrium in the places of their rows, (M, PLACES) N."""
-    pairs = modal.system.pairs
-    load = np.zeros((len(pairs.s0), PLACES))
-    for m in range(len(pairs.s0)):
-        base = pairs.s0[m] + pairs.rate[m] * found.theta[0, pairs.angle[m]]
-        for s in np.flatnonzero(found.pair_load[0, m] > 0):
-            k = round((found.pair_position[0, m, s] - base) / pairs.pitch[m])
-            load[m, row_place(int(pairs.model[m]), k)] += found.pair_load[0, m, s]
-    return load
 
 
 def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
@@ -250,7 +235,7 @@ def transient(
     else:
         pieces = plan_segments(duration, duration, drive.jumps, ())
         load = largest_rated_load(modal)
-        plans = [laddered_plan(s, output_interval, adaptive, load) for s in pieces]
+        plans = [graded_plan(s, output_interval, adaptive, load) for s in pieces]
     sizes = max((len(p.sizes) for p in plans), default=1)
     run = _Run(modal, drive, start, work_space(modal, track_energy, sizes), sink)
     total, done, refused = sum(p.ticks for p in plans), 0, 0
@@ -260,8 +245,8 @@ def transient(
             done += ticks
             if progress is not None:
                 progress(done / total)
-        refused += int(plan.control.counts[3])
-        for h, count in zip(plan.sizes, plan.control.taken, strict=True):
+        refused += int(plan.control.counts["refused"][0])
+        for h, count in zip(plan.sizes, plan.control.by_level, strict=True):
             by_size[float(h)] = by_size.get(float(h), 0) + int(count)
     return Steps(sum(by_size.values()), refused, by_size)
 
@@ -308,13 +293,13 @@ class _Run:
 
     def through(self, plan: Plan) -> Iterator[int]:
         """Run a piece; yields ticks as they are done."""
-        pairs, space, h = self.modal.system.pairs, self.space, float(plan.sizes[0])
+        h, laws = float(plan.sizes[0]), functions()
         key = tuple(float(f"{size:.12g}") for size in plan.sizes)
         if key not in self.known:
             self.known[key] = step_data(self.modal, plan.sizes)
         data = self.known[key]
         first = given_torques(self.modal, self.drive, np.array([plan.start + BESIDE * h]))
-        if consistent_acceleration(self.modal, data, self.state, first[0], space):
+        if consistent_acceleration(self.modal, data, self.state, first[0], self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
@@ -324,8 +309,8 @@ class _Run:
                 before[-1] -= BESIDE * h  # the torque just before the next jump
             samples = empty_samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
-                data, pairs, space.rows, self.state, given_torques(self.modal, self.drive, before),
-                plan.every, begin, samples, space.near, space.work, space.ledger, plan.control,
+                data, laws, given_torques(self.modal, self.drive, before), begin, self.state,
+                self.space, samples, plan.control,
             )  # fmt: skip
             if status < 0:
                 raise _ran_away(self.modal, times[-status - 1], float(plan.sizes[-1]))

@@ -16,5 +16,3 @@ if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
 ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
-NONE, ONE = np.uint64(0), np.uint64(1)  # unsigned: an index that is never counted from the end
-INTO = {**INNER, "forceinline": True}  # becomes part of its caller: passing many arrays is dear

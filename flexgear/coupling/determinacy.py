@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.pair_data import PairData, front_meshes, pair_rows
+from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.pair_data import PairData, front_meshes
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError

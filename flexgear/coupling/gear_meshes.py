@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import KINDS, PER_PAIR, SLOTS, SUMMED, WAVE, PairData
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors
@@ -60,19 +61,32 @@ class GearMeshLabel:
 
 
 @dataclass(frozen=True)
+class BearingElement:
+    """A bearing with a law of its own between two blocks.
+
+    law: name in ``laws``; blocks: of the inner and the outer ring, −1 for the housing; turns:
+    constant angles from the bearing's axes to the blocks', rad; parameters: of the law.
+    """
+
+    law: str
+    blocks: tuple[int, int]
+    turns: tuple[float, float]
+    parameters: Sequence[float]
+
+
+@dataclass(frozen=True)
 class ExtraRows:
     """Rows that are not gear meshes.
 
     supports: stiffness and ends (node, 6-vector) of turning supports; support_angles: by node,
-    which angle its frame has turned by (−1: fixed); first_block: block of node 0.
-    clearances: (inner block, outer block, turns of both, stiffness, gap); loads: (block, vector,
-    angle or −1).
+    which angle its frame has turned by (−1: fixed); first_block: block of node 0; loads: (block,
+    vector, angle or −1).
     """
 
     supports: Sequence[SupportRow] = ()
     support_angles: Sequence[int] = ()
     first_block: int = 0
-    clearances: Sequence[tuple[int, int, tuple[float, float], float, float]] = ()
+    bearings: Sequence[BearingElement] = ()
     loads: Sequence[tuple[int, Array, int]] = ()
 
 
@@ -152,10 +166,10 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         support_vector=vector,
         support_stiffness=stiffness,
         support_angle=turning,
-        clearance_block=np.array([x[:2] for x in extra.clearances], np.int64).reshape(-1, 2),
-        clearance_turn=np.array([x[2] for x in extra.clearances], float).reshape(-1, 2),
-        clearance_stiffness=np.array([x[3] for x in extra.clearances], float),
-        clearance_gap=np.array([x[4] for x in extra.clearances], float),
+        bearing_law=np.array([law_number(x.law) for x in extra.bearings], np.int64),
+        bearing_block=np.array([x.blocks for x in extra.bearings], np.int64).reshape(-1, 2),
+        bearing_turn=np.array([x.turns for x in extra.bearings], float).reshape(-1, 2),
+        bearing_parameters=_padded([x.parameters for x in extra.bearings]),
         load_block=np.array([x[0] for x in extra.loads], np.int64),
         load_vector=np.array([x[1] for x in extra.loads], float).reshape(-1, 6),
         load_angle=np.array([x[2] for x in extra.loads], np.int64),

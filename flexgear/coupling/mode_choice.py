@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.pair_data import IntArray, PairRows, front_meshes, pair_rows
+from flexgear.coupling.elements import Rows, pair_rows
+from flexgear.coupling.pair_data import IntArray, front_meshes
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -122,7 +123,7 @@ def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> 
     return out
 
 
-def row_motions(rows: PairRows, n: int, blocks: Array) -> Array:
+def row_motions(rows: Rows, n: int, blocks: Array) -> Array:
     """Motion (n, c) of the first n rows, from the motion (6 n_b, c) of the contact blocks."""
     width = rows.coef.shape[1]
     used = np.arange(width) < rows.width[:n, None]
@@ -137,7 +138,7 @@ def _loss(omega: Array, damping: Array, w: float) -> Array:
     return np.asarray(np.abs((w**2 - turn) / (omega**2 * (omega**2 - w**2 + turn))))
 
 
-def _positions(system: System) -> Iterator[tuple[PairRows, int]]:
+def _positions(system: System) -> Iterator[tuple[Rows, int]]:
     """Rows of each flank at rotations spread evenly over a turn, without a common period."""
     pairs, f = system.pairs, len(system.masters)
     front = front_meshes(pairs)
@@ -148,12 +149,12 @@ def _positions(system: System) -> Iterator[tuple[PairRows, int]]:
     for i in range(POSITIONS):
         masters = 2 * np.pi * np.modf(i * GOLDEN ** np.arange(1.0, f + 1))[0]
         theta = system.theta(masters)
-        for wanted in flanks:
-            yield rows, _rows(system, rows, theta, wanted)
+        for carrying in flanks:
+            yield rows, _rows(system, rows, theta, carrying)
 
 
-def _rows(system: System, rows: PairRows, theta: Array, wanted: IntArray) -> int:
-    n, _ = build_rows(system.pairs, rows, theta, wanted)
+def _rows(system: System, rows: Rows, theta: Array, carrying: IntArray) -> int:
+    n, _ = build_rows(system.pairs, rows, theta, carrying)
     return int(n)
 
 

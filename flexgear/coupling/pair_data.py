@@ -1,8 +1,9 @@
-"""Arrays of the gear-mesh elements: constant data of all gear meshes, and the work space of rows.
+"""Constant data of all force elements, column by column as studies read and change it.
 
 A *gear mesh* m is one planet against ring or sun (one flank, one half of a double-helical stage).
-Blocks are 6-dof nodes. Besides gear meshes, rows are supports that turn against a frame, bearings
-with clearance, and forces given from outside. How rows follow from the data: ``pairs``.
+Blocks are 6-dof nodes. Besides gear meshes there are supports that turn against a frame, bearings
+with a law of their own (``laws``), and forces given from outside. Compiled loops read the same data
+as records (``elements``); how rows follow from them: ``pairs``.
 """
 
 from __future__ import annotations
@@ -12,13 +13,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.coupling.laws import LAWS
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 SLOTS = 4  # most pairs of one gear mesh that are in contact at once; checked when data are built
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 PER_PAIR, SUMMED, WAVE = 0, 1, 2  # models of a gear mesh
-SUPPORT, CLEARANCE, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
+SUPPORT, BEARING, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 
 
 class PairData(NamedTuple):
@@ -81,91 +84,19 @@ class PairData(NamedTuple):
     support_vector: Array  # (n_s, 2, 6) fixed-frame vectors
     support_stiffness: Array  # (n_s,) N/m, of either sign
     support_angle: IntArray  # (n_s, 2) angle by which the block's frame has turned, −1: fixed
-    clearance_block: IntArray  # (n_c, 2) inner and outer block of a bearing, −1: housing
-    clearance_turn: Array  # (n_c, 2) constant angle from the row's axes to the block's, rad
-    clearance_stiffness: Array  # (n_c,) N/m
-    clearance_gap: Array  # (n_c,) radial, m
+    bearing_law: IntArray  # (n_b,) index into ``laws.LAWS``
+    bearing_block: IntArray  # (n_b, 2) inner and outer block of a bearing, −1: housing
+    bearing_turn: Array  # (n_b, 2) constant angle from the bearing's axes to the block's, rad
+    bearing_parameters: Array  # (n_b, p) of its law, as many as the longest has
     load_block: IntArray  # (n_l,)
     load_vector: Array  # (n_l, 6) N, N·m
     load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
 
 
-class PairRows(NamedTuple):
-    """Work space: rows (contact equations) and pairs (tooth pairs that share a row)."""
-
-    kind: IntArray  # (R,) of gear meshes ≥ 0, or SUPPORT, CLEARANCE, LOAD
-    owner: IntArray  # (R,) gear mesh m, or number among supports, then clearances, then loads
-    sided: IntArray  # (R,) 1 where a row can only push
-    stiffness: Array
-    damping: Array
-    offset: Array  # e − gap, m; the force itself, N, where kind is LOAD
-    blocks: IntArray  # (R, B)
-    width: IntArray  # blocks of a row
-    line: IntArray  # gear mesh whose line of action holds the first blocks, −1 none
-    along: Array  # ζ on this line, m
-    beyond: IntArray  # first block that the line does not hold
-    reach: IntArray  # local blocks of this row and later ones
-    coef: Array  # (R, B, 6)
-    pair_row: IntArray  # (P,)
-    pair_mesh: IntArray  # (P,) gear mesh m
-    pair_slot: IntArray
-    pair_tooth: IntArray
-    pair_planet_tooth: IntArray
-    pair_stiffness: Array
-    pair_share: Array
-    pair_s: Array
-    pair_z: Array
-    pair_index: IntArray
-    pair_error: Array
-    direction: Array  # (n_c, 3) unit vector of a clearance bearing's displacement, 1 − gap/|u|
-
-
 def extra_rows(data: PairData) -> int:
-    """Rows that are not gear meshes: turning supports, clearances, loads."""
-    return len(data.support_stiffness) + 2 * len(data.clearance_stiffness) + len(data.load_block)
-
-
-def pair_rows(data: PairData) -> PairRows:
-    """Empty work space for ``data``."""
-    pairs = max(1, len(data.s0) * SLOTS)
-    rows = pairs + extra_rows(data)
-    width = SLOTS + 1
-
-    def ints(*shape: int) -> IntArray:
-        return np.zeros(shape, dtype=np.int64)
-
-    def reals(*shape: int) -> Array:
-        return np.zeros(shape)
-
-    direction = reals(len(data.clearance_stiffness), 3)
-    direction[:, 0], direction[:, 2] = 1.0, 1.0
-    return PairRows(
-        kind=ints(rows),
-        owner=ints(rows),
-        sided=ints(rows),
-        stiffness=reals(rows),
-        damping=reals(rows),
-        offset=reals(rows),
-        blocks=ints(rows, width),
-        width=ints(rows),
-        line=ints(rows),
-        along=reals(rows),
-        beyond=ints(rows),
-        reach=ints(rows),
-        coef=reals(rows, width, 6),
-        pair_row=ints(pairs),
-        pair_mesh=ints(pairs),
-        pair_slot=ints(pairs),
-        pair_tooth=ints(pairs),
-        pair_planet_tooth=ints(pairs),
-        pair_stiffness=reals(pairs),
-        pair_share=reals(pairs),
-        pair_s=reals(pairs),
-        pair_z=reals(pairs),
-        pair_index=ints(pairs),
-        pair_error=reals(pairs),
-        direction=direction,
-    )
+    """Rows that are not gear meshes: turning supports, bearings, loads."""
+    bearings = sum(len(LAWS[law].components) for law in data.bearing_law)
+    return len(data.support_stiffness) + bearings + len(data.load_block)
 
 
 def front_meshes(data: PairData) -> IntArray:

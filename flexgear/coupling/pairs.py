@@ -12,9 +12,8 @@ large coordinates (tangential displacement and rotation about the axis) do not v
 arms about the axes are those of the base circles. A gear mesh may also be one row at the pitch
 point, with the summed stiffness of its pairs or a periodic stiffness wave.
 
-Compiled with numba: these loops run at every time step. ``PairData`` is constant, ``PairRows`` is
-the work space of one evaluation (``pair_data``). Few functions take the two whole: their many
-arrays make compilation and calls dear.
+Compiled with numba: these loops run at every time step. ``Elements`` are constant, ``Rows`` is the
+work space of one evaluation (``elements``).
 """
 
 from __future__ import annotations
@@ -24,357 +23,275 @@ import math
 import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, INTO, NONE, ONE, UNCOUNTED, ZERO
-from flexgear.coupling.pair_data import (
-    CLEARANCE,
-    LOAD,
-    PER_PAIR,
-    SLOTS,
-    SUPPORT,
-    WAVE,
-)
+from flexgear.coupling.compiled import INNER, UNCOUNTED
+from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
+from flexgear.coupling.pair_data import PER_PAIR, SLOTS, WAVE, Array, IntArray, PairData
+
+LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
 
 
 @njit(**INNER, error_model="numpy")
-def _between(start, step, n, x):
-    """Where x lies in a table of n samples: index j and the weight of sample j + 1."""
-    y = (x - start) / step
-    if y <= 0.0:
-        return 0, 0.0
-    if y >= n - 1:
-        return max(n - 2, 0), 1.0
-    j = int(y)
-    return j, y - j
+def _tabled(table, start, step, s):
+    """Stiffness and centroid over the path, between the samples of a table (T, 2)."""
+    last = table.shape[0] - 1
+    y = min(max((s - start) / step, 0.0), float(last))
+    j = min(int(y), last - 1)
+    w = y - j
+    before, after = table[j], table[j + 1]
+    return (1.0 - w) * before[0] + w * after[0], (1.0 - w) * before[1] + w * after[1]
 
 
 @njit(**INNER, error_model="numpy")
-def _value(table, t, j, w):
-    """Table t between samples j and j + 1."""
-    return (1.0 - w) * table[t, j] + w * table[t, min(j + 1, table.shape[1] - 1)]
-
-
-@njit(**INNER, error_model="numpy")
-def _periodic(table, t, share):
-    """Value at ``share`` of a period; the table's samples divide the period evenly."""
-    n = table.shape[1]
+def _periodic(table, share):
+    """Stiffness at ``share`` of a period; the table's samples divide the period evenly."""
+    n = table.shape[0]
     y = (share - math.floor(share)) * n
     j = int(y)
     w = y - j
-    return (1.0 - w) * table[t, j % n] + w * table[t, (j + 1) % n]
+    return (1.0 - w) * table[j % n, 0] + w * table[(j + 1) % n, 0]
 
 
 @njit(**INNER, error_model="numpy")
-def _planet_end(coef, n, nx, ny, nz, cx, cy, cz, arm):
-    """−[N; C × N] in planet axes; the moment about the axis is the same all along the path."""
-    coef[n, 0, 0] = -nx
-    coef[n, 0, 1] = -ny
-    coef[n, 0, 2] = -nz
-    coef[n, 0, 3] = -(cy * nz - cz * ny)
-    coef[n, 0, 4] = -(cz * nx - cx * nz)
-    coef[n, 0, 5] = -arm
-
-
-@njit(**INNER, error_model="numpy")
-def _gear_end(coef, n, a, weight, nx, ny, nz, x, y, z, arm):
-    """+[N; (C − X) × N] in the gear's frame, (x, y, z) = C − X."""
-    coef[n, a, 0] = weight * nx
-    coef[n, a, 1] = weight * ny
-    coef[n, a, 2] = weight * nz
-    coef[n, a, 3] = weight * (y * nz - z * ny)
-    coef[n, a, 4] = weight * (z * nx - x * nz)
-    coef[n, a, 5] = weight * arm
-
-
-@njit(**INNER, error_model="numpy")
-def _turned(coef, n, a, w, angle):
-    """Components of the 6-vector w along axes turned by ``angle`` about z."""
-    ca, sa = math.cos(angle), math.sin(angle)
-    for o in range(0, 6, 3):
-        coef[n, a, o] = ca * w[o] + sa * w[o + 1]
-        coef[n, a, o + 1] = -sa * w[o] + ca * w[o + 1]
-        coef[n, a, o + 2] = w[o + 2]
-
-
-@njit(**INNER, error_model="numpy")
-def _runout(amplitude, rate, phase, angle, m, theta):
-    total = 0.0
-    for h in range(amplitude.shape[1]):
-        a = amplitude[m, h]
-        if a != 0.0:
-            total += a * math.sin(rate[m, h] * theta[angle[m, h]] + phase[m, h])
+def common_error(mesh, runout, theta, base):
+    """Error that all pairs of a gear mesh share, m: offset, runouts, wave of the base pitch."""
+    total = mesh.error_offset
+    for h in range(runout.shape[0]):
+        wave = runout[h]
+        if wave.amplitude != 0.0:
+            total += wave.amplitude * math.sin(wave.rate * theta[wave.angle] + wave.phase)
+    if mesh.error_amplitude != 0.0:
+        angle = 2 * math.pi * base / mesh.pitch + mesh.error_phase
+        total += mesh.error_amplitude * math.sin(angle)
     return total
 
 
 @njit(**INNER, error_model="numpy")
-def _wrapped(tooth, teeth):
-    if tooth >= teeth:
-        return tooth - teeth
-    return tooth + teeth if tooth < 0 else tooth
-
-
-@njit(inline="always")
-def find_pairs(d, rows, theta, wanted):
-    """Note the tooth pairs in contact at ``theta`` in ``rows.pair_…``; their number.
-
-    Pairs of a gear mesh follow each other. A stiffness wave has one pair, the nearest to the pitch
-    point.
-    """
-    p = NONE
-    samples = d.k_table.shape[1]
-    for m in range(d.s0.shape[0]):
-        if wanted[m] == 0:
-            continue
-        pitch, t, waves = d.pitch[m], np.uint64(d.table[m]), d.model[m] == WAVE
-        base = d.s0[m] + d.rate[m] * theta[d.angle[m]]
-        common = d.error_offset[m] + _runout(
-            d.runout_amplitude, d.runout_rate, d.runout_phase, d.runout_angle, m, theta
-        )
-        if waves:
-            low = high = math.floor((d.s_pitch[m] - base) / pitch + 0.5)
-        else:
-            reach = abs(d.slope[m]) * d.half_face[m]
-            low = math.ceil((d.s_lo[m] - reach - base) / pitch)
-            high = math.floor((d.s_hi[m] + reach - base) / pitch)
-        if d.error_amplitude[m] != 0.0:  # a wave of the pitch is the same at every pair
-            wave = math.sin(2 * math.pi * base / pitch + d.error_phase[m])
-            common += d.error_amplitude[m] * wave
-        # one tooth before the first
-        teeth, others = d.gear_teeth[m], d.planet_teeth[m]
-        step, other_step = d.gear_step[m], d.planet_step[m]
-        tooth = (d.gear_tooth0[m] + step * (low - 1)) % teeth
-        other = (d.planet_tooth0[m] + other_step * (low - 1)) % others
-        start, spacing, s_lo = d.table_start[t], d.table_step[t], d.s_lo[m]
-        for k in range(low, high + 1):
-            s, z = base + k * pitch, 0.0
-            tooth = _wrapped(tooth + step, teeth)
-            other = _wrapped(other + other_step, others)
-            if waves:
-                stiffness = _periodic(d.k_table, t, (s - s_lo) / pitch)
-            else:
-                j, w = _between(start, spacing, samples, s)
-                stiffness = _value(d.k_table, t, j, w)
-                if stiffness <= 0.0:
-                    continue
-                z = _value(d.z_table, t, j, w)
-            error = d.error_gear[m, np.uint64(tooth)] + d.error_planet[m, np.uint64(other)]
-            rows.pair_mesh[p] = m
-            rows.pair_slot[p] = k % SLOTS
-            rows.pair_index[p] = k
-            rows.pair_tooth[p] = tooth
-            rows.pair_planet_tooth[p] = other
-            rows.pair_stiffness[p] = stiffness
-            rows.pair_s[p] = s
-            rows.pair_z[p] = z
-            rows.pair_share[p] = 1.0
-            rows.pair_error[p] = common + error
-            p += ONE
-    return p
-
-
-@njit(inline="always")
-def _rows_of_pairs(d, rows, theta, pairs, complete):
-    """One row a pair at the centroid of its contact line, or one a gear mesh at the pitch point.
-
-    complete: coefficients of blocks that the row's line of action holds, too.
-    """
-    coef = rows.coef
-    n = q = NONE
-    frame, ct, st = -1, 1.0, 0.0
-    while q < pairs:
-        mesh = rows.pair_mesh[q]
-        m = np.uint64(mesh)
-        last = q + ONE
-        while last < pairs and rows.pair_mesh[last] == mesh:
-            last += ONE
-        if d.turns[m] != frame:
-            frame = d.turns[m]
-            ct, st = (math.cos(theta[frame]), math.sin(theta[frame])) if frame >= 0 else (1.0, 0.0)
-        ca = ct * d.radial[m, 0] - st * d.radial[m, 1]
-        sa = st * d.radial[m, 0] + ct * d.radial[m, 1]
-        tx, ty = d.tangent_point[m, 0], d.tangent_point[m, 1]
-        fx, fy, cos_b = d.normal[m, 0], d.normal[m, 1], d.cos_b[m]
-        bx, by = cos_b * fx, cos_b * fy
-        nx, ny, nz = ca * bx - sa * by, sa * bx + ca * by, d.sin_b[m]
-        own, of_teeth = d.model[m] == PER_PAIR, d.per_tooth[m] == 1
-        s_pitch, damping, gap, kind = d.s_pitch[m], d.damping[m], d.gap[m], d.kind[m]
-        sided = d.sided[m]
-        planet_block, gear_block = d.planet_block[m], d.gear_block[m]
-        held = 1 if of_teeth or d.turns[m] >= 0 else 2
-        while q < last:
-            first, after = q, (q + ONE if own else last)
-            s, z = s_pitch, 0.0
-            if own:
-                z = rows.pair_z[q]
-                s = rows.pair_s[q] + d.slope[m] * z
-            cz = d.z_offset[m] + z
-            cx = tx - s * fx
-            cy = ty - s * fy
-            px = d.center_distance[m] + cx
-            x, y = ca * px - sa * cy, sa * px + ca * cy
-            total, count = 0.0, 0.0
-            for r in range(first, after):
-                total += rows.pair_stiffness[r]
-                count += 1.0
-            error = 0.0
-            width = ZERO + 1
-            for r in range(first, after):
-                share = 1.0
-                if not own:
-                    share = rows.pair_stiffness[r] / total if total > 0.0 else 1.0 / count
-                rows.pair_row[r] = n
-                rows.pair_share[r] = share
-                error += share * rows.pair_error[r]
-                if of_teeth:
-                    block = gear_block + rows.pair_tooth[r]
-                    at = np.uint64(block)
-                    dx = x - d.tooth_position[at, 0]
-                    dy = y - d.tooth_position[at, 1]
-                    dz = cz - d.tooth_position[at, 2]
-                    rows.blocks[n, width] = block
-                    _gear_end(coef, n, width, share, nx, ny, nz, dx, dy, dz, dx * ny - dy * nx)
-                    width += 1
-            if not of_teeth:
-                rows.blocks[n, 1] = gear_block
-                if complete or held == 1:
-                    _gear_end(coef, n, width, 1.0, nx, ny, nz, x, y, cz, d.gear_arm[m])
-                width += 1
-            rows.blocks[n, 0] = planet_block
-            if complete:
-                _planet_end(coef, n, bx, by, nz, cx, cy, cz, d.planet_arm[m])
-            rows.width[n] = width
-            rows.line[n] = mesh
-            rows.along[n] = nz * s + cos_b * z
-            rows.beyond[n] = held
-            rows.kind[n] = kind
-            rows.owner[n] = mesh
-            rows.sided[n] = sided
-            rows.stiffness[n] = total
-            rows.damping[n] = damping * math.sqrt(total)
-            rows.offset[n] = error - gap
-            n += ONE
-            q = after
-    return np.int64(n)
+def _first_and_last(mesh, base):
+    """Indices of the pairs that may be in contact; of a stiffness wave the one nearest the pitch
+    point."""
+    if mesh.model == WAVE:
+        k = math.floor((mesh.s_pitch - base) / mesh.pitch + 0.5)
+        return k, k
+    reach = abs(mesh.slope) * mesh.half_face
+    return (
+        math.ceil((mesh.s_lo - reach - base) / mesh.pitch),
+        math.floor((mesh.s_hi + reach - base) / mesh.pitch),
+    )
 
 
 @njit(**INNER, error_model="numpy")
-def _bearing_ends(coef, n, blocks, turn, c, x, y):
-    """Coefficients of a bearing row along (x, y) in the row's axes; number of its blocks."""
-    m = 0
-    for b in range(2):
-        if blocks[c, b] < 0:
-            continue
-        ca, sa = math.cos(turn[c, b]), math.sin(turn[c, b])
-        sign = 1.0 if b == 0 else -1.0
-        for p in range(6):
-            coef[n, m, p] = 0.0
-        coef[n, m, 0] = sign * (ca * x - sa * y)
-        coef[n, m, 1] = sign * (sa * x + ca * y)
-        m += 1
-    return m
-
-
-@njit(inline="always")
-def _other_rows(d, rows, theta, n):
-    """Turning supports, bearings with clearance and given forces, in this order."""
-    coef = rows.coef
-    start = n
-    for r in range(d.support_stiffness.shape[0]):
-        rows.kind[n], rows.sided[n] = SUPPORT, 0
-        rows.stiffness[n], rows.offset[n] = d.support_stiffness[r], 0.0
-        m = 0
-        for b in range(2):
-            if d.support_block[r, b] < 0:
+def _find_pairs(gears, m, theta, pairs, p):
+    """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
+    mesh = gears.mesh[m]
+    table = gears.table[mesh.table]
+    base = mesh.s0 + mesh.rate * theta[mesh.angle]
+    common = common_error(mesh, gears.runout[m], theta, base)
+    low, high = _first_and_last(mesh, base)
+    for k in range(low, high + 1):
+        s, z = base + k * mesh.pitch, 0.0
+        if mesh.model == WAVE:
+            stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
+        else:
+            stiffness, z = _tabled(table, mesh.table_start, mesh.table_step, s)
+            if stiffness <= 0.0:
                 continue
-            rows.blocks[n, m] = d.support_block[r, b]
-            a = d.support_angle[r, b]
-            _turned(coef, n, m, d.support_vector[r, b], theta[a] if a >= 0 else 0.0)
-            m += 1
-        rows.width[n] = m
-        n += 1
-    for c in range(d.clearance_stiffness.shape[0]):
-        # a bearing pushes along the line of its centres; the tangent of k (|u| − gap) is k along
-        # the displacement, k (1 − gap/|u|) across it
-        x, y = rows.direction[c, 0], rows.direction[c, 1]
-        stiffness = d.clearance_stiffness[c]
-        for across in range(2):
-            rows.kind[n], rows.sided[n] = CLEARANCE, 1 - across
-            rows.stiffness[n] = rows.direction[c, 2] * stiffness if across == 1 else stiffness
-            rows.offset[n] = 0.0 if across == 1 else -d.clearance_gap[c]
-            m = 0
-            for b in range(2):
-                if d.clearance_block[c, b] >= 0:
-                    rows.blocks[n, m] = d.clearance_block[c, b]
-                    m += 1
-            ux, uy = (-y, x) if across == 1 else (x, y)
-            rows.width[n] = _bearing_ends(coef, n, d.clearance_block, d.clearance_turn, c, ux, uy)
-            n += 1
-    for k in range(d.load_block.shape[0]):
-        # a row's force acts as −x coef on its block: unit amplitude, the vector in the coefficients
-        rows.kind[n], rows.sided[n] = LOAD, 0
-        rows.stiffness[n], rows.offset[n] = 0.0, 1.0
-        a = d.load_angle[k]
-        rows.blocks[n, 0] = d.load_block[k]
-        _turned(coef, n, ZERO, d.load_vector[k], theta[a] if a >= 0 else 0.0)
-        for p in range(6):
-            coef[n, 0, p] = -coef[n, 0, p]
-        rows.width[n] = 1
-        n += 1
-    for i in range(start, n):
-        rows.owner[i] = i - start
-        rows.damping[i] = 0.0
-        rows.line[i], rows.along[i], rows.beyond[i] = -1, 0.0, 0
-    return n
+        tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
+        other = (mesh.planet_tooth0 + mesh.planet_step * k) % mesh.planet_teeth
+        pair = pairs[p]
+        pair.mesh, pair.slot, pair.index = m, k % SLOTS, k
+        pair.tooth, pair.planet_tooth = tooth, other
+        pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
+        pair.error = common + gears.gear_error[m, tooth] + gears.planet_error[m, other]
+        p += 1
+    return p
 
 
-@njit(inline="always")
-def _built(d, rows, theta, wanted, complete):
-    pairs = find_pairs(d, rows, theta, wanted)
-    n = _rows_of_pairs(d, rows, theta, pairs, complete)
-    n = _other_rows(d, rows, theta, n)
-    return n, np.int64(pairs)
+@njit(**INNER, error_model="numpy")
+def _shares(pairs, first, stop):
+    """Shares of the pairs that one row stands for, by stiffness; their sum and mean error."""
+    total, error = 0.0, 0.0
+    for q in range(first, stop):
+        total += pairs[q].stiffness
+    for q in range(first, stop):
+        pair = pairs[q]
+        pair.share = pair.stiffness / total if total > 0.0 else 1.0 / (stop - first)
+        error += pair.share * pair.error
+    return total, error
 
 
-@njit(**UNCOUNTED, error_model="numpy", forceinline=True)
-def build_rows(d, rows, theta, wanted):
-    """Fill ``rows`` at the angles ``theta`` (A,) rad; return (number of rows, number of pairs).
+@njit(**INNER, error_model="numpy")
+def _planet_end(mesh, coef, cx, cy, cz):
+    """−[N; C × N] in planet axes; the moment about the axis is the same all along the path."""
+    nx, ny, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
+    coef[0], coef[1], coef[2] = -nx, -ny, -nz
+    coef[3] = -(cy * nz - cz * ny)
+    coef[4] = -(cz * nx - cx * nz)
+    coef[5] = -mesh.planet_arm
 
-    wanted (M,): 1 where a gear mesh is to be looked at.
+
+@njit(**INNER, error_model="numpy")
+def _gear_end(coef, share, n, at, arm):
+    """share · [N; (C − X) × N] in the gear's frame; n: N, at: C − X, arm: of N about the axis."""
+    nx, ny, nz = n
+    x, y, z = at
+    coef[0], coef[1], coef[2] = share * nx, share * ny, share * nz
+    coef[3] = share * (y * nz - z * ny)
+    coef[4] = share * (z * nx - x * nz)
+    coef[5] = share * arm
+
+
+@njit(**INNER, error_model="numpy")
+def _fill_row(gears, m, turn, rows, n, first, stop, complete):
+    """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
+
+    turn: cosine and sine of the planet's angle in the gear's frame.
     """
-    return _built(d, rows, theta, wanted, True)
+    mesh, row, pairs = gears.mesh[m], rows.row[n], rows.pair
+    blocks, coef = rows.blocks[n], rows.coef[n]
+    s, z = mesh.s_pitch, 0.0
+    if mesh.model == PER_PAIR:
+        z = pairs[first].z
+        s = pairs[first].s + mesh.slope * z
+    cx, cy = mesh.tangent_x - s * mesh.normal_x, mesh.tangent_y - s * mesh.normal_y
+    cz = mesh.z_offset + z
+    ca, sa = turn
+    bx, by, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
+    normal = (ca * bx - sa * by, sa * bx + ca * by, nz)
+    px = mesh.center_distance + cx
+    x, y = ca * px - sa * cy, sa * px + ca * cy
+    total, error = _shares(pairs, first, stop)
+    width = 1
+    blocks[0] = mesh.planet_block
+    if complete:
+        _planet_end(mesh, coef[0], cx, cy, cz)
+    row.beyond = 1 if mesh.per_tooth == 1 or mesh.turns >= 0 else 2
+    for q in range(first, stop):
+        pair = pairs[q]
+        pair.row = n
+        if mesh.per_tooth == 1:
+            blocks[width] = mesh.gear_block + pair.tooth
+            centre = gears.tooth_position[blocks[width]]
+            at = (x - centre[0], y - centre[1], cz - centre[2])
+            arm = at[0] * normal[1] - at[1] * normal[0]
+            _gear_end(coef[width], pair.share, normal, at, arm)
+            width += 1
+    if mesh.per_tooth == 0:
+        blocks[width] = mesh.gear_block
+        if complete or row.beyond == 1:
+            _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
+        width += 1
+    row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
+    row.kind, row.owner, row.sided = mesh.kind, m, mesh.sided
+    row.stiffness, row.damping = total, mesh.damping * math.sqrt(total)
+    row.offset = error - mesh.gap
 
 
-@njit(**INTO, error_model="numpy")
-def build_rows_beyond(d, rows, theta, wanted):
-    """The same without the coefficients of blocks that lines of action hold: ``coef`` of a row is
-    filled from block ``beyond`` on."""
-    return _built(d, rows, theta, wanted, False)
+@njit(**INNER, error_model="numpy")
+def _rows_of_pairs(gears, m, theta, rows, count, first, stop, complete):
+    """Rows and elements from ``count`` on of the pairs first … stop − 1; the new count."""
+    mesh = gears.mesh[m]
+    turn = (mesh.radial_x, mesh.radial_y)
+    if mesh.turns >= 0:
+        c, s = math.cos(theta[mesh.turns]), math.sin(theta[mesh.turns])
+        turn = (c * turn[0] - s * turn[1], s * turn[0] + c * turn[1])
+    while first < stop:
+        after = first + 1 if mesh.model == PER_PAIR else stop
+        _fill_row(gears, m, turn, rows, count, first, after, complete)
+        row, element = rows.row[count], rows.element[count]
+        element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
+        element.first, element.rows = count, 1
+        element.place = PLACES * m
+        if mesh.model == PER_PAIR:
+            element.place += rows.pair[first].index % PLACES
+        rows.parameters[count, 0], rows.parameters[count, 1] = row.stiffness, row.damping
+        count, first = count + 1, after
+    return count
 
 
-@njit(inline="always")
-def contact_forces(d, rows, theta, wanted, pair_load, other_load, out):
+@njit(**INNER, error_model="numpy")
+def _turned(vector, angle, coef):
+    """Components of a 6-vector along axes turned by ``angle`` about z."""
+    ca, sa = math.cos(angle), math.sin(angle)
+    for o in range(0, 6, 3):
+        coef[o] = ca * vector[o] + sa * vector[o + 1]
+        coef[o + 1] = -sa * vector[o] + ca * vector[o + 1]
+        coef[o + 2] = vector[o + 2]
+
+
+@njit(**INNER, error_model="numpy")
+def _fixed_rows(fixed, meshes, theta, rows, count):
+    """Rows and elements of supports, bearings and given forces from ``count`` on; new counts."""
+    for f in range(fixed.row.shape[0]):
+        given, row = fixed.row[f], rows.row[count + f]
+        row.kind, row.owner, row.stiffness = given.kind, given.owner, given.stiffness
+        row.sided, row.line, row.beyond = 0, -1, 0
+        row.along, row.damping, row.offset = 0.0, 0.0, 0.0
+        width = 0
+        for e in range(2):
+            end = fixed.end[f, e]
+            if end.block >= 0:
+                rows.blocks[count + f, width] = end.block
+                angle = theta[end.angle] if end.angle >= 0 else 0.0
+                _turned(fixed.vector[f, e], angle, rows.coef[count + f, width])
+                width += 1
+        row.width = width
+    for e in range(fixed.element.shape[0]):
+        given, element = fixed.element[e], rows.element[count + e]
+        element.law, element.rows = given.law, given.rows
+        element.first, element.place = count + given.first, PLACES * meshes + e
+        for p in range(fixed.parameters.shape[1]):
+            rows.parameters[count + e, p] = fixed.parameters[e, p]
+    return count + fixed.row.shape[0], count + fixed.element.shape[0]
+
+
+@njit(**UNCOUNTED, error_model="numpy")
+def fill_rows(elements, theta, active_flanks, rows, complete):
+    """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
+
+    active_flanks (M,): 1 where a gear mesh is to be looked at; complete: also the coefficients of
+    blocks that a row's line of action holds, those before ``beyond``.
+    """
+    gears = elements.gears
+    count = pairs = 0
+    for m in range(gears.mesh.shape[0]):
+        if active_flanks[m] == 1:
+            stop = _find_pairs(gears, m, theta, rows.pair, pairs)
+            count = _rows_of_pairs(gears, m, theta, rows, count, pairs, stop, complete)
+            pairs = stop
+    n, made = _fixed_rows(elements.fixed, gears.mesh.shape[0], theta, rows, count)
+    return n, made, pairs
+
+
+def build_rows(
+    data: PairData, rows: Rows, theta: Array, active_flanks: IntArray
+) -> tuple[int, int]:
+    """Fill ``rows`` with all coefficients; (number of rows, number of tooth pairs)."""
+    theta = np.ascontiguousarray(theta, dtype=float)
+    n, _, pairs = fill_rows(packed(data), theta, active_flanks, rows, True)
+    return int(n), int(pairs)
+
+
+@njit(**INNER)
+def contact_forces(elements, rows, theta, active_flanks, pair_load, other_load, out):
     """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored pair loads.
 
-    pair_load: (M, SLOTS) N; other_load: (extra rows,) N. ``out`` is overwritten. Returns rows.
-    Directions of clearance rows are those in ``rows``.
+    pair_load: (M, SLOTS) N; other_load: (extra rows,) N. ``out`` is overwritten.
     """
-    n, p = build_rows(d, rows, theta, wanted)
+    n, _, pairs = fill_rows(elements, theta, active_flanks, rows, True)
     for c in range(out.shape[0]):
         out[c] = 0.0
-    for q in range(p):
-        r = rows.pair_row[q]
-        load = pair_load[rows.pair_mesh[q], rows.pair_slot[q]]
-        if load == 0.0:
-            continue
-        for m in range(rows.width[r]):  # loads of pairs that share a row add up to its force
-            b = rows.blocks[r, m]
-            for o in range(6):
-                out[6 * b + o] -= load * rows.coef[r, m, o]
+    for q in range(pairs):  # loads of pairs that share a row add up to its force
+        pair = rows.pair[q]
+        _add_row(rows, pair.row, -pair_load[pair.mesh, pair.slot], out)
     for r in range(n):
-        if rows.kind[r] >= 0:
-            continue
-        load = other_load[rows.owner[r]]
-        for m in range(rows.width[r]):
-            b = rows.blocks[r, m]
-            for o in range(6):
-                out[6 * b + o] -= load * rows.coef[r, m, o]
-    return n
+        if rows.row[r].kind < 0:
+            _add_row(rows, r, -other_load[rows.row[r].owner], out)
+
+
+@njit(**INNER)
+def _add_row(rows, r, load, out):
+    """out += V_r load."""
+    for a in range(rows.row[r].width):
+        b = 6 * rows.blocks[r, a]
+        for o in range(6):
+            out[b + o] += load * rows.coef[r, a, o]

@@ -15,7 +15,7 @@ from flexgear.coupling.determinacy import (
     rolling_motions,
     vibration_motions,
 )
-from flexgear.coupling.gear_meshes import ExtraRows, labels, pair_data
+from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, labels, pair_data
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.stage_parts import (
     pin_rotation,
@@ -198,19 +198,17 @@ def _radius(b: TrainBuild, member: str) -> float:
 def _system(b: TrainBuild) -> System:
     a, train, flow = b.a, b.train, b.flow
     loads = given_loads(b)
-    clearances = []
-    for c in b.clearances:
-        inner = a.contact_node(c.inner, -1)
-        outer = -1 if c.outer is None else a.contact_node(c.outer, -1)
-        clearances.append((inner, outer, c.turns, c.stiffness, c.gap))
     first = len(b.blocks)
+    laws = []
+    for c in b.clearances:
+        inner = first + a.contact_node(c.inner, -1)
+        outer = -1 if c.outer is None else first + a.contact_node(c.outer, -1)
+        laws.append(BearingElement("clearance", (inner, outer), c.turns, (c.stiffness, c.gap)))
     extra = ExtraRows(
         supports=a.support_rows,
         support_angles=a.node_angles,
         first_block=first,
-        clearances=[
-            (first + i, first + o if o >= 0 else -1, t, k, gap) for i, o, t, k, gap in clearances
-        ],
+        bearings=laws,
         loads=loads,
     )
     blocks = np.vstack([*b.blocks, *a.contact_nodes])

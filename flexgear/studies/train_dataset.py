@@ -183,9 +183,7 @@ def planet_bearings(context: TrainContext, recovery: Recovery) -> dict[str, Arra
 def _clearance_force(context: TrainContext, recovery: Recovery, number: int) -> Array:
     """Force (t, 2) through the clearance of a planet's bearing on the pin, N."""
     result, first = recovery.result, len(context.system.pairs.support_stiffness)
-    along, across = (result.support_load[:, first + 2 * number + i] for i in (0, 1))
-    x, y = result.direction[:, number, 0], result.direction[:, number, 1]
-    return np.column_stack([along * x - across * y, along * y + across * x])
+    return np.asarray(result.support_load[:, first + 2 * number : first + 2 * number + 2])
 
 
 def _clearances(train: Case) -> list[str]:

@@ -37,7 +37,7 @@ def why_not_linear(system: System) -> str | None:
         return "the stiffness of its gear meshes changes as they turn"
     if len(pairs.support_stiffness) or np.any(pairs.turns >= 0):
         return "supports or joints change direction as it turns"
-    if len(pairs.clearance_stiffness):
+    if len(pairs.bearing_law):
         return "bearings have clearance"
     return None
 

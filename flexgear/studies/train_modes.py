@@ -19,7 +19,7 @@ from flexgear.analysis.mode_types import (
     strain_shares,
 )
 from flexgear.analysis.modes import gear_mesh_stiffness, modes, row_vectors, rows_at
-from flexgear.coupling.pair_data import CLEARANCE, SUPPORT
+from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.coupling.system import System
 from flexgear.model.errors import InputError
 from flexgear.results.train_dataset import train_dataset
@@ -96,7 +96,7 @@ def contributions(context: TrainContext, angle: float = 0.0) -> dict[str, tuple[
         own = np.flatnonzero(gear_meshes.sign[:, g])
         at = np.flatnonzero((rows.kind[:n] >= 0) & np.isin(rows.owner[:n], own))
         found[_gear_mesh_spring(name.label)] = row_springs(vectors[at], stiffness[at])
-    for kind, said in ((SUPPORT, "turning supports"), (CLEARANCE, "bearings with clearance")):
+    for kind, said in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
         at = np.flatnonzero(rows.kind[:n] == kind)
         if len(at):
             found[said] = row_springs(vectors[at], stiffness[at])

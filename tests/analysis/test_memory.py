@@ -1,17 +1,17 @@
 """A time step reads and writes its own arrays only: nothing else is checked in compiled loops."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from coupled import make_system
 from trains import stage_train
 
-from flexgear.analysis.kernel import advance
-from flexgear.analysis.ladder import control
-from flexgear.analysis.standing import consistent_acceleration
-from flexgear.analysis.step_space import Space, empty_samples, step_data, work_space
+from flexgear.analysis.consistent_acceleration import consistent_acceleration
+from flexgear.analysis.refinement import control
+from flexgear.analysis.step import advance
+from flexgear.analysis.step_arrays import Space
+from flexgear.analysis.step_space import empty_samples, step_data, work_space
 from flexgear.analysis.transient import largest_rated_load, start_state
+from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.coupling.train import train_system
@@ -43,20 +43,15 @@ def stepped(modal, sizes, tolerance, guard):
     rated = modal.system.rated_port_torques[:-1]
     plain = work_space(modal, track_energy=True, sizes=len(sizes))
     data, state = own(step_data(modal, sizes)), own(start_state(modal, modal.system.rated_torque))
-    space = Space(*(own(part) for part in (plain.rows, plain.near, plain.work, plain.ledger)))
-    pairs = own(modal.system.pairs)
-    modal = replace(modal, system=modal.system.with_(pairs=pairs))
-    ladder = control(len(sizes), tolerance, largest_rated_load(modal))
+    space = Space(*(own(part) for part in plain))
+    levels = control(len(sizes), tolerance, largest_rated_load(modal), every=8)
     saved = []
     for share in (1.0, -0.2):
         given = own(share * np.tile(rated, (TICKS, 1)))
         first = own(share * rated)
         assert consistent_acceleration(modal, data, state, first, space) == 0
         samples = own(empty_samples(modal, TICKS // 8))
-        status, count = advance(
-            data, pairs, space.rows, state, given, 8, 0, samples, space.near, space.work,
-            space.ledger, ladder,
-        )  # fmt: skip
+        status, count = advance(data, functions(), given, 0, state, space, samples, levels)
         assert (status, count) == (0, TICKS // 8)
         saved.append(samples)
     for room in rooms:

@@ -15,11 +15,12 @@ import numpy as np
 import scipy.linalg as sla
 from numba import njit
 
-from flexgear.analysis.kernel import BETA, GAMMA
 from flexgear.analysis.reference import damping_matrix, law
+from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import State
+from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import front_meshes, pair_rows
+from flexgear.coupling.pair_data import front_meshes
 from flexgear.coupling.pairs import build_rows
 
 Array = np.ndarray

@@ -10,9 +10,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.stages import copied
-from flexgear.analysis.near import begin
-from flexgear.analysis.standing import accelerate, at_rest
-from flexgear.analysis.step_space import step_data, work_space
+from flexgear.analysis.consistent_acceleration import accelerate, at_rest
+from flexgear.analysis.step_space import begin, step_data, work_space
 from flexgear.analysis.transient import State
 from flexgear.coupling.modal import ModalSystem
 
@@ -25,7 +24,7 @@ class Integrator:
         self.torque = np.array([torque])
         self.space = work_space(modal)
         self.data = at_rest(step_data(modal, 1e-4))
-        begin(self.space.near, self.data)
+        begin(self.space, self.data)
         self.evaluations = 0
 
     def run(self, start: State, span: float) -> np.ndarray:

@@ -22,7 +22,7 @@ from flexgear.structures.linalg.threads import single_threaded_blas
 
 STEP, FINE = 1e-4, 2e-5  # s, steady running and near torque steps
 LIMIT_HZ = 3000.0
-LADDER = 5e-3  # step_tolerance
+STEP_TOLERANCE = 5e-3  # step_tolerance
 STEPS = {"quick": 2000, "full": 10000}
 SPANS = {"quick": 0.2, "full": 1.0}  # s, of real-time factors
 REVOLUTION = {"quick": 0.5, "full": 5.32}  # s, the same of the case as it is: one of the carrier
@@ -60,12 +60,12 @@ def as_shipped(report: Report, size: str) -> None:
     text = f"wind-5mw as it is, {modes} of {modal.system.size} coordinates"
     against_bare(report, modal, text, size)
     count = round(REVOLUTION[size] / STEP)
-    run = steady_run(modal, STEP, count, adaptive=Adaptive(LADDER, FINE, 64 * FINE))
+    run = steady_run(modal, STEP, count, adaptive=Adaptive(STEP_TOLERANCE, FINE, 64 * FINE))
     seconds, _ = interleaved({"own": run}, REPEATS[size])
     factors = [STEP * count / s for s in seconds["own"].work]
     report.say(
         f"real-time factor, the case as it is over {REVOLUTION[size]:g} s, {modes} kept modes, "
-        f"step_tolerance {LADDER:g}",
+        f"step_tolerance {STEP_TOLERANCE:g}",
         f"{median(factors):.2f} ({min(factors):.2f} to {max(factors):.2f})",
     )
 

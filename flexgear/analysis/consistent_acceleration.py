@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernel import advance
-from flexgear.analysis.ladder import control
-from flexgear.analysis.near import begin
-from flexgear.analysis.step_arrays import State, StepData
-from flexgear.analysis.step_space import Space, empty_samples
+from flexgear.analysis.refinement import control
+from flexgear.analysis.step import advance
+from flexgear.analysis.step_arrays import Space, State, StepData
+from flexgear.analysis.step_space import begin, empty_samples
+from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]
@@ -22,23 +22,21 @@ NEVER = 2  # ticks between samples, of which one is taken
 
 def at_rest(data: StepData) -> StepData:
     """The same system with a step of no duration as its only one."""
-    return data._replace(
-        h=np.zeros(1),
-        inverse=np.ones((1, data.omega2.size)),
-        displacement=data.residual[None],
-    )
+    modal = data.modal._replace(h=np.zeros(1), inverse=np.ones((1, data.modal.omega2.size)))
+    channels = data.channels._replace(displacement=data.channels.residual[None])
+    return data._replace(modal=modal, channels=channels)
 
 
 def accelerate(
-    modal: ModalSystem, still: StepData, state: State, drive: Array, space: Space
+    modal: ModalSystem, resting: StepData, state: State, drive: Array, space: Space
 ) -> int:
     """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
 
     drive (P − 1,): given torques. Returns 0, or 1 without a solution.
     """
     status, _ = advance(
-        still, modal.system.pairs, space.rows, state, drive[None], NEVER, 0,
-        empty_samples(modal, 0), space.near, space.work, space.ledger, control(1),
+        resting, functions(), drive[None], 0, state, space, empty_samples(modal, 0),
+        control(1, every=NEVER),
     )  # fmt: skip
     return int(status)
 
@@ -51,8 +49,8 @@ def consistent_acceleration(
     drive (P − 1,): given torques. A jump of the torque moves the quasi-static part at once; the
     ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for ``data``.
     """
-    still = at_rest(data)
-    begin(space.near, still)
-    status = accelerate(modal, still, state, drive, space)
-    begin(space.near, data)
+    resting = at_rest(data)
+    begin(space, resting)
+    status = accelerate(modal, resting, state, drive, space)
+    begin(space, data)
     return status

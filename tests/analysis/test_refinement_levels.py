@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE
 
-from flexgear.analysis.ladder import PATIENCE, after_step, choose_rung, control
+from flexgear.analysis.refinement import PATIENCE, after_step, choose_level, control
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 
@@ -55,10 +55,10 @@ def test_a_smaller_tolerance_takes_more_steps_and_errs_less(one_sided_modal, fin
 
 
 def test_finer_after_a_torque_step_and_at_impacts_coarser_in_steady_running(one_sided_modal):
-    """The drive reverses: teeth part and meet again on their back flanks."""
-    ladder = Adaptive(1e-3, 2.5e-6, 4e-4)
-    steady = run(one_sided_modal, TORQUE, 1e-4, ladder)
-    hammering = run(one_sided_modal, -0.5 * TORQUE, 1e-4, ladder)
+    """The drive reverses: teeth part and meet again on their coast flanks."""
+    levels = Adaptive(1e-3, 2.5e-6, 4e-4)
+    steady = run(one_sided_modal, TORQUE, 1e-4, levels)
+    hammering = run(one_sided_modal, -0.5 * TORQUE, 1e-4, levels)
     short = [sum(n for h, n in r.steps.by_size.items() if h < 5e-5) for r in (steady, hammering)]
     assert short[1] > 5 * short[0]  # the start of every piece is finer in both
     mean = 0.3 / steady.steps.taken
@@ -70,7 +70,7 @@ def test_finer_after_a_torque_step_and_at_impacts_coarser_in_steady_running(one_
     assert hammering.steps.taken < 0.1 * fixed.steps.taken
 
 
-def test_one_size_on_the_ladder_is_the_fixed_step(one_sided_modal):
+def test_a_single_level_is_the_fixed_step(one_sided_modal):
     """Nothing is refused where nothing finer is allowed."""
     same = run(one_sided_modal, 0.1 * TORQUE, 1e-4, Adaptive(1e-9, 1e-4, 1e-4))
     fixed = run(one_sided_modal, 0.1 * TORQUE, 1e-4)
@@ -98,13 +98,13 @@ def test_sizes_halve_and_meet_samples():
 
 
 def test_a_step_never_passes_a_sample_or_the_end():
-    ladder = control(5, 1e-3)
     rng = np.random.default_rng(2)
     for _ in range(200):
-        ladder.counts[0] = rng.integers(5)
         every, total, at, seen = int(rng.integers(1, 40)), int(rng.integers(1, 200)), 0, []
+        levels = control(5, 1e-3, every=every)
+        levels.counts["level"] = rng.integers(5)
         while at < total:
-            size = 1 << choose_rung(ladder, at, total - at, every)
+            size = 1 << choose_level(levels, at, total - at)
             assert at % size == 0
             at += size
             seen.append(at)
@@ -112,13 +112,13 @@ def test_a_step_never_passes_a_sample_or_the_end():
         assert set(range(every, total + 1, every)) <= set(seen)
 
 
-def test_refused_and_calm_steps_move_along_the_ladder():
-    ladder = control(3, 1.0)
+def test_refused_and_calm_steps_change_the_level():
+    levels = control(3, 1.0)
     for _ in range(PATIENCE):
-        assert after_step(ladder, 0, 1e-3)
-    assert ladder.counts[0] == 1
-    assert not after_step(ladder, 1, 1.5)
-    assert ladder.counts[0] == 0
-    assert ladder.counts[3] == 1
-    assert after_step(ladder, 0, 1.5)  # nothing shorter is left
+        assert after_step(levels, 0, 1e-3)
+    assert levels.counts[0]["level"] == 1
+    assert not after_step(levels, 1, 1.5)
+    assert levels.counts[0]["level"] == 0
+    assert levels.counts[0]["refused"] == 1
+    assert after_step(levels, 0, 1.5)  # nothing shorter is left
     assert not after_step(control(3, 1.0), 1, np.nan)

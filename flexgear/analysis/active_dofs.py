@@ -1,0 +1,330 @@
+"""The active contact dofs: what contact rows of one step act on, gathered side by side.
+
+Channels are all that could be loaded: six of a contact block, one of a port, two of a gear mesh
+along its line of action (``action_lines``; they stand for planets and lumped gears), one of its
+approach along the line of centres. Of hundreds of ring teeth only a few are in contact at a time.
+The dofs of a step are the ports, the lines of action and the blocks that its rows act on; their
+rows of modes and receptances are copied into contiguous arrays. They are gathered anew when a row
+needs a block that is not among them, some dozen steps apart, so that the copy costs little.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.vectors import SIMD, add, add_two, dot, fill, rounded_up
+from flexgear.coupling.action_lines import action_lines, covered
+from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.elements import BLOCKS
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import SLOTS, PairData
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+TERMS = 2 + 6 * BLOCKS  # most dofs of a row
+ONE = np.uint64(1)
+COUNTS = np.dtype([("dofs", np.int64), ("ports", np.int64), ("blocks", np.int64)])
+
+
+class Channels(NamedTuple):
+    """All channels: blocks, ports, lines of action, approaches; L step sizes, n modes."""
+
+    modes: Array  # (n_c, n)
+    span: IntArray  # (n_c, 2) first and one past the last mode that moves a channel
+    displacement: Array  # (L, n_c, n_c) G = Φ βh² D Φᵀ + R, m/N
+    residual: Array  # (n_c, n_c) R, m/N
+    first: IntArray  # (B + M,) first channel of a block, then of a line of action
+
+
+class ActiveDofs(NamedTuple):
+    """Work space for C dofs: ports, then groups of two (lines of action) or six (blocks)."""
+
+    counts: Any  # (1,) COUNTS
+    channel: IntArray  # (C,) of each dof
+    place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
+    modes: Array  # (C, n)
+    span: IntArray  # (C, 2)
+    receptance: Array  # (L, 2 C²): G and R side by side, [c, d, 0 or 1] without gaps over all dofs
+    reach: IntArray  # (C, 2) in a row of it: first and one past the last number that is not zero
+    gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
+
+
+class DofVectors(NamedTuple):
+    """Values at the active dofs (C,)."""
+
+    free: Array  # motion without contact forces
+    free_rate: Array
+    force: Array
+    motion: Array
+    before: Array  # motion at the last step, for the account of energy
+    image: Array  # (2 C,) G V and R V of one row, side by side
+
+
+class DofRows(NamedTuple):
+    """Rows V_i on the active dofs, terms one after the other: value[t] at dof[t]."""
+
+    first: IntArray  # (R + 1,) first term of a row
+    dof: NDArray[np.uint64]  # (T,); unsigned: never counted from the end
+    value: Array  # (T,)
+
+
+def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
+    """Channels of a system for steps of the sizes h (L,) s with D = ``inverse`` (L, n)."""
+    ports, count = len(modal.system.ports), len(modal.system.pairs.s0)
+    own = len(modal.channels) - ports
+    lines = action_lines(modal.system.pairs, own // 6)
+    p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:own]])
+    across = lines @ modal.residual[:own]
+    residual = np.block([[modal.residual, across.T], [across, across[:, :own] @ lines.T]])
+    displacement = np.empty((len(h), *residual.shape))
+    for level, size in enumerate(h):
+        np.matmul(p * (beta * size**2 * inverse[level]), p.T, out=displacement[level])
+        displacement[level] += residual
+    modes = np.zeros((len(p), rounded_up(p.shape[1])))
+    modes[:, : p.shape[1]] = p
+    first = np.concatenate([np.arange(0, own, 6), own + ports + 2 * np.arange(count)])
+    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first)
+
+
+def _spans(p: Array) -> IntArray:
+    """Ranges of modes that hold all that are not zero, in multiples of SIMD."""
+    moves = p != 0.0
+    first = np.where(moves.any(axis=1), moves.argmax(axis=1), 0)
+    stop = np.where(moves.any(axis=1), p.shape[1] - moves[:, ::-1].argmax(axis=1), 0)
+    return np.column_stack([first - first % SIMD, stop + -stop % SIMD]).astype(np.int64)
+
+
+def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
+    """Empty work space for so many step sizes."""
+    pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
+    blocks = (len(modal.channels) - ports) // 6
+    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks)
+    counts = np.zeros(1, dtype=COUNTS)
+    counts["ports"], counts["blocks"] = ports, blocks
+    return ActiveDofs(
+        counts=counts,
+        channel=np.zeros(room, dtype=np.int64),
+        place=np.full(blocks + len(pairs.s0), -1, dtype=np.int64),
+        modes=np.zeros((room, rounded_up(modes))),
+        span=np.zeros((room, 2), dtype=np.int64),
+        receptance=np.zeros((sizes, 2 * room * room)),
+        reach=np.zeros((room, 2), dtype=np.int64),
+        gathered=np.zeros(sizes, dtype=np.int64),
+    )
+
+
+def _most_blocks(pairs: PairData, blocks: int) -> int:
+    """Blocks that rows of one step and of the one before may act on beyond lines of action."""
+    teeth = 2 * SLOTS * int(pairs.per_tooth.sum())
+    beyond = int((covered(pairs) == 1).sum())
+    several = (pairs.support_block, pairs.bearing_block, pairs.load_block)
+    return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
+
+
+def dof_vectors(active: ActiveDofs) -> DofVectors:
+    """Work space beside ``active``."""
+    room = len(active.channel)
+    free, free_rate, force, motion, before = np.zeros((5, room))
+    return DofVectors(free, free_rate, force, motion, before, np.zeros(2 * room))
+
+
+def dof_rows(count: int) -> DofRows:
+    """Work space for so many rows."""
+    return DofRows(
+        np.zeros(count + 1, np.int64), np.zeros(count * TERMS, np.uint64), np.zeros(count * TERMS)
+    )
+
+
+@njit(**INNER)
+def _all_placed(active, rows, n):
+    blocks = active.counts[0].blocks
+    for i in range(n):
+        row = rows.row[i]
+        if row.line >= 0 and active.place[blocks + row.line] < 0:
+            return False
+        for a in range(row.beyond, row.width):
+            if active.place[rows.blocks[i, a]] < 0:
+                return False
+    return True
+
+
+@njit(**INNER)
+def _place(active, channels, group, size):
+    """Append a group of channels unless it is there."""
+    if active.place[group] >= 0:
+        return
+    counts = active.counts[0]
+    active.place[group] = counts.dofs
+    for i in range(size):
+        active.channel[counts.dofs] = channels.first[group] + i
+        counts.dofs += 1
+
+
+@njit(**INNER)
+def _place_rows(active, channels, rows, n, lines):
+    """Append the lines of action of rows, or else the blocks beyond them."""
+    for i in range(n):
+        row = rows.row[i]
+        if lines and row.line >= 0:
+            _place(active, channels, active.counts[0].blocks + row.line, 2)
+        if not lines:
+            for a in range(row.beyond, row.width):
+                _place(active, channels, rows.blocks[i, a], 6)
+
+
+@njit(**INNER)
+def gather(active, channels, rows, n, last_rows, last):
+    """Make the dofs of n rows active, and those of rows of the last step; True where they change.
+
+    Dofs stay active until a row needs others.
+    """
+    if _all_placed(active, rows, n):
+        return False
+    counts = active.counts[0]
+    fill(active.place, -1)
+    for p in range(counts.ports):
+        active.channel[p] = 6 * counts.blocks + p
+    counts.dofs = counts.ports
+    for lines in (True, False):
+        _place_rows(active, channels, rows, n, lines)
+        _place_rows(active, channels, last_rows, last, lines)
+    for d in range(counts.dofs):
+        c = active.channel[d]
+        active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
+        for j in range(active.modes.shape[1]):
+            active.modes[d, j] = channels.modes[c, j]
+    fill(active.gathered, 0)
+    return True
+
+
+@njit(**INNER)
+def gather_receptance(active, channels, level):
+    """Copy G and R of the active dofs for a step size, unless that is done."""
+    if active.gathered[level] == 1:
+        return
+    active.gathered[level] = 1
+    dofs, table = active.counts[0].dofs, active.receptance[level]
+    for c in range(dofs):
+        g = channels.displacement[level, active.channel[c]]
+        r = channels.residual[active.channel[c]]
+        first, stop, own = 2 * dofs, 0, table[2 * c * dofs : 2 * (c + 1) * dofs]
+        for d in range(dofs):
+            own[2 * d], own[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
+            if own[2 * d] != 0.0 or own[2 * d + 1] != 0.0:
+                first, stop = min(first, 2 * d), 2 * d + 2
+        active.reach[c, 0], active.reach[c, 1] = min(first, stop), stop
+
+
+@njit(**INNER, fastmath=FAST)
+def motions(active, a, b, out_a, out_b):
+    """Φ a and Φ b at the active dofs for modal vectors a, b (n,)."""
+    for d in range(active.counts[0].dofs):
+        first, stop = active.span[d, 0], active.span[d, 1]
+        modes, own_a, own_b = active.modes[d, first:stop], a[first:stop], b[first:stop]
+        sum_a = sum_b = 0.0
+        for j in range(modes.shape[0]):
+            sum_a += modes[j] * own_a[j]
+            sum_b += modes[j] * own_b[j]
+        out_a[d], out_b[d] = sum_a, sum_b
+
+
+@njit(**INNER, fastmath=FAST)
+def modal_forces(active, force, out):
+    """Φᵀ f (n,) of forces on the active dofs."""
+    fill(out, 0.0)
+    for d in range(active.counts[0].dofs):
+        if force[d] != 0.0:
+            first, stop = active.span[d, 0], active.span[d, 1]
+            add(out[first:stop], force[d], active.modes[d, first:stop])
+
+
+@njit(**INNER, fastmath=FAST)
+def add_residual(active, level, force, out):
+    """out += R f at the active dofs."""
+    dofs, table = active.counts[0].dofs, active.receptance[level]
+    for d in range(dofs):
+        if force[d] != 0.0:
+            own = table[2 * d * dofs : 2 * (d + 1) * dofs]
+            for c in range(dofs):
+                out[c] += force[d] * own[2 * c + 1]
+
+
+@njit(**INNER)
+def place_rows(active, rows, n, out):
+    """Rows as sums over active dofs."""
+    blocks, dof, value, t = active.counts[0].blocks, out.dof, out.value, 0
+    for i in range(n):
+        row = rows.row[i]
+        out.first[i] = t
+        if row.line >= 0:
+            d = active.place[blocks + row.line]
+            dof[t], value[t] = d, 1.0
+            dof[t + 1], value[t + 1] = d + 1, row.along
+            t += 2
+        for a in range(row.beyond, row.width):
+            d = active.place[rows.blocks[i, a]]
+            for p in range(6):
+                dof[t], value[t] = d + p, rows.coef[i, a, p]
+                t += 1
+    out.first[n] = t
+
+
+@njit(**INNER)
+def row_value(rows, i, vector):
+    """V_iᵀ u for values at the active dofs."""
+    total = 0.0
+    for t in range(rows.first[i], rows.first[i + 1]):
+        total += rows.value[t] * vector[rows.dof[t]]
+    return total
+
+
+@njit(**INNER)
+def add_row(rows, i, factor, vector):
+    """vector += factor · V_i at the active dofs."""
+    for t in range(rows.first[i], rows.first[i + 1]):
+        vector[rows.dof[t]] += factor * rows.value[t]
+
+
+@njit(**INNER)
+def _image(active, table, rows, j, image):
+    """G V_j and R V_j at all active dofs, two terms of the row at once."""
+    width, stop = 2 * active.counts[0].dofs, rows.first[j + 1]
+    fill(image[:width], 0.0)
+    for t in range(rows.first[j], stop, 2):
+        last = min(t + 1, stop - 1)
+        d, e = np.int64(rows.dof[t]), np.int64(rows.dof[last])
+        low = min(active.reach[d, 0], active.reach[e, 0])
+        high = max(active.reach[d, 1], active.reach[e, 1])
+        add_two(
+            image[low:high], rows.value[t], table[d * width + low : d * width + high],
+            rows.value[last] if last > t else 0.0, table[e * width + low : e * width + high],
+        )  # fmt: skip
+
+
+@njit(**INNER, fastmath=FAST)
+def row_receptances(active, level, share, rows, n, image, displacement, rate):
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work space."""
+    table, dof, value = active.receptance[level], rows.dof, rows.value
+    for j in range(n):
+        _image(active, table, rows, j, image)
+        for i in range(j, n):
+            g = r = 0.0
+            for t in range(rows.first[i], rows.first[i + 1]):
+                at = 2 * dof[t]
+                g += value[t] * image[at]
+                r += value[t] * image[at + ONE]
+            displacement[i, j] = displacement[j, i] = g
+            rate[i, j] = rate[j, i] = share * (g - r)
+
+
+@njit(**INNER)
+def channel_motion(channels, active, c, eta, force):
+    """Φη + R f of any channel c."""
+    total = dot(eta, channels.modes[c])
+    for d in range(active.counts[0].dofs):
+        total += channels.residual[c, active.channel[d]] * force[d]
+    return total

@@ -1,0 +1,124 @@
+"""When the flanks that do not carry have to be watched.
+
+Mirroring the normal in the planet's radial axis keeps its radial part, turns the rest: the coast
+flank closes by δ_coast = 2 δ_radial − δ, evaluated at the loaded-flank pair nearest the pitch
+point. The gap that is left has to exceed shares of backlash and pitch, the deflection that is let
+go when the drive flank parts, and twice the way of the coast flank until the next look at the
+largest speed of late: a flank that is found late, deep inside the other, would get its elastic
+energy for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from flexgear.analysis.active_dofs import channel_motion
+from flexgear.analysis.vectors import dot
+from flexgear.coupling.compiled import INNER
+
+GAP = 0.3  # of the backlash: what else than the look may close until the next one
+PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
+LATE = 0.9  # of the largest approach speed that is remembered from one look to the next
+NONE = 1e30  # margins where there is no coast flank
+
+
+@njit(**INNER)
+def _nearest(pairs, count, m, s_pitch):
+    """The pair of gear mesh m nearest the pitch point, −1 where there is none."""
+    best = -1
+    distance = 1e30
+    for q in range(count):
+        if pairs[q].mesh == m:
+            off = abs(pairs[q].s - s_pitch)
+            if off < distance:
+                distance = off
+                best = q
+    return best
+
+
+@njit(**INNER)
+def _margins_left(coast, radial, delta, way):
+    """How many margins the gap of a coast flank still has; below 1 it has nearly closed.
+
+    radial, delta: approaches along the line of centres and of the drive flank, m; way: of the coast
+    flank until the next look.
+    """
+    margin = GAP * coast.gap + PITCH * coast.pitch + max(delta, 0.0) + 2.0 * way
+    return (coast.gap - coast.largest_error - (2.0 * radial - delta)) / margin
+
+
+@njit(**INNER)
+def _gear_approach(mesh, theta, x, y):
+    """Approach of the gear end at the line of centres, from its motion in the gear's frame."""
+    angle = mesh.phi
+    if mesh.turns >= 0:
+        angle += theta[mesh.turns]
+    return mesh.cos_b * mesh.normal_x * (math.cos(angle) * x + math.sin(angle) * y)
+
+
+@njit(**INNER)
+def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
+    """Watch the coast flank of gear mesh m if its gap has nearly closed at a channel motion."""
+    mesh = meshes[m]
+    best = _nearest(rows.pair, pairs, m, mesh.s_pitch)
+    if best < 0:
+        active_flanks[mesh.back] = 1
+        return
+    r, delta = rows.pair[best].row, 0.0
+    radial = -mesh.cos_b * mesh.normal_x * motion[6 * rows.blocks[r, 0]]
+    for a in range(rows.row[r].width):
+        base = 6 * rows.blocks[r, a]
+        for p in range(6):
+            delta += rows.coef[r, a, p] * motion[base + p]
+    c = 6 * rows.blocks[r, 1]
+    radial += _gear_approach(mesh, theta, motion[c], motion[c + 1])
+    left = _margins_left(meshes[mesh.back], radial, delta, 0.0)
+    active_flanks[mesh.back] = 1 if left < 1.0 else 0
+
+
+@njit(**INNER)
+def _radial_approach(data, work, m, r):
+    """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
+    channels, active, modes = data.channels, work.active, work.modes
+    counts, meshes = active.counts[0], data.elements.gears.mesh
+    force, eta, rate = work.dofs.force, modes.free, modes.free_rate
+    line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
+    radial = channel_motion(channels, active, line, eta, force)
+    nearing = dot(rate, channels.modes[line])
+    if work.rows.row[r].beyond < work.rows.row[r].width:
+        c = 6 * work.rows.blocks[r, 1]
+        x = channel_motion(channels, active, c, eta, force)
+        y = channel_motion(channels, active, c + 1, eta, force)
+        radial += _gear_approach(meshes[m], modes.theta, x, y)
+        x, y = dot(rate, channels.modes[c]), dot(rate, channels.modes[c + 1])
+        nearing += _gear_approach(meshes[m], modes.theta, x, y)
+    return radial, nearing
+
+
+@njit(**INNER)
+def look_after_step(data, work, pairs, ahead, active_flanks):
+    """The same after a step, at its new motion; ahead: time until the next look, s.
+
+    Returns the fewest margins that any gap has: at two, half as many looks are as safe.
+    """
+    fewest, meshes, rows, speed = NONE, data.elements.gears.mesh, work.rows, work.back_speed
+    for m in range(meshes.shape[0]):
+        b = meshes[m].back
+        if b < 0:
+            continue
+        best = _nearest(rows.pair, pairs, m, meshes[m].s_pitch)
+        if best < 0:
+            active_flanks[b] = 1
+            fewest = 0.0
+            continue
+        r = rows.pair[best].row
+        radial, nearing = _radial_approach(data, work, m, r)
+        delta = work.problem.motion[0, r] - rows.row[r].offset
+        approach = work.problem.motion[1, r]
+        speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])
+        left = _margins_left(meshes[b], radial, delta, ahead * speed[m])
+        active_flanks[b] = 1 if left < 1.0 else 0
+        fewest = min(fewest, left)
+    return fewest

@@ -1,0 +1,211 @@
+"""The contact problem of a step: Newton on the laws of all force elements at once.
+
+With D the displacement and W the rate of rows under unit forces, the forces F of n rows satisfy
+
+    F = law(δ, δ̇),   δ = δ* − D F,   δ̇ = δ̇* − W F,
+
+δ*, δ̇* being what rows do without them. Linearised about some δ₀, δ̇₀ with tangents K and C, which
+couple rows of one element only,
+
+    (I + K D + C W) F = F₀ + K (δ* − δ₀) + C (δ̇* − δ̇₀).
+
+Elements whose law disagrees with its answer are linearised anew about it: that is Newton's method
+where laws are smooth, and an active set where they have branches, as tooth pairs have, which
+settles with the exact answer. Laws rise with δ, and δ̇ with δ within a step, so that the answer is
+unique. After some tries only the first element that disagrees is changed, which cannot cycle
+between branches (Murty's rule).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.static_contact import solve_dense
+from flexgear.analysis.vectors import add_two, dot, fill, rounded_up, wide
+from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.elements import PLACES, places, widest
+from flexgear.coupling.pair_data import BEARING, PairData
+
+Array = NDArray[np.float64]
+TRIES = 60  # linear problems until all laws agree
+CAUTIOUS = 20  # tries after which one element changes at a time
+AGREES = 1e-10  # of the largest force, by which a law and its answer may differ
+TOUCHING = 1.0  # m: the motion about which elements are linearised that were not there before
+
+
+class ContactProblem(NamedTuple):
+    """n rows of E elements, the largest of r rows."""
+
+    displacement: Array  # (R, R) D, m/N
+    rate: Array  # (R, R) W, m/(N s)
+    free: Array  # (2, R) δ* with offsets, and δ̇*
+    motion: Array  # (2, R) δ, δ̇ at the answer
+    force: Array  # (R,) N
+    matrix: Array  # (R, R)
+
+
+class LawSpace(NamedTuple):
+    """Laws of E elements about some motion, and work space for one more."""
+
+    motion: Array  # (E + 1, 2, r) δ₀, δ̇₀
+    force: Array  # (E + 1, 2, r) F₀ and its part that has a potential
+    tangent: Array  # (E + 1, 2, r, r) K, C
+
+
+def contact_problem(rows: int) -> ContactProblem:
+    """Work space; what is behind the rows in use stays finite, as whole vectors are read."""
+    size = rounded_up(rows)
+    return ContactProblem(
+        displacement=np.zeros((rows, size)),
+        rate=np.zeros((rows, size)),
+        free=np.zeros((2, rows)),
+        motion=np.zeros((2, rows)),
+        force=np.zeros(size),
+        matrix=np.zeros((rows, size)),
+    )
+
+
+def law_space(elements: int, rows: int) -> LawSpace:
+    """Work space for elements of at most ``rows`` rows."""
+    count = elements + 1
+    return LawSpace(
+        np.zeros((count, 2, rows)), np.zeros((count, 2, rows)), np.zeros((count, 2, rows, rows))
+    )
+
+
+def first_memory(data: PairData) -> Array:
+    """Memory (places, 2, r) of the elements before the first step: tooth pairs touch, all else is
+    where it was made."""
+    memory = np.zeros((places(data), 2, widest(data)))
+    memory[: PLACES * len(data.s0), 0] = TOUCHING
+    return memory
+
+
+@njit(**INNER)
+def linearise(laws, rows, e, motion, space):
+    """The law of element e about the motion (2, R) of all rows, in place e of ``space``; its
+    potential, J."""
+    element = rows.element[e]
+    own = space.motion[e]
+    for a in range(element.rows):
+        own[0, a] = motion[0, element.first + a]
+        own[1, a] = motion[1, element.first + a]
+    return laws[element.law](rows.parameters[e], own, space.force[e], space.tangent[e])
+
+
+@njit(**INNER)
+def start_guess(laws, rows, count, memory, space):
+    """Linearise all elements about their motion at the last step; memory (places, 2, r)."""
+    for e in range(count):
+        element = rows.element[e]
+        own, known = space.motion[e], memory[element.place]
+        for a in range(element.rows):
+            own[0, a], own[1, a] = known[0, a], known[1, a]
+        laws[element.law](rows.parameters[e], own, space.force[e], space.tangent[e])
+
+
+@njit(**INNER)
+def remember(rows, count, motion, memory):
+    """Note the motion of all elements; those that are not there are taken to touch next time."""
+    for p in range(memory.shape[0]):
+        for a in range(memory.shape[2]):
+            memory[p, 0, a], memory[p, 1, a] = TOUCHING, 0.0
+    for e in range(count):
+        element = rows.element[e]
+        for a in range(element.rows):
+            memory[element.place, 0, a] = motion[0, element.first + a]
+            memory[element.place, 1, a] = motion[1, element.first + a]
+
+
+@njit(**INNER, fastmath=FAST)
+def _assemble(rows, count, n, space, problem):
+    """The linear problem of the tangents in ``space``; its right side goes to ``force``."""
+    free, force, size = problem.free, problem.force, wide(n)
+    for e in range(count):
+        element, first = rows.element[e], rows.element[e].first
+        for a in range(element.rows):
+            i = first + a
+            line, total = problem.matrix[i, :size], space.force[e, 0, a]
+            fill(line, 0.0)
+            for b in range(element.rows):
+                k, c = space.tangent[e, 0, a, b], space.tangent[e, 1, a, b]
+                add_two(line, k, problem.displacement[first + b], c, problem.rate[first + b])
+                total += k * (free[0, first + b] - space.motion[e, 0, b])
+                total += c * (free[1, first + b] - space.motion[e, 1, b])
+            line[i] += 1.0
+            force[i] = total
+
+
+@njit(**INNER)
+def disagree(laws, work, count, x, least, share):
+    """Whether laws of an equilibrium that are not tooth pairs' disagree with its forces x (R,) by
+    more than ``least`` of the largest; these are linearised next ``share`` of the way from where
+    they were to its motion."""
+    largest, found, rows, space = 0.0, False, work.rows, work.space
+    for e in range(count):
+        element = rows.element[e]
+        for a in range(element.rows):
+            largest = max(largest, abs(x[element.first + a]))
+    spare = space.motion.shape[0] - 1
+    for e in range(count):
+        element = rows.element[e]
+        if rows.row[element.first].kind != BEARING:
+            continue
+        own, force, wrong = space.motion[spare], space.force[spare], False
+        for a in range(element.rows):
+            own[0, a], own[1, a] = work.delta[0, element.first + a], 0.0
+        laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
+        for a in range(element.rows):
+            wrong = wrong or abs(force[0, a] - x[element.first + a]) > least * largest
+        for a in range(element.rows):
+            if wrong:
+                known = work.memory[element.place, 0]
+                known[a] += share * (own[0, a] - known[a])
+        found = found or wrong
+    return found
+
+
+@njit(**INNER)
+def _disagrees(laws, rows, e, problem, space, least):
+    """Whether the law of an element gives another force at the answer than the answer has."""
+    spare = space.motion.shape[0] - 1
+    element = rows.element[e]
+    own, force = space.motion[spare], space.force[spare]
+    for a in range(element.rows):
+        own[0, a] = problem.motion[0, element.first + a]
+        own[1, a] = problem.motion[1, element.first + a]
+    laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
+    for a in range(element.rows):
+        if abs(force[0, a] - problem.force[element.first + a]) > least:
+            return True
+    return False
+
+
+@njit(**INNER)
+def solve_contact(laws, rows, count, n, space, problem):
+    """Forces and motion of n rows in ``problem``; the number of linear problems, −1 without
+    agreement. ``space`` holds a first linearisation of the ``count`` elements."""
+    for tries in range(1, TRIES + 1):
+        _assemble(rows, count, n, space, problem)
+        if not solve_dense(problem.matrix, problem.force, n):
+            return -1
+        force, largest = problem.force[: wide(n)], 0.0
+        fill(problem.force[n : wide(n)], 0.0)
+        for i in range(n):
+            largest = max(largest, abs(force[i]))
+            problem.motion[0, i] = problem.free[0, i] - dot(force, problem.displacement[i])
+            problem.motion[1, i] = problem.free[1, i] - dot(force, problem.rate[i])
+        wrong = 0
+        for e in range(count):
+            if _disagrees(laws, rows, e, problem, space, AGREES * largest):
+                linearise(laws, rows, e, problem.motion, space)
+                wrong += 1
+                if tries > CAUTIOUS:
+                    break
+        if wrong == 0:
+            return tries
+    return -1

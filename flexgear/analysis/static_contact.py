@@ -1,0 +1,203 @@
+"""Dense elimination, and the contact problem of one position with rows that carry compression only.
+
+Unknown pair forces F with δ = δ̂ − A F − b T and F = k δ. The contact matrix is positive definite, so
+the set of loaded rows is unique; it is found by adding and dropping rows until none is in tension
+and none overlaps unloaded.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from flexgear.analysis.vectors import SIMD, add, dot, wide
+from flexgear.coupling.compiled import FAST, INNER
+
+MAX_SETS = 50
+
+
+@njit(**INNER, fastmath=FAST)
+def solve_dense(a, b, n):
+    """Gaussian elimination with partial pivoting of the leading n × n block, in place; b := x.
+
+    Rows are subtracted in whole multiples of SIMD; columns left of the pivot are not read again.
+    """
+    stop = min(wide(n), a.shape[1])
+    for i in range(n):
+        pivot = i
+        largest = abs(a[i, i])
+        for r in range(i + 1, n):
+            if abs(a[r, i]) > largest:
+                largest = abs(a[r, i])
+                pivot = r
+        if largest == 0.0:
+            return False
+        if pivot != i:
+            for c in range(i, n):
+                a[i, c], a[pivot, c] = a[pivot, c], a[i, c]
+            b[i], b[pivot] = b[pivot], b[i]
+        inverse, start = 1.0 / a[i, i], i - i % SIMD
+        for r in range(i + 1, n):
+            factor = a[r, i] * inverse
+            if factor != 0.0:
+                add(a[r, start:stop], -factor, a[i, start:stop])
+                b[r] -= factor * b[i]
+    for i in range(n - 1, -1, -1):
+        b[i] = (b[i] - dot(b[i + 1 : n], a[i, i + 1 : n])) / a[i, i]
+    return True
+
+
+@njit(**INNER)
+def _laid_out(matrix, right, n, total, active, leak, work, x):
+    """work ← A and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
+    for i in range(total):
+        line, own = matrix[i], work[i]
+        if i < n and active[i] == 0:
+            for c in range(total):
+                own[c] = leak * line[c]
+            own[i] += 1.0 - leak
+            x[i] = leak * right[i]
+        else:
+            for c in range(total):
+                own[c] = line[c]
+            x[i] = right[i]
+
+
+@njit(**INNER)
+def _row_is_wrong(matrix, right, i, total, pushes, leak, least, x):
+    """Whether row i pulls though it is active, or overlaps by more than ``least`` though not."""
+    if pushes == 1:
+        return x[i] < -least
+    force = x[i] / leak if leak > 0.0 else right[i]
+    if leak == 0.0:
+        for b in range(total):
+            force -= matrix[i, b] * x[b]
+    return force > least
+
+
+@njit(**INNER)
+def solve_set(matrix, right, sided, n, extra, active, work, x, leak, least):
+    """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
+
+    matrix (n + extra,)²: row i < n states F_i + Σ_j k_i A_ij F_j + … = right_i; extra equations
+    (balance, given rotations) always hold. sided (n,): 1 where a row can only push;
+    ``active`` (n,) is the first guess of loaded rows and returns the answer. leak: share of its
+    stiffness that an open row keeps; least: pull and overlap that pass, N. Returns the number of
+    sets tried, or −1 without convergence. Every set changes all wrong rows at once; after some
+    tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
+    rule).
+    """
+    total = n + extra
+    for tries in range(4 * MAX_SETS):
+        _laid_out(matrix, right, n, total, active, leak, work, x)
+        if not solve_dense(work, x, total):
+            return -1
+        if leak == 0.0:
+            for i in range(n):
+                if active[i] == 0:
+                    x[i] = 0.0  # exchange of rows may have left rounding there
+        wrong = 0
+        for i in range(n):
+            if sided[i] == 1 and _row_is_wrong(matrix, right, i, total, active[i], leak, least, x):
+                wrong += 1
+                active[i] = 1 - active[i]
+                if tries >= MAX_SETS:
+                    break
+        if wrong == 0:
+            return tries + 1
+    return -1
+
+
+@njit(**INNER)
+def refine_set(matrix, right, n, extra, active, leak, work, spare, x):
+    """One step of iterative refinement of a solution of ``solve_set``; spare (n + extra,) work."""
+    total = n + extra
+    for i in range(total):
+        left = right[i]
+        for c in range(total):
+            left -= matrix[i, c] * x[c]
+        if i < n and active[i] == 0 and leak > 0.0:
+            left -= (1.0 / leak - 1.0) * x[i]
+        spare[i] = left
+    _laid_out(matrix, spare, n, total, active, leak, work, spare)
+    if solve_dense(work, spare, total):
+        for i in range(total):
+            if i >= n or active[i] == 1 or leak > 0.0:
+                x[i] += spare[i]
+
+
+@njit(**INNER)
+def local_blocks(rows, n, local):
+    """List the blocks that rows touch; local: place, blocks, reach, with blocks (m,) and
+    place[block] = position or −1. Returns m.
+
+    Rows are walked from the last to the first and ``reach[j]`` notes how many blocks rows
+    j … n − 1 touch, so that products of row j with later rows need only that many blocks.
+    ``place`` must be −1 everywhere on entry; ``release`` puts it back.
+    """
+    place, blocks, reach = local
+    m = 0
+    for i in range(n - 1, -1, -1):
+        for a in range(rows.row[i].width):
+            b = rows.blocks[i, a]
+            if place[b] < 0:
+                place[b] = m
+                blocks[m] = b
+                m += 1
+        reach[i] = m
+    return m
+
+
+@njit(**INNER)
+def release(local, m):
+    """Undo ``local_blocks``."""
+    place, blocks, _ = local
+    for j in range(m):
+        place[blocks[j]] = -1
+
+
+@njit(**INNER, fastmath=FAST)
+def row_products(rows, n, matrix, local, y, out):
+    """out[i, j] = V_iᵀ G V_j for block rows V and a symmetric channel matrix G (n_c, n_c).
+
+    local: place, blocks and reach of ``local_blocks``; y (≥ 6 m): G V_j on the blocks of rows j and
+    later only; the rest follows by symmetry.
+    """
+    place, blocks, reach = local
+    for j in range(n):
+        far = reach[j]
+        for c in range(6 * far):
+            y[c] = 0.0
+        for a in range(rows.row[j].width):
+            base = 6 * rows.blocks[j, a]
+            for p in range(6):
+                v = rows.coef[j, a, p]
+                line = matrix[base + p]
+                for c in range(far):
+                    at = 6 * blocks[c]
+                    to = 6 * c
+                    y[to] += v * line[at]
+                    y[to + 1] += v * line[at + 1]
+                    y[to + 2] += v * line[at + 2]
+                    y[to + 3] += v * line[at + 3]
+                    y[to + 4] += v * line[at + 4]
+                    y[to + 5] += v * line[at + 5]
+        for i in range(j, n):
+            total = 0.0
+            for a in range(rows.row[i].width):
+                at = 6 * place[rows.blocks[i, a]]
+                for p in range(6):
+                    total += rows.coef[i, a, p] * y[at + p]
+            out[i, j] = total
+            out[j, i] = total
+
+
+@njit(**INNER)
+def row_values(rows, n, vector, out):
+    """out[i] = V_iᵀ u for a channel vector u."""
+    for i in range(n):
+        total = 0.0
+        for a in range(rows.row[i].width):
+            base = 6 * rows.blocks[i, a]
+            for p in range(6):
+                total += rows.coef[i, a, p] * vector[base + p]
+        out[i] = total

@@ -1,0 +1,243 @@
+"""What compiled loops read of the force elements, and the rows and elements they make of it.
+
+The same data as ``PairData``, as records: one of a gear mesh, one of a runout, one of a row that is
+always there. A few contiguous arrays are cheap to hand over and to compile for; fifty are not.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.laws import (
+    GIVEN_FORCE_LAW,
+    LAWS,
+    LINEAR_LAW,
+    ONE_SIDED_LAW,
+    most_rows,
+)
+from flexgear.coupling.pair_data import BEARING, LOAD, SLOTS, SUPPORT, PairData, extra_rows
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Records = Any  # a structured array: numba reads its fields by name
+
+PLACES = 2 * SLOTS  # of a gear mesh in what a step carries on: more than pairs in contact
+BLOCKS = SLOTS + 1  # most blocks of a row
+
+
+def _record(ints: str, reals: str) -> np.dtype[Any]:
+    return np.dtype([(n, np.int64) for n in ints.split()] + [(n, float) for n in reals.split()])
+
+
+GEAR_MESH = _record(
+    "sided model kind front back angle turns planet_block gear_block per_tooth table gear_tooth0 "
+    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth",
+    "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm cos_b "
+    "sin_b s_pitch gap error_amplitude error_phase error_offset largest_error damping radial_x "
+    "radial_y normal_x normal_y tangent_x tangent_y table_start table_step",
+)
+RUNOUT = _record("angle", "amplitude rate phase")
+FIXED_ROW = _record("kind owner", "stiffness")
+FIXED_END = _record("block angle", "")
+FIXED_ELEMENT = _record("law first rows", "")
+
+ROW = _record("kind owner sided width line beyond", "along stiffness damping offset")
+PAIR = _record("row mesh slot tooth planet_tooth index", "stiffness share s z error")
+ELEMENT = _record("law first rows place", "")
+
+
+class GearMeshes(NamedTuple):
+    """Gear meshes m; the path of a pair is read from its table."""
+
+    mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
+    table: Array  # (K, T, 2) stiffness N/m and centroid z m over the path
+    gear_error: Array  # (M, z) m
+    planet_error: Array  # (M, z_p) m
+    runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
+    tooth_position: Array  # (B, 3) m, by block
+
+
+class FixedRows(NamedTuple):
+    """Rows that are always there: supports that turn, bearings, given forces; elements of them."""
+
+    row: Records  # (F,) FIXED_ROW
+    end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
+    vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
+    element: Records  # (E,) FIXED_ELEMENT
+    parameters: Array  # (E, p) of their laws
+
+
+class Elements(NamedTuple):
+    """All force elements."""
+
+    gears: GearMeshes
+    fixed: FixedRows
+
+
+class Rows(NamedTuple):
+    """Work space of one evaluation: rows, the tooth pairs in them, and the elements they form."""
+
+    row: (
+        Records  # (R,) ROW: kind of a gear mesh ≥ 0, SUPPORT, BEARING or LOAD; owner: gear mesh, or
+    )
+    # number among the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh
+    # whose line of action holds the first blocks, −1 none, and beyond: the first it does not hold;
+    # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m
+    blocks: IntArray  # (R, B)
+    coef: Array  # (R, B, 6)
+    pair: Records  # (P,) PAIR: share of the row's load; s, z on its path, m
+    element: Records  # (E,) ELEMENT: law, first row, rows, place in what a step carries on
+    parameters: Array  # (E, p) of the laws
+
+    @property
+    def kind(self) -> IntArray:
+        """Kind of every row (R,)."""
+        return self.row["kind"]  # type: ignore[no-any-return]
+
+    @property
+    def owner(self) -> IntArray:
+        """Gear mesh of every row, or its number among the others (R,)."""
+        return self.row["owner"]  # type: ignore[no-any-return]
+
+    @property
+    def sided(self) -> IntArray:
+        """1 where a row can only push (R,)."""
+        return self.row["sided"]  # type: ignore[no-any-return]
+
+    @property
+    def width(self) -> IntArray:
+        """Blocks of every row (R,)."""
+        return self.row["width"]  # type: ignore[no-any-return]
+
+    @property
+    def line(self) -> IntArray:
+        """Gear mesh whose line of action holds the first blocks of a row, −1 none (R,)."""
+        return self.row["line"]  # type: ignore[no-any-return]
+
+    @property
+    def along(self) -> Array:
+        """ζ of every row on its line of action (R,), m."""
+        return self.row["along"]  # type: ignore[no-any-return]
+
+    @property
+    def beyond(self) -> IntArray:
+        """First block of every row that its line of action does not hold (R,)."""
+        return self.row["beyond"]  # type: ignore[no-any-return]
+
+    @property
+    def stiffness(self) -> Array:
+        """Stiffness of every row (R,), N/m; that of a bearing with a law of its own: nominal."""
+        return self.row["stiffness"]  # type: ignore[no-any-return]
+
+    @property
+    def damping(self) -> Array:
+        """Damping of every row (R,), N s/m."""
+        return self.row["damping"]  # type: ignore[no-any-return]
+
+    @property
+    def offset(self) -> Array:
+        """Error less gap of every row (R,), m."""
+        return self.row["offset"]  # type: ignore[no-any-return]
+
+
+def packed(data: PairData) -> Elements:
+    """The records of ``data``; arrays are copied."""
+    mesh = np.zeros(len(data.s0), dtype=GEAR_MESH)
+    for name in set(GEAR_MESH.names or ()) & set(data._fields):
+        column = getattr(data, name)
+        mesh[name] = column[data.table] if name.startswith("table_") else column
+    for i, axis in enumerate("xy"):
+        mesh[f"radial_{axis}"] = data.radial[:, i]
+        mesh[f"normal_{axis}"] = data.normal[:, i]
+        mesh[f"tangent_{axis}"] = data.tangent_point[:, i]
+    runout = np.zeros(data.runout_amplitude.shape, dtype=RUNOUT)
+    for name in RUNOUT.names or ():
+        runout[name] = getattr(data, f"runout_{name}")
+    gears = GearMeshes(
+        mesh=mesh,
+        table=np.ascontiguousarray(np.stack([data.k_table, data.z_table], axis=-1)),
+        gear_error=np.ascontiguousarray(data.error_gear),
+        planet_error=np.ascontiguousarray(data.error_planet),
+        runout=runout,
+        tooth_position=np.ascontiguousarray(data.tooth_position),
+    )
+    return Elements(gears, _fixed_rows(data))
+
+
+def _fixed_rows(data: PairData) -> FixedRows:
+    """Turning supports, then bearings, then given forces."""
+    count = extra_rows(data)
+    row, end = np.zeros(count, dtype=FIXED_ROW), np.full((count, 2), -1, dtype=FIXED_END)
+    row["owner"] = np.arange(count)
+    vector = np.zeros((count, 2, 6))
+    supports, forces = len(data.support_stiffness), len(data.load_block)
+    at = slice(0, supports)
+    row["kind"][at], row["stiffness"][at] = SUPPORT, data.support_stiffness
+    end["block"][at], end["angle"][at] = data.support_block, data.support_angle
+    vector[at] = data.support_vector
+    laws = [(LINEAR_LAW, n, 1, [k, 0.0]) for n, k in enumerate(data.support_stiffness)]
+    n = supports
+    for law, block, turns, given in zip(
+        data.bearing_law, data.bearing_block, data.bearing_turn, data.bearing_parameters,
+        strict=True,
+    ):  # fmt: skip
+        components = LAWS[law].components
+        laws.append((int(law), n, len(components), list(given)))
+        for component, stiffness in zip(components, LAWS[law].nominal(given), strict=True):
+            row[n]["kind"], row[n]["stiffness"] = BEARING, stiffness
+            end[n]["block"] = block
+            for e, (sign, angle) in enumerate(zip((1.0, -1.0), turns, strict=True)):
+                vector[n, e] = sign * _turned_axis(component, angle)
+            n += 1
+    at = slice(n, count)
+    row["kind"][at], end["block"][at, 0], end["angle"][at, 0] = (
+        LOAD,
+        data.load_block,
+        data.load_angle,
+    )
+    vector[at, 0] = -data.load_vector  # a row acts as −V F: its F is 1
+    laws += [(GIVEN_FORCE_LAW, n + i, 1, [1.0]) for i in range(forces)]
+    element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
+    parameters = np.zeros((len(laws), max([3, *(len(x[3]) for x in laws)])))
+    for i, (law, first, rows, given) in enumerate(laws):
+        element[i] = law, first, rows
+        parameters[i, : len(given)] = given
+    return FixedRows(row, end, vector, element, parameters)
+
+
+def _turned_axis(component: int, angle: float) -> Array:
+    """Unit 6-vector of a component along axes that are turned by ``angle`` about z."""
+    out, c, s = np.zeros(6), np.cos(angle), np.sin(angle)
+    kind, axis = divmod(component, 3)
+    out[3 * kind : 3 * kind + 3] = ((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0))[axis]
+    return out
+
+
+def pair_rows(data: PairData) -> Rows:
+    """Empty work space for ``data``, with room for one more row and element: the brake."""
+    pairs = max(1, len(data.s0) * SLOTS)
+    extra, fixed = extra_rows(data), _fixed_rows(data)
+    return Rows(
+        row=np.zeros(pairs + extra + 1, dtype=ROW),
+        blocks=np.zeros((pairs + extra + 1, BLOCKS), dtype=np.int64),
+        coef=np.zeros((pairs + extra + 1, BLOCKS, 6)),
+        pair=np.zeros(pairs, dtype=PAIR),
+        element=np.zeros(pairs + len(fixed.element) + 1, dtype=ELEMENT),
+        parameters=np.zeros((pairs + len(fixed.element) + 1, fixed.parameters.shape[1])),
+    )
+
+
+def places(data: PairData) -> int:
+    """Elements that a step may carry something on of: tooth pairs in turn, then the fixed ones."""
+    return PLACES * len(data.s0) + len(_fixed_rows(data).element) + 1
+
+
+def widest(data: PairData) -> int:
+    """Most rows of an element."""
+    return most_rows([int(law) for law in data.bearing_law])
+
+
+PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW)  # by ``sided``

@@ -1,0 +1,53 @@
+"""The laws of force elements: force, tangent and energy from displacement and rate, by name.
+
+A *force element* has r rows; row i closes by δ_i = V_iᵀ u (plus an offset) at the rate δ̇_i, and
+carries the force F_i, which acts as −V_i F_i on the train. Its *law* is one compiled function
+
+    energy = law(parameters, motion, force, tangent)
+
+parameters (p,): of the element; motion (2, r): δ and δ̇; it fills force (2, r): F, and the part of it
+that has a potential; tangent (2, r, r): ∂F/∂δ and ∂F/∂δ̇; and returns the potential, J. Tangents
+need not be symmetric; r rows may be coupled. A law knows no rows, and the solvers know no law: they
+call it by its address, so that adding one compiles nothing else anew.
+
+Laws of bearings also say on which of the six components of the relative motion of inner and outer
+ring their rows act. To add one: write its file, and enter it in ``LAWS``.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+from numba.core.errors import NumbaExperimentalFeatureWarning
+
+from flexgear.coupling.laws.basic import GIVEN_FORCE, LINEAR, LINEAR_RATE, ONE_SIDED
+from flexgear.coupling.laws.clearance import CLEARANCE
+from flexgear.coupling.laws.law import Law
+from flexgear.model.errors import FlexgearError
+
+# numba's word for calling functions by address, which works since 0.49
+warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
+
+LAWS: tuple[Law, ...] = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, CLEARANCE)
+ROOM = 16  # the number of laws is part of what the solvers are compiled for
+
+LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW = range(4)
+
+
+def functions() -> tuple[object, ...]:
+    """The compiled functions of all laws, as solvers take them."""
+    return tuple(law.function for law in LAWS) + (LINEAR.function,) * (ROOM - len(LAWS))
+
+
+def law_number(name: str) -> int:
+    """Number of a law by its name; FlexgearError where there is none."""
+    names = [law.name for law in LAWS]
+    if name not in names:
+        raise FlexgearError(f"there is no bearing law {name!r}: one of {', '.join(names)}")
+    return names.index(name)
+
+
+def most_rows(laws: Sequence[int]) -> int:
+    """Most rows that an element of the given laws has."""
+    return max((max(1, len(LAWS[n].components)) for n in laws), default=1)

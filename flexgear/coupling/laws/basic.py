@@ -1,0 +1,67 @@
+"""Laws of tooth pairs, of rows with a constant stiffness, of given forces and of the brake.
+
+One-sided contact:
+
+    F = 0 where δ ≤ 0,   else   F = min(max(0, k δ + c δ̇), 2 k δ)
+
+Damping acts in contact only, never pulls and never exceeds the elastic load: a term c δ̇ that
+switched on at δ = 0 would jump at an impact, where steps were then of first order only. F is
+continuous, and what it needs follows from k and c. At rest it is k ⟨δ⟩, the law of equilibria.
+Under the linear law F = k δ + c δ̇ always. Parameters of both: k, c.
+"""
+
+from __future__ import annotations
+
+from flexgear.coupling.laws.law import Law, compiled_law
+
+
+@compiled_law
+def _linear(parameters, motion, force, tangent):
+    """F = k δ + c δ̇."""
+    k, c = parameters[0], parameters[1]
+    delta = motion[0, 0]
+    force[0, 0], force[1, 0] = k * delta + c * motion[1, 0], k * delta
+    tangent[0, 0, 0], tangent[1, 0, 0] = k, c
+    return 0.5 * k * delta * delta
+
+
+@compiled_law
+def _one_sided(parameters, motion, force, tangent):
+    """Open, damped (k δ + c δ̇) or limited (2 k δ)."""
+    k, c = parameters[0], parameters[1]
+    delta = motion[0, 0]
+    force[0, 0], force[1, 0] = 0.0, 0.0
+    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, 0.0
+    if not delta > 0.0:
+        return 0.0
+    elastic = k * delta
+    damped = elastic + c * motion[1, 0]
+    force[1, 0] = elastic
+    if damped > 2.0 * elastic:
+        force[0, 0], tangent[0, 0, 0] = 2.0 * elastic, 2.0 * k
+    elif damped > 0.0:
+        force[0, 0], tangent[0, 0, 0], tangent[1, 0, 0] = damped, k, c
+    return 0.5 * elastic * delta
+
+
+@compiled_law
+def _given_force(parameters, motion, force, tangent):
+    """F = F₀, whatever moves; its work is booked like that of a damper."""
+    force[0, 0], force[1, 0] = parameters[0], 0.0
+    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, 0.0
+    return 0.0
+
+
+@compiled_law
+def _linear_rate(parameters, motion, force, tangent):
+    """F = F₀ + c (δ̇ − δ̇₀): the brake about its speed."""
+    force[0, 0] = parameters[0] + parameters[1] * (motion[1, 0] - parameters[2])
+    force[1, 0] = 0.0
+    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, parameters[1]
+    return 0.0
+
+
+LINEAR = Law("linear", _linear)
+ONE_SIDED = Law("one_sided", _one_sided)
+GIVEN_FORCE = Law("given_force", _given_force)
+LINEAR_RATE = Law("linear_rate", _linear_rate)

@@ -1,0 +1,39 @@
+"""A bearing with radial clearance: F = k ⟨|u| − c⟩ u/|u| along x and y. Parameters: k N/m, c m."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flexgear.coupling.laws.law import Law, compiled_law
+
+LOOSE = 1e-4  # share of its stiffness in the tangent of a bearing inside its clearance
+
+
+@compiled_law
+def _clearance(parameters, motion, force, tangent):
+    """The tangent is k along u and k (1 − c/|u|) across it.
+
+    Inside its clearance a bearing has no tangent: a small one keeps what floats there from
+    drifting on, and vanishes from the answer, as the force is zero.
+    """
+    k, gap = parameters[0], parameters[1]
+    x, y = motion[0, 0], motion[0, 1]
+    size = math.sqrt(x * x + y * y)
+    share = 1.0 - gap / size if size > gap else 0.0
+    for i in range(2):
+        force[0, i] = force[1, i] = k * share * motion[0, i]
+        for j in range(2):
+            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
+        tangent[0, i, i] = k * max(share, LOOSE)
+    if share > 0.0:
+        along = k * (1.0 - max(share, LOOSE)) / (size * size)
+        for i in range(2):
+            for j in range(2):
+                tangent[0, i, j] += along * motion[0, i] * motion[0, j]
+    over = max(size - gap, 0.0)
+    return 0.5 * k * over * over
+
+
+CLEARANCE = Law("clearance", _clearance, (0, 1), lambda p: np.array([p[0], p[0]]))

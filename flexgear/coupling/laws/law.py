@@ -1,0 +1,36 @@
+"""What a law of force elements is, and the signature that all of them are compiled for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import cfunc, types
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+SIGNATURE = types.float64(
+    types.float64[::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[:, :, ::1]
+)
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law by name; see ``laws``.
+
+    function: compiled by ``compiled_law``; components: of the relative motion (x, y, z, rx, ry, rz)
+    that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
+    (r,) of the rows of an element with the given parameters, for modes and what is linear.
+    """
+
+    name: str
+    function: Any
+    components: tuple[int, ...] = ()
+    nominal: Callable[[Array], Array] = np.zeros_like
+
+
+def compiled_law(function: Callable[..., float]) -> Any:
+    """The function compiled so that it can be called by its address."""
+    return cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
