@@ -307,7 +307,7 @@ def _image(active, table, rows, j, image):
 
 @njit(**INNER, fastmath=FAST)
 def row_receptances(active, level, share, rows, n, image, displacement, rate):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work space."""
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work."""
     table, dof, value = active.receptance[level], rows.dof, rows.value
     for j in range(n):
         _image(active, table, rows, j, image)

@@ -1,8 +1,8 @@
-"""Dense elimination, and the contact problem of one position with rows that carry compression only.
+"""Dense elimination, and the contact problem of a position with rows that carry compression only.
 
-Unknown pair forces F with δ = δ̂ − A F − b T and F = k δ. The contact matrix is positive definite, so
-the set of loaded rows is unique; it is found by adding and dropping rows until none is in tension
-and none overlaps unloaded.
+Unknown pair forces F with δ = δ̂ − A F − b T and F = k δ. The contact matrix is positive definite,
+so the set of loaded rows is unique; it is found by adding and dropping rows until none is in
+tension and none overlaps unloaded.
 """
 
 from __future__ import annotations

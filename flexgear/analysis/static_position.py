@@ -1,13 +1,13 @@
 """The contact problem of one position at rest: assembled, solved and checked by substitution.
 
-Rows F = k (Vᵀ u + e), or the linearised law of their element (``contact_newton``), with u = P a + S f, the balance P_rᵀ f = 0 of the rigid motions and the given
-rotations make one symmetric complementarity problem: loads of one-sided rows minimise a convex
-energy, so any set of loaded rows that closes is the answer. It is looked for from the flanks that
-carry the torque; where that ends in a set that holds nothing (backlash, errors beyond the load, no
-load at all), by continuation: an open row keeps a share of its stiffness, which makes the answer
-unique, and that share is lowered step by step. Where even the last set leaves a body loose, as at
-rest between two flanks, the body stands where the smallest share leaves it: as near to touching
-all its flanks as it can.
+Rows F = k (Vᵀ u + e), or the linearised law of their element (``contact_newton``), with u = P a + S
+f, the balance P_rᵀ f = 0 of the rigid motions and the given rotations make one symmetric
+complementarity problem: loads of one-sided rows minimise a convex energy, so any set of loaded rows
+that closes is the answer. It is looked for from the flanks that carry the torque; where that ends
+in a set that holds nothing (backlash, errors beyond the load, no load at all), by continuation: an
+open row keeps a share of its stiffness, which makes the answer unique, and that share is lowered
+step by step. Where even the last set leaves a body loose, as at rest between two flanks, the body
+stands where the smallest share leaves it: as near to touching all its flanks as it can.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
 
 @njit(**INNER)
 def _row_motions(n, known, train, work):
-    """δ* and δ* − δ of n rows under unit forces, rigid motions and reactions; see ``ContactSet``."""
+    """δ*, and δ* − δ of n rows under unit forces, rigid motions, reactions: see ``ContactSet``."""
     rows, motion, free = work.rows, work.contact.motion, work.contact.free
     flex, rigid, reactions = train.flexibility, train.rigid, train.reactions
     r, ports = rigid.shape[1], known.shape[0]

@@ -5,8 +5,8 @@ carries the force F_i, which acts as −V_i F_i on the train. Its *law* is one c
 
     energy = law(parameters, motion, force, tangent)
 
-parameters (p,): of the element; motion (2, r): δ and δ̇; it fills force (2, r): F, and the part of it
-that has a potential; tangent (2, r, r): ∂F/∂δ and ∂F/∂δ̇; and returns the potential, J. Tangents
+parameters (p,): of the element; motion (2, r): δ and δ̇. It fills force (2, r): F, and the part of
+it that has a potential; tangent (2, r, r): ∂F/∂δ and ∂F/∂δ̇; and returns the potential, J. Tangents
 need not be symmetric; r rows may be coupled. A law knows no rows, and the solvers know no law: they
 call it by its address, so that adding one compiles nothing else anew.
 
@@ -19,11 +19,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
+import numpy as np
+from numba import njit
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from flexgear.coupling.laws.basic import GIVEN_FORCE, LINEAR, LINEAR_RATE, ONE_SIDED
 from flexgear.coupling.laws.clearance import CLEARANCE
-from flexgear.coupling.laws.law import Law
+from flexgear.coupling.laws.law import Array, Law
 from flexgear.model.errors import FlexgearError
 
 # numba's word for calling functions by address, which works since 0.49
@@ -46,6 +48,19 @@ def law_number(name: str) -> int:
     if name not in names:
         raise FlexgearError(f"there is no bearing law {name!r}: one of {', '.join(names)}")
     return names.index(name)
+
+
+@njit(cache=True)
+def _respond(laws, number, parameters, motion, force, tangent):
+    return laws[number](parameters, motion, force, tangent)
+
+
+def respond(number: int, parameters: Array, motion: Array) -> tuple[float, Array, Array]:
+    """Potential J, force (2, r) and tangent (2, r, r) of a law at one motion (2, r)."""
+    r = motion.shape[1]
+    force, tangent = np.zeros((2, r)), np.zeros((2, r, r))
+    energy = _respond(functions(), number, np.asarray(parameters, float), motion, force, tangent)
+    return float(energy), force, tangent
 
 
 def most_rows(laws: Sequence[int]) -> int:

@@ -1,0 +1,124 @@
+"""Rows on the active contact dofs against plain dense algebra in all channels."""
+
+import numpy as np
+import pytest
+from coupled import make_system
+from numba import njit
+
+from flexgear.analysis import active_dofs as ad
+from flexgear.analysis.static_contact import solve_dense
+from flexgear.analysis.step_space import begin, step_data, work_space
+from flexgear.coupling.action_lines import action_lines
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pairs import fill_rows
+
+STEP, SHARE = 1e-4, 2e4
+
+
+@njit
+def gathered(active, channels, rows, n, on_dofs, last_rows, last):
+    changed = ad.gather(active, channels, rows, n, last_rows, last)
+    ad.gather_receptance(active, channels, 0)
+    ad.place_rows(active, rows, n, on_dofs)
+    return changed
+
+
+@njit
+def products(active, on_dofs, n, eta, force, image, d, w, out):
+    ad.row_receptances(active, 0, SHARE, on_dofs, n, image, d, w)
+    ad.motions(active, eta, eta, out[0], out[1])
+    ad.modal_forces(active, force, out[2])
+    ad.add_residual(active, 0, force, out[3])
+    for i in range(n):
+        out[4, i] = ad.row_value(on_dofs, i, out[0])
+        ad.add_row(on_dofs, i, 1.0, out[5])
+
+
+@njit
+def solved(a, b, n):
+    return solve_dense(a, b, n)
+
+
+@pytest.fixture(scope="module")
+def modal():
+    return modal_system(make_system(**{"gear_mesh.contact_law": "one-sided"}), 3000.0)
+
+
+def dense_rows(modal, rows, n):
+    """(n, n_c) rows on blocks, ports, lines of action: those of lines, then blocks beyond."""
+    ports, pairs = len(modal.system.ports), modal.system.pairs
+    own = len(modal.channels) - ports
+    out = np.zeros((n, own + ports + 3 * len(pairs.s0)))
+    for i in range(n):
+        m = rows.line[i]
+        out[i, own + ports + 2 * m : own + ports + 2 * m + 2] = 1.0, rows.along[i]
+        for a in range(rows.beyond[i], rows.width[i]):
+            at = 6 * rows.blocks[i, a]
+            out[i, at : at + 6] += rows.coef[i, a]
+    return out
+
+
+def test_products_on_active_dofs_are_the_dense_ones(modal):
+    """As teeth come into contact and go, at positions of a turn and back."""
+    data, space = step_data(modal, STEP), work_space(modal)
+    begin(space, data)
+    rows, active, on_dofs = space.work.rows, space.work.active, space.work.on_dofs
+    lines = action_lines(modal.system.pairs, len(modal.system.blocks) // 6)
+    assert len(data.channels.modes) == len(modal.channels) + len(lines)
+    rng, changes = np.random.default_rng(3), 0
+    for turn in (0.0, 0.002, 0.05, 0.052, 0.3, 0.0):
+        theta = np.full(len(modal.angles), turn)
+        n, _, _ = fill_rows(data.elements, theta, front_meshes(modal.system.pairs), rows, False)
+        changes += gathered(active, data.channels, rows, n, on_dofs, space.ledger.rows, 0)
+        dofs, modes = int(active.counts[0]["dofs"]), active.modes.shape[1]
+        at = active.channel[:dofs]
+        assert len(np.unique(at)) == dofs
+        v, g, r = dense_rows(modal, rows, n), data.channels.displacement[0], data.channels.residual
+        eta, force = np.zeros(modes), np.zeros(len(active.channel))
+        eta[: len(modal.omega)] = rng.standard_normal(len(modal.omega))
+        force[:dofs] = rng.standard_normal(dofs)
+        d, w = np.zeros((2, n, n))
+        out = np.zeros((6, max(len(active.channel), modes)))
+        products(active, on_dofs, n, eta, force, space.work.dofs.image, d, w, out)
+        phi = data.channels.modes[at]
+        for found, expected in (
+            (d, v @ g @ v.T),
+            (w, SHARE * v @ (g - r) @ v.T),
+            (out[0, :dofs], phi @ eta),
+            (out[2, :modes], phi.T @ force[:dofs]),
+            (out[3, :dofs], r[np.ix_(at, at)] @ force[:dofs]),
+            (out[4, :n], v @ (data.channels.modes @ eta)),
+            (out[5, :dofs], v.sum(axis=0)[at]),
+        ):
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+        assert not gathered(active, data.channels, rows, n, on_dofs, space.ledger.rows, 0)
+    assert changes > 2
+
+
+def test_rows_of_the_last_step_stay_among_the_dofs(modal):
+    """The account of energy looks back at them."""
+    data, space = step_data(modal, STEP), work_space(modal)
+    begin(space, data)
+    front, work, last = front_meshes(modal.system.pairs), space.work, space.ledger.rows
+    old, _, _ = fill_rows(data.elements, np.zeros(len(modal.angles)), front, last, False)
+    n, _, _ = fill_rows(data.elements, np.full(len(modal.angles), 0.3), front, work.rows, False)
+    assert gathered(work.active, data.channels, work.rows, n, work.on_dofs, last, old)
+    blocks = {
+        int(last.blocks[i, a]) for i in range(old) for a in range(last.beyond[i], last.width[i])
+    }
+    assert (work.active.place[list(blocks)] >= 0).all()
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 15, 16, 17, 28, 44])
+def test_elimination_solves_with_and_without_room_behind_the_rows(n):
+    rng = np.random.default_rng(n)
+    matrix, b = rng.standard_normal((n, n)), rng.standard_normal(n)
+    matrix[0, 0] = 0.0 if n > 1 else 1.0  # has to exchange rows
+    expected = np.linalg.solve(matrix, b)
+    for room in (0, -n % 16 + 16):
+        a, x = np.full((n, n + room), 7.0), b.copy()
+        a[:, :n] = matrix
+        assert solved(a, x, n)
+        np.testing.assert_allclose(x, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert not solved(np.zeros((n, n)), b.copy(), n)

@@ -1,0 +1,67 @@
+"""Every law of force elements: tangents against differences, forces against potentials."""
+
+import numpy as np
+import pytest
+
+from flexgear.coupling.laws import LAWS, law_number, respond
+from flexgear.model.errors import FlexgearError
+
+# parameters and (δ, δ̇) of the rows, each branch of each law
+SAMPLES = {
+    "linear": ((3e8, 2e4), [((-1e-5,), (1e-3,)), ((2e-5,), (-3e-2,))]),
+    "one_sided": (
+        (3e8, 2e4),
+        [((-1e-5,), (0.5,)), ((2e-5,), (-0.5,)), ((2e-5,), (0.1,)), ((2e-5,), (0.5,))],
+    ),
+    "given_force": ((1.0,), [((1e-5,), (0.1,))]),
+    "linear_rate": ((5e3, 20.0, 3.0), [((1e-5,), (2.5,))]),
+    "clearance": (
+        (5e8, 2e-5),
+        [((3e-5, -1e-5), (0.0, 0.0)), ((-1e-5, 5e-5), (0.1, 0.0)), ((1e-5, 5e-6), (0.0, 0.0))],
+    ),
+}  # fmt: skip
+CASES = [(law, p, m) for law, (p, motions) in SAMPLES.items() for m in motions]
+
+
+def response(law, parameters, motion):
+    """Potential, force (2, r), tangent (2, r, r)."""
+    return respond(law_number(law), np.array(parameters), np.array(motion, dtype=float))
+
+
+@pytest.mark.parametrize(("law", "parameters", "motion"), CASES)
+def test_tangents_are_the_differences_of_forces(law, parameters, motion):
+    motion = np.array(motion, dtype=float)
+    _, _, tangent = response(law, parameters, motion)
+    inside = law == "clearance" and np.hypot(*motion[0]) < parameters[1]
+    for kind, step in ((0, 1e-10), (1, 1e-6)):
+        for j in range(motion.shape[1]):
+            low, high = motion.copy(), motion.copy()
+            low[kind, j] -= step
+            high[kind, j] += step
+            change = (response(law, parameters, high)[1] - response(law, parameters, low)[1])[0]
+            scale = max(parameters[0], np.abs(tangent).max())
+            if not inside:  # keeps a small tangent there, see the law
+                np.testing.assert_allclose(
+                    tangent[kind, :, j], change / (2 * step), atol=2e-5 * scale
+                )
+
+
+@pytest.mark.parametrize(("law", "parameters", "motion"), CASES)
+def test_elastic_forces_are_gradients_of_the_potential(law, parameters, motion):
+    motion = np.array(motion, dtype=float)
+    _, force, _ = response(law, parameters, motion)
+    for j in range(motion.shape[1]):
+        low, high = motion.copy(), motion.copy()
+        low[0, j] -= 1e-9
+        high[0, j] += 1e-9
+        change = response(law, parameters, high)[0] - response(law, parameters, low)[0]
+        assert force[1, j] == pytest.approx(
+            change / 2e-9, rel=1e-4, abs=1e-6 * parameters[0] * 1e-5
+        )
+
+
+def test_every_law_is_sampled_and_has_its_name():
+    assert [law.name for law in LAWS] == list(SAMPLES)
+    assert [law_number(law.name) for law in LAWS] == list(range(len(LAWS)))
+    with pytest.raises(FlexgearError, match="no bearing law 'soft': one of linear, "):
+        law_number("soft")
