@@ -20,7 +20,6 @@ _HOME = {
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
     "stage_geometry": "flexgear.gears.geometry",
-    "stage_kinematics": "flexgear.gears.kinematics",
     "power_flow": "flexgear.gears.power_flow",
     "ring_body": "flexgear.structures.build",
     "carrier_body": "flexgear.structures.build",

@@ -23,7 +23,7 @@ def make_case(**overrides):
 
 
 def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
-    geometry = stage_geometry(case.stage)
+    geometry = stage_geometry(case.view())
     ring = cheap_ring(
         case.stage.ring.teeth, geometry.ring.reference_radius, bolt_z=bolt_z, stiffness=stiffness
     )

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from flexgear.cli.display import present, table
@@ -15,10 +14,8 @@ from flexgear.cli.outputs import file_option
 from flexgear.cli.train_check import derived_of_train
 from flexgear.coupling.pace import pace_sections, stage_pace
 from flexgear.files.atomic import file_target, write_bytes
-from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch, gear_mesh_paths
-from flexgear.gears.geometry import GearMeshGeometry, stage_geometry
-from flexgear.gears.kinematics import stage_kinematics
-from flexgear.gears.tooth import ToothGeometry
+from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.report import stage_report
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -45,68 +42,22 @@ def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) ->
 
 def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
     """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
-    geometry, motion, stage = (
-        stage_geometry(case.stage, case.source),
-        stage_kinematics(case),
-        case.stage,
-    )
-    paths = gear_mesh_paths(case)
-    angles = np.asarray(stage.planet_angles, dtype=float)
-    mismatch = float(np.abs(assembly_mismatch(geometry, angles)).max())
-    sections: dict[str, dict[str, Any]] = {
-        "assembly": {
-            "planets": stage.planets,
-            "(z_sun + z_ring)/N": geometry.assembly,
-            "assembles": mismatch <= ASSEMBLY_TOLERANCE,
-            "center_distance_mm": 1e3 * geometry.center_distance,
-            "planet_clearance_mm": 1e3 * geometry.planet_clearance,
-        }
-    }
-    for name in ("sun", "planet", "ring"):
-        sections[name] = _gear(getattr(geometry, name))
-    for name in ("ring", "sun"):
-        path, play = paths[name], getattr(geometry, f"{name}_mesh")
-        phases = [float(s / path.base_pitch % 1.0) for s in path.s0]
-        first = phases[0]
-        sections[f"{name}_gear_mesh"] = {
-            **_gear_mesh(play),
-            "pair_stiffness_peak_n_per_m": float(path.k_grid.max()),
-            "phase_of_planets_in_pitches": [round((p - first) % 1.0, 6) % 1.0 for p in phases],
-        }
+    motion = rated_flow(case)
+    sections = stage_report(case.view(), motion.gear_mesh_forces)
     sections["kinematics"] = {
         "carrier_speed_rpm": motion.carrier_speed * RPM,
         "sun_speed_rpm": motion.sun_speed * RPM,
         "planet_speed_rpm": motion.planet_speed * RPM,
         "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
-        "input_torque_nm": motion.input_torque,
-        "output_torque_nm": motion.output_torque,
-        "ring_torque_nm": motion.ring_torque,
-        "expected_ring_mesh_force_n": motion.ring_mesh_force,
-        "expected_sun_mesh_force_n": motion.sun_mesh_force,
+        "input_torque_nm": motion.carrier_torque,
+        "output_torque_nm": -motion.sun_torque,
+        "ring_torque_nm": -motion.ring_torque,
+        "expected_ring_mesh_force_n": motion.ring_gear_mesh_force,
+        "expected_sun_mesh_force_n": motion.sun_gear_mesh_force,
     }
     sections |= pace_sections(stage_pace(case), case.solver)
     sections["case"] = {"name": case.name, "content_hash": case.content_hash()}
     return sections
-
-
-def _gear(gear: ToothGeometry) -> dict[str, Any]:
-    radii = ("reference", "base", "tip", "root")
-    return {
-        "teeth": gear.teeth,
-        **{f"{r}_diameter_mm": 2e3 * getattr(gear, f"{r}_radius") for r in radii},
-    }
-
-
-def _gear_mesh(play: GearMeshGeometry) -> dict[str, Any]:
-    return {
-        "working_pressure_angle_deg": math.degrees(play.working_angle),
-        "transverse_contact_ratio": play.transverse_contact_ratio,
-        "overlap_ratio": play.overlap_ratio,
-        "contact_ratio": play.total_contact_ratio,
-        "base_pitch_mm": 1e3 * play.base_pitch,
-        "path_of_contact_mm": [1e3 * play.s_lo, 1e3 * play.s_hi],
-        "backlash_um": 1e6 * play.backlash,
-    }
 
 
 def cases(

@@ -53,7 +53,7 @@ class Folder:
     @property
     def outline(self) -> star.StageOutline:
         """Circles that stand for the gears."""
-        g = stage_geometry(self.case.stage)
+        g = stage_geometry(self.case.view())
         return star.StageOutline(
             ring_radius=g.ring.reference_radius,
             sun_radius=g.sun.reference_radius,

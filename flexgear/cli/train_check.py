@@ -10,8 +10,8 @@ from flexgear.coupling.train import train_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
+from flexgear.gears.report import case_report
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.gears.train_report import train_report
 from flexgear.model.case import Case
 from flexgear.results.summary import RPM
 from flexgear.studies.train_angles import StageMotion, stage_motions
@@ -25,7 +25,7 @@ def derived_of_train(train: Case) -> Sections:
     flow = power_flow(train)
     running = {} if train.output is None else _running(train, flow)
     return {
-        **train_report(train),
+        **case_report(train),
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
         "system": _system(train),
@@ -94,7 +94,7 @@ def _direction(train: Case, stage: StageFlow) -> float:
 
     Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
     """
-    radii = stage_radii(train.stage(stage.name), train.source)
+    radii = stage_radii(train.view(stage.name))
     outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
     inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
     tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)

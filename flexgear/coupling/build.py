@@ -25,7 +25,7 @@ from flexgear.coupling.system import (
     without_rigid_forces,
 )
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.structures.reduced import ReducedBody
 
@@ -43,8 +43,8 @@ def build_system(
     variants). Raises InputError where a support would hold the rotation.
     """
     variant = variant or Variant(case.ring.flexible, case.carrier.flexible, case.shaft.flexible)
-    geometry = stage_geometry(case.stage)
-    motion = stage_kinematics(case)
+    geometry = stage_geometry(case.view())
+    motion = rated_flow(case)
     bodies = stage_components(case, geometry, ring, carrier, variant, stiffening)
     a = Assembly(bodies, case.source)
     tie_stage(a, case)
@@ -65,7 +65,7 @@ def build_system(
     rigid = orthonormal_rigid(a.mass, known if loose.shape == known.shape else loose)
     pin_angle = pin_rotation(a, case, radius)
     blocks, teeth = stage_nodes(a, case)
-    sets = stage_sets(case, geometry, tooth_positions=teeth)
+    sets = stage_sets(case, case.view(), motion, tooth_positions=teeth)
     extra = ExtraRows(a.support_rows, a.node_angles, first_block=len(blocks))
     blocks += a.contact_nodes
     pairs = pair_data(sets, len(blocks), extra)
@@ -73,7 +73,7 @@ def build_system(
     rolling_motions(a.bodies, case.source, rigid, contact, pin_angle[None])  # nothing else is free
     d = case.damping
     modal = d.kind == "modal"
-    output_torque = case.brake.rated_torque or motion.output_torque
+    output_torque = case.brake.rated_torque or -motion.sun_torque
     return System(
         variant=variant,
         bodies=tuple(bodies),

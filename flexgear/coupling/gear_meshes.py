@@ -20,6 +20,14 @@ IntArray = NDArray[np.int64]
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 
 
+MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED}  # all others are waves
+
+
+def model_number(name: str) -> int:
+    """PER_PAIR, SUMMED or WAVE of a model of gear meshes as a case names it."""
+    return MODELS.get(name, WAVE)
+
+
 @dataclass(frozen=True)
 class GearMeshSet:
     """One kind of gear mesh of one stage (and half), for all its planets.

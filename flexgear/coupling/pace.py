@@ -29,8 +29,7 @@ from flexgear.coupling.stage_parts import stage_sets
 from flexgear.coupling.train_bodies import lumped_members
 from flexgear.coupling.train_parts import StageFrame, lumped_sets
 from flexgear.gears.contact import GearMeshPath
-from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
@@ -111,10 +110,11 @@ class Pace:
 def stage_pace(case: FlexibleStage) -> Pace:
     """Pace of a flexible stage at its rated speed."""
     teeth = np.zeros((case.stage.ring.teeth, 3))
-    sets = stage_sets(case, stage_geometry(case.stage), tooth_positions=teeth)
+    flow = rated_flow(case)
+    sets = stage_sets(case, case.view(), flow, tooth_positions=teeth)
     solver = case.solver
     given = {"step_time_step": solver.step_time_step, "reduction_limit": solver.reduction_limit}
-    return _pace(stage_kinematics(case).gear_mesh_frequency, sets, solver, given)
+    return _pace(flow.gear_mesh_frequency, sets, solver, given)
 
 
 def train_pace(train: Case) -> Pace:
@@ -124,8 +124,8 @@ def train_pace(train: Case) -> Pace:
     for number, stage in enumerate(train.stages):
         if stage.flexible is not None:
             teeth = np.zeros((stage.flexible.stage.ring.teeth, 3))
-            geometry = stage_geometry(stage.flexible.stage)
-            sets += stage_sets(stage.flexible, geometry, tooth_positions=teeth)
+            view, own = train.view(stage.name), flow.stage(stage.name)
+            sets += stage_sets(stage.flexible, view, own, tooth_positions=teeth)
         else:
             members, own = lumped_members(train, stage), flow.stage(stage.name)
             sets += lumped_sets(train, number, members, own, StageFrame(0, -1), 0)
@@ -154,10 +154,12 @@ def timed_drops(case: FlexibleStage) -> TorqueDrops:
 
 def speed_time_constant(case: FlexibleStage) -> float:
     """τ = (J_drive + i² J_output) ω/(n T) of speed against the brake T ~ ωⁿ, s; inf for n = 0."""
-    motion, drive = stage_kinematics(case), case.drive
+    motion, drive = rated_flow(case), case.drive
     if case.brake.exponent == 0:
         return math.inf
-    inertia = case.inertia.drive + motion.ratio**2 * case.inertia.output
+    inertia = (
+        case.inertia.drive + (motion.sun_speed / motion.carrier_speed) ** 2 * case.inertia.output
+    )
     return inertia * drive.rated_speed / (case.brake.exponent * drive.rated_torque)
 
 

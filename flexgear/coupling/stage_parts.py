@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.links import turn
-from flexgear.coupling.pair_data import KINDS, PER_PAIR, SUMMED
+from flexgear.coupling.pair_data import KINDS
 from flexgear.coupling.system import Variant
-from flexgear.gears.contact import gear_mesh_paths
-from flexgear.gears.errors import pair_errors
-from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.errors import stage_errors
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
@@ -144,23 +146,24 @@ def stage_nodes(a: Assembly, case: FlexibleStage, at: str = "") -> tuple[list[Ar
 
 
 def stage_sets(
-    case: FlexibleStage, geometry: StageGeometry, *, tooth_positions: Array, first_block: int = 0,
-    stage: int = 0, angle: int = 0, forward: bool = True,
+    case: FlexibleStage, view: StageView, flow: StageFlow, *, tooth_positions: Array,
+    first_block: int = 0, stage: int = 0, angle: int = 0,
 ) -> list[GearMeshSet]:  # fmt: skip
     """Gear meshes of a stage with a ring of tooth nodes; blocks: teeth, planets, sun.
 
-    tooth_positions: (z_r, 3) m; forward: rated torque drives the sun by the carrier for θ̇ > 0.
-    With the linear law only the flank that carries it is there. Pair damping takes the equivalent
-    mass on the line of action 1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
+    view, flow: of the stage where it stands, alone or in a train; tooth_positions: (z_r, 3) m. With
+    the linear law only the flank that carries the rated torque is there. Pair damping takes the
+    equivalent mass on the line of action 1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
     """
-    options, n, teeth = case.gear_mesh, case.stage.planets, len(tooth_positions)
-    by_kind, errors = gear_mesh_paths(case), pair_errors(case)
+    options, n, teeth = view.gear_mesh, case.stage.planets, len(tooth_positions)
+    geometry, paths = stage_geometry(view), stage_paths(view, flow.gear_mesh_forces)
+    errors, driven_forward = stage_errors(view, paths), flow.sun_torque <= 0
     polar = {g: gear_inertia(case, g, geometry)[1][2] for g in ("sun", "planet")}
     out = []
     one_sided = options.contact_law == "one-sided"
     for kind in KINDS:
-        path, ring = by_kind[kind], kind.startswith("ring")
-        front = kind.endswith("back") != forward
+        path, ring = paths[kind, ""], kind.startswith("ring")
+        front = kind.endswith("back") != driven_forward
         if not front and not one_sided:
             continue
         inverse = path.base_radius_planet**2 / polar["planet"]
@@ -169,7 +172,7 @@ def stage_sets(
         out.append(
             GearMeshSet(
                 path=path,
-                errors=errors[kind],
+                errors=errors[kind, ""],
                 stage=stage,
                 angle=angle,
                 carrier_angle=angle,
@@ -182,7 +185,7 @@ def stage_sets(
                 one_sided=one_sided,
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
-                model=SUMMED if options.model == "lumped" else PER_PAIR,
+                model=model_number(options.model),
             )
         )
     return out

@@ -39,12 +39,12 @@ from flexgear.coupling.train_build import TrainBuild, end_of, rotation, speed_ro
 from flexgear.coupling.train_loads import frame_forces, given_loads
 from flexgear.coupling.train_parts import StageFrame, lumped_sets, tie_lumped_stage
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.messages import inside
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint
+from flexgear.model.stage_view import inside
 from flexgear.structures.bodies import Body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
@@ -102,7 +102,7 @@ def _bodies(
         hung = stage.flexible.inertia.model_copy(update={"output": train.port_inertia(sun)})
         case = stage.flexible.model_copy(update={"inertia": hung})
         parts = stage_components(
-            case, stage_geometry(case.stage), *flexible[stage.name],
+            case, stage_geometry(train.view(stage.name)), *flexible[stage.name],
             variants.get(stage.name, Variant()), behind=train.port_at(sun) is not None,
         )  # fmt: skip
         bodies += [replace(p, name=f"{stage.name}.{p.name}") for p in parts]
@@ -116,7 +116,7 @@ def _frame(b: TrainBuild, number: int) -> StageFrame:
     if stage.kind == "parallel":
         return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
     if stage.flexible is not None:
-        radius = stage_radii(stage, b.train.source).center_distance
+        radius = stage_radii(b.train.view(stage.name)).center_distance
         pins = pin_rotation(b.a, stage.flexible, radius, f"{stage.name}.")
         return StageFrame(b.angle(pins), b.angle(pins))
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
@@ -134,8 +134,8 @@ def _tie_and_mesh(b: TrainBuild, number: int) -> None:
         nodes, teeth = stage_nodes(b.a, case, at)
         b.blocks += nodes
         b.sets += stage_sets(
-            case, stage_geometry(case.stage), tooth_positions=teeth, first_block=first,
-            stage=number, angle=frame.theta, forward=b.flow.stage(stage.name).sun_torque <= 0,
+            case, b.train.view(stage.name), b.flow.stage(stage.name), tooth_positions=teeth,
+            first_block=first, stage=number, angle=frame.theta,
         )  # fmt: skip
         return
     members = b.members[number]
@@ -190,7 +190,7 @@ def _radius(b: TrainBuild, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     name, _, part = member.partition(".")
     stage = b.train.stage(name)
-    radii = stage_radii(stage, b.train.source)
+    radii = stage_radii(b.train.view(stage.name))
     slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
     return float(getattr(radii, slot))
 

@@ -97,7 +97,7 @@ def lumped_members(train: Case, stage: TrainStage) -> list[LumpedMember]:
 
     A held member without a support against rotation has no rotation.
     """
-    radii, held = stage_radii(stage, train.source), train.held_members()
+    radii, held = stage_radii(train.view(stage.name)), train.held_members()
     out = []
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
         name = f"{stage.name}.{part}"

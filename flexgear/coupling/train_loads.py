@@ -28,7 +28,7 @@ def given_loads(b: TrainBuild) -> list[tuple[int, Array, int]]:
                 "set it to zero; weight hardly bends its bodies",
             )  # fmt: skip
         speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        radius = stage_radii(stage, b.train.source).center_distance
+        radius = stage_radii(b.train.view(stage.name)).center_distance
         for m in b.members[number]:
             block = _block(b, m.body.name)
             place[m.body.name] = (block, frame.carrier)

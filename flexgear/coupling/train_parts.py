@@ -8,19 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.links import turn
-from flexgear.coupling.pair_data import PER_PAIR, SUMMED, WAVE
 from flexgear.coupling.train_bodies import LumpedMember
+from flexgear.gears.errors import stage_errors
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.gears.train_errors import stage_errors
 from flexgear.model.case import Case
 from flexgear.model.train_member import Support
 from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
-MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED}  # all others are waves
 CENTERING = 1e-4  # of its stiffness: what a bearing with clearance keeps about its middle
 
 
@@ -118,8 +116,9 @@ def lumped_sets(
     """
     stage = train.stages[number]
     options = stage.gear_mesh
-    paths = stage_paths(train, stage)
-    errors = stage_errors(train, stage, paths)
+    view = train.view(stage.name)
+    paths = stage_paths(view, flow.gear_mesh_forces)
+    errors = stage_errors(view, paths)
     driven_forward = (flow.planet_torque if stage.kind == "parallel" else -flow.sun_torque) >= 0
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
     place = {(m.part, m.side, m.planet): first_block + k for k, m in enumerate(members)}
@@ -156,7 +155,7 @@ def lumped_sets(
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,
-                model=MODELS.get(options.model, WAVE),
+                model=model_number(options.model),
             )
         )
     return out

@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import Variant
 from flexgear.coupling.train import train_system
-from flexgear.gears.contact import gear_mesh_paths
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import longest_time_step, stage_kinematics
-from flexgear.gears.messages import inside, stage_key
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.kinematics import longest_time_step, rated_flow
+from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
+from flexgear.model.stage_view import inside, stage_key
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
@@ -38,14 +37,15 @@ def require_workable(case: FlexibleStage | Case) -> None:
     """InputError, with the key and what to do, for a case that no analysis could be made of."""
     if isinstance(case, FlexibleStage):
         _require_stage(case)
-        _require_steps(case, stage_kinematics(case).gear_mesh_frequency)
+        _require_steps(case, rated_flow(case).gear_mesh_frequency)
         build_system(case, *stand_ins(case), RIGID)
         return
-    _require_steps(case, max(stage.gear_mesh_frequency for stage in power_flow(case).stages))
+    flow = power_flow(case)
+    _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
     bodies = {}
     for stage in case.stages:
         if stage.flexible is None:
-            stage_paths(case, stage)
+            stage_paths(case.view(stage.name), flow.stage(stage.name).gear_mesh_forces)
             continue
         if f"{stage.name}.ring" not in case.held_members():
             raise InputError(
@@ -79,8 +79,8 @@ def _require_steps(case: FlexibleStage | Case, frequency: float) -> None:
 
 def _require_stage(case: FlexibleStage) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
-    stage_geometry(case.stage, case.source)
-    gear_mesh_paths(case)
+    view = case.view()
+    require_assembly(view, stage_geometry(view))
     for part in (case.ring, case.carrier):
         if part.fe_mesh == "file":
             _require_file(case, part)
@@ -97,7 +97,7 @@ def _require_file(case: FlexibleStage, part: Ring | Carrier) -> None:
 
 def stand_ins(case: FlexibleStage) -> tuple[ReducedBody, ReducedBody]:
     """Ring and carrier of a stage as rigid bodies of the size of the case."""
-    geometry, stage, width = stage_geometry(case.stage), case.stage, case.stage.face_width
+    geometry, stage, width = stage_geometry(case.view()), case.stage, case.stage.face_width
     end = math.copysign(0.5 * width, 1 if case.ring.end == "+z" else -1)
     ring = {
         **_circle("tooth_{:03d}", stage.ring.teeth, geometry.ring.reference_radius),

@@ -14,8 +14,8 @@ Backlash is imposed by thinning the teeth of ring and sun on their back flanks, 
 flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
 
-Stages of trains use the same paths (``paths``): halves of double-helical gears have a side
-and a mid-plane, and stiffness may be a wave over the base pitch in place of single pairs.
+``paths`` puts them together for any stage: halves of double-helical gears have a side and a
+mid-plane, and stiffness may be a wave over the base pitch in place of single pairs.
 """
 
 from __future__ import annotations
@@ -28,15 +28,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
-from flexgear.gears.laws import pair_law
+from flexgear.gears.geometry import GearMeshGeometry, StageGeometry
 from flexgear.gears.stiffness import Law, pair_stiffness
 from flexgear.gears.tooth import ToothGeometry
-from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
-    from flexgear.model.stage import Stage
+    from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -156,28 +153,8 @@ def _back_planet_tooth(g: StageGeometry, gamma: Array, s_back: Array) -> Array:
     return gamma + off - pitch * np.rint(off / pitch)
 
 
-def _require_assembly(case: FlexibleStage, g: StageGeometry, phi: Array) -> None:
-    if case.stage.allow_unassemblable:
-        return
-    if np.abs(assembly_mismatch(g, phi)).max() > ASSEMBLY_TOLERANCE:
-        raise InputError(
-            case.source,
-            "stage.planets",
-            f"the planets do not assemble: (z_s + z_r)/N = {g.assembly:.4g}",
-            "choose tooth numbers with (z_s + z_r)/N whole, or planet_positions that assemble, "
-            "or set allow_unassemblable = true",
-        )
-
-
-def gear_mesh_paths(case: FlexibleStage) -> dict[str, GearMeshPath]:
-    """Paths of all four kinds. Raises InputError where the planets don't assemble."""
-    g = stage_geometry(case.stage, case.source)
-    _require_assembly(case, g, np.asarray(case.stage.planet_angles, dtype=float))
-    return planetary_paths(g, case.stage, lambda gear: pair_law(case, g, gear))
-
-
 def planetary_paths(
-    g: StageGeometry, stage: Stage, law: Callable[[str], Law]
+    g: StageGeometry, stage: TrainStage, planet_hand: str, law: Callable[[str], Law]
 ) -> dict[str, GearMeshPath]:
     """Paths of all four kinds of a planetary stage; law: pair stiffness of "ring" and "sun"."""
     phi = np.asarray(stage.planet_angles, dtype=float)
@@ -203,7 +180,7 @@ def planetary_paths(
         "ring_back": (ring_back, zero, behind),
         "sun_back": (sun_back, sun_teeth(sun_back, -1), zero),
     }
-    hand = 1.0 if stage.planet_hand == "right" else -1.0
+    hand = 1.0 if planet_hand == "right" else -1.0
     paths = {}
     for kind, start in starts.items():
         at_ring = kind.startswith("ring")

@@ -1,6 +1,6 @@
-"""Whether a train has one answer: its mobility, and which speeds or torques are missing or extra.
+"""Whether a case has one answer: its mobility, and which speeds or torques are missing or extra.
 
-A train of n members with c independent ties (members) has mobility M = n − c. It needs M
+A case of n members with c independent ties (members) has mobility M = n − c. It needs M
 speeds; of its p ports p − M need a torque, for the torque system is the transpose of the speeds'.
 """
 
@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.members import Port, Tie, TrainMembers
+from flexgear.gears.members import Members, Port, Tie
 from flexgear.model.errors import InputError
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ RANK = 1e-9
 RPM = 30.0 / math.pi
 
 
-def tie_matrix(members: TrainMembers, ties: tuple[Tie, ...]) -> Array:
+def tie_matrix(members: Members, ties: tuple[Tie, ...]) -> Array:
     """Rows of ties over the members, (ties, members)."""
     rows = np.zeros((len(ties), len(members.names)))
     for row, tie in zip(rows, ties, strict=True):
@@ -28,7 +28,7 @@ def tie_matrix(members: TrainMembers, ties: tuple[Tie, ...]) -> Array:
     return rows
 
 
-def port_matrix(members: TrainMembers, ports: list[Port]) -> Array:
+def port_matrix(members: Members, ports: list[Port]) -> Array:
     """Rows that pick the members of ports, (ports, members)."""
     rows = np.zeros((len(ports), len(members.names)))
     for row, port in zip(rows, ports, strict=True):
@@ -49,7 +49,7 @@ def null_space(matrix: Array) -> Array:
     return np.linalg.svd(matrix)[2][rank(matrix) :].T
 
 
-def require_free_ties(members: TrainMembers) -> int:
+def require_free_ties(members: Members) -> int:
     """The mobility. InputError where ties repeat each other or nothing can turn."""
     rows = tie_matrix(members, members.ties)
     if rank(rows) < len(rows):
@@ -81,7 +81,7 @@ def _first_loop(rows: Array) -> list[int]:
     return []
 
 
-def require_speeds(members: TrainMembers, mobility: int) -> None:
+def require_speeds(members: Members, mobility: int) -> None:
     """InputError unless exactly ``mobility`` independent speeds are given."""
     given = [p for p in members.ports if p.speed is not None]
     ties = tie_matrix(members, members.ties)
@@ -114,7 +114,7 @@ def require_speeds(members: TrainMembers, mobility: int) -> None:
     )  # fmt: skip
 
 
-def require_torques(members: TrainMembers, mobility: int) -> None:
+def require_torques(members: Members, mobility: int) -> None:
     """InputError unless exactly (ports − mobility) independent torques or powers are given."""
     given = [p for p in members.ports if p.torque is not None]
     rest = [p for p in members.ports if p.torque is None]
@@ -156,7 +156,7 @@ def _listed(ports: list[Port], noun: str) -> str:
     return f"{_count(len(ports), noun)} {verb} given{names}"
 
 
-def _clash(members: TrainMembers, ties: Array, given: list[Port]) -> str:
+def _clash(members: Members, ties: Array, given: list[Port]) -> str:
     """What the speeds given first make of the first one that is too many."""
     rows = ties
     for k, port in enumerate(given):

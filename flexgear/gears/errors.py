@@ -1,26 +1,61 @@
-"""Manufacturing errors as compression of tooth pairs, m; positive is excess of material.
+"""Manufacturing errors as compression of gear meshes, m; positive is excess of material.
 
-They follow the gears' angles, not time: the harmonic part runs with the pair's path coordinate,
-2π s/p_bt, so it has gear-mesh frequency at any speed; pitch deviations belong to numbered teeth.
-Single-tooth deviation after Tan et al. 2023, eq. 19: e = ½ (f_a + f_b) sin(…).
-A pin displaced by (r, t) in planet axes moves the planet along, δ = −N·(r, t, 0).
+Every error is a displacement of something, and the compression of a gear mesh
+
+    δ = N·(u_gear(C) − u_planet(C)) + e
+
+says what it does: e is what δ would be if the body itself moved so. In planet axes (x radial, y
+tangential), with N = cos β_b (n_x, n_y), φ planet angle, θ stage angle, Θ the carrier's absolute
+angle, and the gears turning in the carrier by t_s θ, t_p θ, t_r θ (t_s = z_r/z_s, t_p = −z_r/z_p,
+t_r = −1; parallel stage: t_s = −z_gear/z_pinion, t_p = 1):
+
+    sun, ring eccentric      e = +E N·(cos ψ, sin ψ),  ψ = t θ + β − φ
+    ring displaced in space  e = +A N·(cos ψ, sin ψ),  ψ = γ − Θ − φ
+    planet eccentric         e = −E N·(cos ψ, sin ψ),  ψ = t_p θ + β,  on both gear meshes
+    pin displaced (r, t)     e = −N·(r, t)             on both gear meshes
+    all pins by E_c at β_c   e = −E_c N·(cos(β_c − φ), sin(β_c − φ)): the carrier's eccentricity
+    planet teeth thicker     e = +½ Δs cos α_t cos β_b on both gear meshes; Δs transverse, on the
+                             reference circle; half of it is on each flank
+
+with n_x cos ψ + n_y sin ψ = sin(ψ + δ), tan δ = n_x/n_y. So a sun mesh that drives the planet, n =
+(sin α, cos α), has +E_s sin(ψ_s + α) and −E_p sin(ψ_p + α); its ring mesh, n = (−sin α, cos α), has
++E_r sin(ψ_r − α) and −E_p sin(ψ_p − α); the carrier −E_c sin(β_c − φ ± α).
+
+Compared with that, Ren et al. 2021, eq. 16 has the wrong sign for the sun, for the planet at the
+ring (so that a planet acts on its gear meshes with opposite signs, against its eq. 3) and for the
+carrier at the sun, keeps of the carrier only the tangential part, and leaves out cos β_b, which its
+eq. 3 has. With the same size and opposite signs at sun and ring the carrier's error is rolled away
+by the planet. In Hu et al. 2023, eq. 1, where e is taken off the deflection, ring and ring offset
+have the wrong sign, the planet at the sun and the carrier at the ring.
+
+Deviations of teeth follow the gears' angles, not time: the harmonic part, ½ (f_a + f_b) sin(…)
+after Tan et al. 2023, eq. 19, runs with the pair's path coordinate, 2π s/p_bt, so it has gear-mesh
+frequency at any speed; pitch deviations belong to numbered teeth. Both flanks have them, as either
+may carry. Halves of a double-helical stage are cut one by one: they share all errors but the random
+pitch deviations.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.paths import PathKey
+from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.stage_view import StageView
+    from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
+STAGE_ANGLE, CARRIER_ANGLE = 0, 1
 
 
 @dataclass(frozen=True)
@@ -38,10 +73,10 @@ class PairErrors:
     offset: Array
     gear_tooth: Array
     planet_tooth: Array
-    runout_amplitude: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    runout_rate: Array = field(default_factory=lambda: np.zeros(0))
-    runout_phase: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    runout_angle: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    runout_amplitude: Array
+    runout_rate: Array
+    runout_phase: Array
+    runout_angle: NDArray[np.int64]
 
 
 def pitch_deviations(rng: np.random.Generator, shape: tuple[int, ...], deviation: float) -> Array:
@@ -51,43 +86,151 @@ def pitch_deviations(rng: np.random.Generator, shape: tuple[int, ...], deviation
     return deviation * values
 
 
-def pair_errors(
-    case: FlexibleStage, paths: Mapping[str, GearMeshPath] | None = None
-) -> dict[str, PairErrors]:
-    """Errors of all four gear-mesh kinds; paths: those of the case, if they are known.
+@dataclass(frozen=True)
+class TurningVector:
+    """Displacement ``size`` (N,) m towards rate · angle + place (N,) rad, in planet axes."""
 
-    Every flank has its own pitch deviations. A planet tooth's flank that touches the ring when
-    the carrier drives touches the sun when it is driven, and the other way about.
+    size: Array
+    place: Array
+    rate: float
+    angle: int = STAGE_ANGLE
+
+
+def stage_turns(stage: TrainStage) -> dict[str, float]:
+    """Rotation of sun, planet and ring (pinion and gear) in the carrier for one radian of θ."""
+    teeth = {slot: gear.teeth for slot, gear in gears_by_slot(stage).items()}
+    if stage.kind == "parallel":
+        return {"sun": -teeth["planet"] / teeth["sun"], "planet": 1.0}
+    z = teeth["ring"]
+    return {"sun": z / teeth["sun"], "planet": -z / teeth["planet"], "ring": -1.0}
+
+
+def stage_errors(
+    view: StageView, paths: Mapping[PathKey, GearMeshPath]
+) -> dict[PathKey, PairErrors]:
+    """Errors of every gear mesh in ``paths``."""
+    pitch = _pitch_by_path(view.stage, {side for _, side in paths})
+    return {key: _errors_of(view.stage, path, pitch[key]) for key, path in paths.items()}
+
+
+def _errors_of(stage: TrainStage, path: GearMeshPath, pitch: tuple[Array, Array]) -> PairErrors:
+    """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
+    slot, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
+    turning = [(v, 1.0) for v in _gear_vectors(stage, slot)]
+    turning += [(v, -1.0) for v in _planet_vectors(stage)]
+    amplitude, phase = np.zeros((n, len(turning))), np.zeros((n, len(turning)))
+    for h, (vector, sign) in enumerate(turning):
+        amplitude[:, h], phase[:, h] = projected(path, vector, sign)
+    size, place = _gear_mesh_harmonic(stage, slot)
+    return PairErrors(
+        harmonic_amplitude=np.full(n, size),
+        harmonic_phase=np.full(n, place),
+        offset=_pins(stage, path) + _carrier(stage, path) + _thickness(stage, path),
+        gear_tooth=pitch[0],
+        planet_tooth=pitch[1],
+        runout_amplitude=amplitude,
+        runout_phase=phase,
+        runout_rate=np.array([v.rate for v, _ in turning], dtype=float),
+        runout_angle=np.array([v.angle for v, _ in turning], dtype=np.int64),
+    )
+
+
+def in_plane_normal(path: GearMeshPath) -> Array:
+    """cos β_b (n_x, n_y): what of N lies in the plane of rotation, in planet axes."""
+    return path.cos_base_helix * path.normal_xy
+
+
+def projected(path: GearMeshPath, vector: TurningVector, sign: float) -> tuple[Array, Array]:
+    """Amplitude ≥ 0 (m) and phase (rad) of sign · N·vector as A sin(rate · angle + phase), (N,)."""
+    nx, ny = in_plane_normal(path)
+    phase = vector.place + math.atan2(nx, ny) + (0.0 if sign > 0 else math.pi)
+    return math.hypot(nx, ny) * vector.size, phase
+
+
+def _gear_vectors(stage: TrainStage, slot: str) -> list[TurningVector]:
+    """Where sun or ring lies off its place, as every planet sees it."""
+    e, phi = stage.errors, np.asarray(stage.planet_angles, dtype=float)
+    ones = np.ones(len(phi))
+    if slot == "sun":
+        size, phase = e.sun_eccentricity, e.sun_eccentricity_phase
+    else:
+        size, phase = e.ring_eccentricity, e.ring_eccentricity_phase
+    found = []
+    if size:
+        found.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[slot]))
+    if slot == "ring" and e.ring_offset:
+        place = e.ring_offset_phase - phi
+        found.append(TurningVector(e.ring_offset * ones, place, -1.0, CARRIER_ANGLE))
+    return found
+
+
+def _planet_vectors(stage: TrainStage) -> list[TurningVector]:
+    e = stage.errors
+    size = np.array(e.of_planets("planet_eccentricity", stage.planets))
+    if not size.any():
+        return []
+    place = np.array(e.of_planets("planet_eccentricity_phase", stage.planets))
+    return [TurningVector(size, place, stage_turns(stage)["planet"])]
+
+
+def _carrier(stage: TrainStage, path: GearMeshPath) -> Array:
+    """All pins displaced by the same vector of the carrier's frame, (N,) m."""
+    e, phi = stage.errors, np.asarray(stage.planet_angles, dtype=float)
+    towards = e.carrier_eccentricity_phase - phi
+    nx, ny = in_plane_normal(path)
+    return -e.carrier_eccentricity * (nx * np.cos(towards) + ny * np.sin(towards))
+
+
+def _thickness(stage: TrainStage, path: GearMeshPath) -> Array:
+    """Half the excess of thickness, along the normal, (N,) m."""
+    excess = np.array(stage.errors.of_planets("planet_thickness", stage.planets))
+    return 0.5 * math.cos(transverse_angle(stage)) * path.cos_base_helix * excess
+
+
+def _pins(stage: TrainStage, path: GearMeshPath) -> Array:
+    """Pins displaced one by one, (N,) m."""
+    pins = np.zeros((2, stage.planets))
+    for row, given in zip(
+        pins, (stage.errors.pin_radial, stage.errors.pin_tangential), strict=True
+    ):
+        row[: len(given)] = given
+    return -in_plane_normal(path) @ pins
+
+
+def _gear_mesh_harmonic(stage: TrainStage, slot: str) -> tuple[float, float]:
+    """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
+    phase and the gear mesh's own error at its phase, added as phasors."""
+    e = stage.errors
+    teeth = 0.5 * (getattr(e, f"{slot}_tooth") + e.planet_tooth)
+    own, own_phase = getattr(e, f"{slot}_gear_mesh"), getattr(e, f"{slot}_gear_mesh_phase")
+    if not own:
+        return teeth, getattr(e, f"{slot}_phase")
+    both = complex(
+        teeth * math.cos(getattr(e, f"{slot}_phase")) + own * math.cos(own_phase),
+        teeth * math.sin(getattr(e, f"{slot}_phase")) + own * math.sin(own_phase),
+    )
+    return abs(both), math.atan2(both.imag, both.real)
+
+
+def _pitch_by_path(stage: TrainStage, sides: set[str]) -> dict[PathKey, tuple[Array, Array]]:
+    """Pitch deviations of gear (z,) and planets (N, z_p) by path; every flank has its own.
+
+    A planet's flank that meets the ring when the carrier drives meets the sun when it is driven.
+    Halves of a double-helical stage have draws of their own.
     """
-    stage, e = case.stage, case.errors
-    n = stage.planets
-    rng = np.random.default_rng(e.seed)
-    ring = pitch_deviations(rng, (2, stage.ring.teeth), e.ring_pitch)
-    sun = pitch_deviations(rng, (2, stage.sun.teeth), e.sun_pitch)
-    planet = pitch_deviations(rng, (2, n, stage.planet.teeth), e.planet_pitch)
-    pitch = {
-        "ring": (ring[0], planet[0]),
-        "sun": (sun[0], planet[1]),
-        "ring_back": (ring[1], planet[1]),
-        "sun_back": (sun[1], planet[0]),
-    }
-    radial, tangential = np.zeros(n), np.zeros(n)
-    radial[: len(e.pin_radial)] = e.pin_radial
-    tangential[: len(e.pin_tangential)] = e.pin_tangential
-    out = {}
-    for kind, path in (paths or gear_mesh_paths(case)).items():
-        gear = "ring" if kind.startswith("ring") else "sun"
-        front = not kind.endswith("back")
-        amplitude = 0.5 * (getattr(e, f"{gear}_tooth") + e.planet_tooth)
-        phase = getattr(e, f"{gear}_phase")
-        nx, ny = path.normal_xy / np.sqrt(1 + path.slope**2)
-        out[kind] = PairErrors(
-            harmonic_amplitude=np.full(n, amplitude if front else 0.0),
-            harmonic_phase=np.full(n, phase),
-            offset=-(nx * radial + ny * tangential),
-            gear_tooth=pitch[kind][0],
-            planet_tooth=pitch[kind][1],
-            runout_amplitude=np.zeros((n, 0)),
-            runout_phase=np.zeros((n, 0)),
-        )
-    return out
+    e, gears = stage.errors, gears_by_slot(stage)
+    found = {}
+    for side in sorted(sides):
+        seed = e.seed if not side else [e.seed, ("left", "right").index(side)]
+        rng = np.random.default_rng(seed)
+        drawn = {
+            slot: pitch_deviations(rng, (2, gears[slot].teeth), getattr(e, f"{slot}_pitch"))
+            for slot in ("ring", "sun")
+            if slot in gears
+        }
+        planet = pitch_deviations(rng, (2, stage.planets, gears["planet"].teeth), e.planet_pitch)
+        for k, back in enumerate(("", "_back")):
+            found["sun" + back, side] = drawn["sun"][k], planet[1 - k]
+            if "ring" in drawn:
+                found["ring" + back, side] = drawn["ring"][k], planet[k]
+    return found

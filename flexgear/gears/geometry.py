@@ -1,47 +1,32 @@
-"""Gears of a stage at their centre distance: working angles, paths of contact, backlash.
+"""Gears and gear meshes of a stage at their centre distance: paths of contact, ratios, backlash.
 
-Teeth are those of ``tooth``. Working angle: inv α_w = inv α_t + 2 tanα_n (x_1 + x_2)/(z_1 + z_2) at
-zero backlash, with the ring's z negative; centre distance R_c = (r_b1 ± r_b2)/cos α_w (ISO 21771).
-Where a centre distance is given, cos α_w follows from it and the thicknesses leave the backlash
-that they leave.
+Teeth are those of ``tooth``, radii and working angles those of ``radii``. The path of contact lies
+between the tips; teeth have the play that their thicknesses at the working circles leave, and what
+the case asks for.
+
+Where base diameters or working angles are given, tooth numbers still say how the gears roll: the
+phases of planets and the order of the gear mesh come from radii p_b z/2π with the planet's base
+pitch p_b = 2π r_b,planet/z_planet, which are the base radii wherever these fit one another. The
+path of contact then lies between the tips, or is as long as the given contact ratio says.
+
+A parallel stage has its pinion in the sun's slot and its gear in the planet's.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexgear.gears.tooth import (
-    ToothGeometry,
-    base_helix_angle,
-    inverse_involute,
-    involute,
-    tooth_geometry,
-    transverse_angle,
-)
-from flexgear.model.errors import InputError
+from flexgear.gears.radii import StageRadii, gears_by_slot, is_overridden, stage_radii
+from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 
 if TYPE_CHECKING:
-    from flexgear.model.stage import Gear, Stage
+    from flexgear.model.stage_view import StageView
+    from flexgear.model.train_stage import TrainStage
 
-
-@dataclass(frozen=True)
-class ExternalPair:
-    """Two external gears in the places of sun and planet; SI, fields as in ``Stage``."""
-
-    normal_module: float
-    pressure_angle: float
-    helix_angle: float
-    face_width: float
-    backlash_sun: float
-    sun: Gear
-    planet: Gear
-    backlash_ring: float = 0.0  # there is no ring
-
-
-SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
+PER_PAIR_MODELS = ("per_pair", "lumped")
 NO_PLAY = 1e-7  # modules of overlap that are rounding
 
 
@@ -66,118 +51,198 @@ class GearMeshGeometry:
 
 @dataclass(frozen=True)
 class StageGeometry:
-    """A planetary stage.
+    """Gears by slot ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
 
-    center_distance m; transverse_angle α_t and base_helix_angle β_b rad; planet_clearance: gap
-    between tips of neighbouring planets, m (negative: they collide); assembly: (z_s + z_r)/N.
+    overridden: whether a base diameter or working angle is given; gears then have the radii that
+    their tooth numbers give. planet_clearance: gap between tips of neighbouring planets, m (∞ for
+    one planet); assembly: (z_s + z_r)/N. A parallel stage has no ring, and no number there.
     """
 
-    sun: ToothGeometry
-    planet: ToothGeometry
-    ring: ToothGeometry
-    sun_mesh: GearMeshGeometry
-    ring_mesh: GearMeshGeometry
-    center_distance: float
-    transverse_angle: float
-    base_helix_angle: float
+    gears: Mapping[str, ToothGeometry]
+    gear_meshes: Mapping[str, GearMeshGeometry]
+    radii: StageRadii
+    overridden: bool
     planet_clearance: float
     assembly: float
 
+    @property
+    def sun(self) -> ToothGeometry:
+        """Sun, or pinion."""
+        return self.gears["sun"]
 
-def _center_distance(
-    stage: Stage, at: float, sun: float, planet: float, ring: float, where: str
-) -> float:
-    """Centre distance (m) at zero backlash of both gear meshes, or the one that is given."""
-    given = stage.center_distance
-    if given is not None:
-        return given
-    tan_n = math.tan(stage.pressure_angle)
-    z_s, z_p, z_r = stage.sun.teeth, stage.planet.teeth, stage.ring.teeth
-    x_s, x_p, x_r = (getattr(stage, g).profile_shift for g in ("sun", "planet", "ring"))
-    values = []
-    for total_x, total_z, base in (
-        (x_s + x_p, z_s + z_p, sun + planet),
-        (-x_r - x_p, z_r - z_p, ring - planet),
-    ):
-        value = involute(at) + 2 * tan_n * total_x / total_z
-        if value < 0 or total_z <= 0:
-            raise InputError(
-                where, "stage", "the profile shifts leave no working pressure angle",
-                "reduce the negative profile shifts",
-            )  # fmt: skip
-        values.append(base / math.cos(inverse_involute(value)))
-    if abs(values[0] - values[1]) > SAME_DISTANCE * stage.normal_module:
-        raise InputError(
-            where,
-            "stage.center_distance_mm",
-            f"sun–planet wants {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
-            "choose profile shifts with equal centre distances, or give center_distance_mm",
+    @property
+    def planet(self) -> ToothGeometry:
+        """Planet, or gear of a parallel stage."""
+        return self.gears["planet"]
+
+    @property
+    def ring(self) -> ToothGeometry:
+        """Ring of a planetary stage."""
+        return self.gears["ring"]
+
+    @property
+    def sun_mesh(self) -> GearMeshGeometry:
+        """Gear mesh of sun and planet, or of pinion and gear."""
+        return self.gear_meshes["sun"]
+
+    @property
+    def ring_mesh(self) -> GearMeshGeometry:
+        """Gear mesh of planet and ring."""
+        return self.gear_meshes["ring"]
+
+    @property
+    def center_distance(self) -> float:
+        """R_c, m."""
+        return self.radii.center_distance
+
+    @property
+    def transverse_angle(self) -> float:
+        """α_t at the reference circles, rad."""
+        return self.radii.transverse_angle
+
+    @property
+    def base_helix_angle(self) -> float:
+        """β_b, rad."""
+        return self.radii.base_helix_angle
+
+
+def stage_geometry(view: StageView) -> StageGeometry:
+    """Geometry of a stage, of one half if it is double-helical.
+
+    Raises InputError for gears that cannot mesh, planets that collide, and models of the gear mesh
+    that need true teeth where base diameters or angles are given.
+    """
+    stage, radii, overridden = view.stage, stage_radii(view), is_overridden(view.stage)
+    if overridden and view.gear_mesh.model in PER_PAIR_MODELS:
+        raise view.refuse(
+            "gear_mesh.model",
+            f"{view.gear_mesh.model} needs true teeth, but base diameters or angles are given",
+            "use constant, rectangular or fourier, or take those out",
         )
-    return values[0]
+    gears = {
+        slot: tooth_geometry(gear, stage, internal=slot == "ring")
+        for slot, gear in gears_by_slot(stage).items()
+    }
+    if overridden:
+        arm = radii.planet / gears["planet"].teeth
+        gears = {s: replace(tooth, base_radius=arm * tooth.teeth) for s, tooth in gears.items()}
+    gear_meshes = {slot: _gear_mesh(view, radii, gears, slot) for slot in gears if slot != "planet"}
+    clearance = planet_clearance(
+        stage.planet_angles, radii.center_distance, gears["planet"].tip_radius
+    )
+    if clearance < 0 and not (overridden and stage.allow_unassemblable):
+        instead = ", or set allow_unassemblable = true" if overridden else ""
+        raise view.refuse(
+            "planets",
+            f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm",
+            f"use fewer planets, fewer planet teeth or other planet positions{instead}",
+        )
+    teeth = sum(gear.teeth for slot, gear in gears.items() if slot != "planet")
+    assembly = teeth / stage.planets if stage.kind == "planetary" else math.nan
+    return StageGeometry(gears, gear_meshes, radii, overridden, clearance, assembly)
+
+
+def given_contact_ratio(view: StageView, slot: str) -> float | None:
+    """Transverse contact ratio that the case gives for "sun" or "ring"; only waves use it."""
+    options = view.gear_mesh
+    if options.model in PER_PAIR_MODELS:
+        return None
+    return options.sun_contact_ratio if slot == "sun" else options.ring_contact_ratio
+
+
+def given_stiffness(view: StageView, slot: str) -> float | None:
+    """Mean stiffness that the case gives for "sun" or "ring", N/m along N."""
+    options = view.gear_mesh
+    return options.sun_stiffness if slot == "sun" else options.ring_stiffness
+
+
+def planet_clearance(positions: Sequence[float], distance: float, tip_radius: float) -> float:
+    """Gap between tips of neighbouring planets at angles ``positions``, m; ∞ for one planet."""
+    angles = sorted(angle % (2 * math.pi) for angle in positions)
+    if len(angles) < 2:
+        return math.inf
+    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
+    return 2 * distance * math.sin(min(*gaps, math.pi) / 2) - 2 * tip_radius
 
 
 def _gear_mesh(
-    stage: Stage | ExternalPair,
-    gear: ToothGeometry,
-    planet: ToothGeometry,
-    distance: float,
-    where: str,
+    view: StageView, radii: StageRadii, gears: Mapping[str, ToothGeometry], slot: str
 ) -> GearMeshGeometry:
-    internal = gear.internal
-    name = "ring" if internal else "sun"
-    play = stage.backlash_ring if internal else stage.backlash_sun
-    base = gear.base_radius - planet.base_radius if internal else (
-        gear.base_radius + planet.base_radius
-    )  # fmt: skip
-    if not 0 < base < distance:
-        raise InputError(
-            where, "stage.center_distance_mm",
-            f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * base:.3f} mm ({name})",
-            "make the centre distance larger",
-        )  # fmt: skip
-    angle = math.acos(base / distance)
-    if internal:
-        if gear.tip_radius <= gear.base_radius:
-            raise InputError(
-                where, "stage.ring.addendum", "the ring's tip lies inside its base circle",
-                "reduce the addendum or raise the profile shift of the ring",
-            )  # fmt: skip
-        if planet.interferes_with(gear, angle):
-            raise InputError(
-                where, "stage.ring.addendum",
-                "the ring's tip touches the planet's flank below its base circle (interference)",
-                "reduce it, or raise the number of planet teeth",
-            )  # fmt: skip
-    low, high = planet.path_of_contact(gear, angle)
-    room = _bottom_clearance(gear, planet, distance)
-    if min(room) < 0:
-        raise InputError(
-            where, f"stage.{name if room[0] < room[1] else 'planet'}.dedendum",
-            f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate ({name})",
-            "raise it, or lower the mate's addendum",
-        )  # fmt: skip
-    pitch = planet.base_pitch
-    if high - low < pitch:
-        raise InputError(
-            where, f"stage.{name}",
-            f"transverse contact ratio {(high - low) / pitch:.3f} is below 1",
-            "raise addenda or change profile shifts",
-        )  # fmt: skip
-    # normal play left by thicknesses at the working circles, plus what the case asks for
-    scale = distance / base
-    r_g, r_p = gear.base_radius * scale, planet.base_radius * scale
-    thick = gear.thickness_at(r_g) + planet.thickness_at(r_p)
-    inherent = (planet.pitch_angle * r_p - thick) * math.cos(angle)
-    backlash = play + inherent * math.cos(base_helix_angle(stage))
-    if backlash < -NO_PLAY * stage.normal_module:
-        raise InputError(
-            where, f"stage.{name}", f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
-            f"raise backlash_{name}_mm or change the centre distance",
-        )  # fmt: skip
-    overlap = stage.face_width * math.sin(stage.helix_angle) / (math.pi * stage.normal_module)
+    """One gear mesh, with a path as long as a contact ratio that is given, about the same middle
+    (the pitch point where tips do not reach each other)."""
+    stage, planet = view.stage, gears["planet"]
+    angle = radii.ring_angle if slot == "ring" else radii.sun_angle
+    pitch, ratio = planet.base_pitch, given_contact_ratio(view, slot)
+    low, high = planet.path_of_contact(gears[slot], angle)
+    if is_overridden(stage):
+        backlash = _asked_backlash(stage, slot)
+        if high - low < pitch:
+            if ratio is None:
+                ratio = _least_ratio(view, slot, (high - low) / pitch)
+            low = high = radii.planet * math.tan(angle)
+    else:
+        _require_contact(view, gears, slot, radii)
+        backlash = _backlash(view, gears, slot, radii)
+    if ratio is not None:
+        middle, half = 0.5 * (low + high), 0.5 * ratio * pitch
+        low, high = middle - half, middle + half
     return GearMeshGeometry(
-        angle, low, high, pitch, (high - low) / pitch, overlap, max(backlash, 0.0)
+        working_angle=angle,
+        s_lo=low,
+        s_hi=high,
+        base_pitch=pitch,
+        transverse_contact_ratio=(high - low) / pitch if ratio is None else ratio,
+        overlap_ratio=stage.face_width
+        * math.sin(stage.helix_angle)
+        / (math.pi * stage.normal_module),
+        backlash=backlash,
     )
+
+
+def _least_ratio(view: StageView, slot: str, found: float) -> float:
+    """1 where nothing follows from the contact ratio, which is constant stiffness that is given."""
+    if view.gear_mesh.model == "constant" and given_stiffness(view, slot) is not None:
+        return 1.0
+    raise view.refuse(
+        f"gear_mesh.{slot}_contact_ratio",
+        f"the tips leave a contact ratio of {found:.3f} ({view.part(slot)})",
+        f"give {slot}_contact_ratio, or check module and base diameters",
+    )
+
+
+def _require_contact(
+    view: StageView, gears: Mapping[str, ToothGeometry], slot: str, radii: StageRadii
+) -> None:
+    """InputError for interference, tips that reach roots, and a contact ratio below one."""
+    gear, planet = gears[slot], gears["planet"]
+    angle = radii.ring_angle if gear.internal else radii.sun_angle
+    if gear.internal and gear.tip_radius <= gear.base_radius:
+        raise view.refuse(
+            "ring.addendum", "the ring's tip lies inside its base circle",
+            "reduce the addendum or raise the profile shift of the ring",
+        )  # fmt: skip
+    if planet.interferes_with(gear, angle):
+        raise view.refuse(
+            "ring.addendum",
+            "the ring's tip touches the planet's flank below its base circle (interference)",
+            "reduce it, or raise the number of planet teeth",
+        )
+    room = _bottom_clearance(gear, planet, radii.center_distance)
+    if min(room) < 0:
+        short = view.part(slot if room[0] < room[1] else "planet")
+        raise view.refuse(
+            f"{short}.dedendum",
+            f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate "
+            f"({view.part(slot)})",
+            "raise it, or lower the mate's addendum",
+        )
+    low, high = planet.path_of_contact(gear, angle)
+    if high - low < planet.base_pitch:
+        raise view.refuse(
+            view.part(slot),
+            f"transverse contact ratio {(high - low) / planet.base_pitch:.3f} is below 1",
+            "raise addenda or change profile shifts",
+        )
 
 
 def _bottom_clearance(
@@ -195,55 +260,23 @@ def _bottom_clearance(
     )
 
 
-def planet_clearance(positions: Sequence[float], distance: float, tip_radius: float) -> float:
-    """Gap between tips of neighbouring planets at angles ``positions``, m; ∞ for one planet."""
-    angles = sorted(angle % (2 * math.pi) for angle in positions)
-    if len(angles) < 2:
-        return math.inf
-    gaps = [b - a for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True)]
-    return 2 * distance * math.sin(min(*gaps, math.pi) / 2) - 2 * tip_radius
+def _asked_backlash(stage: TrainStage, slot: str) -> float:
+    return stage.backlash_ring if slot == "ring" else stage.backlash_sun
 
 
-def external_pair_geometry(
-    pair: ExternalPair, distance: float, where: str = "case"
-) -> tuple[ToothGeometry, ToothGeometry, GearMeshGeometry]:
-    """Sun, planet and their gear mesh at a centre distance (m), without a ring.
-
-    Raises InputError for gears that cannot mesh.
-    """
-    sun, planet = (tooth_geometry(gear, pair) for gear in (pair.sun, pair.planet))
-    return sun, planet, _gear_mesh(pair, sun, planet, distance, where)
-
-
-def stage_geometry(stage: Stage, where: str = "case") -> StageGeometry:
-    """Geometry of a stage; ``where`` is named in errors.
-
-    Raises InputError for gears that cannot mesh and for planets that collide.
-    """
-    at = transverse_angle(stage)
-    sun, planet = (tooth_geometry(gear, stage) for gear in (stage.sun, stage.planet))
-    ring = tooth_geometry(stage.ring, stage, internal=True)
-    distance = _center_distance(
-        stage, at, sun.base_radius, planet.base_radius, ring.base_radius, where
-    )
-    clearance = planet_clearance(stage.planet_angles, distance, planet.tip_radius)
-    sun_mesh = _gear_mesh(stage, sun, planet, distance, where)
-    ring_mesh = _gear_mesh(stage, ring, planet, distance, where)
-    if clearance < 0:
-        raise InputError(
-            where, "stage.planets",
-            f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm",
-            "use fewer planets, fewer planet teeth or other planet positions",
+def _backlash(
+    view: StageView, gears: Mapping[str, ToothGeometry], slot: str, radii: StageRadii
+) -> float:
+    """Normal play left by thicknesses at the working circles, plus what the case asks for, m."""
+    gear, planet, module = gears[slot], gears["planet"], view.stage.normal_module
+    cos_w = math.cos(radii.ring_angle if gear.internal else radii.sun_angle)
+    r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
+    inherent = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
+    backlash = _asked_backlash(view.stage, slot)
+    backlash += inherent * cos_w * math.cos(radii.base_helix_angle)
+    if backlash < -NO_PLAY * module:
+        raise view.refuse(
+            view.part(slot), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
+            f"raise backlash_{slot}_mm or change the centre distance",
         )  # fmt: skip
-    return StageGeometry(
-        sun=sun,
-        planet=planet,
-        ring=ring,
-        sun_mesh=sun_mesh,
-        ring_mesh=ring_mesh,
-        center_distance=distance,
-        transverse_angle=at,
-        base_helix_angle=base_helix_angle(stage),
-        planet_clearance=clearance,
-        assembly=(sun.teeth + ring.teeth) / stage.planets,
-    )
+    return max(backlash, 0.0)

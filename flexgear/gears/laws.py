@@ -1,4 +1,17 @@
-"""Which single-pair stiffness law a case asks for."""
+"""Stiffness law of a tooth pair that a stage asks for, and the mean of its gear mesh.
+
+Per-pair models have the shape of their law; a mean that is given scales it. Waves (constant,
+rectangular, fourier) have pairs of one stiffness per length of contact line, k' = k̄/(ε_α b), whose
+sum has the mean k̄: the one that the case gives, else c_γ b of ISO 6336-1.
+
+What the ring's FE mesh holds is not counted again: of a law k' the share σ(ξ) of the compliance
+(Weber and Banaschek's split) that is in the FE mesh is taken out, k'/(1 − σ). With the tie "flank"
+σ is the ring's tooth and its foundation; with "root" it is the foundation (the rim below the
+tooth), which is taken out of the law "weber-banaschek" only: ISO's c' and tables stay as they are.
+
+``force`` is the normal force (N) of one gear mesh of "sun" or "ring" at rated load. Only
+Weber–Banaschek's split depends on it, by the logarithm of Hertz's contact.
+"""
 
 from __future__ import annotations
 
@@ -7,83 +20,106 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexgear.gears.geometry import ExternalPair, StageGeometry
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, given_stiffness
+from flexgear.gears.radii import gears_by_slot
 from flexgear.gears.stiffness import Law, iso_single_stiffness, parabola, table_law
+from flexgear.gears.waves import iso_mean_stiffness
 from flexgear.gears.weber_banaschek import PairCompliance, pair_compliance
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
-    from flexgear.model.stage import Stage
+    from flexgear.model.stage_view import StageView
 
 
-def iso_peak(case: FlexibleStage, gear: str) -> float:
-    """ISO 6336-1 peak of the planet against "ring" or "sun", N/m² along the 3D normal."""
-    return iso_pair_peak(case.stage, gear, case.material.young_modulus)
-
-
-def iso_pair_peak(stage: Stage | ExternalPair, gear: str, young_modulus: float) -> float:
-    """The same of a stage, or of a pair of external gears ("sun"); young_modulus Pa."""
-    other = getattr(stage, gear)
+def iso_peak(view: StageView, slot: str) -> float:
+    """c' of ISO 6336-1 with "sun" or "ring", N/m² along the 3D normal."""
+    stage, gears = view.stage, gears_by_slot(view.stage)
     # index 1 of ISO is the pinion, the smaller of two external gears
-    first, second = stage.planet, other
-    if gear != "ring" and other.teeth < stage.planet.teeth:
-        first, second = other, stage.planet
+    first, second = gears["planet"], gears[slot]
+    if slot != "ring" and second.teeth < first.teeth:
+        first, second = second, first
     return iso_single_stiffness(
         teeth=(first.teeth, second.teeth),
-        internal=gear == "ring",
-        shifts=(first.profile_shift, 0.0 if gear == "ring" else second.profile_shift),
+        internal=slot == "ring",
+        shifts=(first.profile_shift, 0.0 if slot == "ring" else second.profile_shift),
         dedendum=0.5 * (first.dedendum + second.dedendum),
         pressure_angle=stage.pressure_angle,
         helix_angle=stage.helix_angle,
-        young_modulus=young_modulus,
+        young_modulus=view.material.young_modulus,
     )
 
 
-def compliance(case: FlexibleStage, geometry: StageGeometry, gear: str) -> PairCompliance:
-    """Weber–Banaschek split of the planet with "ring" or "sun" at the rated line load."""
-    material = case.material
+def line_load(view: StageView, g: StageGeometry, slot: str, force: float) -> float:
+    """w = |F| cosβ_b/(ε_α b), N/m: the gear-mesh force over the mean length of contact."""
+    length = g.gear_meshes[slot].transverse_contact_ratio * view.stage.face_width
+    return abs(force) * math.cos(g.base_helix_angle) / length
+
+
+def compliance(view: StageView, g: StageGeometry, slot: str, force: float) -> PairCompliance:
+    """Weber–Banaschek split of the planet with "ring" or "sun". InputError without load."""
+    if force == 0:
+        raise view.refuse(
+            "gear_mesh.pair_stiffness",
+            f"weber-banaschek needs a load, but no torque passes the gear mesh ({slot})",
+            "load the train, or use iso6336",
+        )
     return pair_compliance(
-        geometry.planet,
-        geometry.ring if gear == "ring" else geometry.sun,
-        geometry.ring_mesh if gear == "ring" else geometry.sun_mesh,
-        young=material.young_modulus,
-        poisson=material.poisson_ratio,
-        line_load=rated_line_load(case, geometry, gear),
+        g.planet,
+        g.gears[slot],
+        g.gear_meshes[slot],
+        young=view.material.young_modulus,
+        poisson=view.material.poisson_ratio,
+        line_load=line_load(view, g, slot, force),
     )
 
 
-def rated_line_load(case: FlexibleStage, geometry: StageGeometry, gear: str) -> float:
-    """w = F cosβ_b/(ε_α b), N/m: the rated gear-mesh force over the mean length of contact."""
-    motion = stage_kinematics(case)
-    gear_mesh = geometry.ring_mesh if gear == "ring" else geometry.sun_mesh
-    force = motion.ring_mesh_force if gear == "ring" else motion.sun_mesh_force
-    length = gear_mesh.transverse_contact_ratio * case.stage.face_width
-    return force * math.cos(geometry.base_helix_angle) / length
+def pair_law(view: StageView, g: StageGeometry, slot: str, force: float) -> Law:
+    """k'(ξ) of the planet with "ring" or "sun", N/m² along the 3D normal, without what the ring's
+    FE mesh holds."""
+    law, whole_tooth = _whole_law(view, g, slot, force), view.fe_tie == "flank"
+    split_law = view.gear_mesh.pair_stiffness == "weber-banaschek"
+    per_pair = view.gear_mesh.model in PER_PAIR_MODELS
+    if slot != "ring" or view.fe_tie is None or not (whole_tooth or (split_law and per_pair)):
+        return law
+    split = compliance(view, g, slot, force)
+    held = split.gear_share if whole_tooth else split.gear.foundation / split.total
+    return table_law(split.xi, law(split.xi) / (1.0 - held))
 
 
-def pair_law(case: FlexibleStage, geometry: StageGeometry, gear: str) -> Law:
-    """k'(ξ) of the gear mesh of the planet with "ring" or "sun", N/m² along the 3D normal.
+def mean_stiffness(view: StageView, g: StageGeometry, slot: str, force: float) -> float:
+    """Mean of one gear mesh (of one half, if double-helical), N/m along the 3D normal."""
+    return law_mean(pair_law(view, g, slot, force), view, g, slot)
 
-    What the ring's FE mesh holds is not counted again. With the tie "flank" that is the ring's
-    tooth and its foundation: their Weber–Banaschek share is taken out of every law. With the tie
-    "root" it is the foundation (the rim below the tooth), which is taken out of the law
-    "weber-banaschek"; ISO's c' and tables stay as they are.
-    """
-    options, flank = case.gear_mesh, gear == "ring" and case.ring.tie == "flank"
+
+def law_mean(law: Law, view: StageView, g: StageGeometry, slot: str) -> float:
+    """Mean over a base pitch of all pairs together, ε_α b ∫ k'(ξ) dξ, N/m."""
+    xi = np.linspace(0.0, 1.0, 2001)
+    values = law(xi)
+    mean = float(np.sum(0.5 * (values[1:] + values[:-1]))) / (len(xi) - 1)
+    return g.gear_meshes[slot].transverse_contact_ratio * view.stage.face_width * mean
+
+
+def _whole_law(view: StageView, g: StageGeometry, slot: str, force: float) -> Law:
+    """k'(ξ) with all that both teeth and their foundations give."""
+    given = given_stiffness(view, slot)
+    if view.gear_mesh.model not in PER_PAIR_MODELS:
+        ratio, width = g.gear_meshes[slot].transverse_contact_ratio, view.stage.face_width
+        mean = iso_mean_stiffness(iso_peak(view, slot), ratio, width) if given is None else given
+        return lambda xi: np.full_like(xi, mean / (ratio * width))
+    law = _shape(view, g, slot, force)
+    if given is None:
+        return law
+    scale = given / law_mean(law, view, g, slot)
+    return lambda xi: scale * law(xi)
+
+
+def _shape(view: StageView, g: StageGeometry, slot: str, force: float) -> Law:
+    options = view.gear_mesh
     if options.pair_stiffness == "weber-banaschek":
-        part = compliance(case, geometry, gear)
-        left = part.total
-        if gear == "ring":
-            left = left - part.gear.foundation - (part.gear.bending if flank else 0.0)
-        return table_law(part.xi, 1.0 / (left * math.cos(geometry.base_helix_angle) ** 2))
+        split = compliance(view, g, slot, force)
+        cos_bb = math.cos(g.base_helix_angle)
+        return table_law(split.xi, 1.0 / (split.total * cos_bb**2))
     if options.pair_stiffness == "table":
         assert options.table is not None  # the model refuses a table law without tables
-        table = getattr(options.table, gear)
-        law = table_law(np.asarray(table.position), np.asarray(table.stiffness))
-    else:
-        law = parabola(iso_peak(case, gear), options.end_ratio)
-    if not flank:
-        return law
-    part = compliance(case, geometry, gear)
-    return table_law(part.xi, law(part.xi) / (1.0 - part.gear_share))
+        table = getattr(options.table, slot)
+        return table_law(np.asarray(table.position), np.asarray(table.stiffness))
+    return parabola(iso_peak(view, slot), options.end_ratio)

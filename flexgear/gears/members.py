@@ -1,4 +1,4 @@
-"""Members of a train and what ties their speeds: stages, joints, held members; and its ports.
+"""Members of a case and what ties their speeds: stages, joints, held members; and its ports.
 
 Every tie is one row Σ c_m ω_m = 0 over member speeds:
 
@@ -17,7 +17,7 @@ from flexgear.gears.radii import stage_radii
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
-    from flexgear.model.train_stage import TrainStage
+    from flexgear.model.stage_view import StageView
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Port:
 
 
 @dataclass(frozen=True)
-class TrainMembers:
+class Members:
     """Names of all members in the order of the stages, ties of their speeds, ports.
 
     loads: moments about z that are given on top (N m) by member.
@@ -61,27 +61,27 @@ class TrainMembers:
     loads: dict[str, float]
 
 
-def train_members(train: Case) -> TrainMembers:
-    """Members, ties and ports of a train. Raises InputError for gears that cannot mesh."""
-    ties = [_stage_tie(stage, train.source) for stage in train.stages]
-    for joint in train.joints:
+def members_of(case: Case) -> Members:
+    """Members, ties and ports of a case. Raises InputError for gears that cannot mesh."""
+    ties = [_stage_tie(case.view(stage.name)) for stage in case.stages]
+    for joint in case.joints:
         name = f"{joint.first} – {joint.second}"
         ties.append(Tie("joint", name, {joint.first: 1.0, joint.second: -1.0}))
-    ties += [Tie("held", member, {member: 1.0}) for member in train.held_members()]
+    ties += [Tie("held", member, {member: 1.0}) for member in case.held_members()]
     ports = [
         Port(given.member, f"inputs[{k}]", given.speed, given.given_torque)
-        for k, given in enumerate(train.inputs)
+        for k, given in enumerate(case.inputs)
     ]
-    if train.output is not None:
-        ports.append(Port(train.output.member, "output", train.output.speed, train.output.torque))
-    loads = dict.fromkeys((load.member for load in train.loads), 0.0)
-    for load in train.loads:
+    if case.output is not None:
+        ports.append(Port(case.output.member, "output", case.output.speed, case.output.torque))
+    loads = dict.fromkeys((load.member for load in case.loads), 0.0)
+    for load in case.loads:
         loads[load.member] += load.moment[2]
-    return TrainMembers(train.source, train.member_names(), tuple(ties), tuple(ports), loads)
+    return Members(case.source, case.member_names(), tuple(ties), tuple(ports), loads)
 
 
-def _stage_tie(stage: TrainStage, where: str) -> Tie:
-    radii = stage_radii(stage, where)
+def _stage_tie(view: StageView) -> Tie:
+    stage, radii = view.stage, stage_radii(view)
     if stage.kind == "planetary":
         ratio = radii.ring / radii.sun
         row = {"sun": 1.0, "ring": ratio, "carrier": -1.0 - ratio}

@@ -17,6 +17,7 @@ of that is the back flank of a sun gear mesh, under the name of what it does. At
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,109 +29,109 @@ from flexgear.gears.contact import (
     GearMeshPath,
     assembly_mismatch,
     gear_mesh_path,
-    gear_mesh_paths,
     planetary_paths,
 )
-from flexgear.gears.messages import stage_key
-from flexgear.gears.train_geometry import PER_PAIR_MODELS, TrainGeometry, train_geometry
-from flexgear.gears.train_laws import mean_stiffness, train_pair_law
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
+from flexgear.gears.laws import mean_stiffness, pair_law
+from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
-from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
-    from flexgear.model.case import Case
-    from flexgear.model.train_stage import TrainStage
+    from flexgear.model.stage_view import StageView
 
 PathKey = tuple[str, str]
 OTHER_HAND = {"right": "left", "left": "right"}
 
 
-def stage_paths(train: Case, stage: TrainStage) -> dict[PathKey, GearMeshPath]:
+def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, GearMeshPath]:
     """Paths by (kind, side): kind "ring", "sun", "ring_back", "sun_back"; side "", or "left" and
     "right" halves. A parallel stage has "sun" and "sun_back" only.
 
-    Raises InputError, with the stage named, for gears that cannot mesh and planets that do not
+    forces: normal force of one gear mesh of "sun" and "ring" at rated load, N, for stiffness that
+    depends on it (``laws``). Raises InputError for gears that cannot mesh and planets that do not
     assemble.
     """
-    if stage.flexible is not None:
-        return {(kind, ""): path for kind, path in gear_mesh_paths(stage.flexible).items()}
-    g = train_geometry(stage, train.source)
-    if stage.kind == "planetary":
-        _require_assembly(train, stage, g)
+    g, stage = stage_geometry(view), view.stage
+    require_assembly(view, g)
     if not stage.double_helical:
-        return {(kind, ""): path for kind, path in _half_paths(train, stage, g).items()}
+        paths = _half_paths(view, g, forces, stage.planet_hand)
+        return {(kind, ""): path for kind, path in paths.items()}
     offset = 0.5 * (stage.half_gap + stage.face_width)
     halves = {
         "left": (stage.planet_hand, -offset),
         "right": (OTHER_HAND[stage.planet_hand], offset),
     }
-    paths = {}
-    for side, (hand, z) in halves.items():
-        half = stage.model_copy(update={"planet_hand": hand})
-        for kind, path in _half_paths(train, half, g).items():
-            paths[kind, side] = replace(path, side=side, z_offset=z)
-    return paths
+    return {
+        (kind, side): replace(path, side=side, z_offset=z)
+        for side, (hand, z) in halves.items()
+        for kind, path in _half_paths(view, g, forces, hand).items()
+    }
 
 
-def assembly_misfit(stage: TrainStage, g: TrainGeometry) -> float:
+def assembly_misfit(view: StageView, g: StageGeometry) -> float:
     """How far a planet's sun tooth is at most from where planet 1 puts it, in sun pitches."""
-    return float(np.abs(assembly_mismatch(g.planetary, np.asarray(stage.planet_angles))).max())
+    if view.stage.kind == "parallel":
+        return 0.0
+    return float(np.abs(assembly_mismatch(g, np.asarray(view.stage.planet_angles))).max())
 
 
-def _require_assembly(train: Case, stage: TrainStage, g: TrainGeometry) -> None:
-    if stage.allow_unassemblable or assembly_misfit(stage, g) <= ASSEMBLY_TOLERANCE:
+def require_assembly(view: StageView, g: StageGeometry) -> None:
+    """InputError where planets do not find their teeth, unless the case allows it."""
+    if view.stage.allow_unassemblable or assembly_misfit(view, g) <= ASSEMBLY_TOLERANCE:
         return
-    raise InputError(
-        train.source,
-        stage_key(stage, "planets"),
+    raise view.refuse(
+        "planets",
         f"the planets do not assemble: (z_s + z_r)/N = {g.assembly:.4g}",
         "choose tooth numbers with (z_s + z_r)/N whole, or planet_positions that assemble, "
         "or set allow_unassemblable = true",
     )
 
 
-def _half_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
-    """Paths of a stage with one helix, or of one half."""
-    if stage.kind == "parallel":
-        paths = _parallel_paths(train, stage, g)
+def _half_paths(
+    view: StageView, g: StageGeometry, forces: Mapping[str, float], hand: str
+) -> dict[str, GearMeshPath]:
+    """Paths of a stage with one helix, or of one half; hand: of the planets."""
+
+    def law(slot: str) -> Law:
+        return pair_law(view, g, slot, forces[slot])
+
+    if view.stage.kind == "parallel":
+        paths = _parallel_paths(view, g, law("sun"), hand)
     else:
-        paths = planetary_paths(
-            g.planetary, stage.stage, lambda slot: train_pair_law(train, stage, g, slot)
-        )
+        paths = planetary_paths(g, view.stage, hand, law)
     out = {}
     for kind, path in paths.items():
         slot = kind.removesuffix("_back")
         arms = {"base_radius_planet": g.radii.planet, "base_radius_gear": getattr(g.radii, slot)}
-        out[kind] = replace(path, **arms, wave=_wave(train, stage, g, slot))
+        out[kind] = replace(path, **arms, wave=_wave(view, g, slot, forces[slot]))
     return out
 
 
-def _wave(
-    train: Case, stage: TrainStage, g: TrainGeometry, slot: str
-) -> NDArray[np.float64] | None:
-    if stage.gear_mesh.model in PER_PAIR_MODELS:
+def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64] | None:
+    options, gear_mesh = view.gear_mesh, g.gear_meshes[slot]
+    if options.model in PER_PAIR_MODELS:
         return None
-    gear_mesh = g.gear_meshes[slot]
     return stiffness_wave(
-        stage.gear_mesh.model,
-        mean_stiffness(train, stage, g, slot),
+        options.model,
+        mean_stiffness(view, g, slot, force),
         gear_mesh.transverse_contact_ratio,
         gear_mesh.overlap_ratio,
-        stage.gear_mesh.harmonics,
+        options.harmonics,
     )
 
 
-def _parallel_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[str, GearMeshPath]:
-    """Front and back path of pinion and gear."""
-    pinion, gear, gear_mesh = g.gears["sun"], g.gears["planet"], g.gear_meshes["sun"]
-    law, zero = train_pair_law(train, stage, g, "sun"), np.zeros(1, np.int64)
+def _parallel_paths(
+    view: StageView, g: StageGeometry, law: Law, planet_hand: str
+) -> dict[str, GearMeshPath]:
+    """Paths of pinion and gear on the drive and the coast flank."""
+    pinion, gear, gear_mesh, zero = g.sun, g.planet, g.sun_mesh, np.zeros(1, np.int64)
     pitch_point = gear.base_radius * math.tan(gear_mesh.working_angle)
     back, gear_tooth, pinion_tooth = _back_of_parallel(g, pitch_point)
     starts = {
         "sun": (np.array([pitch_point]), zero, zero),
         "sun_back": (np.array([back]), zero + pinion_tooth, zero + gear_tooth),
     }
-    hand = 1.0 if stage.planet_hand == "right" else -1.0
+    hand = 1.0 if planet_hand == "right" else -1.0
     return {
         kind: gear_mesh_path(
             kind,
@@ -141,7 +142,7 @@ def _parallel_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[st
             center_distance=g.radii.center_distance,
             rolling_radius=-gear.base_radius,  # a gear turns by +θ, a planet by −(r_b,ring/r_b) θ
             tan_base_helix=hand * math.tan(g.radii.base_helix_angle),
-            half_face=stage.face_width / 2,
+            half_face=view.stage.face_width / 2,
             mirrored=kind == "sun",
             law=law,
         )
@@ -149,7 +150,7 @@ def _parallel_paths(train: Case, stage: TrainStage, g: TrainGeometry) -> dict[st
     }
 
 
-def _back_of_parallel(g: TrainGeometry, front: float) -> tuple[float, int, int]:
+def _back_of_parallel(g: StageGeometry, front: float) -> tuple[float, int, int]:
     """Back flanks when tooth 0 of both gears touches at s = front: s of the pair that is nearest to
     ``front``, and its teeth of gear and pinion.
 
@@ -157,7 +158,7 @@ def _back_of_parallel(g: TrainGeometry, front: float) -> tuple[float, int, int]:
     place γ of the gear's tooth; on the front flank, mirrored, −γ. So s_front + s_back of one tooth
     of the gear is 2 r_b,gear (π + α + Δ). Likewise for the pinion with σ = α + Δ − ρ/r_b,pinion.
     """
-    pinion, gear, gear_mesh = g.gears["sun"], g.gears["planet"], g.gear_meshes["sun"]
+    pinion, gear, gear_mesh = g.sun, g.planet, g.sun_mesh
     angle, pitch = gear_mesh.working_angle, gear_mesh.base_pitch
     same_tooth = 2 * gear.base_radius * (math.pi + angle + gear.base_half_angle) - front
     steps = round((same_tooth - front) / pitch)

@@ -1,4 +1,4 @@
-"""Speeds, torques and powers of any train, from one linear system and its transpose.
+"""Speeds, torques and powers of any case, from one linear system and its transpose.
 
 With the ties G of all members' speeds (members) and the rows S that pick the ports of given
 speed, the speeds are
@@ -31,7 +31,7 @@ from flexgear.gears.determinacy import (
     require_torques,
     tie_matrix,
 )
-from flexgear.gears.members import TrainMembers, train_members
+from flexgear.gears.members import Members, members_of
 from flexgear.gears.stage_flow import StageFlow, stage_flow
 
 if TYPE_CHECKING:
@@ -68,13 +68,13 @@ class PowerFlow:
         return next(s for s in self.stages if s.name == name)
 
 
-def power_flow(train: Case) -> PowerFlow:
-    """Speeds, torques, powers and mean forces of a train.
+def power_flow(case: Case) -> PowerFlow:
+    """Speeds, torques, powers and mean forces of a case.
 
     In free vibration (no output) nothing is loaded, and without inputs all is at rest. Raises
     InputError where the train has no or more than one answer.
     """
-    members = train_members(train)
+    members = members_of(case)
     ties = tie_matrix(members, members.ties)
     if members.ports:
         mobility = require_free_ties(members)
@@ -82,7 +82,7 @@ def power_flow(train: Case) -> PowerFlow:
         speeds = _speeds(members, ties)
     else:
         mobility, speeds = len(members.names) - rank(ties), np.zeros(len(members.names))
-    if train.output is None:
+    if case.output is None:
         outside, ties_torque = {p.member: 0.0 for p in members.ports}, np.zeros(len(ties))
     else:
         require_torques(members, mobility)
@@ -92,7 +92,7 @@ def power_flow(train: Case) -> PowerFlow:
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}
     power = {m: t * speed[m] + 0.0 for m, t in outside.items()}  # no −0
     stage_of = {m: m.rsplit(".", 1)[0] for m in members.names}
-    shaft_of = shafts(members.names, [(j.first, j.second) for j in train.joints])
+    shaft_of = shafts(members.names, [(j.first, j.second) for j in case.joints])
     circulating, through = circulating_power(branch_power, shaft_of, stage_of)
     return PowerFlow(
         mobility=mobility,
@@ -110,18 +110,17 @@ def power_flow(train: Case) -> PowerFlow:
         circulating_power=circulating,
         stages=tuple(
             stage_flow(
-                stage,
+                case.view(stage.name),
                 {part: speed[f"{stage.name}.{part}"] for part in stage.members},
                 {part: branch_torque[f"{stage.name}.{part}"] for part in stage.members},
                 through[stage.name],
-                train.source,
             )
-            for stage in train.stages
+            for stage in case.stages
         ),
     )
 
 
-def _speeds(members: TrainMembers, ties: Array) -> Array:
+def _speeds(members: Members, ties: Array) -> Array:
     given = [p for p in members.ports if p.speed is not None]
     matrix = np.vstack([ties, port_matrix(members, given)])
     right = np.zeros(len(matrix))
@@ -130,7 +129,7 @@ def _speeds(members: TrainMembers, ties: Array) -> Array:
     return np.where(abs(speeds) > NOISE * abs(speeds).max(), speeds, 0.0)
 
 
-def _torques(members: TrainMembers, ties: Array) -> tuple[dict[str, float], Array]:
+def _torques(members: Members, ties: Array) -> tuple[dict[str, float], Array]:
     """Torques from outside by member, and λ of every tie."""
     unknown = [p for p in members.ports if p.torque is None]
     given = {p.member: p.torque for p in members.ports if p.torque is not None}
@@ -152,7 +151,7 @@ def _torques(members: TrainMembers, ties: Array) -> tuple[dict[str, float], Arra
     return outside, ties_torque
 
 
-def _branch_torques(members: TrainMembers, ties: Array, ties_torque: Array) -> dict[str, float]:
+def _branch_torques(members: Members, ties: Array, ties_torque: Array) -> dict[str, float]:
     """Torque by the rest of the train on each member: against what its stage does, N m."""
     stage_rows = [k for k, tie in enumerate(members.ties) if tie.kind == "stage"]
     torques = -ties[stage_rows].T @ ties_torque[stage_rows] + 0.0

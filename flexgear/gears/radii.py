@@ -1,8 +1,10 @@
-"""Radii, centre distance and working angles of one stage of a train.
+"""Radii, centre distance and working angles of a stage.
 
 Reference radius r = m_n z / (2 cosβ), base radius r_b = r cos α_t unless a base diameter is given;
-R_c = (r_b,sun + r_b,planet)/cos α_s = (r_b,ring − r_b,planet)/cos α_r. What a case gives wins over
-what follows from tooth numbers and profile shifts. Papers that print rounded or approximate values
+R_c = (r_b,sun + r_b,planet)/cos α_s = (r_b,ring − r_b,planet)/cos α_r. Without a centre distance or
+working angle that is given, inv α_w = inv α_t + 2 tan α_n (x_1 + x_2)/(z_1 + z_2) at zero backlash,
+with the ring's z negative (ISO 21771). What a case gives wins over what follows from tooth numbers
+and profile shifts. Papers that print rounded or approximate values
 break these relations; that is allowed, because small motion needs only the arms (base radii), the
 directions (working angles) and the places of the planets (centre distance).
 
@@ -15,8 +17,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.messages import gear_mesh_name, named, stage_key
 from flexgear.gears.tooth import (
     base_helix_angle,
     inverse_involute,
@@ -24,13 +24,14 @@ from flexgear.gears.tooth import (
     tooth_geometry,
     transverse_angle,
 )
-from flexgear.model.errors import InputError
 
 if TYPE_CHECKING:
+    from flexgear.model.stage_view import StageView
     from flexgear.model.train_member import TrainGear
     from flexgear.model.train_stage import TrainStage
 
 SLOTS = ("sun", "planet", "ring")
+SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
 
 
 @dataclass(frozen=True)
@@ -72,27 +73,29 @@ def is_overridden(stage: TrainStage) -> bool:
     return any(value is not None for value in (*angles, *diameters))
 
 
-def stage_radii(stage: TrainStage, where: str = "case") -> StageRadii:
-    """Radii and angles of a stage; ``where`` is the file or case named in errors.
-
-    Raises InputError, with the stage named, for gears that cannot mesh at their distance.
-    """
-    at = transverse_angle(stage)
-    gears = gears_by_slot(stage)
+def stage_radii(view: StageView) -> StageRadii:
+    """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
+    stage = view.stage
     reference, base = dict.fromkeys(SLOTS, 0.0), dict.fromkeys(SLOTS, 0.0)
-    for slot, gear in gears.items():
+    for slot, gear in gears_by_slot(stage).items():
         tooth, given = tooth_geometry(gear, stage, internal=slot == "ring"), gear.base_diameter
         reference[slot] = tooth.reference_radius
         base[slot] = tooth.base_radius if given is None else given / 2
-    distance, sun_angle, ring_angle = _distance_and_angles(stage, base, at, where)
+    arms = {"sun": base["sun"] + base["planet"]}
+    if stage.kind == "planetary":
+        arms["ring"] = base["ring"] - base["planet"]
+    distance = stage.center_distance
+    if distance is None:
+        distance = _derived_distance(view, arms)
+    angles = {slot: _working_angle(view, slot, arm, distance) for slot, arm in arms.items()}
     return StageRadii(
         sun=base["sun"],
         planet=base["planet"],
         ring=base["ring"],
         center_distance=distance,
-        sun_angle=sun_angle,
-        ring_angle=ring_angle,
-        transverse_angle=at,
+        sun_angle=angles["sun"],
+        ring_angle=angles.get("ring", 0.0),
+        transverse_angle=transverse_angle(stage),
         base_helix_angle=base_helix_angle(stage),
         sun_reference=reference["sun"],
         planet_reference=reference["planet"],
@@ -100,56 +103,59 @@ def stage_radii(stage: TrainStage, where: str = "case") -> StageRadii:
     )
 
 
-def _distance_and_angles(
-    stage: TrainStage, base: dict[str, float], at: float, where: str
-) -> tuple[float, float, float]:
-    """R_c (m), α_s and α_r (rad; 0 in a parallel stage)."""
-    if stage.kind == "planetary" and not is_overridden(stage):
-        with named(stage):
-            g = stage_geometry(stage.stage, where)
-        return g.center_distance, g.sun_mesh.working_angle, g.ring_mesh.working_angle
-    arms = {"sun": base["sun"] + base["planet"]}
-    given = {"sun": stage.sun_pressure_angle}
-    if stage.kind == "planetary":
-        arms["ring"] = base["ring"] - base["planet"]
-        given["ring"] = stage.ring_pressure_angle
-    distance = stage.center_distance
-    if distance is None:
-        distance = _derived_distance(stage, arms, given, at, where)
-    angles = {}
-    for name, arm in arms.items():
-        angle = given[name]
-        if angle is None:
-            if not 0 < arm < distance:
-                raise InputError(
-                    where, stage_key(stage, "center_distance_mm"),
-                    f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * arm:.3f} mm"
-                    f" ({gear_mesh_name(stage, name)})",
-                    f"make the centre distance larger, or give {name}_pressure_angle_deg",
-                )  # fmt: skip
-            angle = math.acos(arm / distance)
-        angles[name] = angle
-    return distance, angles["sun"], angles.get("ring", 0.0)
+def _given_angles(stage: TrainStage) -> dict[str, float | None]:
+    return {"sun": stage.sun_pressure_angle, "ring": stage.ring_pressure_angle}
 
 
-def _derived_distance(
-    stage: TrainStage,
-    arms: dict[str, float],
-    given: dict[str, float | None],
-    at: float,
-    where: str,
-) -> float:
-    """R_c from a given working angle (the sun's first), else from the profile shifts; m."""
-    for name, arm in arms.items():
-        angle = given[name]
-        if angle is not None:
-            return arm / math.cos(angle)
-    sun, planet = (gears_by_slot(stage)[slot] for slot in ("sun", "planet"))
-    shift = (sun.profile_shift + planet.profile_shift) / (sun.teeth + planet.teeth)
-    value = involute(at) + 2 * math.tan(stage.pressure_angle) * shift
+def _working_angle(view: StageView, slot: str, arm: float, distance: float) -> float:
+    """Given, or cos α_w = (r_b1 ± r_b2)/R_c; rad."""
+    given = _given_angles(view.stage)[slot]
+    if given is not None:
+        return given
+    if not 0 < arm < distance:
+        instead = "" if view.fe_tie else f", or give {slot}_pressure_angle_deg"
+        raise view.refuse(
+            "center_distance_mm",
+            f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * arm:.3f} mm"
+            f" ({view.part(slot)})",
+            f"make the centre distance larger{instead}",
+        )
+    return math.acos(arm / distance)
+
+
+def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
+    """R_c from a given working angle (the sun's first), else from the profile shifts; m.
+
+    True teeth have no backlash in both gear meshes at one distance; where base diameters are given
+    the sun's counts.
+    """
+    stage = view.stage
+    for slot, angle in _given_angles(stage).items():
+        if angle is not None and slot in arms:
+            return arms[slot] / math.cos(angle)
+    if is_overridden(stage):
+        return _distance_of_shifts(view, "sun", arms["sun"])
+    values = [_distance_of_shifts(view, slot, arm) for slot, arm in arms.items()]
+    if abs(values[0] - values[-1]) > SAME_DISTANCE * stage.normal_module:
+        raise view.refuse(
+            "center_distance_mm",
+            f"sun–planet wants {1e3 * values[0]:.3f} mm and planet–ring {1e3 * values[1]:.3f} mm",
+            "choose profile shifts with equal centre distances, or give center_distance_mm",
+        )
+    return values[0]
+
+
+def _distance_of_shifts(view: StageView, slot: str, arm: float) -> float:
+    """R_c at which the gear mesh has no backlash, m."""
+    gears = gears_by_slot(view.stage)
+    gear, planet = gears[slot], gears["planet"]
+    shifts = gear.profile_shift + planet.profile_shift
+    teeth = planet.teeth + (-gear.teeth if slot == "ring" else gear.teeth)
+    value = involute(transverse_angle(view.stage))
+    value += 2 * math.tan(view.stage.pressure_angle) * shifts / teeth
     if value < 0:
-        raise InputError(
-            where, stage_key(stage, ""), "the profile shifts leave no working pressure angle",
+        raise view.refuse(
+            "", "the profile shifts leave no working pressure angle",
             "reduce the negative profile shifts",
         )  # fmt: skip
-    return arms["sun"] / math.cos(inverse_involute(value))
+    return arm / math.cos(inverse_involute(value))

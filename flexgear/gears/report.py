@@ -1,127 +1,140 @@
-"""What ``flexgear check`` tells about a case: geometry, phasing, speeds, forces; data only."""
+"""What ``flexgear check`` tells about the stages of a case: assembly, gears, gear meshes.
+
+Data only. Keys end in their unit, as those of case files do. Speeds and forces are the power
+flow's.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexgear.gears.contact import assembly_mismatch, gear_mesh_paths
-from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
-from flexgear.gears.kinematics import stage_kinematics
-from flexgear.gears.laws import compliance, iso_peak
+from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
+from flexgear.gears.laws import iso_peak
+from flexgear.gears.paths import assembly_misfit, stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.tooth import ToothGeometry
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.case import Case
+    from flexgear.model.stage_view import StageView
 
-RPM = 30.0 / math.pi
-
-
-@dataclass(frozen=True)
-class Row:
-    """One line: section, label, value in ``unit``; note says whether all is well."""
-
-    section: str
-    label: str
-    value: float | str
-    unit: str = ""
-    note: str = ""
+Report = dict[str, dict[str, Any]]
 
 
-def check_case(case: FlexibleStage) -> list[Row]:
-    """All rows. Raises InputError for gears that cannot mesh, collide or do not assemble."""
-    g = stage_geometry(case.stage, case.source)
-    paths = gear_mesh_paths(case)  # refuses planets that do not assemble
-    rows = [*_assembly(case, g), *_diameters(case, g)]
-    for name, gear_mesh in (("ring", g.ring_mesh), ("sun", g.sun_mesh)):
-        rows += _gear_mesh(case, g, name, gear_mesh)
-        rows.append(
-            Row(f"planet–{name}", "largest pair stiffness", paths[name].k_grid.max() / 1e9, "GN/m")
-        )
-        rows += _phasing(name, paths[name].s0 / paths[name].base_pitch)
-    return [*rows, *_motion(case)]
+def case_report(case: Case) -> Report:
+    """Sections of all stages: "assembly" if there is one stage, else "stage_1 assembly".
+
+    Raises InputError, with the stage named, for gears that cannot mesh, collide or do not assemble.
+    """
+    report: Report = {}
+    for flow in power_flow(case).stages:
+        before = f"{flow.name} " if len(case.stages) > 1 else ""
+        rows = stage_report(case.view(flow.name), flow.gear_mesh_forces)
+        report |= {before + name: section for name, section in rows.items()}
+    return report
 
 
-def _assembly(case: FlexibleStage, g: StageGeometry) -> list[Row]:
-    off = np.abs(assembly_mismatch(g, np.asarray(case.stage.planet_angles))).max()
-    note = "planets assemble" if off < 1e-3 else "planets do not assemble (override is set)"
-    return [
-        Row("assembly", "(z_sun + z_ring)/planets", g.assembly, "", note),
-        Row("assembly", "largest misfit of a sun tooth", off, "pitches"),
-        Row("assembly", "gap between planet tips", g.planet_clearance * 1e3, "mm"),
-        Row("assembly", "centre distance", g.center_distance * 1e3, "mm"),
-        Row("assembly", "transverse pressure angle", math.degrees(g.transverse_angle), "deg"),
-        Row("assembly", "base helix angle", math.degrees(g.base_helix_angle), "deg"),
-    ]
+def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
+    """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
+    "gear_mesh"). Lengths of gears are diameters; stiffness is along the 3D normal and, in a
+    double-helical stage, of one half, as face width and contact ratios are; forces as in
+    ``stage_paths``."""
+    g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
+    report: Report = {"assembly": _assembly(view, g)}
+    for slot, gear in g.gears.items():
+        report[view.part(slot)] = _gear(gear, getattr(g.radii, slot))
+    side = "left" if stage.double_helical else ""
+    for slot in g.gear_meshes:
+        name = "gear_mesh" if stage.kind == "parallel" else f"{slot}_gear_mesh"
+        report[name] = _gear_mesh(view, g, slot, paths[slot, side])
+    return report
 
 
-def _diameters(case: FlexibleStage, g: StageGeometry) -> list[Row]:
-    rows = []
-    for name in ("sun", "planet", "ring"):
-        gear = getattr(g, name)
-        for label, radius in (
-            ("reference diameter", gear.reference_radius),
-            ("base diameter", gear.base_radius),
-            ("tip diameter", gear.tip_radius),
-            ("root diameter", gear.root_radius),
-        ):
-            rows.append(Row(name, label, 2e3 * radius, "mm"))
-    rim = g.ring.root_radius + case.ring.rim_thickness
-    rows.append(Row("ring", "outer diameter", 2e3 * rim, "mm"))
+def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
+    stage = view.stage
+    rows: dict[str, Any] = {"center_distance_mm": 1e3 * g.radii.center_distance}
+    if stage.kind == "planetary":
+        misfit = assembly_misfit(view, g)
+        rows = {
+            "planets": stage.planets,
+            "(z_sun + z_ring)/N": g.assembly,
+            "assembles": misfit <= ASSEMBLY_TOLERANCE,
+            "largest_misfit_of_a_sun_tooth_in_pitches": misfit,
+            **rows,
+        }
+        if math.isfinite(g.planet_clearance):
+            rows["planet_clearance_mm"] = 1e3 * g.planet_clearance
+    rows["transverse_pressure_angle_deg"] = math.degrees(g.radii.transverse_angle)
+    rows["base_helix_angle_deg"] = math.degrees(g.radii.base_helix_angle)
+    if stage.double_helical:
+        rows["halves"] = 2
+        rows["face_width_of_a_half_mm"] = 1e3 * stage.face_width
+    if g.overridden:
+        rows["radii"] = "as given, not those of the teeth"
     return rows
 
 
-def _gear_mesh(case: FlexibleStage, g: StageGeometry, name: str, m: GearMeshGeometry) -> list[Row]:
-    section = f"planet–{name}"
-    split = compliance(case, g, name)
-    theory = 1e-9 / (split.total * math.cos(g.base_helix_angle) ** 2)
-    low = math.floor(m.total_contact_ratio)
-    share = m.total_contact_ratio - low
-    return [
-        Row(section, "working pressure angle", math.degrees(m.working_angle), "deg"),
-        Row(section, "transverse contact ratio", m.transverse_contact_ratio),
-        Row(section, "overlap ratio", m.overlap_ratio),
-        Row(
-            section,
-            "total contact ratio",
-            m.total_contact_ratio,
-            "",
-            f"{low} pairs {100 * (1 - share):.0f} %, {low + 1} pairs {100 * share:.0f} % of time",
-        ),
-        Row(section, "normal backlash", m.backlash * 1e3, "mm"),
-        Row(section, "c' after ISO 6336-1", iso_peak(case, name) / 1e9, "N/(mm µm)"),
-        Row(section, "c' after Weber and Banaschek", float(theory.max()), "N/(mm µm)"),
-    ]
+def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
+    return {
+        "teeth": gear.teeth,
+        "reference_diameter_mm": 2e3 * gear.reference_radius,
+        "base_diameter_mm": 2e3 * base_radius,
+        "tip_diameter_mm": 2e3 * gear.tip_radius,
+        "root_diameter_mm": 2e3 * gear.root_radius,
+    }
 
 
-def _phasing(name: str, position: np.ndarray) -> list[Row]:
-    """Phase of planet i against planet 1, in gear-mesh periods from 0 to 1."""
-    phase = (position - position[0]) % 1.0
-    phase = np.where(phase > 1 - 1e-9, 0.0, phase)
-    return [
-        Row(
-            f"planet–{name}",
-            "phases of the planets",
-            ", ".join(f"{p:.3f}" for p in phase),
-            "periods",
-            "in phase" if np.ptp(phase) < 1e-6 else "",
-        )
-    ]
+def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath) -> dict[str, Any]:
+    gear_mesh = g.gear_meshes[slot]
+    start = (path.s0 - path.s_lo) / path.base_pitch
+    rows: dict[str, Any] = {
+        "working_pressure_angle_deg": math.degrees(gear_mesh.working_angle),
+        "transverse_contact_ratio": gear_mesh.transverse_contact_ratio,
+        "overlap_ratio": gear_mesh.overlap_ratio,
+        "contact_ratio": gear_mesh.total_contact_ratio,
+        "base_pitch_mm": 1e3 * path.base_pitch,
+        "path_of_contact_mm": [1e3 * path.s_lo, 1e3 * path.s_hi],
+        "backlash_um": 1e6 * path.backlash,
+        "place_of_first_pair_in_pitches": _share(start[0]),
+    }
+    if view.stage.kind == "planetary":
+        rows["phase_of_planets_in_pitches"] = [_share(x - start[0]) for x in start]
+    rows["stiffness"] = view.gear_mesh.model
+    rows["mean_stiffness_n_per_m"] = path_mean_stiffness(path)
+    low, high = _stiffness_range(path)
+    rows["least_stiffness_n_per_m"], rows["largest_stiffness_n_per_m"] = low, high
+    if view.gear_mesh.model in PER_PAIR_MODELS:
+        rows["pair_stiffness_peak_n_per_m"] = float(path.k_grid.max())
+    if not g.overridden:
+        rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, slot) / 1e9
+    return rows
 
 
-def _motion(case: FlexibleStage) -> list[Row]:
-    k = stage_kinematics(case)
-    return [
-        Row("motion", "carrier speed", k.carrier_speed * RPM, "r/min"),
-        Row("motion", "sun speed", k.sun_speed * RPM, "r/min"),
-        Row("motion", "planet speed (absolute)", k.planet_speed * RPM, "r/min"),
-        Row("motion", "ratio", k.ratio),
-        Row("motion", "gear mesh frequency", k.gear_mesh_frequency, "Hz"),
-        Row("motion", "input torque", k.input_torque / 1e3, "kN m"),
-        Row("motion", "output torque", k.output_torque / 1e3, "kN m"),
-        Row("motion", "torque on the ring", k.ring_torque / 1e3, "kN m"),
-        Row("motion", "force of each ring gear mesh", k.ring_mesh_force / 1e3, "kN"),
-        Row("motion", "force of each sun gear mesh", k.sun_mesh_force / 1e3, "kN"),
-    ]
+def _share(x: float) -> float:
+    """x modulo 1, and 0 for what is 1 but for rounding."""
+    return round(float(x) % 1.0, 9) % 1.0
+
+
+def path_mean_stiffness(path: GearMeshPath) -> float:
+    """Mean over a base pitch, N/m: of the wave, or of all pairs together."""
+    if path.wave is not None:
+        return float(path.wave.mean())
+    k = path.k_grid
+    area = float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(path.s_grid)))
+    return area / path.base_pitch
+
+
+def _stiffness_range(path: GearMeshPath) -> tuple[float, float]:
+    """Least and largest stiffness of the gear mesh over a base pitch, N/m."""
+    if path.wave is not None:
+        return float(path.wave.min()), float(path.wave.max())
+    x = path.s_lo + path.base_pitch * np.arange(256) / 256
+    count = math.ceil((path.s_grid[-1] - path.s_grid[0]) / path.base_pitch) + 1
+    s = x + path.base_pitch * np.arange(-count, count + 1)[:, None]
+    total = np.interp(s, path.s_grid, path.k_grid, left=0.0, right=0.0).sum(axis=0)
+    return float(total.min()), float(total.max())

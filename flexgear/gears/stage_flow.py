@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 from flexgear.gears.radii import StageRadii, stage_radii
 
 if TYPE_CHECKING:
+    from flexgear.model.stage_view import StageView
     from flexgear.model.train_stage import TrainStage
 
 
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 class StageFlow:
     """Speeds rad/s, frequency Hz, torques N m, forces N, powers W of one stage.
 
-    …_torque: by the rest of the train on the member (pinion: sun, gear: planet); planet_speed:
+    sun_speed, …_torque, by the rest of the train on the member: a pinion's is the sun's, a gear's
+    the planet's; planet_speed:
     absolute; planet_relative_speed: to the carrier. tangential_force (on the sun's reference
     circle), sun_working_force, ring_working_force (tangential on the working circles), and
     sun_gear_mesh_force, ring_gear_mesh_force (normal, along the 3D line of action) are of one
@@ -44,6 +46,9 @@ class StageFlow:
 
     name: str
     kind: str
+    sun_speed: float
+    ring_speed: float
+    carrier_speed: float
     sun_torque: float
     ring_torque: float
     carrier_torque: float
@@ -62,24 +67,27 @@ class StageFlow:
     circulating_power: float
 
     @property
+    def gear_mesh_forces(self) -> dict[str, float]:
+        """Normal force of one gear mesh of "sun" and "ring", N; no ring in a parallel stage: 0."""
+        return {"sun": self.sun_gear_mesh_force, "ring": self.ring_gear_mesh_force}
+
+    @property
     def planet_bearing_force(self) -> float:
         """Size of the in-plane force on a planet's bearing, N."""
         return math.hypot(self.planet_bearing_radial, self.planet_bearing_tangential)
 
 
 def stage_flow(
-    stage: TrainStage,
+    view: StageView,
     speed: dict[str, float],
     torque: dict[str, float],
     circulating: float = 0.0,
-    where: str = "case",
 ) -> StageFlow:
-    """Flow of ``stage``; speed and torque by part ("sun", "ring", "carrier" / "pinion", "gear").
+    """Flow of a stage; speed and torque by part ("sun", "ring", "carrier" / "pinion", "gear").
 
-    speed rad/s, torque N m by the rest of the train on the member; circulating W; ``where`` is
-    named in errors.
+    speed rad/s, torque N m by the rest of the train on the member; circulating W.
     """
-    radii = stage_radii(stage, where)
+    stage, radii = view.stage, stage_radii(view)
     first = "pinion" if stage.kind == "parallel" else "sun"
     carrier_speed = speed.get("carrier", 0.0)
     relative = _planet_relative_speed(radii, speed)
@@ -95,6 +103,9 @@ def stage_flow(
     return StageFlow(
         name=stage.name,
         kind=stage.kind,
+        sun_speed=speed[first],
+        ring_speed=speed.get("ring", 0.0),
+        carrier_speed=carrier_speed,
         sun_torque=torque[first],
         ring_torque=torque.get("ring", 0.0),
         carrier_torque=torque.get("carrier", 0.0),

@@ -18,7 +18,7 @@ from flexgear.model.named_stage import refuse_taken
 from flexgear.model.ports import Input, MemberLoad, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
-from flexgear.model.stage_view import StageView
+from flexgear.model.stage_view import StageView, case_view
 from flexgear.model.tolerance import TrainTolerance, check_tolerance
 from flexgear.model.train_checks import check_train
 from flexgear.model.train_keys import numbered
@@ -143,16 +143,8 @@ class Case(Section):
         return tuple(name for name in self.member_names() if name in held)
 
     def view(self, name: str) -> StageView:
-        """A planetary stage with what gear functions read of a case."""
-        stage = self.stage(name)
-        alone = len(self.stages) == 1
-        return StageView(
-            source=self.source if alone else f"{self.source}: {name}",
-            material=self.material if stage.flexible is None else stage.flexible.material,
-            stage=stage.stage,
-            gear_mesh=stage.gear_mesh,
-            errors=stage.errors,
-        )
+        """The stage of that name as gear theory sees it."""
+        return case_view(self, self.stage(name))
 
     def content_hash(self, *sections: str) -> str:
         """SHA-256 of what the train says physically (or of the named sections), 64 hex digits."""

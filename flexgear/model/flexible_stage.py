@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -19,6 +19,7 @@ from flexgear.model.gear_mesh import Damping, GearMesh
 from flexgear.model.housing import Housing
 from flexgear.model.inertia import Inertias
 from flexgear.model.material import Material
+from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Refusal, Section
@@ -26,8 +27,13 @@ from flexgear.model.shaft import Shaft
 from flexgear.model.solver import Solver
 from flexgear.model.springs import Bearings
 from flexgear.model.stage import Stage
+from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import StageTolerance
 from flexgear.model.torque_series import read_torque_series
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+    from flexgear.model.train_stage import TrainStage
 
 _NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
 _FILE_KEYS = (("ring", "fe_mesh_file"), ("carrier", "fe_mesh_file"), ("drive", "file"))
@@ -59,6 +65,36 @@ class FlexibleStage(Section):
     def _consistent(self) -> FlexibleStage:
         _check_across(self)
         return self
+
+    def view(self) -> StageView:
+        """The stage as gear theory sees it."""
+        tie = self.ring.tie
+        return StageView(self.source, self.material, self._as_one_of_many(), "stage", "", tie)
+
+    def as_case(self) -> Case:
+        """The stage as a case of one stage: carrier driven, sun loaded, ring held."""
+        from flexgear.model.case import Case
+
+        rated = self.drive.rated_speed, self.drive.rated_torque
+        return Case(
+            name=self.name,
+            source=self.source,
+            material=self.material,
+            stages=(self._as_one_of_many(),),
+            held=("stage.ring",),
+            inputs=(Input(member="stage.carrier", speed=rated[0], torque=rated[1]),),
+            output=Output(member="stage.sun"),
+        )
+
+    def _as_one_of_many(self) -> TrainStage:
+        from flexgear.model.train_stage import TrainStage
+
+        try:
+            return TrainStage.model_validate(
+                {"name": "stage", "case": self.name, "flexible": self}, strict=True
+            )
+        except ValidationError as fault:
+            raise input_error(TrainStage, fault, self.source, Written()) from None
 
     def content_hash(self, *sections: str) -> str:
         """SHA-256 of what the case says physically (or of the named sections), 64 hex digits.

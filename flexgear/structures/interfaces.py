@@ -43,7 +43,7 @@ def ring_interface(case: FlexibleStage, model: FeModel) -> Interface:
     """Ties of teeth, housing fits and bolts, in this order."""
     ring, patches = case.ring, model.fe_mesh.facets
     tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
-    radius = stage_geometry(case.stage).ring.reference_radius
+    radius = stage_geometry(case.view()).ring.reference_radius
     ties: list[Tie] = []
     for j in range(case.stage.ring.teeth):
         angle = 2 * np.pi * j / case.stage.ring.teeth
@@ -83,7 +83,7 @@ def carrier_interface(case: FlexibleStage, model: FeModel) -> Interface:
         sample = facet_sample(model, patches[name])
         z = float(sample.weights @ sample.points[:, 2] / sample.weights.sum())
         ties.append(averaging_tie(name, np.array([0.0, 0.0, z]), sample))
-    radius = stage_geometry(case.stage).center_distance
+    radius = stage_geometry(case.view()).center_distance
     for i, angle in enumerate(case.stage.planet_angles):
         position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
         name = f"pin_{i + 1}"

@@ -17,7 +17,7 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import KINDS, by_kind
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.dataset import equilibrium_dataset, provenance, transient_dataset
 from flexgear.studies.stepping import step_attributes
@@ -46,7 +46,7 @@ def transient_of(
     return transient_dataset(
         time=result.time,
         attrs=_attrs(case, result, **step_attributes(result.steps), **attrs),
-        rated_mean_force=stage_kinematics(case).ring_mesh_force,
+        rated_mean_force=rated_flow(case).ring_gear_mesh_force,
         planet_angle=case.stage.planet_angles,
         **arrays,
     )
@@ -56,7 +56,7 @@ def equilibrium_of(case: FlexibleStage, result: Equilibrium, **attrs: Any) -> xr
     """Dataset of equilibria, one position after the other."""
     return equilibrium_dataset(
         attrs=_attrs(case, result, **attrs),
-        rated_mean_force=stage_kinematics(case).ring_mesh_force,
+        rated_mean_force=rated_flow(case).ring_gear_mesh_force,
         planet_angle=case.stage.planet_angles,
         carrier_angle=result.carrier_angle,
         input_torque=result.input_torque,

@@ -22,7 +22,7 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import stage_pace, timed_drops, too_coarse
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.energy_balance import energy_account, largest_residual
@@ -169,14 +169,14 @@ def run_stage(
 
 def kinematics(case: FlexibleStage) -> dict[str, float]:
     """Speeds, frequency, contact ratios and expected force of a case."""
-    motion, geometry = stage_kinematics(case), stage_geometry(case.stage)
+    motion, geometry = rated_flow(case), stage_geometry(case.view())
     return {
         "carrier_speed_rpm": motion.carrier_speed * RPM,
         "sun_speed_rpm": motion.sun_speed * RPM,
         "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
         "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,
         "contact_ratio_sun": geometry.sun_mesh.total_contact_ratio,
-        "expected_ring_mesh_force_n": motion.ring_mesh_force,
+        "expected_ring_mesh_force_n": motion.ring_gear_mesh_force,
     }
 
 

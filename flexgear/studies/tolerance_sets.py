@@ -12,10 +12,11 @@ import numpy as np
 from flexgear.analysis.error_sets import ErrorSets
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
-from flexgear.gears.contact import GearMeshPath, gear_mesh_paths
-from flexgear.gears.errors import PairErrors, pair_errors
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.errors import PairErrors, stage_errors
+from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.paths import stage_paths
-from flexgear.gears.train_errors import stage_errors
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.flexible_stage import FlexibleStage
 
@@ -26,17 +27,17 @@ StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 def paths_of(model: FlexibleStage | Case) -> StagePaths:
     """Paths of contact of every stage."""
     if isinstance(model, FlexibleStage):
-        return ({(kind, ""): path for kind, path in gear_mesh_paths(model).items()},)
-    return tuple(stage_paths(model, stage) for stage in model.stages)
+        return (stage_paths(model.view(), rated_flow(model).gear_mesh_forces),)
+    flows = power_flow(model).stages
+    return tuple(stage_paths(model.view(flow.name), flow.gear_mesh_forces) for flow in flows)
 
 
 def errors_of(model: FlexibleStage | Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
     """Errors of every stage by kind and side."""
     if isinstance(model, FlexibleStage):
-        found = pair_errors(model, {kind: path for (kind, _), path in paths[0].items()})
-        return [{(kind, ""): e for kind, e in found.items()}]
+        return [stage_errors(model.view(), paths[0])]
     stages = zip(model.stages, paths, strict=True)
-    return [stage_errors(model, stage, dict(own)) for stage, own in stages]
+    return [stage_errors(model.view(stage.name), own) for stage, own in stages]
 
 
 def error_sets(

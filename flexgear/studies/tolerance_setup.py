@@ -15,7 +15,7 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -241,6 +241,5 @@ def _rated(model: FlexibleStage | Case, names: Sequence[GearMeshName]) -> Array:
     """Mean forces (G,) at rated torque, N."""
     if isinstance(model, Case):
         return rated_forces(power_flow(model), tuple(names))
-    motion = stage_kinematics(model)
-    by_kind = {"ring": motion.ring_mesh_force, "sun": motion.sun_mesh_force}
-    return np.array([by_kind[name.kind] for name in names])
+    forces = rated_flow(model).gear_mesh_forces
+    return np.array([forces[name.kind] for name in names])

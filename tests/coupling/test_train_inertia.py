@@ -45,7 +45,7 @@ def polar(body):
 
 def flexible_inertia(case, carrier):
     """Σ J (ω/ω_carrier)² of a flexible stage's own bodies, ports apart, and ω_sun/ω_carrier."""
-    stage, g = case.stage, stage_geometry(case.stage)
+    stage, g = case.stage, stage_geometry(case.view())
     z_s, z_p, z_r = (getattr(stage, name).teeth for name in ("sun", "planet", "ring"))
     sun, planet = 1 + z_r / z_s, (z_r - z_p) / z_p
     bores = {name: getattr(stage, name).bore_diameter / 2 for name in ("sun", "planet")}

@@ -63,7 +63,7 @@ def lumped_twin(tmp_path, case, bodies, *, model="per_pair"):
     from flexgear.coupling.system import Variant
     from flexgear.gears.geometry import stage_geometry
 
-    geometry = stage_geometry(case.stage)
+    geometry = stage_geometry(case.view())
     parts = {
         p.name: p for p in stage_components(case, geometry, *bodies, Variant(False, False, False))
     }

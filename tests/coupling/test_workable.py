@@ -70,7 +70,7 @@ def test_bundled_cases_work(name):
          f"{FLEXIBLE}bearings.planet", "holds the planet's rotation"),
         ({FLEXIBLE + "carrier.plate_diameter_mm": "900"}, f"{FLEXIBLE}carrier.plate_diameter",
          "does not enclose the pins"),
-        ({FLEXIBLE + "stage.planets": "7"}, "stages.first.planets",
+        ({FLEXIBLE + "stage.planets": "7"}, f"{FLEXIBLE}stage.planets",
          "planets"),
     ],
 )  # fmt: skip

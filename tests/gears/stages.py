@@ -1,27 +1,45 @@
-"""Stages of trains that the tests of gears share, written down in SI without a case file."""
+"""Stages that the tests of gears share, written down in SI without a case file, and their views."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from flexgear.gears.errors import stage_errors
+from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.paths import stage_paths
 from flexgear.model.material import Material
+from flexgear.model.stage_view import StageView, stage_key
 from flexgear.model.train_stage import TrainStage
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """What gear functions ask of a train: where it comes from and what it is made of."""
-
-    source: str = "my.toml"
-    material: Material = STEEL
+UNLOADED = {"sun": 0.0, "ring": 0.0}  # for stiffness that does not depend on the load
 
 
-TRAIN = Surroundings()
+def seen(stage: TrainStage, source: str = "my.toml") -> StageView:
+    """A lumped stage as gear functions see it."""
+    at = stage_key(stage, "")
+    return StageView(source, STEEL, stage, at, at)
+
+
+def paths_of(stage: TrainStage):
+    """Paths by kind and side of a lumped stage."""
+    return stage_paths(seen(stage), UNLOADED)
+
+
+def flexible_paths(case):
+    """Paths by kind of a flexible stage at its rated load."""
+    paths = stage_paths(case.view(), rated_flow(case).gear_mesh_forces)
+    return {kind: path for (kind, _), path in paths.items()}
+
+
+def flexible_errors(case):
+    """Errors by kind of a flexible stage."""
+    paths = stage_paths(case.view(), rated_flow(case).gear_mesh_forces)
+    return {kind: e for (kind, _), e in stage_errors(case.view(), paths).items()}
 
 
 def planetary(**changes) -> TrainStage:

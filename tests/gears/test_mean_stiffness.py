@@ -1,14 +1,16 @@
 """Stiffness waves and means of a train's stages, against pairs counted from the paths."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from gears.stages import TRAIN, helical, pair_indices, parallel, planetary
+from gears.stages import UNLOADED, helical, pair_indices, parallel, paths_of, planetary, seen
 
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.laws import law_mean, mean_stiffness, pair_law
 from flexgear.gears.paths import stage_paths
-from flexgear.gears.train_geometry import train_geometry
-from flexgear.gears.train_laws import law_mean, mean_stiffness, train_pair_law
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
@@ -26,8 +28,8 @@ def pairs_in_contact(path, planet, theta):
 def test_the_rectangular_wave_counts_the_pairs_of_every_planet(stage):
     """wave(x) ε/mean is the number of pairs at mid-face, at any angle and for every planet: phases
     between planets, and between sun and ring, are those of the teeth."""
-    g = train_geometry(stage)
-    paths = stage_paths(TRAIN, stage)
+    g = stage_geometry(seen(stage))
+    paths = paths_of(stage)
     theta = np.linspace(-0.3, 0.4, 1777)
     for (kind, _), path in paths.items():
         ratio = g.gear_meshes[kind.removesuffix("_back")].transverse_contact_ratio
@@ -49,8 +51,8 @@ def test_a_planet_meets_sun_and_ring_with_opposite_flanks_half_a_tooth_apart():
     for stage in (planetary(), helical(), helical(planet={"teeth": 30, "profile_shift": 0.1},
                   sun={"teeth": 24, "profile_shift": -0.1},
                   ring={"teeth": 84, "profile_shift": -0.1})):  # fmt: skip
-        g = train_geometry(stage)
-        paths, p = stage_paths(TRAIN, stage), g.gears["planet"]
+        g = stage_geometry(seen(stage))
+        paths, p = paths_of(stage), g.gears["planet"]
         at = g.radii.transverse_angle
         half = p.thickness / (2 * p.reference_radius) + math.tan(at) - at
         whole = p.base_radius * (math.pi + g.radii.ring_angle + g.radii.sun_angle + 2 * half)
@@ -61,7 +63,7 @@ def test_a_planet_meets_sun_and_ring_with_opposite_flanks_half_a_tooth_apart():
 def test_sum_of_helical_pairs_is_the_fourier_wave():
     """All pairs of the uniform law together, at every angle: the wave with many harmonics."""
     stage = helical(gear_mesh={"model": "fourier", "harmonics": 100, "sun_stiffness": 3e9})
-    for (kind, _), path in stage_paths(TRAIN, stage).items():
+    for (kind, _), path in paths_of(stage).items():
         x = np.arange(0, 1, 0.01)
         k = np.arange(-8, 9)[:, None]
         s = path.s_lo + (x + k) * path.base_pitch
@@ -77,7 +79,7 @@ def test_sum_of_helical_pairs_is_the_fourier_wave():
 def test_given_means_are_kept_by_every_model():
     for model in ("constant", "rectangular", "fourier", "per_pair", "lumped"):
         stage = helical(gear_mesh={"model": model, "sun_stiffness": 3e9, "ring_stiffness": 4e9})
-        for (kind, _), path in stage_paths(TRAIN, stage).items():
+        for (kind, _), path in paths_of(stage).items():
             mean = 4e9 if kind.startswith("ring") else 3e9
             if path.wave is not None:
                 assert path.wave.mean() == pytest.approx(mean)
@@ -92,9 +94,10 @@ def test_iso_mean_of_a_herringbone_gear_mesh():
     options = {"sun_stiffness": None, "ring_stiffness": None}
     stage = train.stages[0]
     stage = stage.model_copy(update={"gear_mesh": stage.gear_mesh.model_copy(update=options)})
-    g = train_geometry(stage)
+    view = replace(train.view("stage"), stage=stage)
+    g = stage_geometry(view)
     cos2 = math.cos(g.radii.base_helix_angle) ** 2
-    sun, ring = (mean_stiffness(train, stage, g, slot) for slot in ("sun", "ring"))
+    sun, ring = (mean_stiffness(view, g, slot, 0.0) for slot in ("sun", "ring"))
     assert sun * cos2 == pytest.approx(2.5e9, rel=0.03)
     assert ring * cos2 == pytest.approx(3.3e9, rel=0.03)
     assert (sun, ring) == (pytest.approx(2.92e9, rel=0.01), pytest.approx(3.86e9, rel=0.01))
@@ -102,21 +105,20 @@ def test_iso_mean_of_a_herringbone_gear_mesh():
 
 def test_per_pair_mean_without_a_given_one_is_that_of_its_law():
     stage = helical(gear_mesh={"model": "per_pair"})
-    g = train_geometry(stage)
-    law = train_pair_law(TRAIN, stage, g, "sun")
-    assert law_mean(law, g, "sun", 0.1) == mean_stiffness(TRAIN, stage, g, "sun")
+    g = stage_geometry(seen(stage))
+    law = pair_law(seen(stage), g, "sun", 0.0)
+    mean = mean_stiffness(seen(stage), g, "sun", 0.0)
+    assert law_mean(law, seen(stage), g, "sun") == mean
     peak = float(law(np.array([0.5]))[0])
     ratio = g.gear_meshes["sun"].transverse_contact_ratio
     # mean of the parabola between 0.67 and 1: 1 − 0.33/3
-    assert law_mean(law, g, "sun", 0.1) == pytest.approx(
-        peak * 0.1 * ratio * (1 - 0.33 / 3), rel=1e-6
-    )
+    assert mean == pytest.approx(peak * 0.1 * ratio * (1 - 0.33 / 3), rel=1e-6)
 
 
 def test_contact_ratios_given_for_waves():
     stage = planetary(gear_mesh={"model": "rectangular", "sun_contact_ratio": 1.25})
-    plain = stage_paths(TRAIN, planetary())["sun", ""]
-    path = stage_paths(TRAIN, stage)["sun", ""]
+    plain = paths_of(planetary())["sun", ""]
+    path = paths_of(stage)["sun", ""]
     assert (path.s_hi - path.s_lo) / path.base_pitch == pytest.approx(1.25)
     assert path.s_lo + path.s_hi == pytest.approx(plain.s_lo + plain.s_hi)
     assert path.wave.max() / path.wave.min() == pytest.approx(2)
@@ -133,9 +135,9 @@ def test_laws_of_tables_and_of_tooth_deflection():
     stage = planetary(gear_mesh={
         "model": "per_pair", "pair_stiffness": "table", "table": {"ring": TABLE, "sun": TABLE},
     })  # fmt: skip
-    g = train_geometry(stage)
+    g = stage_geometry(seen(stage))
     ratio = g.gear_meshes["sun"].transverse_contact_ratio
-    assert mean_stiffness(TRAIN, stage, g, "sun") == pytest.approx(ratio * 0.1 * 12e9)
+    assert mean_stiffness(seen(stage), g, "sun", 0.0) == pytest.approx(ratio * 0.1 * 12e9)
     for name in ("stage_2", "stage_3"):
         means = []
         for law in ("iso6336", "weber-banaschek"):
@@ -143,17 +145,12 @@ def test_laws_of_tables_and_of_tooth_deflection():
                 f"stages.{name}.gear_mesh.model": "per_pair",
                 f"stages.{name}.gear_mesh.pair_stiffness": law,
             })  # fmt: skip
-            stage = train.stage(name)
-            means.append(mean_stiffness(train, stage, train_geometry(stage), "sun"))
+            view, force = train.view(name), power_flow(train).stage(name).sun_gear_mesh_force
+            means.append(mean_stiffness(view, stage_geometry(view), "sun", force))
         assert means[1] * 0.8 * 0.975 == pytest.approx(means[0], rel=0.03)
 
 
 def test_tooth_deflection_needs_a_load():
-    train = load_case("lin-parker", {"stage.gear_mesh.model": "constant"})
     stage = planetary(gear_mesh={"model": "per_pair", "pair_stiffness": "weber-banaschek"})
-    idle = train.model_copy(update={"stages": (stage.model_copy(update={"name": "stage"}),)})
-    idle = idle.model_copy(update={"inputs": tuple(
-        i.model_copy(update={"torque": 0.0 if i.torque is not None else None, "power": None})
-        for i in idle.inputs)})  # fmt: skip
-    with pytest.raises(InputError, match="weber-banaschek needs a load"):
-        stage_paths(idle, idle.stages[0])
+    with pytest.raises(InputError, match=r"stage.gear_mesh.pair_stiffness: weber-ban.* needs a"):
+        stage_paths(seen(stage), UNLOADED)

@@ -1,19 +1,27 @@
 """Paths of a train's stages: against flanks written down independently and the flexible stage's."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from gears.flanks import Teeth
-from gears.stages import TRAIN, helical, lin_parker, pair_indices, parallel, planetary
+from gears.stages import (
+    UNLOADED,
+    flexible_paths,
+    helical,
+    lin_parker,
+    pair_indices,
+    parallel,
+    paths_of,
+    planetary,
+    seen,
+)
 
-from flexgear.gears.contact import gear_mesh_paths
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
-from flexgear.gears.train_geometry import train_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_stage
-from flexgear.model.train_stage import TrainStage
 
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 DEG = math.pi / 180
@@ -35,8 +43,8 @@ def test_per_pair_paths_are_those_of_the_flexible_stage():
         **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
         gear_mesh={"model": "per_pair", "contact_law": "one-sided"},
     )  # fmt: skip
-    surroundings = type(TRAIN)(case.source, case.material)
-    mine, theirs = stage_paths(surroundings, stage), gear_mesh_paths(case)
+    lumped = replace(seen(stage), material=case.material)
+    mine, theirs = stage_paths(lumped, UNLOADED), flexible_paths(case)
     assert set(mine) == {(kind, "") for kind in KINDS}
     for kind in KINDS:
         for field in fields(theirs[kind]):
@@ -44,19 +52,10 @@ def test_per_pair_paths_are_those_of_the_flexible_stage():
             assert np.array_equal(a, b), (kind, field.name)
 
 
-def test_a_flexible_stage_keeps_its_own_paths():
-    case = load_stage("wind-5mw")
-    stage = TrainStage(case="wind-5mw", flexible=case)
-    paths = stage_paths(TRAIN, stage)
-    for kind, path in gear_mesh_paths(case).items():
-        assert np.array_equal(paths[kind, ""].s0, path.s0)
-        assert paths[kind, ""].wave is None
-
-
 @pytest.mark.parametrize("stage", [planetary(), helical(), lin_parker(3), parallel()])
 def test_arms_are_moments_of_the_normal_about_both_axes(stage):
     """N at the contact: about the planet's centre, and about the gear's, R_c away."""
-    for path in stage_paths(TRAIN, stage).values():
+    for path in paths_of(stage).values():
         normal = path.cos_base_helix * path.normal_xy
         for s in (path.s_lo, path.s_hi):
             x, y = path.tangent_point - s * path.normal_xy
@@ -72,7 +71,7 @@ def test_arms_are_moments_of_the_normal_about_both_axes(stage):
 def rolls(stage, path):
     """Rotation of gear and planet and the planet's tangential motion for one radian of θ, all
     relative to the frame that path and axes stand in."""
-    g = train_geometry(stage)
+    g = stage_geometry(seen(stage))
     if stage.kind == "parallel":
         return -g.radii.planet / g.radii.sun, 1.0
     if path.kind.startswith("ring"):
@@ -84,7 +83,7 @@ def rolls(stage, path):
 def test_rolling_does_not_compress_and_travels_along_the_path(stage):
     """Rigid rolling: gear arm times its rotation equals the planet's, and the contact point moves
     along the line of action as fast as the base circle unrolls."""
-    for path in stage_paths(TRAIN, stage).values():
+    for path in paths_of(stage).values():
         gear_turn, planet_turn = rolls(stage, path)
         assert path.gear_arm * gear_turn == pytest.approx(path.planet_arm * planet_turn)
         # s is the planet's radius of curvature: it grows as the tooth turns against N's moment
@@ -95,7 +94,7 @@ def test_rolling_does_not_compress_and_travels_along_the_path(stage):
 def test_forward_drive_loads_the_front_flanks():
     """Planets and the gear of a parallel stage that drive for θ̇ > 0 are held back by the force."""
     for stage in (planetary(), parallel()):
-        paths = stage_paths(TRAIN, stage)
+        paths = paths_of(stage)
         for (kind, _), path in paths.items():
             if kind.startswith("ring"):
                 continue
@@ -110,8 +109,8 @@ class ParallelBench:
     """Pinion and gear as teeth, in axes at the gear's centre with x away from the pinion."""
 
     def __init__(self, stage):
-        self.stage, self.g = stage, train_geometry(stage)
-        self.paths = {kind: p for (kind, _), p in stage_paths(TRAIN, stage).items()}
+        self.stage, self.g = stage, stage_geometry(seen(stage))
+        self.paths = {kind: p for (kind, _), p in paths_of(stage).items()}
         hand = 1.0 if stage.planet_hand == "right" else -1.0
         twist = hand * math.tan(stage.helix_angle)
         r = self.g.radii
@@ -176,8 +175,8 @@ def test_flanks_of_pinion_and_gear_pass_through_the_contact(hand, play):
 
 def test_a_parallel_stage_is_right_for_the_pinions_own_rotation():
     """Over a turn of the gear z_gear pairs pass; tooth 0 meets tooth 0 at the pitch point at 0."""
-    path = stage_paths(TRAIN, parallel())["sun", ""]
-    assert set(stage_paths(TRAIN, parallel())) == {("sun", ""), ("sun_back", "")}
+    path = paths_of(parallel())["sun", ""]
+    assert set(paths_of(parallel())) == {("sun", ""), ("sun_back", "")}
     assert 2 * math.pi * path.rate / path.base_pitch == pytest.approx(95)
     x, y = contact(path, 0, 0, 0.0)[:2]
     assert y == pytest.approx(0, abs=1e-12)
@@ -187,9 +186,9 @@ def test_a_parallel_stage_is_right_for_the_pinions_own_rotation():
 # -------------------------------------------------------------------------- double-helical halves
 def test_halves_have_opposite_hands_and_are_in_phase():
     stage = helical(double_helical=True, half_gap=0.03, planet_hand="left")
-    paths = stage_paths(TRAIN, stage)
+    paths = paths_of(stage)
     assert set(paths) == {(kind, side) for kind in KINDS for side in ("left", "right")}
-    single = stage_paths(TRAIN, helical(planet_hand="left"))
+    single = paths_of(helical(planet_hand="left"))
     for kind in KINDS:
         left, right, plain = paths[kind, "left"], paths[kind, "right"], single[kind, ""]
         assert left.slope == -right.slope == plain.slope
@@ -204,7 +203,7 @@ def test_halves_have_opposite_hands_and_are_in_phase():
 # ------------------------------------------------------------------------------- printed geometry
 def test_printed_values_equal_to_the_derived_ones_change_nothing():
     plain = helical(gear_mesh={"model": "fourier"})
-    g = train_geometry(plain)
+    g = stage_geometry(seen(plain))
     printed = helical(
         gear_mesh={"model": "fourier"},
         sun_pressure_angle=g.radii.sun_angle, ring_pressure_angle=g.radii.ring_angle,
@@ -212,7 +211,7 @@ def test_printed_values_equal_to_the_derived_ones_change_nothing():
         planet={"teeth": 30, "base_diameter": 2 * g.radii.planet},
         ring={"teeth": 84, "base_diameter": 2 * g.radii.ring},
     )  # fmt: skip
-    a, b = stage_paths(TRAIN, plain), stage_paths(TRAIN, printed)
+    a, b = paths_of(plain), paths_of(printed)
     for key in a:
         for field in fields(a[key]):
             x, y = getattr(a[key], field.name), getattr(b[key], field.name)
@@ -229,7 +228,7 @@ def test_radii_that_do_not_fit_keep_gear_mesh_order_and_phases_of_the_teeth(plan
     """Lin and Parker 1999: z_r gear-mesh periods a turn; planet i is ∓z_r φ_i / 2π of them from
     planet 1 at ring and sun, for any number of planets."""
     stage = lin_parker(planets)
-    paths = stage_paths(TRAIN, stage)
+    paths = paths_of(stage)
     phi = np.array(stage.planet_angles)
     for kind, sign, arm in (("ring", -1, 0.137515), ("sun", 1, 0.03871)):
         p = paths[kind, ""]
@@ -245,7 +244,7 @@ def test_phases_of_a_stage_that_assembles():
     """±z_r φ_i / 2π; where the planets assemble, the sun's teeth ask for −z_s φ_i / 2π as well."""
     for stage in (planetary(), planetary(planets=4), planetary(planet_positions=(0, 2.0944, 4.0))):
         stage = stage.model_copy(update={"allow_unassemblable": True})
-        paths = stage_paths(TRAIN, stage)
+        paths = paths_of(stage)
         phi = np.array(stage.planet_angles)
         ring, sun = paths["ring", ""], paths["sun", ""]
         at_ring = (ring.s0 - ring.s0[0]) / ring.base_pitch
@@ -276,5 +275,5 @@ def test_phases_of_a_stage_that_assembles():
 )  # fmt: skip
 def test_stages_that_cannot_be_are_refused_with_the_stage_named(stage, words):
     with pytest.raises(InputError, match=words) as caught:
-        stage_paths(TRAIN, stage)
+        paths_of(stage)
     assert "\n" not in str(caught.value)

@@ -9,7 +9,7 @@ from flow_samples import parallel, planetary, train
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import stage_flow
@@ -153,7 +153,7 @@ def test_planet_turns_with_the_difference_of_ring_and_carrier():
     """Pitch points of planet with sun and ring move as sun and ring do there."""
     flow = differential(24, 36, -2.0, 5.0, 1.0)
     s, v = flow.stages[0], flow.speed
-    r = stage_radii(train_of_differential().stages[0])
+    r = stage_radii(train_of_differential().view("a"))
     centre = v["a.carrier"] * (r.sun + r.planet)
     assert centre - s.planet_speed * r.planet == pytest.approx(v["a.sun"] * r.sun)
     assert centre + s.planet_speed * r.planet == pytest.approx(v["a.ring"] * r.ring)
@@ -202,7 +202,7 @@ def test_planets_are_in_equilibrium(double, planet, shifts, distance):
         inputs={"a.carrier": {"speed": 2.0, "torque": 9e5}},
         output=("a.sun", {}),
     )
-    s, r = power_flow(one).stages[0], stage_radii(one.stages[0])
+    s, r = power_flow(one).stages[0], stage_radii(one.view(one.stages[0].name))
     sides = 2 if double else 1
     assert s.sun_gear_mesh_force > 0
     assert s.ring_gear_mesh_force == pytest.approx(s.sun_gear_mesh_force)
@@ -223,27 +223,29 @@ def test_planets_are_in_equilibrium(double, planet, shifts, distance):
         assert s.planet_bearing_radial > 0.02 * s.planet_bearing_tangential
 
 
-def test_the_flexible_stage_in_a_train_has_the_kinematics_of_its_case():
+def test_a_flexible_stage_follows_willis_and_the_balance_of_torques():
+    """ω_s = ω_c (1 + z_r/z_s), ω_p = −ω_c (z_r − z_p)/z_p, T_r = T z_r/(z_r + z_s), F = T_r/(N r_b
+    cos β_b), whether it stands alone or in a train."""
     case = load_case("wind-5mw")
-    known = stage_kinematics(case)
+    z_s, z_p, z_r = (getattr(case.stage, g).teeth for g in ("sun", "planet", "ring"))
+    speed, torque = case.drive.rated_speed, case.drive.rated_torque
     stage = planetary() | {"case": "wind-5mw", "flexible": case}
     for key in ("planets", "normal_module", "pressure_angle", "face_width", "sun", "planet",
                 "ring", "allow_unassemblable", "carrier", "planet_bearing"):  # fmt: skip
         del stage[key]
-    flow = power_flow(
-        train(
-            stage,
-            inputs={"a.carrier": {"speed": known.carrier_speed, "torque": known.input_torque}},
-            output=("a.sun", {}),
-        )
-    )
-    s = flow.stages[0]
-    assert flow.speed["a.sun"] == pytest.approx(known.sun_speed)
-    assert s.planet_speed == pytest.approx(known.planet_speed)
-    assert s.gear_mesh_frequency == pytest.approx(known.gear_mesh_frequency)
-    assert -s.ring_torque == pytest.approx(known.ring_torque)
-    assert s.ring_gear_mesh_force == pytest.approx(known.ring_mesh_force)
-    assert s.sun_gear_mesh_force == pytest.approx(known.sun_mesh_force)
+    ports = {"inputs": {"a.carrier": {"speed": speed, "torque": torque}}, "output": ("a.sun", {})}
+    r = stage_radii(case.view())
+    ring = torque * z_r / (z_r + z_s)
+    for s in (rated_flow(case), power_flow(train(stage, **ports)).stages[0]):
+        assert s.carrier_speed == speed
+        assert s.sun_speed == pytest.approx(speed * (1 + z_r / z_s))
+        assert s.planet_speed == pytest.approx(-speed * (z_r - z_p) / z_p)
+        assert s.gear_mesh_frequency == pytest.approx(z_r * speed / (2 * math.pi))
+        assert -s.ring_torque == pytest.approx(ring)
+        assert -s.sun_torque == pytest.approx(torque - ring)
+        force = ring / (5 * r.ring * math.cos(r.base_helix_angle))
+        assert s.ring_gear_mesh_force == pytest.approx(force)
+        assert s.sun_gear_mesh_force == pytest.approx(force)
 
 
 def test_a_gear_pair_pushes_both_gears_apart():
@@ -322,7 +324,7 @@ def test_a_moment_on_a_member_takes_part():
 
 
 def test_forces_are_odd_in_the_torques():
-    stage = train_of_differential().stages[0]
+    stage = train_of_differential().view("a")
     speed = {"sun": 5.0, "ring": 0.0, "carrier": 1.0}
     torque = {"sun": -200.0, "ring": -800.0, "carrier": 1000.0}
     one = stage_flow(stage, speed, torque)

@@ -125,12 +125,13 @@ def test_changes_are_checked(write):
 def test_a_stage_is_seen_as_gear_functions_see_a_case(write):
     train = load_case(write(SMALL))
     view = train.view("stage_1")
-    assert view.source == f"{train.source}: stage_1"
+    assert view.source == train.source
+    assert view.key("planets") == "stages.stage_1.planets"
     assert view.stage.planet_angles == train.stages[0].planet_angles
     assert (view.stage.sun.teeth, view.stage.ring.teeth) == (20, 60)
     assert view.errors is train.stages[0].errors
     alone = load_case(write(ALONE))
-    assert alone.view("stage").source == alone.source
+    assert alone.view("stage").key("planets") == "stage.planets"
 
 
 def test_a_flexible_stage_has_the_gears_of_its_case(write):

@@ -35,7 +35,7 @@ def test_bundled_trains_are_complete(name):
     assert Case.model_validate_json(train.model_dump_json(), strict=False) == train
     for stage in train.stages:
         if stage.kind == "planetary":
-            geometry = stage_geometry(stage.stage, train.source)
+            geometry = stage_geometry(train.view(stage.name))
             if not stage.allow_unassemblable:
                 assert geometry.assembly == round(geometry.assembly)
 
@@ -95,7 +95,7 @@ def test_pitch_drive():
     for stage, (sun, planet, ring, module, outer, inner) in zip(train.stages, printed, strict=True):
         assert (stage.sun.teeth, stage.planet.teeth, stage.ring.teeth) == (sun, planet, ring)
         assert stage.normal_module == pytest.approx(1e-3 * module)
-        geometry = stage_geometry(stage.stage)
+        geometry = stage_geometry(train.view(stage.name))
         assert math.degrees(geometry.sun_mesh.working_angle) == pytest.approx(outer, abs=0.006)
         assert math.degrees(geometry.ring_mesh.working_angle) == pytest.approx(inner, abs=0.006)
         # shifts fit the distance: hardly any backlash is left
@@ -130,7 +130,7 @@ def test_the_module_of_the_herringbone_stage_fits_printed_masses():
     cylinder lies between its reference and tip circles."""
     train = load_case("herringbone")
     stage, density = train.stages[0], train.material.density
-    g = stage_geometry(stage.stage)
+    g = stage_geometry(train.view(stage.name))
     gyration = stage.ring.equivalent_mass / stage.ring.mass * g.ring.base_radius**2
     area = stage.ring.mass / (density * math.pi * stage.face_width)
     bore = math.sqrt(gyration - area / 2)
@@ -148,7 +148,7 @@ def test_wind_gearboxes_have_the_printed_gears(name):
         (0.584, {"sun": (378.0, 432.845), "planet": (756.0, 815.655), "ring": (1953.0, 1906.074)}),
     ]
     for stage, (distance, diameters) in zip(train.stages[:2], printed, strict=True):
-        geometry = stage_geometry(stage.stage)
+        geometry = stage_geometry(train.view(stage.name))
         assert geometry.center_distance == distance
         for gear, (pitch, tip) in diameters.items():
             found = getattr(geometry, gear)

@@ -12,7 +12,7 @@ from trains import STAGE, STEEL, stage_train, write
 from flexgear.cli.case_commands import derived
 from flexgear.cli.train_check import derived_of_train
 from flexgear.coupling.pace import stage_pace
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.model.load import load_case
 from flexgear.model.units import DIMENSIONS
 from flexgear.studies.single_runs import equilibria, simulate, torque_step
@@ -239,7 +239,7 @@ def test_a_small_stage_runs_with_the_defaults(stages):
     run = run_stage(rated, bodies)
     assert run.summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
     forces = run.summary["steady"]["ring_mesh_force_n_mean"]
-    assert forces == pytest.approx(stage_kinematics(case).ring_mesh_force, rel=0.01)
+    assert forces == pytest.approx(rated_flow(case).ring_gear_mesh_force, rel=0.01)
 
 
 def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
@@ -251,5 +251,5 @@ def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
     usual, exact = (
         float(simulate(c, modal, duration=span).data["ring_pair_load"].max()) for c in (case, fine)
     )
-    assert usual > stage_kinematics(case).ring_mesh_force
+    assert usual > rated_flow(case).ring_gear_mesh_force
     assert usual == pytest.approx(exact, rel=0.02)

@@ -14,7 +14,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal
 from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.pair_data import by_kind
-from flexgear.gears.kinematics import stage_kinematics
+from flexgear.gears.kinematics import rated_flow
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
@@ -130,7 +130,7 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
     """Mean and largest K by error set and variant."""
 
     def compute() -> dict[str, dict[str, tuple[float, float]]]:
-        mean_force = stage_kinematics(runs.case).ring_mesh_force
+        mean_force = rated_flow(runs.case).ring_gear_mesh_force
         sets = error_sets(runs)
         jobs: dict[str, Callable[[], Array]] = {}
         for name, case in sets.items():
@@ -223,7 +223,7 @@ def bundled_case_agrees(runs: Runs) -> Finding:
     tolerance="never evaluated below 3 % of rated ΣF",
 )
 def sharing_is_not_evaluated_without_load(runs: Runs) -> Finding:
-    rated = stage_kinematics(runs.case).ring_mesh_force * runs.case.stage.planets
+    rated = rated_flow(runs.case).ring_gear_mesh_force * runs.case.stage.planets
     left_out, good = 0, True
     for data in (*runs.main_drop.values(), *runs.drops.values()):
         total = np.abs(data["ring_gear_mesh_force"].sum("planet").to_numpy())

@@ -84,7 +84,7 @@ class Runs:
 
     @cached_property
     def geometry(self) -> StageGeometry:
-        return stage_geometry(self.case.stage)
+        return stage_geometry(self.case.view())
 
     @cached_property
     def outline(self) -> StageOutline:

@@ -108,7 +108,7 @@ class CarrierMeshParameters:
         stage, carrier = case.stage, case.carrier
         equal = 2.0 * pi * np.arange(stage.planets) / stage.planets
         unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=_SAME_ANGLE)
-        gears = stage_geometry(stage)
+        gears = stage_geometry(case.view())
         return cls(
             planets=stage.planets,
             planet_angles=stage.planet_angles if unequal else None,

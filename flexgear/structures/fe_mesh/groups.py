@@ -143,7 +143,7 @@ def ring_groups(case: FlexibleStage) -> Groups:
 def carrier_groups(case: FlexibleStage) -> Groups:
     """Drive flange, bearing seats and pins."""
     drive: Literal[-1, 1] = 1 if case.carrier.drive_side == "+z" else -1
-    gears, angles = stage_geometry(case.stage), np.array(case.stage.planet_angles)
+    gears, angles = stage_geometry(case.view()), np.array(case.stage.planet_angles)
     on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
 
     def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:

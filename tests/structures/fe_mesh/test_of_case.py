@@ -43,14 +43,14 @@ def test_tooth_equals_the_gear_theory_of_the_same_case(case: FlexibleStage, shif
         **{"stage.ring.profile_shift": -shift, "stage.planet.profile_shift": shift,
            "stage.sun.profile_shift": -shift}
     )  # fmt: skip
-    theory = stage_geometry(shifted.stage).ring
+    theory = stage_geometry(shifted.view()).ring
     tooth = RingMeshParameters.from_case(shifted).tooth
     assert tooth == theory
 
 
 def test_carrier_follows_the_centre_distance_and_the_drive_side(case: FlexibleStage) -> None:
     p = CarrierMeshParameters.from_case(case.with_(**{"carrier.drive_side": "+z"}))
-    assert p.center_distance == pytest.approx(stage_geometry(case.stage).center_distance)
+    assert p.center_distance == pytest.approx(stage_geometry(case.view()).center_distance)
     assert p.drive_side == "+z"
 
 
@@ -58,7 +58,7 @@ def test_unequal_planets_have_a_carrier_with_its_pins_there(case: FlexibleStage)
     angles = tuple(np.radians([0.0, 87.0, 180.0, 267.0]))
     four = case.with_(**{"stage.planets": 4})
     m = carrier_of_case(four.with_(**{"stage.planet_positions": angles}))
-    radius = stage_geometry(case.stage).center_distance
+    radius = stage_geometry(case.view()).center_distance
     for i, angle in enumerate(angles, 1):
         axis = radius * np.array([np.cos(angle), np.sin(angle)])
         assert (
