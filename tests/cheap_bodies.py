@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flexgear.structures.bodies import skew
+from flexgear.structures.kinematics import rigid_motion
 
 
 @dataclass(frozen=True)
@@ -39,19 +39,23 @@ class Joints:
         rows = np.zeros((6, len(self.k)))
         for node, sign in ((i, 1.0), (j, -1.0)):
             part = np.eye(6)
-            part[:3, 3:] = -skew(middle - self.x[node])
+            part[:3, 3:] = rigid_motion((middle - self.x[node])[None])[0, :, 3:]
             rows[:, 6 * node : 6 * node + 6] = sign * part
         self.k += rows.T @ np.diag([translation] * 3 + [rotation] * 3) @ rows
 
 
-def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness=1.0):
-    """Tooth nodes at angle 2πj/z, bolts at 2πb/n; every bolt is joined to two nearest teeth."""
+def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness=1.0, fits=()):
+    """Tooth nodes at angle 2πj/z, bolts at 2πb/n; every bolt is joined to two nearest teeth.
+
+    fits: z of nodes on the axis, each joined to all teeth.
+    """
     a = 2 * np.pi * np.arange(teeth) / teeth
     b = 2 * np.pi * np.arange(bolts) / bolts
     x = np.vstack(
         [
             np.c_[radius * np.cos(a), radius * np.sin(a), 0 * a],
             np.c_[bolt_radius * np.cos(b), bolt_radius * np.sin(b), 0 * b + bolt_z],
+            *[[0.0, 0.0, z] for z in fits],
         ]
     )
     joints = Joints(x)
@@ -65,8 +69,13 @@ def cheap_ring(teeth, radius, bolts=25, bolt_radius=1.0, bolt_z=0.215, stiffness
             joints.add(
                 teeth + i, (low + 1) % teeth, share * 5e10 * stiffness, 1e9 * share * stiffness
             )
-    names = tuple(
-        [f"tooth_{i + 1:03d}" for i in range(teeth)] + [f"bolt_{i + 1:02d}" for i in range(bolts)]
+    for i in range(len(fits)):
+        for tooth in range(teeth):
+            joints.add(teeth + bolts + i, tooth, 3e7 * stiffness, 3e6 * stiffness)
+    names = (
+        *[f"tooth_{i + 1:03d}" for i in range(teeth)],
+        *[f"bolt_{i + 1:02d}" for i in range(bolts)],
+        *[f"fit_{i + 1}" for i in range(len(fits))],
     )
     mass = np.kron(np.eye(len(x)), np.diag([30.0, 30, 30, 0.3, 0.3, 0.3]))
     return CheapBody("ring", names, x, mass, joints.k)

@@ -25,7 +25,11 @@ def make_case(**overrides):
 def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
     geometry = stage_geometry(case.view())
     ring = cheap_ring(
-        case.stage.ring.teeth, geometry.ring.reference_radius, bolt_z=bolt_z, stiffness=stiffness
+        case.stage.ring.teeth,
+        geometry.ring.reference_radius,
+        bolt_z=bolt_z,
+        stiffness=stiffness,
+        fits=[fit.z for fit in case.ring.fits],
     )
     carrier = cheap_carrier(
         case.stage.planets, geometry.center_distance, drive_z=drive_z, stiffness=stiffness

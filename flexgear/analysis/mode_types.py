@@ -30,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.bodies import Body, rigid_rows
+from flexgear.structures.bodies import Body
+from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 

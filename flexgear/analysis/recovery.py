@@ -16,10 +16,10 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.compiled import UNCOUNTED
 from flexgear.coupling.elements import packed, pair_rows
-from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces
 from flexgear.coupling.system import TurningSupport
+from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 Result = Equilibrium | Transient

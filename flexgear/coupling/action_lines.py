@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.pair_data import PairData
+from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -52,14 +53,9 @@ def action_lines(pairs: PairData, blocks: int) -> Array:
             continue
         gear = slice(6 * pairs.gear_block[m], 6 * pairs.gear_block[m] + 6)
         moment[1] -= sin_b * pairs.center_distance[m]
-        turn = _turn(pairs.phi[m])
+        turn = rotation(pairs.phi[m])[:2, :2]
         force[:2] = turn @ force[:2]
         out[2 * m, gear] = np.concatenate([force, turn @ moment, [pairs.gear_arm[m]]])
         out[2 * m + 1, gear][3:5] = turn @ couple
         out[2 * count + m, gear][:2] = cos_b * n0 * turn[:, 0]
     return out
-
-
-def _turn(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])

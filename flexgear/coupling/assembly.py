@@ -11,7 +11,8 @@ from scipy import linalg
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, TurningSupport
 from flexgear.model.errors import InputError
-from flexgear.structures.bodies import Body, rigid_rows
+from flexgear.structures.bodies import Body
+from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted

@@ -10,17 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.structures.kinematics import turn
+
 Array = NDArray[np.float64]
-
-
-def turn(angle: float) -> Array:
-    """(6, 6) that takes 6-dof components along axes turned by ``angle`` about z to fixed axes."""
-    c, s = np.cos(angle), np.sin(angle)
-    r = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    out = np.zeros((6, 6))
-    out[:3, :3] = r
-    out[3:, 3:] = r
-    return out
 
 
 def invariant_part(matrix: Array) -> Array:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
-from flexgear.coupling.links import turn
 from flexgear.coupling.pair_data import KINDS
 from flexgear.coupling.system import Variant
 from flexgear.gears.errors import stage_errors
@@ -24,8 +23,10 @@ from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.kinematics import turn
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
+from flexgear.structures.springs import carrier_springs, ring_springs
 
 Array = NDArray[np.float64]
 
@@ -192,23 +193,10 @@ def stage_sets(
 
 
 def _tie_ring(a: Assembly, case: FlexibleStage, at: str) -> None:
-    ring, b = a.body(f"{at}ring"), case.ring.bolts
-    bolt = np.diag(
-        [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
-        + [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
-    )
-    for name in ring.node_names:
-        x = ring.position(name)
-        if name.startswith("bolt"):
-            axes = turn(math.atan2(x[1], x[0])).T
-            a.link(f"{at}{name}", axes @ (a.rows(ring.name, name) - a.housing_rows(x)), bolt)
-        elif name.startswith("fit"):
-            fit = case.ring.fits[int(name.split("_")[1]) - 1]
-            matrix = np.diag(
-                [fit.stiffness_radial, fit.stiffness_radial, fit.stiffness_axial]
-                + [fit.stiffness_tilt, fit.stiffness_tilt, 0.0]
-            )
-            a.link(f"{at}{name}", a.rows(ring.name, name) - a.housing_rows(x), matrix)
+    ring = a.body(f"{at}ring")
+    for spring in ring_springs(case):
+        node = a.rows(ring.name, spring.node) - a.housing_rows(ring.position(spring.node))
+        a.link(f"{at}{spring.node}", spring.axes @ node, spring.matrix)
 
 
 def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
@@ -219,11 +207,9 @@ def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
             "holds the planet's rotation about its axis, so the gears could not roll",
             "set the stiffness about z (torsion, row 6) to zero",
         )
-    for side in ("drive", "far"):
-        bearing = getattr(case.bearings, f"carrier_{side}")
-        a.turning_support(
-            f"{at}carrier_{side}", f"{at}carrier", f"bearing_{side}", bearing.matrix, angle
-        )
+    for spring in carrier_springs(case):
+        name = f"{at}carrier_{spring.node.removeprefix('bearing_')}"
+        a.turning_support(name, f"{at}carrier", spring.node, spring.in_body, angle)
     for i, phi in enumerate(case.stage.planet_angles):
         pin = turn(-phi) @ a.rows(f"{at}carrier", f"pin_{i + 1}")
         planet = a.rows(f"{at}planet_{i + 1}", f"planet_{i + 1}")

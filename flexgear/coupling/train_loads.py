@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.links import turn
 from flexgear.coupling.train_build import TrainBuild
 from flexgear.coupling.train_parts import frame_matrices, orbit_force, planet_axes
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import FlexgearError, InputError
+from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
-from flexgear.coupling.links import turn
 from flexgear.coupling.train_bodies import LumpedMember
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.paths import stage_paths
@@ -17,6 +16,7 @@ from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.train_member import Support
 from flexgear.model.train_stage import TrainStage
+from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 CENTERING = 1e-4  # of its stiffness: what a bearing with clearance keeps about its middle

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 
@@ -54,21 +55,6 @@ class Body:
     def position(self, name: str) -> Array:
         """Position (3,) of a named node in the body's frame, m."""
         return self.positions[self.node_names.index(name)]
-
-
-def skew(r: Array) -> Array:
-    """Cross-product matrix S with S @ a = r × a, (3, 3)."""
-    return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-
-
-def rigid_rows(positions: Array, centre: Array | None = None) -> Array:
-    """Node motion under rigid motion of ``centre``: u = u0 + θ × (x − x0), (6 n, 6)."""
-    x = np.atleast_2d(positions) - (0.0 if centre is None else centre)
-    rows = np.zeros((6 * len(x), 6))
-    for i, r in enumerate(x):
-        rows[6 * i : 6 * i + 6] = np.eye(6)
-        rows[6 * i : 6 * i + 3, 3:] = -skew(r)
-    return rows
 
 
 KINEMATICS: dict[str, tuple[int, ...]] = {  # which of the six node dofs a lumped body has

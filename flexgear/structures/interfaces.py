@@ -25,6 +25,7 @@ from flexgear.structures.fem import (
     rigid_tie,
 )
 from flexgear.structures.fem.ties import Tie
+from flexgear.structures.springs import carrier_springs, ring_springs, stiffness_at
 
 
 class Nodes(Protocol):
@@ -92,43 +93,15 @@ def carrier_interface(case: FlexibleStage, model: FeModel) -> Interface:
 
 
 def ring_supports(case: FlexibleStage, body: Nodes) -> NDArray[np.float64]:
-    """Stiffness (b, b) of bolts and housing fits at the ring's interface nodes to ground."""
-    size, b = 6 * len(body.node_names), case.ring.bolts
-    supports = np.zeros((size, size))
-    for n, name in enumerate(body.node_names):
-        at = slice(6 * n, 6 * n + 6)
-        x, y = body.positions[n, :2]
-        if name.startswith("bolt_"):
-            axes = _turned(np.arctan2(y, x))
-            diagonal = [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
-            diagonal += [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
-            supports[at, at] = axes @ np.diag(diagonal) @ axes.T
-        elif name.startswith("fit_"):
-            fit = case.ring.fits[int(name[4:]) - 1]
-            diagonal = 2 * [fit.stiffness_radial] + [fit.stiffness_axial]
-            supports[at, at] = np.diag(diagonal + 2 * [fit.stiffness_tilt] + [0.0])
-    return supports
+    """Stiffness (b, b) of the ring's springs to ground at its interface nodes."""
+    return stiffness_at(ring_springs(case), body.node_names)
 
 
 def carrier_supports(
     case: FlexibleStage, body: Nodes, stiffness: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Bearings of the case, and the drive node held against rotation about the axis."""
-    size = 6 * len(body.node_names)
-    supports = np.zeros((size, size))
-    for side in ("drive", "far"):
-        n = body.node_names.index(f"bearing_{side}")
-        supports[6 * n : 6 * n + 6, 6 * n : 6 * n + 6] = getattr(
-            case.bearings, f"carrier_{side}"
-        ).matrix
+    """The same of the carrier, and its drive node held against rotation about the axis."""
+    supports = stiffness_at(carrier_springs(case), body.node_names)
     held = 6 * body.node_names.index("drive") + 5
-    supports[held, held] = 1e3 * stiffness[held, held]
+    supports[held, held] += 1e3 * stiffness[held, held]
     return supports
-
-
-def _turned(angle: float) -> NDArray[np.float64]:
-    """Axes (6, 6) of a node turned about z: columns radial, tangential, axial, twice."""
-    c, s = np.cos(angle), np.sin(angle)
-    q = np.zeros((6, 6))
-    q[:3, :3] = q[3:, 3:] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
-    return q

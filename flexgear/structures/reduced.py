@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.structures.kinematics import rigid_motion, rigid_rows
+
 
 def _no_probes() -> NDArray[np.float64]:
     return np.zeros((2, 0, 0))
@@ -61,7 +63,7 @@ class ReducedBody:
     def rigid_modes(self) -> NDArray[np.float64]:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
         modes = np.zeros((len(self.mass), 6))
-        modes[: self.interface_dofs] = _rigid_rows(self.positions).reshape(-1, 6)
+        modes[: self.interface_dofs] = rigid_rows(self.positions)
         return modes
 
     def recover(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -76,16 +78,5 @@ class ReducedBody:
         motion = np.linalg.lstsq(rigid, columns, rcond=None)[0]
         rest = columns - rigid @ motion
         elastic = np.asarray(self.recovery @ rest.astype(np.float32), dtype=np.float64)
-        exact = _rigid_rows(self.points)[:, :3].reshape(-1, 6) @ motion
+        exact = rigid_motion(self.points).reshape(-1, 6) @ motion
         return (elastic + exact).reshape((len(self.points), 3) + q.shape[1:])
-
-
-def _rigid_rows(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Six dofs (m, 6, 6) at points (m, 3) of unit rigid motion about the origin."""
-    rows = np.zeros((len(points), 6, 6))
-    rows[:, range(6), range(6)] = 1.0
-    x, y, z = points.T
-    rows[:, 0, 4], rows[:, 0, 5] = z, -y
-    rows[:, 1, 3], rows[:, 1, 5] = -z, x
-    rows[:, 2, 3], rows[:, 2, 4] = y, -x
-    return rows

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.modes import row_vectors, rows_at
-from flexgear.coupling.links import turn
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import WAVE, PairData
 from flexgear.coupling.system import System
+from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,9 +8,10 @@ from flexgear.analysis.equilibrium import equilibrium, revolution
 from flexgear.analysis.modes import gear_mesh_stiffness, modes
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.analysis.transient import Collector, Drive, collected, transient
-from flexgear.coupling.links import invariant_part, rotating_rows, turn
+from flexgear.coupling.links import invariant_part, rotating_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
+from flexgear.structures.kinematics import turn
 
 ODD = {  # a carrier bearing softer in one fixed direction
     "bearings.carrier_far.radial_x_n_per_m": "1e9",

@@ -8,8 +8,8 @@ from flexgear.gears.kinematics import rated_flow
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_case
 from flexgear.structures import build
-from flexgear.structures.cyclic.sectors import turn
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
+from flexgear.structures.kinematics import rotation
 from flexgear.studies.single_runs import equilibria
 from flexgear.studies.stage_bodies import StageBodies, stage_modal, variant_of
 
@@ -164,7 +164,7 @@ def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_pa
     """Written elsewhere than the case has it; the keys undo that."""
     generated = request.getfixturevalue(name)
     fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
-    shift, axes = (0.1, -0.2, 0.115), turn(0.7)
+    shift, axes = (0.1, -0.2, 0.115), rotation(0.7)
     back = FeMesh((fe_mesh.points - shift) @ axes, fe_mesh.cells, fe_mesh.kind, fe_mesh.facets)
     write_fe_mesh(back, tmp_path / "own.msh")
     keys = {

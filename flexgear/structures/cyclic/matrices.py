@@ -17,8 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic.sectors import Sectors, turn
+from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem import FeModel
+from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def sector_matrices(model: FeModel, sectors: Sectors) -> tuple[Circulant, Circul
     dofs = (3 * at[:, None] + np.arange(3)).ravel()
     stiffness = stiffness[dofs][:, dofs].tocsr()
     mass = mass[at][:, at].tocsr()
-    q = turn(sectors.pitch)
+    q = rotation(sectors.pitch)
     turned = sp.block_diag([sp.identity(3 * n), sp.kron(sp.identity(sectors.border), q)]).tocsr()
     stiffness = (turned.T @ stiffness @ turned).tocsr()
     whole = part is None

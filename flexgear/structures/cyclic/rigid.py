@@ -17,8 +17,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.structures.cyclic.sectors import Sectors, turn
-from flexgear.structures.fem.assembly import rigid_motion
+from flexgear.structures.cyclic.sectors import Sectors
+from flexgear.structures.kinematics import rigid_motion, rotation
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ def rigid_fields(nodes: Array, sectors: Sectors) -> Array:
     own, ahead = sectors.nodes[:, 0], sectors.nodes[sectors.interior :, 1]
     points = nodes[np.concatenate([own, ahead])]
     fields = rigid_motion(points - points[sectors.interior :].mean(axis=0))
-    fields[len(own) :] = turn(sectors.pitch).T @ fields[len(own) :]
+    fields[len(own) :] = rotation(sectors.pitch).T @ fields[len(own) :]
     flat = fields.reshape(-1, 6)
     _, triangle = np.linalg.qr(flat[3 * sectors.interior :])
     return np.linalg.solve(triangle.T, flat.T).T

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.structures.fem import FeModel
+from flexgear.structures.kinematics import rotation
 
 Ints = NDArray[np.int64]
 
@@ -54,23 +55,12 @@ class Sectors:
 
     def turns(self) -> NDArray[np.float64]:
         """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
-        return turn(self.pitch * np.arange(self.count, dtype=float))
+        return rotation(self.pitch * np.arange(self.count, dtype=float))
 
     def reordered(self, interior: Ints) -> Sectors:
         """The same sectors with interior nodes in another order (n - border,)."""
         order = np.concatenate([interior, np.arange(self.interior, len(self.nodes))])
         return Sectors(self.count, self.nodes[order], self.border, self.cells)
-
-
-def turn(angle: NDArray[np.floating] | float) -> NDArray[np.float64]:
-    """Rotation (..., 3, 3) about z by an angle, rad."""
-    angle = np.asarray(angle, dtype=float)
-    out = np.zeros((*angle.shape, 3, 3))
-    out[..., 0, 0] = out[..., 1, 1] = np.cos(angle)
-    out[..., 1, 0] = np.sin(angle)
-    out[..., 0, 1] = -out[..., 1, 0]
-    out[..., 2, 2] = 1.0
-    return out
 
 
 def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
@@ -90,7 +80,7 @@ def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
 
 def _image(nodes: NDArray[np.float64], angle: float) -> Ints | None:
     """Where each node goes under a turn (n,); None unless every one meets another."""
-    turned = nodes @ turn(angle).T
+    turned = nodes @ rotation(angle).T
     tolerance = _TOLERANCE * float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     tree = cKDTree(nodes)
     probes = turned[:: max(1, len(nodes) // _PROBED)]

@@ -17,8 +17,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from flexgear.structures.cyclic.sectors import Sectors, turn
+from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem import Interface
+from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -133,7 +134,7 @@ def sector_ties(interface: Interface, sectors: Sectors) -> SectorTies | None:
 def _orbits(positions: Array, sectors: Sectors) -> list[Ints]:
     """Interface nodes (z,) whose positions turn into one another, each set once."""
     tolerance = _TOLERANCE * max(float(np.hypot(positions[:, 0], positions[:, 1]).max()), 1e-300)
-    distance, image = cKDTree(positions).query(positions @ turn(sectors.pitch).T)
+    distance, image = cKDTree(positions).query(positions @ rotation(sectors.pitch).T)
     image = np.where(distance <= tolerance, image, -1)
     seen = np.zeros(len(positions), dtype=bool)
     out = []

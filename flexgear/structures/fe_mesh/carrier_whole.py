@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.kinematics import rotation
 
 if TYPE_CHECKING:
     from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
@@ -36,7 +37,7 @@ def complete(
     plain = [starts[i] + np.arange(len(halves[k].points)) for i, k in enumerate(which)]
     mirrored, total, places = [], int(starts[-1]), []
     for i, k in enumerate(which):
-        places.append(planes[k].points @ _row_turn(p.angles[order[i]]))
+        places.append(planes[k].points @ rotation(p.angles[order[i]]).T)
     for i, k in enumerate(before):
         half = planes[k]
         ids = np.full(len(half.points), -1, dtype=np.int64)
@@ -47,7 +48,7 @@ def complete(
         own = np.flatnonzero(ids < 0)
         ids[own] = total + np.arange(len(own))
         total += len(own)
-        places.append((half.points[own] * [1.0, -1.0, 1.0]) @ _row_turn(p.angles[order[i]]))
+        places.append((half.points[own] * [1.0, -1.0, 1.0]) @ rotation(p.angles[order[i]]).T)
         mirrored.append(ids)
     everything = np.concatenate(places)
 
@@ -90,9 +91,3 @@ def _planes(points: Array, phi: float, tolerance: float) -> _Planes:
     radius = np.hypot(points[web, 0], points[web, 1])
     points[web, :2] = radius[:, None] * np.array([cos(phi), sin(phi)])
     return _Planes(points, pin, web)
-
-
-def _row_turn(angle: float) -> Array:
-    """Rotation (3, 3) about z for row vectors: rows @ turn."""
-    c, s = cos(angle), sin(angle)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -26,6 +26,7 @@ from scipy.spatial import cKDTree
 from skfem import CellBasis
 
 from flexgear.structures.fem.elements import FeMeshLike, scalar_basis
+from flexgear.structures.kinematics import rigid_motion
 
 _CHUNK = 1024  # elements whose matrices are held at once
 
@@ -89,17 +90,6 @@ class FeModel:
 def facet_key(facets: NDArray[np.int64], base: int) -> NDArray[np.int64]:
     """One number (k,) a facet, of its three smallest vertices; facets (k, c) sorted by row."""
     return (facets[:, 0] * base + facets[:, 1]) * base + facets[:, 2]
-
-
-def rigid_motion(arms: NDArray[np.float64]) -> NDArray[np.float64]:
-    """H (m, 3, 6) with u = t + theta x arm = H [t, theta]; arms (m, 3) in m."""
-    h = np.zeros((len(arms), 3, 6))
-    h[:, [0, 1, 2], [0, 1, 2]] = 1.0
-    x, y, z = arms.T
-    h[:, 0, 4], h[:, 0, 5] = z, -y
-    h[:, 1, 3], h[:, 1, 5] = -z, x
-    h[:, 2, 3], h[:, 2, 4] = y, -x
-    return h
 
 
 def assemble(

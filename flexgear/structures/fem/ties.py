@@ -24,8 +24,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.structures.fem.assembly import FeModel, rigid_motion
+from flexgear.structures.fem.assembly import FeModel
 from flexgear.structures.fem.sampling import Sample
+from flexgear.structures.kinematics import rigid_motion, rigid_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +63,7 @@ class Interface:
 
     def rigid_modes(self) -> NDArray[np.float64]:
         """Rigid motion (6n, 6) of the interface nodes about the origin, rotations included."""
-        modes = np.zeros((len(self.node_names), 6, 6))
-        modes[:, :3] = rigid_motion(self.positions)
-        modes[:, 3:, 3:] = np.eye(3)
-        return modes.reshape(-1, 6)
+        return rigid_rows(self.positions)
 
 
 def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:

@@ -16,10 +16,11 @@ from flexgear.structures.cyclic.matrices import (
     to_sectors,
 )
 from flexgear.structures.cyclic.path import condense_by_sectors, sector_counts
-from flexgear.structures.cyclic.sectors import find_sectors, turn
+from flexgear.structures.cyclic.sectors import find_sectors
 from flexgear.structures.cyclic.ties import sector_ties
 from flexgear.structures.fem import assemble, averaging_tie, facet_sample, interface_of
 from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.kinematics import rotation
 
 
 def model_of(fe_mesh):
@@ -42,7 +43,7 @@ def test_every_node_is_one_sectors_own_and_images_turn_into_one_another(name):
     assert np.array_equal(np.sort(sectors.nodes, axis=None), np.arange(len(model.nodes)))
     first = model.nodes[sectors.nodes[:, 0]]
     for s in range(sectors.count):
-        expected = first @ turn(sectors.pitch * s).T
+        expected = first @ rotation(sectors.pitch * s).T
         assert np.abs(model.nodes[sectors.nodes[:, s]] - expected).max() < 1e-11
     assert len(sectors.cells) * sectors.count == model.basis.nelems
     touched = np.unique(model.basis.element_dofs[:, sectors.cells])
@@ -172,8 +173,8 @@ def test_a_patch_over_two_sectors_takes_the_general_path():
     }
     model = assemble(replace(fe_mesh, facets=wide), *STEEL)
     ties = [
-        averaging_tie(name, turn(np.pi * j / 6) @ [0.7, 0.2, 0.0], facet_sample(model, wide[name]))
-        for j, name in enumerate(wide)
+        averaging_tie(name, rotation(np.pi * j / 6) @ [0.7, 0.2, 0.0], facet_sample(model, patch))
+        for j, (name, patch) in enumerate(wide.items())
     ]
     sectors = find_sectors(model, (12,))
     assert sector_ties(interface_of(model, ties), sectors) is None
@@ -187,7 +188,7 @@ def test_ties_alike_in_place_but_not_in_shape_are_no_ones_images():
     ties = [
         averaging_tie(
             f"{j}",
-            turn(np.pi * j / 3) @ [0.7, 0.2, 0.0],
+            rotation(np.pi * j / 3) @ [0.7, 0.2, 0.0],
             facet_sample(model, facets[f"patch_{j + 1:03d}"]),
         )
         for j in range(6)

@@ -1,0 +1,56 @@
+"""Springs of the coupled system are those on which the reduction's errors are estimated."""
+
+import numpy as np
+import pytest
+from coupled import make_bodies, make_case
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.links import invariant_part
+from flexgear.structures.interfaces import carrier_supports, ring_supports
+
+STIFFNESS = {  # no two alike
+    "ring.bolts.stiffness_radial_n_per_m": "1.1e9",
+    "ring.bolts.stiffness_tangential_n_per_m": "1.2e9",
+    "ring.bolts.stiffness_axial_n_per_m": "1.3e9",
+    "ring.bolts.stiffness_tilt_nm_per_rad": "1.4e7",
+    "ring.bolts.stiffness_twist_nm_per_rad": "1.5e6",
+    "ring.bolts.first_angle_deg": "5",
+    "ring.fits.0.stiffness_radial_n_per_m": "1.6e9",
+    "ring.fits.0.stiffness_axial_n_per_m": "1.7e8",
+    "ring.fits.1.stiffness_tilt_nm_per_rad": "1.8e7",
+    "bearings.carrier_far.radial_x_n_per_m": "1.9e9",
+    "bearings.carrier_far.radial_y_n_per_m": "2.1e9",
+    "bearings.carrier_drive.axial_n_per_m": "2.2e9",
+}
+
+
+@pytest.fixture(scope="module")
+def stage():
+    case = make_case(**STIFFNESS)
+    ring, carrier = make_bodies(case)
+    return case, ring, carrier, build_system(case, ring, carrier)
+
+
+def test_ring(stage):
+    case, ring, _, system = stage
+    own = slice(0, len(ring.stiffness))
+    coupled = system.stiffness[own, own] - ring.stiffness
+    estimated = ring_supports(case, ring)
+    assert np.abs(coupled - estimated).max() < 1e-9 * np.abs(estimated).max()
+    nodes = np.abs(estimated).max(axis=1).reshape(-1, 6).max(axis=1) > 0
+    assert nodes.sum() == case.ring.bolts.number + len(case.ring.fits)
+
+
+def test_carrier(stage):
+    """The system holds the mean of bearings over a turn, and turns the rest."""
+    case, ring, carrier, system = stage
+    begin = len(ring.stiffness)
+    own = slice(begin, begin + len(carrier.stiffness))
+    coupled = system.stiffness[own, own] - carrier.stiffness
+    estimated = carrier_supports(case, carrier, np.zeros_like(carrier.stiffness))
+    for name in ("bearing_drive", "bearing_far"):
+        at = 6 * carrier.node_names.index(name) + np.arange(6)
+        at = np.ix_(at, at)
+        mean = invariant_part(estimated[at])
+        assert np.abs(mean).max() > 0
+        assert np.abs(coupled[at] - mean).max() < 1e-9 * np.abs(mean).max()
