@@ -68,10 +68,12 @@ def common_error(mesh, runout, theta, base):
 @njit(**INNER, error_model="numpy")
 def _first_and_last(mesh, base):
     """Indices of the pairs that may be in contact; of a stiffness wave the one nearest the pitch
-    point."""
+    point, or where teeth are bodies of their own both that lie next to it."""
     if mesh.model == WAVE:
-        k = math.floor((mesh.s_pitch - base) / mesh.pitch + 0.5)
-        return k, k
+        place = (mesh.s_pitch - base) / mesh.pitch
+        if mesh.per_tooth == 1:
+            return math.floor(place), math.floor(place) + 1
+        return math.floor(place + 0.5), math.floor(place + 0.5)
     reach = abs(mesh.slope) * mesh.half_face
     return (
         math.ceil((mesh.s_lo - reach - base) / mesh.pitch),
@@ -91,10 +93,12 @@ def _find_pairs(gears, m, theta, pairs, p):
         s, z = base + k * mesh.pitch, 0.0
         if mesh.model == WAVE:
             stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
+            if mesh.per_tooth == 1:  # handed over from tooth to tooth as they pass the pitch point
+                stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
         else:
             stiffness, z = _tabled(table, mesh.table_start, mesh.table_step, s)
-            if stiffness <= 0.0:
-                continue
+        if stiffness <= 0.0:
+            continue
         tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
         other = (mesh.planet_tooth0 + mesh.planet_step * k) % mesh.planet_teeth
         pair = pairs[p]

@@ -52,6 +52,7 @@ from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
+    from flexgear.model.train_errors import TrainErrors
     from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
@@ -109,23 +110,26 @@ def stage_errors(
     view: StageView, paths: Mapping[PathKey, GearMeshPath]
 ) -> dict[PathKey, PairErrors]:
     """Errors of every gear mesh in ``paths``."""
-    pitch = _pitch_by_path(view.stage, {side for _, side in paths})
-    return {key: _errors_of(view.stage, path, pitch[key]) for key, path in paths.items()}
+    stage, e = view.stage, view.errors
+    pitch = _pitch_by_path(stage, e, {side for _, side in paths})
+    return {key: _errors_of(stage, e, path, pitch[key]) for key, path in paths.items()}
 
 
-def _errors_of(stage: TrainStage, path: GearMeshPath, pitch: tuple[Array, Array]) -> PairErrors:
+def _errors_of(
+    stage: TrainStage, e: TrainErrors, path: GearMeshPath, pitch: tuple[Array, Array]
+) -> PairErrors:
     """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
     slot, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
-    turning = [(v, 1.0) for v in _gear_vectors(stage, slot)]
-    turning += [(v, -1.0) for v in _planet_vectors(stage)]
+    turning = [(v, 1.0) for v in _gear_vectors(stage, e, slot)]
+    turning += [(v, -1.0) for v in _planet_vectors(stage, e)]
     amplitude, phase = np.zeros((n, len(turning))), np.zeros((n, len(turning)))
     for h, (vector, sign) in enumerate(turning):
         amplitude[:, h], phase[:, h] = projected(path, vector, sign)
-    size, place = _gear_mesh_harmonic(stage, slot)
+    size, place = _gear_mesh_harmonic(e, slot)
     return PairErrors(
         harmonic_amplitude=np.full(n, size),
         harmonic_phase=np.full(n, place),
-        offset=_pins(stage, path) + _carrier(stage, path) + _thickness(stage, path),
+        offset=_pins(stage, e, path) + _carrier(stage, e, path) + _thickness(stage, e, path),
         gear_tooth=pitch[0],
         planet_tooth=pitch[1],
         runout_amplitude=amplitude,
@@ -147,9 +151,9 @@ def projected(path: GearMeshPath, vector: TurningVector, sign: float) -> tuple[A
     return math.hypot(nx, ny) * vector.size, phase
 
 
-def _gear_vectors(stage: TrainStage, slot: str) -> list[TurningVector]:
+def _gear_vectors(stage: TrainStage, e: TrainErrors, slot: str) -> list[TurningVector]:
     """Where sun or ring lies off its place, as every planet sees it."""
-    e, phi = stage.errors, np.asarray(stage.planet_angles, dtype=float)
+    phi = np.asarray(stage.planet_angles, dtype=float)
     ones = np.ones(len(phi))
     if slot == "sun":
         size, phase = e.sun_eccentricity, e.sun_eccentricity_phase
@@ -164,8 +168,7 @@ def _gear_vectors(stage: TrainStage, slot: str) -> list[TurningVector]:
     return found
 
 
-def _planet_vectors(stage: TrainStage) -> list[TurningVector]:
-    e = stage.errors
+def _planet_vectors(stage: TrainStage, e: TrainErrors) -> list[TurningVector]:
     size = np.array(e.of_planets("planet_eccentricity", stage.planets))
     if not size.any():
         return []
@@ -173,34 +176,31 @@ def _planet_vectors(stage: TrainStage) -> list[TurningVector]:
     return [TurningVector(size, place, stage_turns(stage)["planet"])]
 
 
-def _carrier(stage: TrainStage, path: GearMeshPath) -> Array:
+def _carrier(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
     """All pins displaced by the same vector of the carrier's frame, (N,) m."""
-    e, phi = stage.errors, np.asarray(stage.planet_angles, dtype=float)
+    phi = np.asarray(stage.planet_angles, dtype=float)
     towards = e.carrier_eccentricity_phase - phi
     nx, ny = in_plane_normal(path)
     return -e.carrier_eccentricity * (nx * np.cos(towards) + ny * np.sin(towards))
 
 
-def _thickness(stage: TrainStage, path: GearMeshPath) -> Array:
+def _thickness(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
     """Half the excess of thickness, along the normal, (N,) m."""
-    excess = np.array(stage.errors.of_planets("planet_thickness", stage.planets))
+    excess = np.array(e.of_planets("planet_thickness", stage.planets))
     return 0.5 * math.cos(transverse_angle(stage)) * path.cos_base_helix * excess
 
 
-def _pins(stage: TrainStage, path: GearMeshPath) -> Array:
+def _pins(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
     """Pins displaced one by one, (N,) m."""
     pins = np.zeros((2, stage.planets))
-    for row, given in zip(
-        pins, (stage.errors.pin_radial, stage.errors.pin_tangential), strict=True
-    ):
+    for row, given in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
         row[: len(given)] = given
     return -in_plane_normal(path) @ pins
 
 
-def _gear_mesh_harmonic(stage: TrainStage, slot: str) -> tuple[float, float]:
+def _gear_mesh_harmonic(e: TrainErrors, slot: str) -> tuple[float, float]:
     """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
     phase and the gear mesh's own error at its phase, added as phasors."""
-    e = stage.errors
     teeth = 0.5 * (getattr(e, f"{slot}_tooth") + e.planet_tooth)
     own, own_phase = getattr(e, f"{slot}_gear_mesh"), getattr(e, f"{slot}_gear_mesh_phase")
     if not own:
@@ -212,13 +212,15 @@ def _gear_mesh_harmonic(stage: TrainStage, slot: str) -> tuple[float, float]:
     return abs(both), math.atan2(both.imag, both.real)
 
 
-def _pitch_by_path(stage: TrainStage, sides: set[str]) -> dict[PathKey, tuple[Array, Array]]:
+def _pitch_by_path(
+    stage: TrainStage, e: TrainErrors, sides: set[str]
+) -> dict[PathKey, tuple[Array, Array]]:
     """Pitch deviations of gear (z,) and planets (N, z_p) by path; every flank has its own.
 
     A planet's flank that meets the ring when the carrier drives meets the sun when it is driven.
     Halves of a double-helical stage have draws of their own.
     """
-    e, gears = stage.errors, gears_by_slot(stage)
+    gears = gears_by_slot(stage)
     found = {}
     for side in sorted(sides):
         seed = e.seed if not side else [e.seed, ("left", "right").index(side)]

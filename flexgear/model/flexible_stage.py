@@ -14,7 +14,6 @@ from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash, file_digest
 from flexgear.model.drive import Drive
 from flexgear.model.faults import input_error
-from flexgear.model.gear_errors import GearErrors
 from flexgear.model.gear_mesh import Damping, GearMesh
 from flexgear.model.housing import Housing
 from flexgear.model.inertia import Inertias
@@ -30,6 +29,7 @@ from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import StageTolerance
 from flexgear.model.torque_series import read_torque_series
+from flexgear.model.train_errors import TrainErrors
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -57,7 +57,7 @@ class FlexibleStage(Section):
     brake: Brake = Brake()
     gear_mesh: GearMesh = GearMesh()
     damping: Damping = Damping()
-    errors: GearErrors = GearErrors()
+    errors: TrainErrors = TrainErrors()
     tolerance: StageTolerance = StageTolerance()
     solver: Solver = Field(default_factory=Solver)
 
@@ -154,13 +154,7 @@ def validated_case(data: dict[str, Any], where: str, written: Written) -> Flexib
 def _check_across(case: FlexibleStage) -> None:
     """Checks between sections."""
     check_case_name(case.name)
-    n = case.stage.planets
-    for key in ("pin_tangential", "pin_radial"):
-        count = len(getattr(case.errors, key))
-        if count not in (0, n):
-            raise Refusal(
-                f"errors.{key}", f"{count} values for {n} planets", "give one for each planet"
-            )
+    case.errors.require_planets(case.stage.planets)
     bore, pin = case.stage.planet.bore_diameter, case.carrier.pin_diameter
     if 0.0 < bore <= pin:
         raise Refusal(

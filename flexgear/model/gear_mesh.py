@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.units import Rate, StiffnessPerWidth, Time
+from flexgear.model.units import Rate, Stiffness, StiffnessPerWidth, Time
 
 
 class StiffnessTable(Section):
@@ -45,19 +45,29 @@ class GearMeshTables(Section):
 class GearMesh(Section):
     """Gear-mesh options.
 
-    model: per_pair, one element for every tooth pair; lumped, one element at the pitch point.
+    model: per_pair, one element for every tooth pair; lumped, one element at the pitch point, of
+    all pairs together; constant, the mean stiffness there; rectangular, a wave between the two
+    numbers of pairs in contact; fourier, that wave's first ``harmonics`` terms. ring_stiffness,
+    sun_stiffness: mean, N/m along the 3D normal, of one gear mesh (of each half of a double-helical
+    stage); if left out from the pairs' law, for waves c_γ b of ISO 6336-1. A parallel stage uses
+    sun_*. ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
     contact_law: one-sided, with backlash and back flanks; linear, pairs on the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
     damping_ratio: of each pair against the gears' equivalent mass.
     """
 
-    model: Literal["per_pair", "lumped"] = "per_pair"
+    model: Literal["per_pair", "lumped", "constant", "rectangular", "fourier"] = "per_pair"
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)
     table: GearMeshTables | None = None
     damping_ratio: float = Field(default=0.07, ge=0.0, le=1.0)
+    ring_stiffness: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
+    sun_stiffness: Stiffness | None = Field(default=None, gt=0.0, le=1e13)
+    harmonics: int = Field(default=5, ge=1, le=100)
+    ring_contact_ratio: float | None = Field(default=None, ge=1.0, le=20.0)
+    sun_contact_ratio: float | None = Field(default=None, ge=1.0, le=20.0)
 
     @model_validator(mode="after")
     def _complete(self) -> GearMesh:

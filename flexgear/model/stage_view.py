@@ -42,8 +42,15 @@ class StageView:
 
     @property
     def errors(self) -> TrainErrors:
-        """Manufacturing errors of its gears, pins and bodies."""
-        return self.stage.errors
+        """Manufacturing errors of its gears, pins and bodies.
+
+        Those of bodies that a train adds to a flexible stage stand in place of the stage's own.
+        """
+        added, flexible = self.stage.errors, self.stage.flexible
+        if flexible is None:
+            return added
+        given = {name: getattr(added, name) for name in type(added).model_fields}
+        return flexible.errors.model_copy(update={k: v for k, v in given.items() if v})
 
     def key(self, name: str = "") -> str:
         """A key of the stage as messages write it: "stages.stage_2.planets"; itself for ""."""

@@ -40,6 +40,21 @@ class TrainErrors(GearErrors):
     sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     sun_gear_mesh_phase: Angle = 0.0
 
+    def require_planets(self, planets: int) -> None:
+        """Refusal where a list has another number of values than there are planets."""
+        for key in (*PLANET_LISTS, "pin_tangential", "pin_radial"):
+            count = len(getattr(self, key))
+            if count in (0, planets) or (count == 1 and key in PLANET_LISTS):
+                continue
+            one_for_all = ", or one for all" if key in PLANET_LISTS else ""
+            more = count > planets
+            there = f"planet {planets + 1} does not exist" if more else "some planets have none"
+            raise Refusal(
+                f"errors.{key}",
+                f"{count} values for {planets} planets: {there}",
+                f"give one for each planet{one_for_all}",
+            )
+
     def of_planets(self, name: str, planets: int) -> tuple[float, ...]:
         """One value a planet of one of the lists; zeros where it is empty."""
         values: tuple[float, ...] = getattr(self, name)

@@ -9,9 +9,10 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.gear_errors import GearErrors
 from flexgear.model.section import Missing, Refusal, Section, error_details
 from flexgear.model.stage import Stage, check_bore, required_hand
-from flexgear.model.train_errors import PLANET_LISTS, TrainErrors
+from flexgear.model.train_errors import TrainErrors
 from flexgear.model.train_gear_mesh import TrainGearMesh
 from flexgear.model.train_member import PlanetBearing, Support, TrainCarrier, TrainGear
 from flexgear.model.units import Angle, Length
@@ -139,7 +140,7 @@ class TrainStage(Section):
             "carrier": {},
             "planet_bearing": case.bearings.planet.model_dump(),
             "gear_mesh": case.gear_mesh.model_dump(),
-            "errors": {**errors, **case.errors.model_dump()},
+            "errors": {**errors, **{k: getattr(case.errors, k) for k in GearErrors.model_fields}},
             "flexible": case,
         }
 
@@ -200,18 +201,7 @@ class TrainStage(Section):
                 )
 
     def _check_errors(self) -> None:
-        n = self.planets
-        for key in (*PLANET_LISTS, "pin_tangential", "pin_radial"):
-            count = len(getattr(self.errors, key))
-            if count in (0, n) or (count == 1 and key in PLANET_LISTS):
-                continue
-            one_for_all = ", or one for all" if key in PLANET_LISTS else ""
-            there = f"planet {n + 1} does not exist" if count > n else "some planets have none"
-            raise Refusal(
-                f"errors.{key}",
-                f"{count} values for {n} planets: {there}",
-                f"give one for each planet{one_for_all}",
-            )
+        self.errors.require_planets(self.planets)
         if self.kind == "parallel":
             for key in ("ring_eccentricity", "carrier_eccentricity", "ring_offset",
                         "ring_gear_mesh", "ring_tooth", "ring_pitch", "pin_radial",

@@ -57,13 +57,24 @@ RIGID_STAGE = {
 }
 
 
-def lumped_twin(tmp_path, case, bodies, *, model="per_pair"):
+BODY_ERRORS = {
+    "sun_eccentricity_um": "30", "sun_eccentricity_phase_deg": "40", "ring_eccentricity_um": "25",
+    "ring_eccentricity_phase_deg": "100", "carrier_eccentricity_um": "20",
+    "carrier_eccentricity_phase_deg": "200", "planet_eccentricity_um": "[10, 5, 0, 8, 3]",
+    "planet_eccentricity_phase_deg": "[0, 80, 10, 200, 300]", "ring_offset_um": "15",
+    "ring_offset_phase_deg": "70", "planet_thickness_um": "[12, 0, -7, 0, 4]",
+    "ring_gear_mesh_um": "6", "sun_gear_mesh_um": "-4", "sun_gear_mesh_phase_deg": "30",
+}  # fmt: skip
+
+
+def lumped_twin(tmp_path, case, bodies, errors=()):
     """The flexible stage's rigid variant written as a lumped train with the same masses."""
     from flexgear.coupling.stage_parts import gear_inertia, stage_components
     from flexgear.coupling.system import Variant
     from flexgear.gears.geometry import stage_geometry
 
-    geometry = stage_geometry(case.view())
+    geometry, model = stage_geometry(case.view()), case.gear_mesh.model
+    lines = "\n".join(f"{key} = {value}" for key, value in dict(errors).items())
     parts = {
         p.name: p for p in stage_components(case, geometry, *bodies, Variant(False, False, False))
     }
@@ -103,6 +114,7 @@ model = "{model}"
 contact_law = "linear"
 [stage.errors]
 pin_tangential_um = {[round(1e6 * x, 6) for x in case.errors.pin_tangential]}
+{lines}
 [[inputs]]
 member = "stage.carrier"
 speed_rpm = 11.27
@@ -114,7 +126,9 @@ member = "stage.sun"
     return load_case(write(tmp_path, text))
 
 
-def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path):
+@pytest.mark.parametrize("model", ["per_pair", "constant", "rectangular", "fourier"])
+@pytest.mark.parametrize("errors", [{}, BODY_ERRORS], ids=["pins", "all"])
+def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     """Ring, carrier and shaft rigid, everything else stiff in tilt: planar lumped bodies."""
     from coupled import make_case
 
@@ -131,9 +145,10 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path):
         "shaft.spline.torsion_nm_per_rad": "1e13",
     }
     bolts = {f"ring.bolts.stiffness_{d}_n_per_m": "1e13" for d in ("radial", "tangential", "axial")}
-    case = make_case(**RIGID_STAGE, **stiff, **bolts)
+    own = {f"errors.{key}": value for key, value in errors.items()}
+    case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"gear_mesh.model": model})
     bodies = make_bodies(case)
-    twin = lumped_twin(tmp_path, case, bodies)
+    twin = lumped_twin(tmp_path, case, bodies, errors)
     system = build_system(case, *bodies, Variant(False, False, False))
     angles = np.linspace(0, 0.06, 5)
     rigid = revolution(modal_system(system), angles, 4e6)
@@ -145,6 +160,7 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path):
 
 
 def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
+    """Errors of bodies that the train adds are those that the stage could state itself."""
     text = (
         STEEL
         + """
@@ -159,8 +175,11 @@ inertia_kg_m2 = 1e6
 member = "stage_1.sun"
 """
     )
-    train = load_case(write(tmp_path, text))
-    case = train.stages[0].flexible
+    errors = {f"stages.0.errors.{key}": value for key, value in BODY_ERRORS.items()}
+    train = load_case(write(tmp_path, text), errors)
+    own = {f"flexible.errors.{key}": value for key, value in BODY_ERRORS.items()}
+    case = load_case(write(tmp_path, text), {f"stages.0.{k}": v for k, v in own.items()})
+    case = case.stages[0].flexible
     bodies = make_bodies(case)
     inside = solved(train, (0.0, 0.02), stage_1=bodies)
     from flexgear.coupling.build import build_system
