@@ -11,10 +11,10 @@ import typer
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import file_option
-from flexgear.cli.train_check import derived_of_train
+from flexgear.cli.train_check import derived_of_train, running_sections
 from flexgear.coupling.pace import pace_sections, stage_pace
 from flexgear.files.atomic import file_target, write_bytes
-from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.report import stage_report
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
@@ -42,7 +42,9 @@ def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) ->
 
 def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
     """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
-    motion = rated_flow(case)
+    alone = case.as_case()
+    flow = power_flow(alone)
+    motion = flow.stages[0]
     sections = stage_report(case.view(), motion.gear_mesh_forces)
     sections["kinematics"] = {
         "carrier_speed_rpm": motion.carrier_speed * RPM,
@@ -55,6 +57,7 @@ def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
         "expected_ring_mesh_force_n": motion.ring_gear_mesh_force,
         "expected_sun_mesh_force_n": motion.sun_gear_mesh_force,
     }
+    sections |= running_sections(alone, flow)
     sections |= pace_sections(stage_pace(case), case.solver)
     sections["case"] = {"name": case.name, "content_hash": case.content_hash()}
     return sections

@@ -23,7 +23,9 @@ Sections = dict[str, dict[str, Any]]
 def derived_of_train(train: Case) -> Sections:
     """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
     flow = power_flow(train)
-    running = {} if train.output is None else _running(train, flow)
+    running = {}
+    if train.output is not None:
+        running = running_sections(train, flow) | pace_sections(train_pace(train), train.solver)
     return {
         **case_report(train),
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
@@ -33,7 +35,7 @@ def derived_of_train(train: Case) -> Sections:
     }
 
 
-def _running(train: Case, flow: PowerFlow) -> Sections:
+def running_sections(train: Case, flow: PowerFlow) -> Sections:
     """What follows from torques and speeds: members, stages, the whole train."""
     motions, sections = stage_motions(train, flow), _members(flow)
     lives = planet_bearing_life_hours(train, flow)
@@ -48,7 +50,6 @@ def _running(train: Case, flow: PowerFlow) -> Sections:
         "input_power_w": flow.input_power,
         "circulating_power_w": flow.circulating_power,
     }
-    sections |= pace_sections(train_pace(train), train.solver)
     return sections
 
 

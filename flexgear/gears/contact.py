@@ -9,9 +9,9 @@ C = T_p − s n + z e_z and s = ρ_p. On the flank of ring tooth j (centre at φ
 
 δ_b being a tooth's half angle at the base circle (``tooth``), falling with θ_c (planet tip to ring
 tip); the planet tooth that meets it stands at γ = s/r_b,p − δ_b,p − α_w, and on the other side of
-that planet's teeth s = r_b,p (π + α_w + δ_b,p − γ), rising. Back flanks follow by mirroring angles.
-Backlash is imposed by thinning the teeth of ring and sun on their back flanks, so that loaded
-flanks stay where they are; back paths are those of a stage whose planets touch the ring behind.
+that planet's teeth s = r_b,p (π + α_w + δ_b,p − γ), rising. Coast flanks follow by mirroring
+angles. Backlash is imposed by thinning the teeth of ring and sun there, so that drive flanks stay
+where they are; coast paths are those of a stage whose planets touch the ring behind.
 Re-derived from the involutes; the modulo rule of Tan et al. 2023, eqs. 11–14 is not used.
 
 ``paths`` puts them together for any stage: halves of double-helical gears have a side and a
@@ -43,7 +43,8 @@ ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
 @dataclass(frozen=True)
 class GearMeshPath:
-    """One kind of gear mesh ("ring", "sun", "ring_back", "sun_back") of all N planets.
+    """One kind of gear mesh of all N planets: "ring", "sun" on the drive flanks, "ring_back",
+    "sun_back" on the coast flanks.
 
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
@@ -146,10 +147,10 @@ def assembly_mismatch(g: StageGeometry, planet_angles: Array) -> Array:
     return tooth_numbers(sigma, float(sigma[0]), g.sun.teeth)[1]
 
 
-def _back_planet_tooth(g: StageGeometry, gamma: Array, s_back: Array) -> Array:
-    """Angles of planet teeth 0 when the back flank of ring tooth 0 is touched, rad (N,)."""
+def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array:
+    """Angles of planet teeth 0 when the coast flank of ring tooth 0 touches, rad (N,)."""
     pitch = 2 * math.pi / g.planet.teeth
-    off = -planet_tooth_angle(g, s_back) - gamma
+    off = -planet_tooth_angle(g, s_coast) - gamma
     return gamma + off - pitch * np.rint(off / pitch)
 
 
@@ -160,25 +161,25 @@ def planetary_paths(
     phi = np.asarray(stage.planet_angles, dtype=float)
     cos_bb = math.cos(g.base_helix_angle)
     zero = np.zeros(len(phi), np.int64)
-    # front: planets touch ring teeth, the sun touches planets
+    # drive flanks: planets touch ring teeth, the sun touches planets
     ring = ring_start(g, phi)
     gamma = planet_tooth_angle(g, ring)
     sun = sun_side(g, gamma)
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
-    # back flanks are front flanks of the stage mirrored in y = 0; ring and sun are thinned there
-    ring_back = ring_start(g, -phi) + stage.backlash_ring / cos_bb
-    gamma_back = _back_planet_tooth(g, gamma, ring_back)
-    sun_back = sun_side(g, -gamma_back)
+    # coast flanks are drive flanks of the stage mirrored in y = 0; ring and sun are thinned there
+    ring_coast = ring_start(g, -phi) + stage.backlash_ring / cos_bb
+    gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
+    sun_coast = sun_side(g, -gamma_coast)
 
     def sun_teeth(s: Array, m: int) -> IntArray:
         return tooth_numbers(m * sun_tooth_angle(g, s) + phi, sigma0, g.sun.teeth)[0]
 
-    behind = tooth_numbers(-planet_tooth_angle(g, ring_back) - gamma, 0.0, g.planet.teeth)[0]
+    behind = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
     starts = {
         "ring": (ring, zero, zero),
         "sun": (sun, sun_teeth(sun, 1), zero),
-        "ring_back": (ring_back, zero, behind),
-        "sun_back": (sun_back, sun_teeth(sun_back, -1), zero),
+        "ring_back": (ring_coast, zero, behind),
+        "sun_back": (sun_coast, sun_teeth(sun_coast, -1), zero),
     }
     hand = 1.0 if planet_hand == "right" else -1.0
     paths = {}

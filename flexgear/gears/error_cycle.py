@@ -27,10 +27,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.radii import gears_by_slot
 from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
-    from flexgear.model.stage import Stage
     from flexgear.model.train_errors import TrainErrors
     from flexgear.model.train_stage import TrainStage
 
@@ -76,7 +76,7 @@ class AngleSamples:
 
 
 def error_cycle(
-    stage: Stage | TrainStage,
+    stage: TrainStage,
     sources: Iterable[str] = SOURCES,
     carrier_turns: Fraction = Fraction(1),
 ) -> ErrorCycle:
@@ -89,7 +89,7 @@ def error_cycle(
     unknown = [s for s in sources if s not in SOURCES]
     if unknown:
         raise FlexgearError(f"{unknown[0]!r} is no source of errors; take {', '.join(SOURCES)}")
-    teeth = _teeth(stage)
+    teeth = {slot: gear.teeth for slot, gear in gears_by_slot(stage).items()}
     per_turn = teeth.get("ring", teeth["planet"])
     periods = [Fraction(teeth[s]) for s in sources if s in teeth]
     # gears of a parallel stage stand in the housing: nothing turns against it but they themselves
@@ -127,7 +127,7 @@ def exact_rate(speed: float, master: float, limit: int = 10**6) -> Fraction:
 
 
 def sample_angles(
-    stage: Stage | TrainStage,
+    stage: TrainStage,
     per_gear_mesh: int,
     *,
     most: int | None = None,
@@ -193,14 +193,6 @@ def spread(count: int, most: int) -> NDArray[np.int64]:
         if gap * most < 3 * count:
             break
     return best
-
-
-def _teeth(stage: Stage | TrainStage) -> dict[str, int]:
-    if getattr(stage, "kind", "planetary") == "parallel":
-        parts = {"sun": "pinion", "planet": "gear"}
-    else:
-        parts = {"sun": "sun", "planet": "planet", "ring": "ring"}
-    return {slot: getattr(stage, part).teeth for slot, part in parts.items()}
 
 
 def _common(periods: Sequence[Fraction]) -> Fraction:

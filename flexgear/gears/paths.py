@@ -1,16 +1,16 @@
-"""Paths of contact of one stage of a train, by kind of gear mesh and side.
+"""Paths of contact of any stage, by kind of gear mesh and side.
 
 Planetary stages have the paths of ``contact``; halves of a double-helical stage have those of a
 helical stage each, the left one (−z) with ``planet_hand`` and the right one with the other hand, in
 phase at their mid-planes. Both flanks are given always. Which carries, follows from the torque: the
-front one where the carrier is driven for θ̇ > 0 (or drives for θ̇ < 0), the back one otherwise.
+drive flank where the carrier is driven for θ̇ > 0 (or drives for θ̇ < 0), the coast flank otherwise.
 
 Parallel stage: the pinion is the sun and the gear the planet of one gear mesh "sun", θ is the
-rotation of the gear, and its axes are x from the pinion's axis to the gear's. The front flank
+rotation of the gear, and its axes are x from the pinion's axis to the gear's. The drive flank
 carries where the gear drives the pinion for θ̇ > 0, as the planet drives the sun of a planetary
 stage, but the gear turns the other way: its force is n = (sin α, cos α), which turns it backwards,
 T_p = r_b (−cos α, sin α), and the pair goes from the gear's root to its tip, ds/dθ = +r_b,gear. All
-of that is the back flank of a sun gear mesh, under the name of what it does. At θ = 0 pinion tooth
+of that is the coast flank of a sun gear mesh, under the name of what it does. At θ = 0 pinion tooth
 0 and gear tooth 0 touch at the pitch point.
 """
 
@@ -126,10 +126,10 @@ def _parallel_paths(
     """Paths of pinion and gear on the drive and the coast flank."""
     pinion, gear, gear_mesh, zero = g.sun, g.planet, g.sun_mesh, np.zeros(1, np.int64)
     pitch_point = gear.base_radius * math.tan(gear_mesh.working_angle)
-    back, gear_tooth, pinion_tooth = _back_of_parallel(g, pitch_point)
+    coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
     starts = {
         "sun": (np.array([pitch_point]), zero, zero),
-        "sun_back": (np.array([back]), zero + pinion_tooth, zero + gear_tooth),
+        "sun_back": (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
     }
     hand = 1.0 if planet_hand == "right" else -1.0
     return {
@@ -150,19 +150,19 @@ def _parallel_paths(
     }
 
 
-def _back_of_parallel(g: StageGeometry, front: float) -> tuple[float, int, int]:
-    """Back flanks when tooth 0 of both gears touches at s = front: s of the pair that is nearest to
-    ``front``, and its teeth of gear and pinion.
+def _coast_of_parallel(g: StageGeometry, drive: float) -> tuple[float, int, int]:
+    """Coast flanks when tooth 0 of both gears touches at s = drive: s of the pair nearest to
+    ``drive``, and its teeth of gear and pinion.
 
     From ``contact``: s = r_b,gear (π + α + Δ − γ) with the half angle Δ at the base circle and the
-    place γ of the gear's tooth; on the front flank, mirrored, −γ. So s_front + s_back of one tooth
+    place γ of the gear's tooth; on the drive flank, mirrored, −γ. So s_drive + s_coast of one tooth
     of the gear is 2 r_b,gear (π + α + Δ). Likewise for the pinion with σ = α + Δ − ρ/r_b,pinion.
     """
     pinion, gear, gear_mesh = g.sun, g.planet, g.sun_mesh
     angle, pitch = gear_mesh.working_angle, gear_mesh.base_pitch
-    same_tooth = 2 * gear.base_radius * (math.pi + angle + gear.base_half_angle) - front
-    steps = round((same_tooth - front) / pitch)
-    back = same_tooth - steps * pitch
+    same_tooth = 2 * gear.base_radius * (math.pi + angle + gear.base_half_angle) - drive
+    steps = round((same_tooth - drive) / pitch)
+    coast = same_tooth - steps * pitch
     reach = (pinion.base_radius + gear.base_radius) * math.tan(angle)
-    turned = 2 * (angle + pinion.base_half_angle) - (2 * reach - front - back) / pinion.base_radius
-    return back, steps, round(turned * pinion.teeth / (2 * math.pi))
+    turned = 2 * (angle + pinion.base_half_angle) - (2 * reach - drive - coast) / pinion.base_radius
+    return coast, steps, round(turned * pinion.teeth / (2 * math.pi))

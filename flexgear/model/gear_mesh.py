@@ -51,7 +51,7 @@ class GearMesh(Section):
     sun_stiffness: mean, N/m along the 3D normal, of one gear mesh (of each half of a double-helical
     stage); if left out from the pairs' law, for waves c_γ b of ISO 6336-1. A parallel stage uses
     sun_*. ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
-    contact_law: one-sided, with backlash and back flanks; linear, pairs on the path also pull.
+    contact_law: one-sided, with backlash and coast flanks; linear, pairs on the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
     damping_ratio: of each pair against the gears' equivalent mass.

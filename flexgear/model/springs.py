@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
-from flexgear.model.units import Length, MatrixEntry, RotationalStiffness, Stiffness
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Force, Length, MatrixEntry, RotationalStiffness, Stiffness
 
 
 class Springs(Section):
@@ -78,6 +80,29 @@ class Bearing(Springs):
         return to_z.T @ super().matrix @ to_z
 
 
+class Rolling(Section):
+    """What the basic rating life (ISO 281) of a rolling bearing needs.
+
+    dynamic_rating: C of one bearing; rolling: its exponent; count: equal bearings side by side,
+    which share the load evenly.
+    """
+
+    dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
+    rolling: Literal["roller", "ball"] | None = None
+    count: int = Field(default=1, ge=1, le=8)
+
+    @model_validator(mode="after")
+    def _rating_of_a_kind(self) -> Rolling:
+        if self.dynamic_rating is not None and self.rolling is None:
+            remedy = 'add rolling = "roller" or "ball"'
+            raise Missing("rolling", "is missing beside dynamic_rating", remedy)
+        return self
+
+
+class RatedBearing(Bearing, Rolling):
+    """A bearing whose rating life may be asked for."""
+
+
 class Bearings(Section):
     """Planet bearings (planet to pin), carrier and output bearings; a sun bearing if there is one.
 
@@ -85,7 +110,7 @@ class Bearings(Section):
     at the end of the sun's shaft. ``sun = None``: the sun floats.
     """
 
-    planet: Bearing
+    planet: RatedBearing
     carrier_drive: Bearing
     carrier_far: Bearing
     output: Bearing

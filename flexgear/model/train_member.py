@@ -6,10 +6,10 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.springs import Bearing
+from flexgear.model.section import Refusal, Section
+from flexgear.model.springs import Bearing, Rolling
 from flexgear.model.stage import Gear
-from flexgear.model.units import Force, Inertia, Length, Mass, Stiffness
+from flexgear.model.units import Inertia, Length, Mass, Stiffness
 
 Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
 
@@ -44,23 +44,8 @@ class Support(Bearing):
         return self
 
 
-class PlanetBearing(Support):
-    """Bearing between planet and pin, and what its basic rating life (ISO 281) needs.
-
-    dynamic_rating: C of one bearing; rolling: its exponent; count: equal bearings side by side,
-    which share the load evenly.
-    """
-
-    dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)
-    rolling: Literal["roller", "ball"] | None = None
-    count: int = Field(default=1, ge=1, le=8)
-
-    @model_validator(mode="after")
-    def _rating_of_a_kind(self) -> PlanetBearing:
-        if self.dynamic_rating is not None and self.rolling is None:
-            remedy = 'add rolling = "roller" or "ball"'
-            raise Missing("rolling", "is missing beside dynamic_rating", remedy)
-        return self
+class PlanetBearing(Support, Rolling):
+    """Bearing between planet and pin."""
 
 
 class LumpedInertia(Section):

@@ -74,7 +74,8 @@ def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
         # a ring that bends between its bolts stands in space, too
-        sources = error_sources(stage.errors, housing=still or stage.flexible is not None)
+        errors = train.view(stage.name).errors
+        sources = error_sources(errors, housing=still or stage.flexible is not None)
         found.append(
             StageMotion(
                 stage.name,

@@ -96,7 +96,7 @@ def test_sources_of_errors():
 
 
 def test_bundled_stage_is_sampled_in_whole_gear_mesh_cycles():
-    stage = load_case("wind-5mw").stage
+    stage = load_case("wind-5mw").view().stage
     whole = error_cycle(stage)
     assert (whole.gear_meshes, whole.turns) == (9207, 99)  # lcm(27, 33, 93)
     s = sample_angles(stage, 8, most=186)
