@@ -30,10 +30,10 @@ from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.structures.fe_mesh.carrier_sector import SIZE, half_sectors
+from flexgear.structures.fe_mesh.carrier_sector import FLATTEST, SIZE, half_sectors
 from flexgear.structures.fe_mesh.carrier_web import Web
 from flexgear.structures.fe_mesh.carrier_whole import complete
-from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 if TYPE_CHECKING:
@@ -44,6 +44,9 @@ Ints = NDArray[np.int64]
 Fidelity = Literal["quick", "standard", "fine"]
 
 _SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
+# gmsh fails on pins, or never ends, about a third thinner
+_SLENDER = 25.0  # length between the plates over the diameter of a pin, at most
+_THIN = 15.0  # thickness of a plate over that, at most
 _CASE_KEYS = {  # where the case holds what is not a plain key of [carrier]
     "fidelity": "solver.fidelity",
     "planets": "stage.planets",
@@ -145,6 +148,11 @@ class CarrierMeshParameters:
         return self.plate_gap if 0.0 < rest < 0.05 * self.pin_diameter else width
 
     @property
+    def plate_thickness(self) -> float:
+        """Mean of both plates, m."""
+        return (self.plate_thickness_drive + self.plate_thickness_far) / 2.0
+
+    @property
     def angles(self) -> Array:
         """Where pin i stands in the carrier (N,), rad."""
         if self.planet_angles is None:
@@ -220,6 +228,14 @@ class CarrierMeshParameters:
         pin, bore, plate = self.pin_diameter / 2.0, self.hub_bore / 2.0, self.plate_diameter / 2.0
         if not 0.0 <= self.pin_bore < 0.9 * self.pin_diameter:
             reject("pin_bore", "leaves no wall in the pin", "at most 0.9 of pin_diameter")
+        least = max(self.plate_gap / _SLENDER, self.plate_thickness / _THIN)
+        if 2.0 * pin < least:
+            reject(
+                "pin_diameter",
+                f"pins of {2 * pin * mm:.3g} mm are too thin for the FE mesh of plates "
+                f"{self.plate_gap * mm:.3g} mm apart and {self.plate_thickness * mm:.3g} mm thick",
+                f"at least {least * mm:.3g} mm",
+            )
         if pin >= self.planet_tip_radius:
             reject("pin_diameter", "the pin is as thick as the planet", "lower it")
         if plate <= self.center_distance + 1.05 * pin:
@@ -281,12 +297,19 @@ def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
 def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
     """The carrier in the lengths' own unit."""
     with gmsh_session("carrier") as gmsh:
-        meshes = half_sectors(gmsh, p)
-    halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
-    patches = [_half_patches(p, half) for half in halves]
-    factor = _pin_factor(p, halves[0])  # one for all, so that they still meet in a pin's plane
-    rounded = [FeMesh(_rounded(p, h.points, factor), h.cells, "tet", {}) for h in halves]
-    return complete(p, rounded, patches)
+        for meshes in half_sectors(gmsh, p):
+            halves = [FeMesh(points, cells, "tet", {}) for points, cells in meshes]
+            factor = _pin_factor(p, halves[0])  # one for all: they meet in a pin's plane
+            moved = [(_rounded(p, half.points, factor), half.cells) for half in halves]
+            if all(corner_jacobians(*half, "tet")[1].min() > FLATTEST for half in moved):
+                rounded = [FeMesh(*half, "tet", {}) for half in moved]
+                return complete(p, rounded, [_half_patches(p, half) for half in halves])
+    raise InputError(
+        p.where,
+        "carrier",
+        "no sound FE mesh: some edges nearly touch",
+        "move hub, seat, bore and pin diameters apart by a few mm",
+    )
 
 
 def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:

@@ -5,6 +5,7 @@ where they meet, is the same in all.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from math import ceil, cos, pi, sin, sqrt
 from types import ModuleType
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
     from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
@@ -25,25 +26,25 @@ Ints = NDArray[np.int64]
 SIZE = {"quick": 1.6, "standard": 0.85, "fine": 0.5}  # cell size over mean plate thickness
 _ROUND = {"quick": 8, "standard": 16, "fine": 24}  # least number of straight sides of a circle
 _SAMPLES = 33  # points on a curve for its distance to others
+FLATTEST = 1e-3  # det [e1 e2 e3]/(|e1||e2||e3|) of a cell that is good enough
+_REFINEMENTS = (1.0, 1.3, 1.6, 2.0, 2.5)  # of the cell size, until the FE mesh is sound
 _ROUND_BORE = 8  # the same for holes much thinner than a pin
 
 
-def half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> list[tuple[Array, Ints]]:
-    """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session."""
+def half_sectors(gmsh: ModuleType, p: CarrierMeshParameters) -> Iterator[list[tuple[Array, Ints]]]:
+    """Vertices (n, 3) m and right-handed cells (m, 4) of each of p.half_gaps; in a gmsh session.
+
+    One after the other all FE meshes that are sound, the coarsest first; a finer one is made only
+    where it is asked for.
+    """
     halves = [_solids(gmsh.model.occ, p, phi) for phi in p.half_gaps[0]]
     gmsh.model.occ.synchronize()
-    for refinement in (1.0, 1.6, 2.5):
+    for refinement in _REFINEMENTS:
         _set_sizes(gmsh, p, halves, refinement)
         _same_plane(gmsh, p, halves)
         if _generate(gmsh):
-            return [_tetrahedra(gmsh, half) for half in halves]
+            yield [_tetrahedra(gmsh, half) for half in halves]
         gmsh.model.mesh.clear()
-    raise InputError(
-        p.where,
-        "carrier",
-        "no sound FE mesh: some edges nearly touch",
-        "move hub, seat, bore and pin diameters apart by a few mm",
-    )
 
 
 def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
@@ -61,7 +62,7 @@ def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
         return next(entity for entity in made if entity[0] == 3)
 
     hub, seat_drive = p.hub_outer_diameter / 2.0, p.seat_drive_diameter / 2.0
-    if abs(hub - seat_drive) < 0.1 * (p.plate_thickness_drive + p.plate_thickness_far) / 2.0:
+    if abs(hub - seat_drive) < 0.1 * p.plate_thickness:
         hub = seat_drive  # a small step would only make slivers
     z_seat, z_end = z_drive - p.seat_drive_width, z_drive - p.hub_length
     seat_far, z_seat_far = p.seat_far_diameter / 2.0, z_far + p.seat_far_width
@@ -118,11 +119,16 @@ def _generate(gmsh: ModuleType) -> bool:
         gmsh.model.mesh.generate(3)
     except Exception:  # gmsh raises nothing more specific
         return False
-    if list(gmsh.model.mesh.getElements(3)[0]) != [4] or _flattest(gmsh) < 1e-4:
+    found = [gmsh.model.mesh.getElements(3, v) for _, v in gmsh.model.getEntities(3)]
+    if any(list(kinds) != [4] for kinds, _, _ in found):
+        return False
+    if max(nodes.max() for _, _, (nodes,) in found) > gmsh.model.mesh.getNodes()[0].max():
+        return False  # a volume was left half done
+    if _flattest(gmsh) < 1e-4:
         return False  # and Netgen would crash on cells without volume
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.optimize("")
-    return _flattest(gmsh) > 1e-3
+    return _flattest(gmsh) > FLATTEST
 
 
 def _flattest(gmsh: ModuleType) -> float:
@@ -136,8 +142,7 @@ def _set_sizes(
     gmsh: ModuleType, p: CarrierMeshParameters, halves: list[list[int]], refinement: float
 ) -> None:
     """Number of straight sides of every curve; what half sectors have in common has the same."""
-    thickness = (p.plate_thickness_drive + p.plate_thickness_far) / 2.0
-    size = SIZE[p.fidelity] * thickness / refinement
+    size = SIZE[p.fidelity] * p.plate_thickness / refinement
     option = gmsh.option.setNumber
     option("Mesh.MeshSizeMax", size)
     option("Mesh.MeshSizeMin", size / 10.0)
@@ -199,10 +204,12 @@ def _sides(
             # height of a chord over its arc, r (1 - cos(turn/2n)) ≈ r turn²/(8 n²) <= distance/3
             clear = turn * sqrt(3.0 * radius / (8.0 * max(min(near, default=radius), 1e-4 * size)))
             sides = max(sides, round(refinement * whole * turn / (2.0 * pi)), ceil(clear))
-        elif p.pin_bore > 0.0:
-            off = np.hypot(at[:, 0] - p.center_distance, at[:, 1]) - p.pin_bore / 2.0
-            if np.abs(off).max() < 1e-7 * p.plate_diameter:  # else facets would span the bore
-                sides = max(sides, ceil(length / p.pin_bore))
+        else:
+            off = 2.0 * np.hypot(at[:, 0] - p.center_distance, at[:, 1])
+            chord = pi * p.pin_diameter / _ROUND[p.fidelity]
+            for diameter, longest in ((p.pin_bore, p.pin_bore), (p.pin_diameter, 2.0 * chord)):
+                if diameter and np.abs(off - diameter).max() < 1e-7 * p.plate_diameter:
+                    sides = max(sides, ceil(length / longest))  # else facets would span it
         found[curve] = sides
     return found
 

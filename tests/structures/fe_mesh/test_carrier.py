@@ -1,6 +1,6 @@
 """Shape, symmetry and patches of the carrier's FE mesh."""
 
-from math import cos, pi, sin
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -57,6 +57,38 @@ def test_pins_stand_at_their_angles_with_their_true_volume(carrier: FeMesh) -> N
         inside &= np.abs(centre[:, 2]) < p.plate_gap / 2
         exact = pi * p.pin_diameter**2 / 4 * p.plate_gap
         assert carrier.cell_volumes()[inside].sum() == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("slenderness", [10, 15, 24])
+@pytest.mark.parametrize(("fidelity", "sides"), [("quick", 8), ("standard", 16)])
+def test_slender_pins_are_round_all_along(slenderness: float, fidelity: str, sides: int) -> None:
+    """Pushed out to their true volume, their surface is not far beyond that of a prism of as many
+    sides: no section is far from the circle. Those of quick are half as fine."""
+    p = CarrierMeshParameters(pin_diameter=0.48 / slenderness, fidelity=fidelity)
+    made = carrier_fe_mesh(p)
+    at = made.points[made.facets["pin_1"]]
+    off = np.hypot(at[..., 0] - p.center_distance, at[..., 1])
+    inscribed = sqrt(2 * pi / (sides * sin(2 * pi / sides)))  # to the polygon of the same area
+    assert off.mean() / (p.pin_diameter / 2) == pytest.approx(
+        inscribed, rel=0.18 if fidelity == "quick" else 0.022
+    )
+    assert made.quality() > 1e-3
+
+
+@pytest.mark.parametrize("scale", [1, 1 / 16])
+@pytest.mark.parametrize(("gap", "least"), [(0.48, 19.2), (0.2, 10)])
+def test_pins_too_thin_are_refused_before_meshing(gap: float, least: float, scale: float) -> None:
+    pins = (1.01e-3 * least, 0.99e-3 * least)
+    good, bad = (
+        CarrierMeshParameters(plate_gap=gap, gear_face_width=0.1, pin_diameter=d).in_units_of(
+            1 / scale
+        )
+        for d in pins
+    )
+    good.check()
+    with pytest.raises(InputError, match=r"pin_diameter: pins of .* are too thin") as refused:
+        bad.check()
+    assert f"at least {least * scale:.3g} mm" in str(refused.value)
 
 
 def test_seats_and_drive_face_are_where_the_parameters_say(carrier: FeMesh) -> None:
