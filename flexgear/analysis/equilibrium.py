@@ -209,7 +209,7 @@ def _coast_flanks_agree(theta, pairs, work, active_flanks):
     return agreed
 
 
-@njit(**INNER)
+@njit(inline="always")  # compiled once, as part of its caller
 def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
     meshes = work.elements.gears.mesh

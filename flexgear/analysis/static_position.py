@@ -332,7 +332,7 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
         if attempt == 1:
             fill(active_flanks, 1)
         if attempt < 2:
-            n, count, pairs = fill_rows(work.elements, theta, active_flanks, rows, True)
+            n, count, pairs = fill_rows(work.elements, theta, active_flanks, rows)
             _assemble(laws, n, count, known, train, work)
         for i in range(n):
             contact.active[i] = 1

@@ -111,7 +111,7 @@ def _add_brake(brake, guess, rows, n, count, ports, on_dofs):
 def _build(data, state, work, ledger, level, guess):
     """Rows and elements at the new angles, the brake last, on active dofs; their numbers."""
     rows, active = work.rows, work.active
-    n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows, False)
+    n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows)
     last = ledger.booked[0].rows
     gather(active, data.channels, rows, n, ledger.rows, last)
     gather_receptance(active, data.channels, level)

@@ -145,7 +145,7 @@ def _gear_end(coef, share, n, at, arm):
 
 
 @njit(**INNER, error_model="numpy")
-def _fill_row(gears, m, turn, rows, n, first, stop, complete):
+def _fill_row(gears, m, turn, rows, n, first, stop):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
 
     turn: cosine and sine of the planet's angle in the gear's frame.
@@ -166,8 +166,7 @@ def _fill_row(gears, m, turn, rows, n, first, stop, complete):
     total, error = _shares(pairs, first, stop)
     width = 1
     blocks[0] = mesh.planet_block
-    if complete:
-        _planet_end(mesh, coef[0], cx, cy, cz)
+    _planet_end(mesh, coef[0], cx, cy, cz)
     row.beyond = 1 if mesh.per_tooth == 1 or mesh.turns >= 0 else 2
     for q in range(first, stop):
         pair = pairs[q]
@@ -181,8 +180,7 @@ def _fill_row(gears, m, turn, rows, n, first, stop, complete):
             width += 1
     if mesh.per_tooth == 0:
         blocks[width] = mesh.gear_block
-        if complete or row.beyond == 1:
-            _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
+        _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
         width += 1
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
     row.kind, row.owner, row.sided = mesh.kind, m, mesh.sided
@@ -191,7 +189,7 @@ def _fill_row(gears, m, turn, rows, n, first, stop, complete):
 
 
 @njit(**INNER, error_model="numpy")
-def _rows_of_pairs(gears, m, theta, rows, count, first, stop, complete):
+def _rows_of_pairs(gears, m, theta, rows, count, first, stop):
     """Rows and elements from ``count`` on of the pairs first … stop − 1; the new count."""
     mesh = gears.mesh[m]
     turn = (mesh.radial_x, mesh.radial_y)
@@ -200,7 +198,7 @@ def _rows_of_pairs(gears, m, theta, rows, count, first, stop, complete):
         turn = (c * turn[0] - s * turn[1], s * turn[0] + c * turn[1])
     while first < stop:
         after = first + 1 if mesh.model == PER_PAIR else stop
-        _fill_row(gears, m, turn, rows, count, first, after, complete)
+        _fill_row(gears, m, turn, rows, count, first, after)
         row, element = rows.row[count], rows.element[count]
         element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
         element.first, element.rows = count, 1
@@ -249,18 +247,17 @@ def _fixed_rows(fixed, meshes, theta, rows, count):
 
 
 @njit(**UNCOUNTED, error_model="numpy")
-def fill_rows(elements, theta, active_flanks, rows, complete):
+def fill_rows(elements, theta, active_flanks, rows):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
 
-    active_flanks (M,): 1 where a gear mesh is to be looked at; complete: also the coefficients of
-    blocks that a row's line of action holds, those before ``beyond``.
+    active_flanks (M,): 1 where a gear mesh is to be looked at.
     """
     gears = elements.gears
     count = pairs = 0
     for m in range(gears.mesh.shape[0]):
         if active_flanks[m] == 1:
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
-            count = _rows_of_pairs(gears, m, theta, rows, count, pairs, stop, complete)
+            count = _rows_of_pairs(gears, m, theta, rows, count, pairs, stop)
             pairs = stop
     n, made = _fixed_rows(elements.fixed, gears.mesh.shape[0], theta, rows, count)
     return n, made, pairs
@@ -269,9 +266,9 @@ def fill_rows(elements, theta, active_flanks, rows, complete):
 def build_rows(
     data: PairData, rows: Rows, theta: Array, active_flanks: IntArray
 ) -> tuple[int, int]:
-    """Fill ``rows`` with all coefficients; (number of rows, number of tooth pairs)."""
+    """Fill ``rows``; (number of rows, number of tooth pairs)."""
     theta = np.ascontiguousarray(theta, dtype=float)
-    n, _, pairs = fill_rows(packed(data), theta, active_flanks, rows, True)
+    n, _, pairs = fill_rows(packed(data), theta, active_flanks, rows)
     return int(n), int(pairs)
 
 
@@ -281,7 +278,7 @@ def contact_forces(elements, rows, theta, active_flanks, pair_load, other_load, 
 
     pair_load: (M, SLOTS) N; other_load: (extra rows,) N. ``out`` is overwritten.
     """
-    n, _, pairs = fill_rows(elements, theta, active_flanks, rows, True)
+    n, _, pairs = fill_rows(elements, theta, active_flanks, rows)
     for c in range(out.shape[0]):
         out[c] = 0.0
     for q in range(pairs):  # loads of pairs that share a row add up to its force
