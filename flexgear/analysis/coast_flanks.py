@@ -16,7 +16,7 @@ from numba import njit
 
 from flexgear.analysis.active_dofs import channel_motion
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, PART
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash
@@ -97,7 +97,7 @@ def _radial_approach(data, work, m, r):
     return radial, nearing
 
 
-@njit(**INNER)
+@njit(**PART)
 def look_after_step(data, work, pairs, ahead, active_flanks):
     """The same after a step, at its new motion; ahead: time until the next look, s.
 

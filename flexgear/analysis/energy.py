@@ -28,7 +28,7 @@ from flexgear.analysis.active_dofs import (
 )
 from flexgear.analysis.contact_newton import linearise
 from flexgear.analysis.vectors import put
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.elements import Rows
 
 Array = NDArray[np.float64]
@@ -118,7 +118,7 @@ def _book_modes(modal, state, modes, energy):
     return taken
 
 
-@njit(**INNER)
+@njit(**PART)
 def motion_before(active, level, state, work, ledger):
     """Motion of the active dofs at the last step: Φη + R f."""
     dofs, eta = work.dofs, work.modes.spare
@@ -129,7 +129,7 @@ def motion_before(active, level, state, work, ledger):
     add_residual(active, level, dofs.image, dofs.before)
 
 
-@njit(**INNER)
+@njit(**PART)
 def settle(laws, modal, count, n, state, work, ledger):
     """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
 

@@ -24,7 +24,7 @@ from flexgear.analysis.coast_flanks import look_at_rest
 from flexgear.analysis.contact_newton import AGREES, disagree
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
-from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, ZERO
+from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, extra_rows
@@ -209,7 +209,7 @@ def _coast_flanks_agree(theta, pairs, work, active_flanks):
     return agreed
 
 
-@njit(inline="always")  # compiled once, as part of its caller
+@njit(**PART)
 def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
     meshes = work.elements.gears.mesh

@@ -28,7 +28,7 @@ from flexgear.analysis.static_contact import (
     solve_set,
 )
 from flexgear.analysis.vectors import dot, fill
-from flexgear.coupling.compiled import INNER, ZERO
+from flexgear.coupling.compiled import INNER, PART, ZERO
 from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
@@ -126,7 +126,7 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
     )
 
 
-@njit(**INNER)
+@njit(**PART)
 def _row_motions(n, known, train, work):
     """δ*, and δ* − δ of n rows under unit forces, rigid motions, reactions: see ``ContactSet``."""
     rows, motion, free = work.rows, work.contact.motion, work.contact.free
@@ -151,7 +151,7 @@ def _row_motions(n, known, train, work):
                     free[i] += c * flex[first + q, base + p] * known[q]
 
 
-@njit(**INNER)
+@njit(**PART)
 def _law_rows(n, count, total, work):
     """Rows of the matrix, F + K (motion @ x) = F₀ + K (δ* − δ₀), from the linearised laws."""
     rows, space, contact = work.rows, work.space, work.contact
@@ -171,7 +171,7 @@ def _law_rows(n, count, total, work):
             contact.sided[i] = rows.row[i].sided
 
 
-@njit(**INNER)
+@njit(**PART)
 def _balance_rows(n, known, train, work):
     """Rows of the matrix below: balance of rigid motions, and the given rotations."""
     matrix, right, motion = work.contact.matrix, work.contact.right, work.contact.motion
@@ -205,7 +205,7 @@ def _balance_rows(n, known, train, work):
             matrix[n + r + f, n + r + g] = -train.master_flexibility[f, first + reactions[g]]
 
 
-@njit(**INNER)
+@njit(**PART)
 def _assemble(laws, n, count, known, train, work):
     """Matrix and right side of n rows, rigid motions and reactions under given torques (P,)."""
     total = n + train.rigid.shape[1] + train.reactions.shape[0]
@@ -245,7 +245,7 @@ def follow_leak(matrix, right, sided, n, extra, active, work, x, exact):
     return last
 
 
-@njit(**INNER)
+@njit(**PART)
 def _law_imbalance(n, count, work, x):
     """Largest difference of a force and its linearised law at the solution, and the largest load:
     of forces or, where that is more, what errors and gaps would load stiff bodies with."""
@@ -266,7 +266,7 @@ def _law_imbalance(n, count, work, x):
     return worst, largest
 
 
-@njit(**INNER)
+@njit(**PART)
 def _closure(n, count, known, train, work, x):
     """Largest imbalance of a solution by substitution: channel forces, motion, laws, balance.
 
@@ -304,7 +304,7 @@ def _closure(n, count, known, train, work, x):
     return max(worst / largest, left / scale)
 
 
-@njit(**INNER)
+@njit(**PART)
 def _solve_set(n, extra, work, x, how):
     """Loaded rows of an assembled position; the share that open rows kept, −1 without answer.
 

@@ -40,7 +40,7 @@ from flexgear.analysis.contact_newton import remember, solve_contact, start_gues
 from flexgear.analysis.energy import motion_before, settle
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
-from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
+from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
 from flexgear.coupling.laws import LINEAR_RATE_LAW
 from flexgear.coupling.pairs import fill_rows
 
@@ -94,7 +94,7 @@ def _predict(h, level, modal, active, state, modes):
     return guess
 
 
-@njit(**INNER)
+@njit(**PART)
 def _add_brake(brake, guess, rows, n, count, ports, on_dofs):
     """The brake as row n and element ``count``: its torque and slope about a speed."""
     torque, slope = brake_line(brake[0], brake[1], brake[2], guess)
@@ -107,7 +107,7 @@ def _add_brake(brake, guess, rows, n, count, ports, on_dofs):
     on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = ports - 1, 1.0, t + 1
 
 
-@njit(**INNER)
+@njit(**PART)
 def _build(data, state, work, ledger, level, guess):
     """Rows and elements at the new angles, the brake last, on active dofs; their numbers."""
     rows, active = work.rows, work.active
@@ -120,7 +120,7 @@ def _build(data, state, work, ledger, level, guess):
     return n, count, pairs
 
 
-@njit(**INNER)
+@njit(**PART)
 def _contact(laws, share, level, n, count, state, work):
     """Forces of all elements, in ``work.problem`` and on the active dofs; −1 without a solution.
 
@@ -147,7 +147,7 @@ def _contact(laws, share, level, n, count, state, work):
     return solved
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**PART)
 def _accelerate(level, modal, given, work):
     """Modal accelerations by contact forces and brake; given torques are in the prediction."""
     dofs, push = work.dofs, work.modes.push
@@ -159,7 +159,7 @@ def _accelerate(level, modal, given, work):
         push[j] *= modal.inverse[level, j]
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**PART)
 def _advance_motion(h, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
     modes = work.modes
@@ -174,7 +174,7 @@ def _advance_motion(h, work, state):
     return 0.5 * dot(modes.free_rate[:n], modes.free_rate) <= RUNAWAY * state.given[0]
 
 
-@njit(**INNER)
+@njit(**PART)
 def _book(laws, data, level, n, count, state, work, ledger):
     """Energies of a step that stands."""
     active, dofs, modes = work.active, work.dofs, work.modes
@@ -189,7 +189,7 @@ def _book(laws, data, level, n, count, state, work, ledger):
         ledger.force[active.channel[d]] = dofs.force[d]
 
 
-@njit(**INNER)
+@njit(**PART)
 def _save(samples, at, modal, work, n, pairs, state):
     """Copy one sample; pairs that are not in contact stay as they were made."""
     rows, force, output = work.rows, work.problem.force, state.torques.shape[0] - 1
@@ -214,7 +214,7 @@ def _save(samples, at, modal, work, n, pairs, state):
     put(samples.active_flanks[at], state.active_flanks)
 
 
-@njit(**INNER)
+@njit(**PART)
 def _finish(state, work, count, output, n):
     """Make the new motion the state."""
     modes = work.modes

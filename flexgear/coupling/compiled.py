@@ -16,3 +16,4 @@ if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
 ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
+PART = {"inline": "always"}  # becomes a part of its caller, and is not compiled by itself

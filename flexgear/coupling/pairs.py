@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, UNCOUNTED
+from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
 from flexgear.coupling.pair_data import PER_PAIR, SLOTS, WAVE, Array, IntArray, PairData
 
@@ -253,7 +253,7 @@ def fill_rows(elements, theta, active_flanks, rows):
     active_flanks (M,): 1 where a gear mesh is to be looked at.
     """
     gears = elements.gears
-    count = pairs = 0
+    count = pairs = ZERO
     for m in range(gears.mesh.shape[0]):
         if active_flanks[m] == 1:
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
