@@ -28,7 +28,6 @@ from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.stage_parts import stage_sets
 from flexgear.coupling.train_bodies import lumped_members
 from flexgear.coupling.train_parts import StageFrame, lumped_sets
-from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
@@ -165,15 +164,7 @@ def speed_time_constant(case: FlexibleStage) -> float:
 
 def own_frequency(s: GearMeshSet) -> float:
     """f_E of one gear mesh, Hz."""
-    return math.sqrt(mean_stiffness(s.path) / s.equivalent_mass) / (2 * math.pi)
-
-
-def mean_stiffness(path: GearMeshPath) -> float:
-    """Mean over a base pitch of all pairs of one gear mesh together, N/m."""
-    if path.wave is not None:
-        return float(np.mean(path.wave))
-    k, s = path.k_grid, path.s_grid
-    return float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(s))) / path.base_pitch
+    return math.sqrt(s.path.mean_stiffness / s.equivalent_mass) / (2 * math.pi)
 
 
 def _pace(

@@ -28,9 +28,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import GearMeshGeometry, StageGeometry
+from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.stiffness import Law, pair_stiffness
-from flexgear.gears.tooth import ToothGeometry
 
 if TYPE_CHECKING:
     from flexgear.model.train_stage import TrainStage
@@ -101,6 +100,14 @@ class GearMeshPath:
         inward = 1.0 if self.kind.startswith("ring") else -1.0
         sign = inward * math.copysign(1.0, self.planet_arm)
         return sign * self.base_radius_gear * self.cos_base_helix
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Mean over a base pitch, N/m: of the wave, or of all pairs together."""
+        if self.wave is not None:
+            return float(self.wave.mean())
+        k = self.k_grid
+        return float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(self.s_grid))) / self.base_pitch
 
     def position(self, planet: int, index: int, carrier_angle: float) -> float:
         """Path coordinate of pair ``index`` of planet ``planet`` (0-based) at z = 0, m."""
@@ -181,36 +188,28 @@ def planetary_paths(
         "ring_back": (ring_coast, zero, behind),
         "sun_back": (sun_coast, sun_teeth(sun_coast, -1), zero),
     }
-    hand = 1.0 if planet_hand == "right" else -1.0
-    paths = {}
-    for kind, start in starts.items():
-        at_ring = kind.startswith("ring")
-        paths[kind] = gear_mesh_path(
+    return {
+        kind: gear_mesh_path(
+            g,
             kind,
             start,
-            gear=g.ring if at_ring else g.sun,
-            planet=g.planet,
-            gear_mesh=g.ring_mesh if at_ring else g.sun_mesh,
-            center_distance=g.center_distance,
             rolling_radius=g.ring.base_radius,
-            tan_base_helix=hand * math.tan(g.base_helix_angle),
+            planet_hand=planet_hand,
             half_face=stage.face_width / 2,
             mirrored=kind.endswith("back"),
-            law=law("ring" if at_ring else "sun"),
+            law=law("ring" if kind.startswith("ring") else "sun"),
         )
-    return paths
+        for kind, start in starts.items()
+    }
 
 
 def gear_mesh_path(
+    g: StageGeometry,
     kind: str,
     start: tuple[Array, IntArray, IntArray],
     *,
-    gear: ToothGeometry,
-    planet: ToothGeometry,
-    gear_mesh: GearMeshGeometry,
-    center_distance: float,
     rolling_radius: float,
-    tan_base_helix: float,
+    planet_hand: str,
     half_face: float,
     mirrored: bool,
     law: Law,
@@ -218,10 +217,13 @@ def gear_mesh_path(
     """One path. start: s0 and tooth numbers of gear and planet, (N,) each.
 
     rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
-    θ, m; tan_base_helix: + for a right-handed planet; mirrored: N has a part in +y of the planet.
+    θ, m; mirrored: N has a part in +y of the planet.
     """
+    slot = kind.removesuffix("_back")
+    gear, planet, gear_mesh = g.gears[slot], g.planet, g.gear_meshes[slot]
     side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
-    a, t = gear_mesh.working_angle, side * m * tan_base_helix
+    hand = 1 if planet_hand == "right" else -1
+    a, t = gear_mesh.working_angle, side * m * hand * math.tan(g.base_helix_angle)
     reach = abs(t) * half_face
     grid = np.linspace(gear_mesh.s_lo - reach, gear_mesh.s_hi + reach, TABLE)
     k, zc = pair_stiffness(law, grid, gear_mesh.s_lo, gear_mesh.s_hi, t, half_face)
@@ -236,9 +238,9 @@ def gear_mesh_path(
         half_face=half_face,
         alpha=a,
         beta_b=math.atan(t),
-        base_radius_planet=planet.base_radius,
-        base_radius_gear=gear.base_radius,
-        center_distance=center_distance,
+        base_radius_planet=g.radii.planet,
+        base_radius_gear=getattr(g.radii, slot),
+        center_distance=g.center_distance,
         normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
         tangent_point=planet.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),
         gear_tooth0=start[1],

@@ -99,18 +99,14 @@ def _half_paths(
         paths = _parallel_paths(view, g, law("sun"), hand)
     else:
         paths = planetary_paths(g, view.stage, hand, law)
-    out = {}
-    for kind, path in paths.items():
-        slot = kind.removesuffix("_back")
-        arms = {"base_radius_planet": g.radii.planet, "base_radius_gear": getattr(g.radii, slot)}
-        out[kind] = replace(path, **arms, wave=_wave(view, g, slot, forces[slot]))
-    return out
+    if view.gear_mesh.model in PER_PAIR_MODELS:
+        return paths
+    waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
+    return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
 
 
-def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64] | None:
+def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:
     options, gear_mesh = view.gear_mesh, g.gear_meshes[slot]
-    if options.model in PER_PAIR_MODELS:
-        return None
     return stiffness_wave(
         options.model,
         mean_stiffness(view, g, slot, force),
@@ -124,24 +120,20 @@ def _parallel_paths(
     view: StageView, g: StageGeometry, law: Law, planet_hand: str
 ) -> dict[str, GearMeshPath]:
     """Paths of pinion and gear on the drive and the coast flank."""
-    pinion, gear, gear_mesh, zero = g.sun, g.planet, g.sun_mesh, np.zeros(1, np.int64)
-    pitch_point = gear.base_radius * math.tan(gear_mesh.working_angle)
+    zero = np.zeros(1, np.int64)
+    pitch_point = g.planet.base_radius * math.tan(g.sun_mesh.working_angle)
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
     starts = {
         "sun": (np.array([pitch_point]), zero, zero),
         "sun_back": (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
     }
-    hand = 1.0 if planet_hand == "right" else -1.0
     return {
         kind: gear_mesh_path(
+            g,
             kind,
             start,
-            gear=pinion,
-            planet=gear,
-            gear_mesh=gear_mesh,
-            center_distance=g.radii.center_distance,
-            rolling_radius=-gear.base_radius,  # a gear turns by +θ, a planet by −(r_b,ring/r_b) θ
-            tan_base_helix=hand * math.tan(g.radii.base_helix_angle),
+            rolling_radius=-g.planet.base_radius,  # turns by +θ, a planet by −(r_b,ring/r_b) θ
+            planet_hand=planet_hand,
             half_face=view.stage.face_width / 2,
             mirrored=kind == "sun",
             law=law,

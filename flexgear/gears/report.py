@@ -105,7 +105,7 @@ def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath)
     if view.stage.kind == "planetary":
         rows["phase_of_planets_in_pitches"] = [_share(x - start[0]) for x in start]
     rows["stiffness"] = view.gear_mesh.model
-    rows["mean_stiffness_n_per_m"] = path_mean_stiffness(path)
+    rows["mean_stiffness_n_per_m"] = path.mean_stiffness
     low, high = _stiffness_range(path)
     rows["least_stiffness_n_per_m"], rows["largest_stiffness_n_per_m"] = low, high
     if view.gear_mesh.model in PER_PAIR_MODELS:
@@ -118,15 +118,6 @@ def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath)
 def _share(x: float) -> float:
     """x modulo 1, and 0 for what is 1 but for rounding."""
     return round(float(x) % 1.0, 9) % 1.0
-
-
-def path_mean_stiffness(path: GearMeshPath) -> float:
-    """Mean over a base pitch, N/m: of the wave, or of all pairs together."""
-    if path.wave is not None:
-        return float(path.wave.mean())
-    k = path.k_grid
-    area = float(np.sum(0.5 * (k[1:] + k[:-1]) * np.diff(path.s_grid)))
-    return area / path.base_pitch
 
 
 def _stiffness_range(path: GearMeshPath) -> tuple[float, float]:

@@ -189,6 +189,26 @@ member = "stage_1.sun"
     assert np.allclose(inside.output_torque, alone.output_torque, rtol=1e-10)
 
 
+def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
+    """Over a pitch of the ring at most two teeth of an FE ring share the row of a wave; what each
+    takes changes by no more than the angle does, and together they balance the torque."""
+    from coupled import make_case
+
+    from flexgear.coupling.build import build_system
+    from flexgear.gears.kinematics import rated_flow
+
+    case = make_case(**{"gear_mesh.model": "constant", "errors.pin_tangential_um": "[]"})
+    system, steps = build_system(case, *make_bodies(case)), 40
+    angles = 2 * np.pi / case.stage.ring.teeth * np.arange(steps + 1) / steps
+    load = revolution(modal_system(system), angles, 4e6).pair_load
+    ring = load[:, [g.kind == "ring" for g in system.gear_meshes]]
+    mean = rated_flow(case).ring_gear_mesh_force
+    assert (ring > 0).sum(axis=-1).max() == 2
+    assert np.abs(np.diff(ring, axis=0)).max() < 1.2 / steps * mean
+    assert ring.max() > 0.95 * mean
+    assert ring.sum(axis=(1, 2)) == pytest.approx(case.stage.planets * mean, rel=1e-6)
+
+
 TWO_STAGES = (
     STEEL
     + """

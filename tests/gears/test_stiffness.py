@@ -160,3 +160,19 @@ def test_table_law_reads_the_table():
     law = law_of(case, "sun")
     assert law(np.array(0.5)) == pytest.approx(15e9)
     assert flexible_paths(case)["sun"].k_grid.max() < 15e9 * 0.43
+
+
+def test_flank_tie_takes_the_ring_tooth_out_of_the_mean_of_a_wave():
+    """Of pairs of one stiffness the share that the FE mesh holds is taken out all along the path:
+    mean times the mean of 1/(1 − share); with the tie "root" c_γ b is taken whole."""
+    over = {"gear_mesh.model": "constant", "gear_mesh.ring_stiffness_n_per_m": "8e9"}
+    root, flank = (load_case("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank"))
+    g = stage_geometry(root.view())
+    split = compliance(root.view(), g, "ring", force_of(root, "ring"))
+    more = np.trapezoid(1 / (1 - split.gear_share), split.xi)
+    whole, left = (flexible_paths(case)["ring"] for case in (root, flank))
+    assert whole.mean_stiffness == pytest.approx(8e9, rel=1e-12)
+    assert np.ptp(left.wave) == 0
+    assert left.mean_stiffness / whole.mean_stiffness == pytest.approx(more, rel=1e-6)
+    sun = [flexible_paths(case)["sun"].mean_stiffness for case in (root, flank)]
+    assert sun[0] == sun[1]
