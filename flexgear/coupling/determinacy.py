@@ -33,7 +33,6 @@ DIRECTIONS = {
 }
 # what holds the bodies of a flexible stage, below its own case
 _HOLDERS = {
-    "ring": "ring.bolts",
     "carrier": "bearings.carrier_drive",
     "shaft": "shaft.spline",
     "output": "bearings.output",
@@ -196,9 +195,19 @@ def _holder(bodies: Sequence[Body], name: str, direction: str) -> str:
         return f"joints.{key}"  # in series with its spline
     if f"{stage}.shaft".lstrip(".") in names:
         inside = f"{before}flexible." if stage else ""
-        return f"{inside}{_HOLDERS[part]}.{_BOLTS[key] if part == 'ring' else key}"
+        if part == "ring":
+            return inside + _ring_key(next(b for b in bodies if _part(b.name) == part), key)
+        return f"{inside}{_HOLDERS[part]}.{key}"
     holder = "planet_bearing" if part == "planet" else f"{part}.support"
     return f"{before}{holder}.{key}"
+
+
+def _ring_key(ring: Body, key: str) -> str:
+    """Key of what holds a flexible ring: its bolts, or bands where it has none."""
+    kinds = {name.partition("_")[0] for name in ring.node_names}
+    if "bolt" in kinds:
+        return f"ring.bolts.{_BOLTS[key]}"
+    return f"ring.{'splines' if 'spline' in kinds else 'fits'}.0.stiffness_{key}"
 
 
 def _and(names: Sequence[str]) -> str:

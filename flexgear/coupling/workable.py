@@ -25,6 +25,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
+from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import inside, stage_key
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
@@ -98,15 +99,10 @@ def _require_file(case: FlexibleStage, part: Ring | Carrier) -> None:
 def stand_ins(case: FlexibleStage) -> tuple[ReducedBody, ReducedBody]:
     """Ring and carrier of a stage as rigid bodies of the size of the case."""
     geometry, stage, width = stage_geometry(case.view()), case.stage, case.stage.face_width
-    end = math.copysign(0.5 * width, 1 if case.ring.end == "+z" else -1)
     ring = {
         **_circle("tooth_{:03d}", stage.ring.teeth, geometry.ring.reference_radius),
-        **{f"fit_{k + 1}": (0.0, 0.0, fit.z) for k, fit in enumerate(case.ring.fits)},
-        **_circle(
-            "bolt_{:02d}", case.ring.bolts.number, 0.5 * case.ring.bolts.circle_diameter,
-            end, case.ring.bolts.first_angle,
-        ),
-    }  # fmt: skip
+        **{support.node: support.place for support in ring_supports(case.ring, width)},
+    }
     c, side = case.carrier, 1.0 if case.carrier.drive_side == "+z" else -1.0
     drive = 0.5 * c.plate_gap + c.plate_thickness_drive
     far = 0.5 * (c.plate_gap + c.seat_far.width) + c.plate_thickness_far

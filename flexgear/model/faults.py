@@ -13,8 +13,10 @@ from flexgear.model.section import (
     Refusal,
     Section,
     is_list,
+    location,
     quantity_of,
     section_of,
+    takes_one,
     usual_key,
 )
 from flexgear.model.units import Quantity, unit_name
@@ -44,7 +46,7 @@ def input_error(
     if len(missing) > 1:
         return _all_missing(root, missing, where)
     first = (missing or fault.errors())[0]
-    loc = [p for p in first["loc"] if isinstance(p, (str, int))]
+    loc: list[Any] = list(location(first))
     owner, quantity = _owner(root, loc)
     path = ".".join(str(p) for p in loc)
     where, key, suffix, _ = written.fields.get(path, (where, _spelled(root, loc), "", None))
@@ -81,7 +83,7 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
     """One line for all keys that are missing, each once."""
     keys: dict[str, None] = {}
     for line in lines:
-        loc = [p for p in line["loc"] if isinstance(p, (str, int))]
+        loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
         keys[_spelled(root, [*loc, cause.key] if cause else loc)] = None
     if len(keys) == 1:
@@ -100,7 +102,8 @@ def _addition(root: type[Section], key: str) -> str:
         return f"{parts[-1]} = …"
     if section_of(owner, parts[-1]) is None:
         return f"{parts[-1]} = …"
-    return f"[[{parts[-1]}]]" if is_list(owner, parts[-1]) else f"[{key}]"
+    several = is_list(owner, parts[-1]) and not takes_one(owner, parts[-1])
+    return f"[[{parts[-1]}]]" if several else f"[{key}]"
 
 
 def _owner(root: type[Section], loc: list[Any]) -> tuple[type[Section], Quantity | None]:

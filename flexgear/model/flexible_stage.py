@@ -163,10 +163,12 @@ def _check_across(case: FlexibleStage) -> None:
             "lower it, or raise stage.planet.bore_diameter_mm",
         )
     half = case.stage.face_width / 2 * (1 + 1e-9)
-    for k, fit in enumerate(case.ring.fits):
+    bands = [("fits", k, fit) for k, fit in enumerate(case.ring.fits)]
+    bands += [("splines", k, spline) for k, spline in enumerate(case.ring.splines)]
+    for name, k, fit in bands:
         if fit.band[0] < -half or fit.band[1] > half:
             raise Refusal(
-                f"ring.fits.{k}.z",
+                f"ring.{name}.{k}.z",
                 f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of ±{half * 1e3:.1f} mm",
                 "move it or make it narrower",
             )

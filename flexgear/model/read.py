@@ -19,6 +19,7 @@ from flexgear.model.section import (
     is_list,
     quantity_of,
     section_of,
+    takes_one,
     usual_key,
 )
 from flexgear.model.units import ALL_SUFFIXES, Quantity
@@ -128,7 +129,8 @@ def to_si(
             raise InputError(where, full, f"is given twice, also as {earlier}", "keep one of them")
         written.fields[at + name] = (where, full, suffix, value)
         inner, quantity = section_of(section, name), quantity_of(section, name)
-        if inner is not None and is_list(section, name):
+        one = isinstance(value, Mapping) and takes_one(section, name)
+        if inner is not None and is_list(section, name) and not one:
             if not isinstance(value, list):
                 raise InputError(where, full, "is not a list", f"write [[{full}]] for each")
             out[name] = tuple(
@@ -220,13 +222,17 @@ def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key
             continue
         following = path[k + 1]
         if isinstance(following, int):
-            elements = list(place.get(part, ()))
+            present = place.get(part, ())
+            elements = [present] if isinstance(present, Mapping) else list(present)
             if following >= len(elements):
                 _no_element(where, key, str(part), len(elements))
             elements[following] = dict(elements[following])
             place[part] = tuple(elements)
             place = elements[following]
         else:
+            if isinstance(place.get(part), tuple) and place[part]:
+                problem, remedy = f"{part} is a list", f"name one of it: {part}.0.{following}"
+                raise InputError(where, key, problem, remedy)
             place[part] = dict(place.get(part) or {})
             place = place[part]
     place[path[-1]] = value

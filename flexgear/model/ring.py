@@ -1,4 +1,4 @@
-"""Ring gear body: rim, bolts, housing fits, and how its teeth are tied."""
+"""Ring gear body: rim, what holds it (bolts, fits, splines), and how its teeth are tied."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.fe_mesh_source import FeMeshSource
-from flexgear.model.section import Refusal, Section
+from flexgear.model.section import Missing, OneOrMany, Refusal, Section
 from flexgear.model.units import Angle, Length, RotationalStiffness, Stiffness
 
 Fidelity = Literal["quick", "standard", "fine"]
+End = Literal["+z", "-z"]
 
 
 class Bolts(Section):
     """Bolts that hold the ring; stiffness of one bolt with its clamped joint to the housing.
 
     Bolt k stands at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
+    end: face that is bolted, the ring's where none is named.
     """
 
     number: int = Field(ge=0, le=400)
@@ -24,6 +26,7 @@ class Bolts(Section):
     diameter: Length = Field(ge=1e-3, le=0.3)
     holes: bool = False
     first_angle: Angle = 0.0
+    end: End | None = None
     stiffness_radial: Stiffness = Field(ge=0.0, le=1e13)
     stiffness_tangential: Stiffness = Field(ge=0.0, le=1e13)
     stiffness_axial: Stiffness = Field(ge=0.0, le=1e13)
@@ -32,13 +35,17 @@ class Bolts(Section):
 
 
 class Fit(Section):
-    """A housing fit: a cylindrical band of the outer diameter, tied to one node on the axis."""
+    """A housing fit: a cylindrical band of the outer diameter, tied to one node on the axis.
+
+    The node has springs in all six directions, the same in all directions across the axis.
+    """
 
     z: Length = Field(ge=-2.0, le=2.0)
     half_width: Length = Field(ge=1e-4, le=1.0)
     stiffness_radial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
     stiffness_axial: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
     stiffness_tilt: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
+    stiffness_torsion: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e14)
 
     @property
     def band(self) -> tuple[float, float]:
@@ -46,25 +53,58 @@ class Fit(Section):
         return (self.z - self.half_width, self.z + self.half_width)
 
 
+class Spline(Fit):
+    """An outer spline or lugs: a fit that takes the ring's torque."""
+
+    @model_validator(mode="after")
+    def _takes_torque(self) -> Spline:
+        if self.stiffness_torsion == 0.0:
+            problem = "is zero, so the spline takes no torque"
+            raise Refusal("stiffness_torsion", problem, "give it a stiffness, or make it a fit")
+        return self
+
+
 class Ring(FeMeshSource):
-    """Ring gear as a body. rim_thickness is counted outside the root circle of the teeth."""
+    """Ring gear as a body. rim_thickness is counted outside the root circle of the teeth.
+
+    bolts: one circle, or a list of them; end: the bolted face of circles that name none.
+    """
 
     flexible: bool = True
     rim_thickness: Length = Field(ge=1e-3, le=3.0)
     tie: Literal["root", "flank"] = "root"
     tie_kind: Literal["averaging", "rigid"] = "averaging"
     fixed_interface_modes: int = Field(default=120, ge=0, le=2000)
-    end: Literal["+z", "-z"]
-    bolts: Bolts
+    end: End | None = None
+    bolts: OneOrMany[Bolts] = ()
     fits: tuple[Fit, ...] = ()
+    splines: tuple[Spline, ...] = ()
+
+    @property
+    def bolt_circles(self) -> tuple[Bolts, ...]:
+        """All bolt circles."""
+        return (self.bolts,) if isinstance(self.bolts, Bolts) else self.bolts
+
+    def bolted_end(self, circle: Bolts) -> End:
+        """The face in which a circle's bolts act."""
+        return circle.end or self.end or "+z"
 
     @model_validator(mode="after")
     def _consistent(self) -> Ring:
-        held = self.bolts.number * self.bolts.stiffness_tangential > 0
-        if not held:
+        circles = self.bolt_circles
+        if self.end is None and any(c.end is None for c in circles):
+            raise Missing("end")
+        if sum(c.holes for c in circles) > 1:
+            raise Refusal("bolts", "more than one circle has holes", "mesh those of one circle")
+        torsion = [c.number * c.stiffness_tangential for c in circles]
+        torsion += [band.stiffness_torsion for band in (*self.fits, *self.splines)]
+        if any(torsion):
+            return self
+        if isinstance(self.bolts, Bolts):
             raise Refusal(
                 "bolts.stiffness_tangential",
                 "is zero, so nothing takes the ring's torque",
                 "give the bolts a stiffness",
             )
-        return self
+        problem = "nothing takes the ring's torque"
+        raise Refusal("bolts", problem, "add [ring.bolts] or [[ring.splines]]")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self, get_args
+from typing import Annotated, Any, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Discriminator,
     ModelWrapValidatorHandler,
+    Tag,
     ValidationError,
     model_validator,
 )
@@ -75,6 +77,21 @@ class Missing(Refusal):
         super().__init__(key, problem, remedy or f"add {key}")
 
 
+_ONE, _MANY = "<one>", "<many>"
+T = TypeVar("T")
+
+# a section written as one table or as a list of tables; see ``takes_one``
+OneOrMany = Annotated[
+    Annotated[T, Tag(_ONE)] | Annotated[tuple[T, ...], Tag(_MANY)],
+    Discriminator(lambda value: _MANY if isinstance(value, (list, tuple)) else _ONE),
+]
+
+
+def location(line: Any) -> list[str | int]:
+    """Where a complaint of a ValidationError is, by fields and numbers of list elements."""
+    return [p for p in line["loc"] if isinstance(p, (str, int)) and p not in (_ONE, _MANY)]
+
+
 def _walk(annotation: Any) -> list[Any]:
     """The annotation and everything inside it (Optional, tuple, Annotated)."""
     found = [annotation]
@@ -100,6 +117,19 @@ def is_list(section: type[Section], name: str) -> bool:
     """Whether a field holds a list."""
     inside = _walk(section.model_fields[name].annotation)
     return any(getattr(x, "__origin__", None) is tuple for x in inside)
+
+
+def takes_one(section: type[Section], name: str) -> bool:
+    """Whether a field that holds a list of sections takes a single one as well."""
+    return any(isinstance(x, Tag) and x.tag == _ONE for x in _walk_metadata(section, name))
+
+
+def _walk_metadata(section: type[Section], name: str) -> list[Any]:
+    return [
+        tag
+        for x in _walk(section.model_fields[name].annotation)
+        for tag in getattr(x, "__metadata__", ())
+    ]
 
 
 def accepted_keys(section: type[Section]) -> list[str]:

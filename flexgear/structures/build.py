@@ -17,6 +17,7 @@ from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
+from flexgear.model.ring_supports import ring_supports as ring_held
 from flexgear.structures import estimate, probe_loads
 from flexgear.structures.cyclic.path import sector_counts
 from flexgear.structures.fe_mesh import (
@@ -80,13 +81,10 @@ def _ring_key(case: FlexibleStage) -> str:
         body="ring",
         fe_mesh=_mesh_content(case, ring, RingMeshParameters, ring_groups),
         material=case.material.model_dump(),
-        ties=[ring.tie, ring.tie_kind, ring.end, [f.z for f in ring.fits]],
-        bolts=[
-            ring.bolts.number,
-            ring.bolts.circle_diameter,
-            ring.bolts.diameter,
-            ring.bolts.holes,
-            ring.bolts.first_angle,
+        ties=[ring.tie, ring.tie_kind],
+        supports=[
+            [s.node, s.group, s.place, s.end, s.diameter]
+            for s in ring_held(ring, case.stage.face_width)
         ],
         teeth=[case.stage.ring.teeth, stage_geometry(case.view()).ring.reference_radius],
         modes=ring.fixed_interface_modes,

@@ -1,8 +1,8 @@
 """Where ring and carrier are tied, and what holds them there: interface nodes and supports.
 
-Nodes, in order. Ring: tooth_001.. at the reference circle and mid-face, fit_1.. on the axis,
-bolt_01.. on the bolt circle in the bolted face. Carrier: drive, bearing_drive, bearing_far on the
-axis at the middle of their patches, pin_1.. on the pins' axes at mid-face.
+Nodes, in order. Ring: tooth_001.. at the reference circle and mid-face, fit_1.. and spline_1.. on
+the axis, bolt_01.. on the bolt circles in the bolted faces. Carrier: drive, bearing_drive,
+bearing_far on the axis at the middle of their patches, pin_1.. on the pins' axes at mid-face.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.ring import End
+from flexgear.model.ring_supports import ring_supports as ring_held
 from flexgear.structures.fem import (
     FeModel,
     Interface,
@@ -41,7 +43,7 @@ class Nodes(Protocol):
 
 
 def ring_interface(case: FlexibleStage, model: FeModel) -> Interface:
-    """Ties of teeth, housing fits and bolts, in this order."""
+    """Ties of teeth, then of fits, splines and bolts, see `model/ring_supports.py`."""
     ring, patches = case.ring, model.fe_mesh.facets
     tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
     radius = stage_geometry(case.view()).ring.reference_radius
@@ -51,29 +53,27 @@ def ring_interface(case: FlexibleStage, model: FeModel) -> Interface:
         sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
         position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
         ties.append(tie(f"tooth_{j + 1:03d}", position, sample))
-    for k, fit in enumerate(ring.fits, 1):
-        sample = facet_sample(model, patches[f"fit_{k}"])
-        ties.append(averaging_tie(f"fit_{k}", np.array([0.0, 0.0, fit.z]), sample))
-    bolts, face = ring.bolts, _bolted_face(case, model)
-    for k in range(bolts.number):
-        angle = bolts.first_angle + 2 * np.pi * k / bolts.number
-        arm = 0.5 * bolts.circle_diameter
-        position = np.array([arm * np.cos(angle), arm * np.sin(angle), face])
-        name = f"bolt_{k + 1:02d}"
-        if bolts.holes:
-            ties.append(tie(name, position, facet_sample(model, patches[name])))
+    for support in ring_held(ring, case.stage.face_width):
+        position = np.array(support.place)
+        if support.end is None:
+            sample = facet_sample(model, patches[support.group])
+            ties.append(averaging_tie(support.node, position, sample))
+            continue
+        position[2] = _bolted_face(model, support.end)
+        if support.group:
+            ties.append(tie(support.node, position, facet_sample(model, patches[support.group])))
         else:
-            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), bolts.diameter)
-            ties.append(averaging_tie(name, position, point_sample(model, *disc)))
+            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), support.diameter)
+            ties.append(averaging_tie(support.node, position, point_sample(model, *disc)))
     return interface_of(model, ties)
 
 
-def _bolted_face(case: FlexibleStage, model: FeModel) -> float:
-    """z of the face that is bolted, m: the group's, or the body's end where there is none."""
-    end = "end_plus" if case.ring.end == "+z" else "end_minus"
+def _bolted_face(model: FeModel, end: End) -> float:
+    """z of an end face, m: the group's, or the body's end where there is none."""
+    name = "end_plus" if end == "+z" else "end_minus"
     points, facets = np.asarray(model.fe_mesh.points), model.fe_mesh.facets
-    z = points[facets[end] if end in facets else slice(None)][..., 2]
-    return float(z.max() if case.ring.end == "+z" else z.min())
+    z = points[facets[name] if name in facets else slice(None)][..., 2]
+    return float(z.max() if end == "+z" else z.min())
 
 
 def carrier_interface(case: FlexibleStage, model: FeModel) -> Interface:

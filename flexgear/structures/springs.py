@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.ring_supports import ring_supports
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -37,20 +38,9 @@ class Spring:
 
 
 def ring_springs(case: FlexibleStage) -> list[Spring]:
-    """Bolts and housing fits of the ring."""
-    b = case.ring.bolts
-    bolt = [b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial]
-    bolt += [b.stiffness_tilt, b.stiffness_tilt, b.stiffness_twist]
-    springs = [
-        Spring(f"bolt_{k + 1:02d}", np.diag(bolt), b.first_angle + 2 * np.pi * k / b.number)
-        for k in range(b.number)
-    ]
-    for k, fit in enumerate(case.ring.fits, 1):
-        along = [fit.stiffness_radial, fit.stiffness_radial, fit.stiffness_axial]
-        springs.append(
-            Spring(f"fit_{k}", np.diag([*along, fit.stiffness_tilt, fit.stiffness_tilt, 0.0]))
-        )
-    return springs
+    """All that holds the ring, see `model/ring_supports.py`."""
+    supports = ring_supports(case.ring, case.stage.face_width)
+    return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in supports]
 
 
 def carrier_springs(case: FlexibleStage) -> list[Spring]:

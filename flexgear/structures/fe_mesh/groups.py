@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.model.ring_supports import ring_supports
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
 
 if TYPE_CHECKING:
@@ -108,33 +109,34 @@ def ring_groups(case: FlexibleStage) -> Groups:
             twist=p.helix_rate,
         )
 
-    bolts, fits = ring.bolts, ring.fits
-    holes = bolts.number if bolts.holes else 0
-    bolt_angles = bolts.first_angle + 2.0 * np.pi * np.arange(holes, dtype=float) / max(holes, 1)
+    supports = ring_supports(ring, p.face_width)
+    holes = [s for s in supports if s.end and s.group]
+
+    def of_bands(kind: str, meaning: str) -> Family:
+        own = [s for s in supports if s.group.startswith(kind)]
+        places = np.array([s.place for s in own]).reshape(-1, 3)
+        return Family(kind, meaning, tuple(s.group for s in own), places, True, f"ring.{kind}s")
+
     families = [
         of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, ring.tie == "root"),
         of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, ring.tie == "flank"),
         of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
-        Family(
-            *("fit", "band of housing fit k, as ring.fits lists them"),
-            _numbered("fit", len(fits), 1),
-            np.array([[0.0, 0.0, fit.z] for fit in fits]).reshape(-1, 3),
-            *(True, "ring.fits"),
-        ),
+        of_bands("fit", "band of housing fit k, as ring.fits lists them"),
+        of_bands("spline", "outer spline or lugs k, as ring.splines lists them"),
         Family(
             *("bolt", "wall of bolt hole k, with ring.bolts.holes = true"),
-            _numbered("bolt", holes, 2),
-            _polar(bolts.circle_diameter / 2.0, bolt_angles, _ANYWHERE),
-            *(True, "ring.bolts.number" if bolts.holes else "ring.bolts.holes"),
-            radial=bolts.diameter / 2.0,
+            tuple(s.group for s in holes),
+            np.array([[*s.place[:2], _ANYWHERE] for s in holes]).reshape(-1, 3),
+            *(True, "ring.bolts.number" if holes else "ring.bolts.holes"),
+            radial=max((s.diameter / 2.0 for s in holes), default=0.0),
         ),
     ]
-    bolted = None if bolts.holes or not bolts.number else ring.end
+    bolted = {s.end for s in supports if not s.group}
     for name, end, side in (("end_minus", "-z", -1), ("end_plus", "+z", 1)):
         meaning = f"end face on the {end} side; bolts without holes act there if it is ring.end"
         place = np.full((1, 3), _ANYWHERE)
         families.append(
-            Family(name, meaning, (name,), place, end == bolted, "ring.end", side=side)  # type: ignore[arg-type]
+            Family(name, meaning, (name,), place, end in bolted, "ring.end", side=side)  # type: ignore[arg-type]
         )
     pitch = tooth.pitch_angle * tooth.reference_radius
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)

@@ -14,7 +14,7 @@ Patches
   tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
                        fillets on the root circle, bowed a fillet radius into the rim,
                        symmetric about the tooth's middle
-  fit_1, fit_2         bands of the outer cylinder, in the order given
+  fit_1, spline_1 ..   bands of the outer cylinder, in the order given
   bolt_NN              walls of the bolt holes, when there are holes
   outer, end_minus, end_plus   outer cylinder; plane faces at -b/2 and +b/2
 """
@@ -24,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, pi, tan
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Fidelity = Literal["quick", "standard", "fine"]
+Band = tuple[float, float]
 
 _DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number of layers
     "quick": (SectionDivisions(tooth=1, flank=1, fillet=1, rim=2), 3),
@@ -64,7 +65,8 @@ class RingMeshParameters:
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
     module; the sign of profile_shift is stated in gears/tooth.py. fits: (z_low, z_high) of each
-    housing fit's band. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt circle.
+    housing fit's band, splines likewise. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt
+    circle. other_bolts: (number, circle diameter, diameter) of more circles, without holes.
     """
 
     teeth: int = 93
@@ -83,14 +85,32 @@ class RingMeshParameters:
     bolt_diameter: float = 0.056
     bolt_holes: bool = False
     first_bolt_angle: float = 0.0
-    fits: tuple[tuple[float, float], ...] = ((-0.215, -0.155), (0.155, 0.215))
+    fits: tuple[Band, ...] = ((-0.215, -0.155), (0.155, 0.215))
+    splines: tuple[Band, ...] = ()
+    other_bolts: tuple[tuple[int, float, float], ...] = ()
     fidelity: Fidelity = "standard"
     where: str = "case"
 
     @classmethod
     def from_case(cls, case: FlexibleStage) -> RingMeshParameters:
-        """The ring of a case, with its teeth, bolts and fits."""
+        """The ring of a case, with its teeth and supports.
+
+        Of several bolt circles the FE mesh follows the one with holes, else the innermost.
+        """
         stage, ring, gear = case.stage, case.ring, case.stage.ring
+        circles = sorted(
+            (c for c in ring.bolt_circles if c.number),
+            key=lambda c: (not c.holes, c.circle_diameter - _BLOCK * c.diameter),
+        )
+        bolts: dict[str, Any] = {"bolts": 0}
+        if circles:
+            bolts = {
+                "bolts": circles[0].number,
+                "bolt_circle_diameter": circles[0].circle_diameter,
+                "bolt_diameter": circles[0].diameter,
+                "bolt_holes": circles[0].holes,
+                "first_bolt_angle": circles[0].first_angle,
+            }
         return cls(
             teeth=gear.teeth,
             normal_module=stage.normal_module,
@@ -103,14 +123,12 @@ class RingMeshParameters:
             root_fillet=gear.root_fillet,
             face_width=stage.face_width,
             rim_thickness=ring.rim_thickness,
-            bolts=ring.bolts.number,
-            bolt_circle_diameter=ring.bolts.circle_diameter,
-            bolt_diameter=ring.bolts.diameter,
-            bolt_holes=ring.bolts.holes,
-            first_bolt_angle=ring.bolts.first_angle,
             fits=tuple(fit.band for fit in ring.fits),
+            splines=tuple(spline.band for spline in ring.splines),
+            other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
             fidelity=case.solver.fidelity,
             where=case.source,
+            **bolts,
         )
 
     def in_units_of(self, unit: float) -> RingMeshParameters:
@@ -123,6 +141,8 @@ class RingMeshParameters:
             bolt_circle_diameter=self.bolt_circle_diameter / unit,
             bolt_diameter=self.bolt_diameter / unit,
             fits=tuple((low / unit, high / unit) for low, high in self.fits),
+            splines=tuple((low / unit, high / unit) for low, high in self.splines),
+            other_bolts=tuple((n, c / unit, d / unit) for n, c, d in self.other_bolts),
         )
 
     @cached_property
@@ -140,6 +160,12 @@ class RingMeshParameters:
         """κ = h tan β/r_ref, rad/m."""
         sign = 1.0 if self.hand == "right" else -1.0
         return sign * tan(self.helix_angle) / self.tooth.reference_radius
+
+    @property
+    def bands(self) -> list[tuple[str, Band]]:
+        """Bands of the outer cylinder by the names of their groups."""
+        fits = [(f"fit_{k}", band) for k, band in enumerate(self.fits, 1)]
+        return fits + [(f"spline_{k}", band) for k, band in enumerate(self.splines, 1)]
 
     @property
     def straight_radius(self) -> float:
@@ -206,11 +232,14 @@ class RingMeshParameters:
                 reject(
                     "ring.bolts.number", "neighbouring bolts overlap", "use fewer or thinner bolts"
                 )
-        for low, high in self.fits:
+        for number, circle, diameter in self.other_bolts:
+            parted = replace(self, bolts=number, bolt_circle_diameter=circle, other_bolts=())
+            replace(parted, bolt_diameter=diameter, bolt_holes=False).check()
+        for name, (low, high) in self.bands:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
                 reject(
-                    "ring.fits",
+                    f"ring.{name.partition('_')[0]}s",
                     f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
@@ -226,17 +255,17 @@ def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     p = p.in_units_of(unit)
     divisions, least_layers = _DIVISIONS[p.fidelity]
     section = _section(p, divisions)
-    z = layer_positions(p.face_width, p.fits, least_layers)
+    z = layer_positions(p.face_width, p.fits + p.splines, least_layers)
     made = _extrude(p, section, z)
     return replace(made, points=made.points * unit)
 
 
-def layer_positions(face_width: float, fits: tuple[tuple[float, float], ...], least: int) -> Array:
+def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> Array:
     """Layer borders from -b/2 to b/2: at every band's edge, and no layer thicker than b/least
     where at least one more fits; bands at the ends count as layers, the middle shares the rest."""
     half = face_width / 2.0
     marks = [-half, half]
-    for edge in sorted({e for band in fits for e in band}):
+    for edge in sorted({e for band in bands for e in band}):
         if min(abs(edge - m) for m in marks) > 0.01 * face_width:
             marks.append(edge)
     marks.sort()
@@ -303,13 +332,13 @@ def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
         for j in range(p.teeth):
             facets[f"tooth_{name}_{j + 1:03d}"] = wall(outward[j])
     middle = (z[:-1] + z[1:]) / 2.0
-    for k, (low, high) in enumerate(p.fits, 1):
+    for name, (low, high) in p.bands:
         inside = np.flatnonzero((middle > low) & (middle < high))
         if len(inside) == 0:
-            raise InputError(
-                p.where, f"ring.fits.{k - 1}", "the band is too narrow", "make it wider"
-            )
-        facets[f"fit_{k}"] = wall(section.outer, inside)
+            kind, _, number = name.partition("_")
+            key = f"ring.{kind}s.{int(number) - 1}"
+            raise InputError(p.where, key, "the band is too narrow", "make it wider")
+        facets[name] = wall(section.outer, inside)
     for k, lines in enumerate(section.holes, 1):
         facets[f"bolt_{k:02d}"] = wall(lines)
     facets["outer"] = wall(section.outer)

@@ -1,0 +1,60 @@
+"""A ring that a spline alone holds: meshed, tied and reduced by sectors."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexgear.model.load import load_case
+from flexgear.structures import build
+from flexgear.structures.fe_mesh import ring_groups, ring_of_case
+from flexgear.structures.fe_mesh.placement import Placement, check_place
+
+STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
+BAND = """z_mm = {z}
+half_width_mm = 4
+stiffness_radial_n_per_m = 1e9
+stiffness_axial_n_per_m = 1e8
+stiffness_tilt_nm_per_rad = 1e5
+stiffness_torsion_nm_per_rad = 5e6
+"""
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory):
+    before, rest = STAGE.split("[ring.bolts]\n")
+    held = "[[ring.splines]]\n" + BAND.format(z=-5) + "[[ring.fits]]\n" + BAND.format(z=6)
+    file = tmp_path_factory.mktemp("case") / "stage.toml"
+    file.write_text(before + held + "[carrier]" + rest.split("[carrier]")[1])
+    return load_case(file, {"solver.fidelity": "quick", "ring.fixed_interface_modes": "4"})
+
+
+def test_each_band_has_a_group_of_its_own_in_its_place(case):
+    fe_mesh = ring_of_case(case)
+    check_place(fe_mesh, ring_groups(case), Placement(), "generated")
+    assert "spline_1" in ring_groups(case).needed
+    for name, middle in (("spline_1", -0.005), ("fit_1", 0.006)):
+        corners = fe_mesh.points[fe_mesh.facets[name]]
+        assert corners[..., 2].min() == pytest.approx(middle - 0.004)
+        assert corners[..., 2].max() == pytest.approx(middle + 0.004)
+        radius = np.hypot(corners[..., 0], corners[..., 1])
+        assert np.ptp(radius) < 1e-12
+
+
+def test_it_is_reduced_by_sectors_and_its_torsion_is_the_springs(case):
+    """Free but for both bands, equal torques on all teeth twist the bands alone by T/Σk."""
+    body = build.ring_body(case)
+    assert body.report["path"].startswith("cyclic: 72 sectors")
+    assert body.report["static_error"] is not None
+    b = body.interface_dofs
+    supports = build.ring_supports(case, body)
+    load = np.zeros(b)
+    for name in body.node_names:
+        if name.startswith("tooth"):
+            load[body.node_slice(name)][5] = 1.0
+    q = np.linalg.solve(body.stiffness[:b, :b] + supports, load)
+    torque = supports @ q
+    spline, fit = (torque[body.node_slice(name)] for name in ("spline_1", "fit_1"))
+    assert spline[5] + fit[5] == pytest.approx(72.0, rel=1e-9)
+    assert np.abs(np.concatenate([spline[:5], fit[:5]])).max() < 1e-6
+    assert q[body.node_slice("spline_1")][5] == pytest.approx(spline[5] / 5e6, rel=1e-9)
