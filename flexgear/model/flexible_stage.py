@@ -72,7 +72,10 @@ class FlexibleStage(Section):
         return StageView(self.source, self.material, self._as_one_of_many(), "stage", "", tie)
 
     def as_case(self) -> Case:
-        """The stage as a case of one stage: carrier driven, sun loaded, ring held."""
+        """The stage as a case of one stage: carrier driven as rated, sun loaded, ring held.
+
+        For speeds, torques and forces; drive histories, brake, damping and solver stay behind.
+        """
         from flexgear.model.case import Case
 
         rated = self.drive.rated_speed, self.drive.rated_torque

@@ -194,7 +194,7 @@ class Tolerance(Section):
 class StageTolerance(Tolerance):
     """The section ``tolerance`` of a flexible stage."""
 
-    errors: GearErrorDistributions = GearErrorDistributions()
+    errors: TrainErrorDistributions = TrainErrorDistributions()
 
 
 class OfStage(Section):

@@ -157,10 +157,8 @@ def nominal(model: FlexibleStage | Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
     found = {}
     for error in drawn:
-        errors = (
-            model.errors if isinstance(model, FlexibleStage) else model.stage(error.stage).errors
-        )
-        given = getattr(errors, error.key)
+        view = model.view() if isinstance(model, FlexibleStage) else model.view(error.stage)
+        given = getattr(view.errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
         found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)

@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from coupled import make_bodies
-from small_train import SMALL
+from small_train import FLEXIBLE, SMALL
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.train import train_system
 from flexgear.model.load import load_case
-from flexgear.studies.tolerance_samples import drawn_errors, pitch_seeds, sample_values, with_sample
+from flexgear.studies.tolerance_samples import (
+    drawn_errors,
+    nominal,
+    pitch_seeds,
+    sample_values,
+    with_sample,
+)
 from flexgear.studies.tolerance_sets import error_sets, paths_of
 
 TRAIN_TOLERANCE = """
@@ -47,11 +53,40 @@ def assert_same(models, systems):
             assert np.array_equal(a, b) or np.allclose(a, b, rtol=1e-14, atol=0), name
 
 
+BODIES = {
+    f"tolerance.errors.{key}.{name}": value
+    for key, given in {
+        "planet_thickness": {"standard_deviation_um": "5"},
+        "sun_eccentricity": {"distribution": "rayleigh", "standard_deviation_um": "5"},
+        "sun_eccentricity_phase": {"distribution": "uniform"},
+        "planet_eccentricity": {"distribution": "rayleigh", "standard_deviation_um": "5"},
+        "ring_offset": {"distribution": "rayleigh", "standard_deviation_um": "5"},
+        "ring_gear_mesh": {"standard_deviation_um": "5"},
+    }.items()
+    for name, value in given.items()
+}
+
+
+@pytest.mark.parametrize("more", [{}, BODIES], ids=["teeth", "bodies"])
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
-def test_flexible_stage(law):
-    case = load_case("wind-5mw", {"gear_mesh.contact_law": law})
+def test_flexible_stage(law, more):
+    case = load_case("wind-5mw", {"gear_mesh.contact_law": law, **more})
     models, bodies = samples(case), make_bodies(case)
     assert_same(models, [build_system(m, *bodies) for m in models])
+
+
+@pytest.mark.parametrize("where", ["errors", "flexible.errors"])
+def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp_path, where):
+    """Whether the train adds them or the stage has them of its own."""
+    path = tmp_path / "train.toml"
+    path.write_text(FLEXIBLE)
+    model = load_case(path, {f"stages.0.{where}.sun_eccentricity_um": "17", **BODIES})
+    values = nominal(model, drawn_errors(model))
+    assert values["stage_1", "sun_eccentricity"] == pytest.approx(17e-6)
+    assert values["stage_1", "ring_offset"] == pytest.approx(0, abs=1e-15)
+    bodies = {"stage_1": make_bodies(model.stages[0].flexible)}
+    models = samples(model)
+    assert_same(models, [train_system(m, bodies) for m in models])
 
 
 @pytest.mark.parametrize("name", ["pitch-drive", "herringbone"])
