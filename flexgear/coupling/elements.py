@@ -53,7 +53,7 @@ class GearMeshes(NamedTuple):
     """Gear meshes m; the path of a pair is read from its table."""
 
     mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
-    table: Array  # (K, T, 2) stiffness N/m and centroid z m over the path
+    table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
@@ -158,7 +158,7 @@ def packed(data: PairData) -> Elements:
         runout[name] = getattr(data, f"runout_{name}")
     gears = GearMeshes(
         mesh=mesh,
-        table=np.ascontiguousarray(np.stack([data.k_table, data.z_table], axis=-1)),
+        table=np.ascontiguousarray(np.stack([data.k_table, data.z_table, data.gap_table], axis=-1)),
         gear_error=np.ascontiguousarray(data.error_gear),
         planet_error=np.ascontiguousarray(data.error_planet),
         runout=runout,

@@ -131,7 +131,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
     extra = extra or ExtraRows()
     for s in sets:
         _check_slots(s)
-    start, step, k_table, z_table = _tables(sets)
+    start, step, k_table, z_table, gap_table = _tables(sets)
     columns, positions = _Columns(), np.zeros((max(blocks, 1), 3))
     for number, s in enumerate(sets):
         if s.tooth_positions is not None:
@@ -156,6 +156,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         table_step=step,
         k_table=k_table,
         z_table=z_table,
+        gap_table=gap_table,
         radial=c.reals("radial", 2),
         normal=c.reals("normal", 2),
         tangent_point=c.reals("tangent_point", 2),
@@ -280,11 +281,11 @@ def _back_of(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
     return -1
 
 
-def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array]:
-    """Stiffness and centroid tables of equal length on uniform grids: start, step, k, z."""
+def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Array]:
+    """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
     size = max((len(s.path.s_grid) for s in sets if s.model != WAVE), default=2)
     size = max([size, *(len(s.path.wave) for s in sets if s.path.wave is not None)])
-    start, step, k, z = [], [], [], []
+    start, step, k, z, gap = [], [], [], [], []
     for s in sets:
         p = s.path
         if s.model == WAVE:
@@ -296,13 +297,15 @@ def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array]:
             step.append(1.0)
             k.append(np.interp(share, period, [*p.wave, p.wave[0]]))
             z.append(np.zeros(size))
+            gap.append(np.zeros(size))
             continue
         grid = np.linspace(p.s_grid[0], p.s_grid[-1], size)
         start.append(grid[0])
         step.append(grid[1] - grid[0])
         k.append(np.interp(grid, p.s_grid, p.k_grid))
         z.append(np.interp(grid, p.s_grid, p.zc_grid))
-    return np.array(start), np.array(step), np.array(k), np.array(z)
+        gap.append(np.interp(grid, p.s_grid, p.gap_grid))
+    return np.array(start), np.array(step), np.array(k), np.array(z), np.array(gap)
 
 
 def _padded(lines: Sequence[object]) -> Array:

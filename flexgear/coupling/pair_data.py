@@ -63,6 +63,7 @@ class PairData(NamedTuple):
     table_step: Array  # (K,)
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)
     z_table: Array  # (K, T) m
+    gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)

@@ -32,13 +32,13 @@ LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
 
 @njit(**INNER, error_model="numpy")
 def _tabled(table, start, step, s):
-    """Stiffness and centroid over the path, between the samples of a table (T, 2)."""
+    """Stiffness, centroid and gap over the path, between the samples of a table (T, 3)."""
     last = table.shape[0] - 1
     y = min(max((s - start) / step, 0.0), float(last))
     j = min(int(y), last - 1)
     w = y - j
-    before, after = table[j], table[j + 1]
-    return (1.0 - w) * before[0] + w * after[0], (1.0 - w) * before[1] + w * after[1]
+    a, b, v = table[j], table[j + 1], 1.0 - w
+    return v * a[0] + w * b[0], v * a[1] + w * b[1], v * a[2] + w * b[2]
 
 
 @njit(**INNER, error_model="numpy")
@@ -90,13 +90,13 @@ def _find_pairs(gears, m, theta, pairs, p):
     common = common_error(mesh, gears.runout[m], theta, base)
     low, high = _first_and_last(mesh, base)
     for k in range(low, high + 1):
-        s, z = base + k * mesh.pitch, 0.0
+        s, z, gap = base + k * mesh.pitch, 0.0, 0.0
         if mesh.model == WAVE:
             stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
             if mesh.per_tooth == 1:  # handed over from tooth to tooth as they pass the pitch point
                 stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
         else:
-            stiffness, z = _tabled(table, mesh.table_start, mesh.table_step, s)
+            stiffness, z, gap = _tabled(table, mesh.table_start, mesh.table_step, s)
         if stiffness <= 0.0:
             continue
         tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
@@ -105,7 +105,8 @@ def _find_pairs(gears, m, theta, pairs, p):
         pair.mesh, pair.slot, pair.index = m, k % SLOTS, k
         pair.tooth, pair.planet_tooth = tooth, other
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
-        pair.error = common + gears.gear_error[m, tooth] + gears.planet_error[m, other]
+        own = gears.gear_error[m, tooth] + gears.planet_error[m, other]
+        pair.error = common + own - gap
         p += 1
     return p
 

@@ -50,7 +50,8 @@ class GearMeshPath:
     s_grid, k_grid, zc_grid: pair stiffness (N/m, along the 3D normal) and centroid (m).
     side: "left" or "right" half of a double-helical stage, whose mid-plane z_offset is where
     z = 0 is meant above. wave: (T,) N/m, stiffness of the whole gear mesh at the shares j/T of a
-    base pitch from s = s_lo on, periodic; None where pairs are looked at one by one.
+    base pitch from s = s_lo on, periodic; None where pairs are looked at one by one. gap_grid:
+    gap of modified flanks at s_grid, m along the 3D normal.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -78,6 +79,7 @@ class GearMeshPath:
     s_grid: Array
     k_grid: Array
     zc_grid: Array
+    gap_grid: Array
     backlash: float
     side: str = ""
     z_offset: float = 0.0
@@ -252,5 +254,6 @@ def gear_mesh_path(
         s_grid=grid,
         k_grid=k,
         zc_grid=zc,
+        gap_grid=np.zeros_like(grid),
         backlash=gear_mesh.backlash,
     )

@@ -17,7 +17,7 @@ of that is the coast flank of a sun gear mesh, under the name of what it does. A
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,8 +33,10 @@ from flexgear.gears.contact import (
 )
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import mean_stiffness, pair_law
+from flexgear.gears.modifications import Flank, Gap, gaps_of, mean_gap
 from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
+from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
@@ -99,10 +101,45 @@ def _half_paths(
         paths = _parallel_paths(view, g, law("sun"), hand)
     else:
         paths = planetary_paths(g, view.stage, hand, law)
+    gaps = {k: _gap_grid(view, k.removesuffix("_back"), path, law) for k, path in paths.items()}
     if view.gear_mesh.model in PER_PAIR_MODELS:
-        return paths
+        return {kind: replace(path, gap_grid=gaps[kind]) for kind, path in paths.items()}
     waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
     return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
+
+
+def _gap_grid(
+    view: StageView, slot: str, path: GearMeshPath, law: Callable[[str], Law]
+) -> NDArray[np.float64]:
+    """Gap of modified flanks along a path; InputError where no path is followed."""
+    names = ("gear", "pinion") if view.stage.kind == "parallel" else ("planet", slot)
+    reach = path.center_distance * math.sin(path.alpha)
+    internal = slot == "ring"
+
+    def of_gear(s: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(s + reach if internal else reach - s)
+
+    own = of_gear(np.array([path.s_lo, path.s_hi]))
+    flanks = (
+        Flank(tip=path.s_hi, root=path.s_lo, half_face=path.half_face),
+        Flank(tip=float(own[0]), root=float(own[1]), half_face=path.half_face),
+    )
+    gaps: list[tuple[Gap, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = []
+    for name, flank, rho in zip(names, flanks, (lambda s: s, of_gear), strict=True):
+        try:
+            gaps += [(gap, rho) for gap in gaps_of(getattr(view.stage, name), flank)]
+        except Refusal as r:
+            raise view.refuse(f"{name}.{r.key}", r.problem, r.remedy) from None
+    if not gaps:
+        return path.gap_grid
+    if view.gear_mesh.model not in PER_PAIR_MODELS:
+        raise view.refuse(
+            "gear_mesh.model",
+            f"{view.gear_mesh.model!r} follows no pair along its path, so tip relief has no place",
+            'use "per_pair" or "lumped", or take the relief out',
+        )
+    ends_of = (path.s_lo, path.s_hi)
+    return mean_gap(path.s_grid, law(slot), ends_of, path.slope, path.half_face, gaps)
 
 
 def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.tip_relief import TipRelief
 from flexgear.model.units import Angle, Length
 
 
@@ -27,6 +28,7 @@ class Gear(Section):
     dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
     root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
     bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+    tip_relief: TipRelief | None = None
 
 
 class Stage(Section):

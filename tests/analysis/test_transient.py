@@ -55,6 +55,7 @@ def smooth(system):
     return system.with_(
         pairs=p._replace(
             k_table=np.ascontiguousarray(np.repeat(k, len(p.s0), axis=0)),
+            gap_table=np.zeros((len(p.s0), 40001)),
             z_table=np.ascontiguousarray(np.repeat(z, len(p.s0), axis=0)),
             table_step=length / 40000,
         )

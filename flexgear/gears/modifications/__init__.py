@@ -1,0 +1,72 @@
+"""Modified flanks: the gap that a pair of teeth has at every place of its path of contact.
+
+A modification is a function gap(gear, flank, rho, z) -> m, the material taken off a gear's flank
+normal to it in the transverse section, ≥ 0, at the radius of curvature rho of the flank (its
+distance from the base tangent point on the line of action) and at z along the face; None where the
+gear has none. To add one: write its file, enter it in ``MODIFICATIONS``, and give ``Gear`` its key.
+
+A pair is one spring δ along its line of action. With the stiffness k' per width that it has there,
+
+    F = ∫ k' (δ − g) dz = k (δ − ḡ),   ḡ(s) = ∫ k' g dz / k,
+
+g = (g_gear + g_planet) cosβ_b being the gap along the 3D normal: the mean gap over the contact
+line, exact while all of it touches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.modifications.tip_relief import tip_relief
+from flexgear.gears.stiffness import Law
+from flexgear.model.stage import Gear
+
+Array = NDArray[np.float64]
+PLACES = 65  # along the face
+
+
+@dataclass(frozen=True)
+class Flank:
+    """Where the path of contact of a gear's flank ends, in radii of curvature, and its face; m.
+
+    tip, root: rho at its ends; half_face. rho rises towards the tip of an external gear and falls
+    towards that of an internal one.
+    """
+
+    tip: float
+    root: float
+    half_face: float
+
+
+Gap = Callable[[Array, Array], Array]
+MODIFICATIONS: tuple[Callable[[Gear, Flank], Gap | None], ...] = (tip_relief,)
+
+
+def gaps_of(gear: Gear, flank: Flank) -> list[Gap]:
+    """All modifications of one gear."""
+    found = [made(gear, flank) for made in MODIFICATIONS]
+    return [gap for gap in found if gap is not None]
+
+
+def mean_gap(
+    s: Array, law: Law, path: tuple[float, float], slope: float, half_face: float,
+    gaps: list[tuple[Gap, Callable[[Array], Array]]],
+) -> Array:  # fmt: skip
+    """ḡ (n,) m at path coordinates s (n,) at mid-face; path: its ends; slope: ds/dz of a contact
+    line; gaps: of each flank, with its rho as a function of the path coordinate."""
+    z = np.linspace(-half_face, half_face, PLACES)
+    place = s[:, None] + slope * z
+    share = (place - path[0]) / (path[1] - path[0])
+    inside = (share >= 0) & (share <= 1)
+    weight = np.where(inside, law(np.clip(share, 0, 1)), 0.0)
+    total = np.zeros_like(place)
+    for gap, rho in gaps:
+        total += gap(rho(place), np.broadcast_to(z, place.shape))
+    area = weight.sum(axis=1)
+    mean = np.divide((weight * total).sum(axis=1), area, out=np.zeros_like(s), where=area > 0)
+    return np.asarray(mean * math.cos(math.atan(slope)))

@@ -1,0 +1,98 @@
+"""Tip relief in coupled stages, lumped and flexible: a gap of every pair at its place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from coupled import TORQUE, make_system
+from trains import stage_train
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pairs import build_rows
+from flexgear.coupling.train import train_system
+
+KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
+
+
+def keys(prefix, length="12"):
+    given = {**KEYS, "length_mm": length}
+    return {f"{prefix}.tip_relief.{name}": value for name, value in given.items()}
+
+
+def lumped(folder, **changes):
+    options = {"stage.gear_mesh.model": '"per_pair"', "stage.gear_mesh.contact_law": '"one-sided"'}
+    return train_system(stage_train(folder, **options, **changes))
+
+
+def flexible(_, **changes):
+    return make_system(**{"gear_mesh.contact_law": "one-sided"}, **changes)
+
+
+def unmodified(system):
+    pairs = system.pairs
+    return system.with_(pairs=pairs._replace(gap_table=np.zeros_like(pairs.gap_table)))
+
+
+@pytest.mark.parametrize("make", [lumped, flexible])
+def test_relief_is_the_gap_of_each_pair_at_its_place(tmp_path, make):
+    """The same loads as without it, but with teeth that lack as much as their pair's gap there."""
+    system = make(tmp_path, **keys("stage.planet", "12" if make is flexible else "5"))
+    pairs, angle = system.pairs, 0.037
+    rows = pair_rows(pairs)
+    theta = system.theta(np.array([angle]))
+    clean = unmodified(system).pairs
+    _, count = build_rows(pairs, rows, theta, front_meshes(pairs))
+    bare = pair_rows(pairs)
+    build_rows(clean, bare, theta, front_meshes(pairs))
+    gap = bare.pair["error"][:count] - rows.pair["error"][:count]
+    assert gap.max() > 20e-6 and gap.min() == 0.0
+    short = clean.error_gear.copy()
+    for q in range(count):
+        short[rows.pair["mesh"][q], rows.pair["tooth"][q]] -= gap[q]
+    shifted = system.with_(pairs=clean._replace(error_gear=short))
+    torque = system.rated_torque
+    found, expected, plain = (
+        revolution(modal_system(s), np.array([angle]), torque).pair_load
+        for s in (system, shifted, unmodified(system))
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * expected.max())
+    assert np.abs(found - plain).max() > 1e-2 * plain.max()
+
+
+def test_energy_closes_with_tip_relief():
+    modal = modal_system(flexible(None, **keys("stage.planet"), **keys("stage.sun")), 3000.0)
+    drive = Drive(lambda t: np.where(t > 0.01, 0.3 * TORQUE, TORQUE), (0.01,))
+    lost = []
+    for step in (1e-4, 5e-5):
+        sink = Collector()
+        steps = transient(
+            modal, drive, duration=0.04, time_step=step, output_interval=1e-3, sink=sink,
+            track_energy=True,
+        )  # fmt: skip
+        e = collected(modal, sink.arrays(), steps).energy
+        held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+        work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+        left = held - work - e["parametric_work"]
+        lost.append(np.abs(left - left[0]).max() / (e["elastic"] + e["pair_elastic"]).max())
+    assert lost[0] < 1e-2 and lost[1] < 0.4 * lost[0]
+
+
+def test_relief_takes_load_off_pairs_that_come_and_go():
+    """Entering and leaving pairs carry less, whole gear meshes the same."""
+    relieved = modal_system(flexible(None, **keys("stage.planet"), **keys("stage.ring")), 3000.0)
+    plain = replace(relieved, system=unmodified(relieved.system))
+    angles = np.linspace(0.0, 0.1, 15)
+    a, b = (revolution(m, angles, TORQUE) for m in (relieved, plain))
+    ring = slice(0, 5)
+    np.testing.assert_allclose(
+        a.pair_load[:, ring].sum(axis=(1, 2)), b.pair_load[:, ring].sum(axis=(1, 2)), rtol=5e-3
+    )
+    pairs = relieved.system.pairs
+    share = (a.pair_position - pairs.s_lo[:, None]) / (pairs.s_hi - pairs.s_lo)[:, None]
+    outer = (a.pair_tooth >= 0) & ((share < 0.1) | (share > 0.9))
+    outer[:, 5:] = False
+    assert a.pair_load[outer].sum() < 0.95 * b.pair_load[outer].sum()
