@@ -42,6 +42,16 @@ ENERGIES = (
     "pair_damping_work",
     "parametric_work",
 )
+LEFT_OVER = {  # what is stored less what entered
+    "kinetic": 1.0,
+    "elastic": 1.0,
+    "pair_elastic": 1.0,
+    "input_work": -1.0,
+    "brake_work": 1.0,
+    "damping_work": 1.0,
+    "pair_damping_work": 1.0,
+    "parametric_work": -1.0,
+}
 KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC = range(8)
 BOOKED = np.dtype([("tracked", np.int64), ("rows", np.int64), ("elements", np.int64)])
 

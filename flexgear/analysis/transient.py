@@ -18,8 +18,9 @@ from flexgear.analysis.consistent_acceleration import consistent_acceleration
 from flexgear.analysis.contact_newton import first_memory
 from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.gained import Gained, undamped_contact
 from flexgear.analysis.step import RUNAWAY, advance
-from flexgear.analysis.step_arrays import Samples, Space, State, StepData
+from flexgear.analysis.step_arrays import Samples, State, StepData
 from flexgear.analysis.step_plan import (
     Adaptive,
     FineWindow,
@@ -237,7 +238,7 @@ def transient(
         load = largest_rated_load(modal)
         plans = [graded_plan(s, output_interval, adaptive, load) for s in pieces]
     sizes = max((len(p.sizes) for p in plans), default=1)
-    run = _Run(modal, drive, start, work_space(modal, track_energy, sizes), sink)
+    run = _Run(modal, drive, start, track_energy, sizes, sink)
     total, done, refused = sum(p.ticks for p in plans), 0, 0
     by_size: dict[float, int] = {}
     for plan in plans:
@@ -269,16 +270,15 @@ def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
 
 def _ran_away(modal: ModalSystem, time: float, step: float) -> FlexgearError:
     """Says what is known of the cause, and the remedy."""
-    undamped = modal.system.pairs.one_sided and not modal.system.pairs.damping.any()
     remedy = f"lower the time step of {step:.3g} s"
-    if undamped:
+    if undamped_contact(modal):
         remedy += (
             ", or give the gear meshes damping: undamped teeth that part and hammer gain energy "
             "from pairs that come into contact under load"
         )
     return FlexgearError(
-        f"the time stepping ran away at t = {time:.6g} s (motion is not finite, or holds more than "
-        f"{RUNAWAY:g} times the energy there was): {remedy}"
+        f"the time stepping ran away at t = {time:.6g} s (motion is not finite, holds more than "
+        f"{RUNAWAY:g} times the energy there was, or gains energy from nothing): {remedy}"
     )
 
 
@@ -286,9 +286,11 @@ class _Run:
     """What goes on from one piece of time to the next."""
 
     def __init__(
-        self, modal: ModalSystem, drive: Drive, state: State, space: Space, sink: Sink
+        self, modal: ModalSystem, drive: Drive, state: State, energy: bool, sizes: int, sink: Sink
     ) -> None:
-        self.modal, self.drive, self.state, self.space, self.sink = modal, drive, state, space, sink
+        self.modal, self.drive, self.state, self.sink = modal, drive, state, sink
+        self.energy, self.gained = energy, Gained() if undamped_contact(modal) else None
+        self.space = work_space(modal, energy or self.gained is not None, sizes)
         self.known: dict[tuple[float, ...], StepData] = {}
 
     def through(self, plan: Plan) -> Iterator[int]:
@@ -321,8 +323,20 @@ class _Run:
                 )
             if saved:
                 index = (np.arange(begin // plan.every, end // plan.every) + 1) * plan.every
-                self.sink.append(_named(plan.start + h * index.astype(np.float64), samples))
+                at = plan.start + h * index.astype(np.float64)
+                self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
+                self.sink.append(_named(at, samples))
             yield end - begin
+
+    def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
+        """FlexgearError where steps make energy from nothing; no account where none is wanted."""
+        if self.gained is None:
+            return
+        over = self.gained.too_much(energy)
+        if over is not None:
+            raise _ran_away(self.modal, times[over], step)
+        if not self.energy:
+            energy[:] = 0.0
 
 
 def _named(time: Array, samples: Samples) -> dict[str, Array]:

@@ -12,17 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.analysis.energy import LEFT_OVER
 from flexgear.model.errors import FlexgearError
 from flexgear.results.sinks import Ranges
 
-STORED = ("kinetic", "elastic", "pair_elastic")
-ENTERED = {
-    "input_work": 1.0,
-    "brake_work": -1.0,
-    "damping_work": -1.0,
-    "pair_damping_work": -1.0,
-    "parametric_work": 1.0,
-}
 
 
 def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
@@ -35,11 +28,10 @@ def energy_residual(data: xr.Dataset) -> NDArray[np.float64]:
 def energy_account(data: xr.Dataset) -> xr.Dataset:
     """Over the samples of a dataset with energy_*: "left", what is stored less what entered, and
     "elastic", of structure and tooth pairs, J."""
-    missing = [n for e in (*STORED, *ENTERED) if (n := f"energy_{e}") not in data]
+    missing = [n for e in LEFT_OVER if (n := f"energy_{e}") not in data]
     if missing:
         raise FlexgearError(f"no energy balance without {', '.join(missing)}")
-    signs = {**dict.fromkeys(STORED, 1.0), **{n: -sign for n, sign in ENTERED.items()}}
-    left = sum((sign * data[f"energy_{n}"] for n, sign in signs.items()), xr.DataArray(0.0))
+    left = sum((sign * data[f"energy_{n}"] for n, sign in LEFT_OVER.items()), xr.DataArray(0.0))
     elastic = data["energy_elastic"] + data["energy_pair_elastic"]
     return xr.Dataset({"left": left, "elastic": elastic})
 

@@ -73,6 +73,21 @@ def test_growth_is_noticed_by_the_integration_itself(tmp_path):
         stepped(unstable, STEADY, 0.5, 2e-5, interval=0.1, start=start)
 
 
+@pytest.mark.parametrize("model", ["per_pair", "lumped"])
+def test_undamped_impacts_that_gain_energy_are_refused_and_those_that_do_not_are_not(
+    tmp_path, model
+):
+    """0.05 ms give 10 000 kN of impacts after 0.5 s, ten times less twice the load."""
+    modal = two_gears(tmp_path, model=model, damping=0.0, speed=1500)
+    with pytest.raises(FlexgearError, match=r"ran away at t = 0\.0.*gains energy"):
+        stepped(modal, STEADY, 0.5, 5e-5)
+    with pytest.raises(FlexgearError, match=r"ran away at t = 0\..*gains energy"):
+        stepped(modal, STEADY, 0.5, 2.5e-5, interval=5e-5)
+    run = stepped(modal, STEADY, 0.5, 5e-6, interval=5e-5)
+    assert run.pair_load.sum(axis=(1, 2)).max() < 2.5 * run.pair_load[0].sum()
+    assert not any(account.any() for account in run.energy.values())  # nobody asked for it
+
+
 def test_what_is_not_finite_is_refused(tmp_path):
     modal = two_gears(tmp_path)
     lost = Drive(lambda t: np.where(t > 5e-3, np.nan, TORQUE))
