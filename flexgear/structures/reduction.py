@@ -40,6 +40,7 @@ from flexgear.structures.reduced import ReducedBody
 
 LANCZOS_BLOCK = 4  # vectors a step: CHOLMOD solves one at a time, and small blocks need fewer
 _TOLERANCE = 1e-8
+_EQUAL = 1e-9  # apart, relative, are the omega^2 of a pair at most
 _BASIS_BYTES = 2.0e9  # of the general path's Lanczos basis, where that is enough for the modes
 
 
@@ -86,6 +87,8 @@ def reduce(
 ) -> Reduction:
     """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes.
 
+    One more where the last is one of a pair of equal frequencies.
+
     sectors: numbers of equal sectors that are tried before the general path serves.
     """
     with single_threaded_blas():
@@ -97,7 +100,7 @@ def reduce(
     body.report.update(
         fe_dofs=model.dofs,
         interface_dofs=interface.size,
-        fixed_interface_modes=n_modes,
+        fixed_interface_modes=len(omega),
         fixed_interface_frequency_min_hz=float(omega[0] / 2 / np.pi) if n_modes else None,
         fixed_interface_frequency_max_hz=float(omega[-1] / 2 / np.pi) if n_modes else None,
         fixed_interface_residual=fixed.residual,
@@ -145,7 +148,11 @@ class FixedModes:
 def fixed_interface_modes(
     condensation: AnyCondensation, count: int, progress: Progress = silent
 ) -> FixedModes:
-    """The `count` lowest modes with the interface held; sign: the largest entry is positive."""
+    """The `count` lowest modes with the interface held; sign: the largest entry is positive.
+
+    Where the last is one of a pair of equal frequencies, as bodies of equal sectors have, the other
+    comes along: which direction of the plane they span is found first is a matter of rounding.
+    """
     dofs = condensation.dofs
     if count == 0:
         return FixedModes(np.zeros(0), np.zeros((dofs, 0)), 0.0)
@@ -155,9 +162,12 @@ def fixed_interface_modes(
         progress("fixed-interface modes", fraction)
 
     try:
-        pairs = _eigenpairs(condensation, count, heard)
+        pairs = _eigenpairs(condensation, min(count + 1, dofs - condensation.interface.size), heard)
     except NotConverged as error:
         raise FlexgearError(str(error)) from None
+    nu = pairs.values
+    if len(nu) > count and nu[count - 1] - nu[count] > _EQUAL * nu[count]:
+        pairs = pairs.lowest(count)
     vectors, reactions = pairs.vectors, pairs.beside
     sign = np.array([np.sign(column[np.abs(column).argmax()]) for column in vectors.T])
     vectors *= sign

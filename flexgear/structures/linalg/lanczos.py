@@ -20,7 +20,7 @@ Matrix Anal. Appl. 22:602.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as sla
@@ -54,6 +54,18 @@ class Eigenpairs:
     residuals: Array
     applications: int
     beside: Array | None = None
+
+    def lowest(self, count: int) -> Eigenpairs:
+        """The first of them."""
+        beside = None if self.beside is None else self.beside[:, :count]
+        vectors = self.vectors[:, :count]
+        return replace(
+            self,
+            values=self.values[:count],
+            vectors=vectors,
+            residuals=self.residuals[:count],
+            beside=beside,
+        )
 
 
 class NotConverged(RuntimeError):
