@@ -21,8 +21,9 @@ import xarray as xr
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import stage_pace, timed_drops, too_coarse
 from flexgear.coupling.system import Variant
+from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.energy_balance import energy_account, largest_residual
@@ -168,16 +169,22 @@ def run_stage(
 
 
 def kinematics(case: FlexibleStage) -> dict[str, float]:
-    """Speeds, frequency, contact ratios and expected force of a case."""
-    motion, geometry = rated_flow(case), stage_geometry(case.view())
-    return {
+    """Speeds, frequency, contact ratios, expected forces of a case; life of rated bearings."""
+    alone, geometry = case.as_case(), stage_geometry(case.view())
+    flow = power_flow(alone)
+    motion, lives = flow.stages[0], planet_bearing_life_hours(alone, flow)
+    found = {
         "carrier_speed_rpm": motion.carrier_speed * RPM,
         "sun_speed_rpm": motion.sun_speed * RPM,
         "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
         "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,
         "contact_ratio_sun": geometry.sun_mesh.total_contact_ratio,
         "expected_ring_mesh_force_n": motion.ring_gear_mesh_force,
+        "planet_bearing_force_n": motion.planet_bearing_force,
     }
+    if lives:
+        found["planet_bearing_life_h"] = lives[motion.name]
+    return found
 
 
 def _bodies(bodies: StageBodies) -> list[tuple[str, Any]]:
