@@ -13,7 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgear.gears.radii import stage_radii
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.radii import is_overridden, stage_radii
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -81,7 +82,9 @@ def members_of(case: Case) -> Members:
 
 
 def _stage_tie(view: StageView) -> Tie:
-    stage, radii = view.stage, stage_radii(view)
+    stage = view.stage
+    # true teeth mesh, and planets do not collide; of printed radii nothing is known but themselves
+    radii = stage_radii(view) if is_overridden(stage) else stage_geometry(view).radii
     if stage.kind == "planetary":
         ratio = radii.ring / radii.sun
         row = {"sun": 1.0, "ring": ratio, "carrier": -1.0 - ratio}

@@ -56,7 +56,7 @@ def test_datasets_of_both_variants(run):
 def test_steady_figures_are_those_of_statics(run, case):
     steady, motion = run.summary["steady"], rated_flow(case)
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(11.27, rel=1e-3)
-    assert steady["ring_mesh_force_n_mean"] == pytest.approx(motion.ring_mesh_force, rel=1e-3)
+    assert steady["ring_mesh_force_n_mean"] == pytest.approx(motion.ring_gear_mesh_force, rel=1e-3)
     expected = expected_contact_share(run.summary["kinematics"]["contact_ratio_ring"])
     shares = steady["ring_pairs_in_contact"]
     assert {int(n) for n in shares} == set(expected)
