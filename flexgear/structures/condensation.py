@@ -84,7 +84,7 @@ class Condensation:
         """Psi q (d, k)."""
         out = np.empty((self.dofs, q.shape[1]))
         for block in _blocks(q.shape[1]):
-            out[:, block] = self._moved(None, q[:, block])
+            out[:, block] = self._field(None, q[:, block])
         return out
 
     def constraint_load(self, forces: Array) -> Array:
@@ -129,29 +129,29 @@ class Condensation:
 
     def fixed_solve_with_reactions(self, right: Array) -> tuple[Array, Array]:
         """The same, and the reactions -F^{-1} B y = -Psi^T right (b, k)."""
-        begun, at = self._begun(right)
-        return self._moved(begun, -at), -self.inverse @ at
+        f, at = self._forward(right)
+        return self._field(f, -at), -self.inverse @ at
 
     def supported_solve(self, right: Array, supports: Array) -> Array:
         """x (d, k) with (K + B^T supports B) x = right; supports (b, b) makes the body regular."""
-        begun, at = self._begun(right)
+        f, at = self._forward(right)
         q = np.linalg.solve(self.stiffness + supports, self.inverse @ at)  # F^{-1} B y = Psi^T g
-        return self._moved(begun, q - at)
+        return self._field(f, q - at)
 
     def _load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (d, k)."""
-        return np.asarray(self.inverse @ self._begun(forces)[1])
+        return np.asarray(self.inverse @ self._forward(forces)[1])
 
-    def _begun(self, right: Array) -> tuple[Array, Array]:
-        """L^{-1} right (d, k), and B K_s^{-1} right (b, k)."""
-        begun = self.factor.forward(right)
-        return begun, self.ties[1] @ begun
+    def _forward(self, right: Array) -> tuple[Array, Array]:
+        """f = L^{-1} right (d, k), and B K_s^{-1} right = W^T f (b, k)."""
+        f = self.factor.forward(right)
+        return f, self.ties[1] @ f
 
-    def _moved(self, begun: Array | None, q: Array) -> Array:
-        """K_s^{-1} right + Psi q (d, k); uses up what was begun."""
-        begun = np.zeros((self.dofs, q.shape[1])) if begun is None else begun
-        begun += self.ties[0] @ (self.inverse @ q)
-        return self.factor.backward(begun)
+    def _field(self, f: Array | None, q: Array) -> Array:
+        """K_s^{-1} right + Psi q (d, k); f: L^{-1} right, overwritten, or None for zero."""
+        f = np.zeros((self.dofs, q.shape[1])) if f is None else f
+        f += self.ties[0] @ (self.inverse @ q)
+        return self.factor.backward(f)
 
 
 def _blocks(columns: int) -> Iterator[slice]:

@@ -130,9 +130,9 @@ def compare_frequencies(
     reduced_hz = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
     full_hz = np.sqrt(np.maximum(full, 0.0)) / (2 * np.pi)
     free = int(np.sum(reduced_hz <= _RIGID * limit_hz))
-    wanted = slice(free, max(min(int(np.searchsorted(full, top)), count), free + 1))
+    compared = slice(free, max(min(int(np.searchsorted(full, top)), count), free + 1))
     progress("frequency check", 1.0)
-    return FrequencyComparison(reduced_hz[wanted], full_hz[wanted])
+    return FrequencyComparison(reduced_hz[compared], full_hz[compared])
 
 
 def _ritz_values(

@@ -84,8 +84,8 @@ def project_constraint_modes(
     cross = np.vstack([across, np.zeros((m, m))]) @ share
     out = cross + cross.T + share.T @ others @ share
     out[: t * z, : t * z] += circulant(own)
-    moved = _times(motion.shapes, periodic)
-    _recover(ties, motion.rows, moved, other, ties.joined_rows(share), recovery)
+    fields = _times(motion.shapes, periodic)
+    _recover(ties, motion.rows, fields, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
 
 

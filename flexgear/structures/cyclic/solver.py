@@ -106,10 +106,10 @@ class CyclicSolver:
         """
         run = self._held(self._begin(load, None), None)
         q = motion_of(self._reactions(run))
-        moved = self._held(self._begin(None, q), q)
-        run.border += moved.border
-        run.d += moved.d
-        run.mu += moved.mu
+        by_motion = self._held(self._begin(None, q), q)
+        run.border += by_motion.border
+        run.d += by_motion.d
+        run.mu += by_motion.mu
         return self._field(run)
 
     def inside(self, load: Array) -> Array:
@@ -273,8 +273,8 @@ class CyclicSolver:
 
     def _held(self, run: Pass, q: Array | None) -> Pass:
         """The others at their motion too."""
-        wanted = 0.0 if q is None else q[self._ties.other_dofs]
-        run.mu = self.inverse @ (run.q0 - wanted)
+        given = 0.0 if q is None else q[self._ties.other_dofs]
+        run.mu = self.inverse @ (run.q0 - given)
         self._release(run)
         return run
 
