@@ -86,10 +86,30 @@ class Recovery:
         """
         for support in self.modal.system.turning:
             if support.name == name:
-                return self._turning_force(support)
+                return self._turning_force(support) + self._law_force(name, support.rows)
         for link in self.modal.system.links:
             if link.name == name:
-                return self.motion(link.rows) @ link.matrix.T
+                return self.motion(link.rows) @ link.matrix.T + self._law_force(name, link.rows)
+        raise KeyError(name)
+
+    def _law_force(self, name: str, rows: Array) -> Array:
+        """Force (t, 6) by the law of a bearing, along the motions ``rows`` (6, d) of its spring."""
+        pairs, at = self.modal.system.pairs, len(self.modal.system.pairs.support_stiffness)
+        found = np.zeros((len(self.result.theta), 6))
+        for bearing in self.modal.system.bearings:
+            stop = at + len(bearing.components)
+            if bearing.name == name:
+                sign = np.sign(np.sum(rows * bearing.rows))  # a spring may say outer less inner
+                found[:, bearing.components] = sign * self.result.support_load[:, at:stop]
+            at = stop
+        assert at + len(pairs.load_block) == self.result.support_load.shape[1]
+        return found
+
+    def bearing_loads(self, name: str) -> Array:
+        """Loads (t, …) of the parts of a bearing with a law of its own, N: (t, rows, rollers)."""
+        for bearing in self.modal.system.bearings:
+            if bearing.name == name:
+                return bearing.part_loads(self.motion(bearing.rows))
         raise KeyError(name)
 
     def _turning_force(self, support: TurningSupport) -> Array:

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.coupling.bearings import LawBearing, own_law
+from flexgear.coupling.gear_meshes import BearingElement, ExtraRows
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, TurningSupport
 from flexgear.model.errors import InputError
+from flexgear.model.springs import Bearing
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
@@ -38,6 +41,7 @@ class Assembly:
             self.stiffness[at, at] = b.stiffness
         self.links: list[Link] = []
         self.turning: list[TurningSupport] = []
+        self.bearings: list[LawBearing] = []
         self.contact_nodes: list[Array] = []
         self.node_angles: list[int] = []
         self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
@@ -80,6 +84,36 @@ class Assembly:
         self.contact_nodes.append(rows)
         self.node_angles.append(angle)
         return len(self.contact_nodes) - 1
+
+    def law_bearing(self, name: str, inner: Array, outer: Array | None, bearing: Bearing) -> None:
+        """What of a bearing has a law of its own: motion (6, d) of inner and outer ring in the
+        bearing's axes, None for the housing. Nothing where it is linear."""
+        found = own_law(bearing)
+        if found is None:
+            return
+        ends = [self.contact_node(inner, -1)]
+        ends.append(-1 if outer is None else self.contact_node(outer, -1))
+        relative = inner if outer is None else inner - outer
+        self.bearings.append(LawBearing(name, relative, ends[0], ends[1], *found))
+
+    def bearing_rows(self) -> list[Array]:
+        """Rows (d,) that bearings with a law of their own hold in the end."""
+        return [row for b in self.bearings for row in b.rows[b.components]]
+
+    def extra_rows(
+        self, first_block: int, loads: Sequence[tuple[int, Array, int]] = ()
+    ) -> ExtraRows:
+        """Rows beside gear meshes, contact nodes being blocks from ``first_block`` on."""
+        bearings = [
+            BearingElement(
+                b.law,
+                (first_block + b.inner, first_block + b.outer if b.outer >= 0 else -1),
+                (0.0, 0.0),
+                b.parameters,
+            )
+            for b in self.bearings
+        ]
+        return ExtraRows(self.support_rows, self.node_angles, first_block, bearings, loads)
 
     def turning_support(
         self, name: str, body: str, node: str, matrix: Array, angle: int = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.determinacy import holding_rows, rolling_motions
-from flexgear.coupling.gear_meshes import ExtraRows, labels, pair_data
+from flexgear.coupling.gear_meshes import labels, pair_data
 from flexgear.coupling.stage_parts import (
     Stiffening,
     pin_rotation,
@@ -66,10 +66,10 @@ def build_system(
     pin_angle = pin_rotation(a, case, radius)
     blocks, teeth = stage_nodes(a, case)
     sets = stage_sets(case, case.view(), motion, tooth_positions=teeth)
-    extra = ExtraRows(a.support_rows, a.node_angles, first_block=len(blocks))
+    extra = a.extra_rows(len(blocks))
     blocks += a.contact_nodes
     pairs = pair_data(sets, len(blocks), extra)
-    contact = holding_rows(pairs, np.vstack(blocks), 1)
+    contact = holding_rows(pairs, np.vstack(blocks), 1, a.bearing_rows())
     rolling_motions(a.bodies, case.source, rigid, contact, pin_angle[None])  # nothing else is free
     d = case.damping
     modal = d.kind == "modal"
@@ -91,6 +91,7 @@ def build_system(
         pairs=pairs,
         gear_meshes=labels(sets),
         links=tuple(a.links),
+        bearings=tuple(a.bearings),
         turning=tuple(a.turning),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta

@@ -79,7 +79,7 @@ class BearingElement:
     law: str
     blocks: tuple[int, int]
     turns: tuple[float, float]
-    parameters: Sequence[float]
+    parameters: Array
 
 
 @dataclass(frozen=True)

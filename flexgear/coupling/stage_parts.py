@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.bearings import linear_part
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.pair_data import KINDS
 from flexgear.coupling.system import Variant
@@ -213,7 +214,9 @@ def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
     for i, phi in enumerate(case.stage.planet_angles):
         pin = turn(-phi) @ a.rows(f"{at}carrier", f"pin_{i + 1}")
         planet = a.rows(f"{at}planet_{i + 1}", f"planet_{i + 1}")
-        a.link(f"{at}planet_bearing_{i + 1}", pin - planet, case.bearings.planet.matrix)
+        bearing, name = case.bearings.planet, f"{at}planet_bearing_{i + 1}"
+        a.link(name, pin - planet, linear_part(bearing, bearing.matrix))
+        a.law_bearing(name, planet, pin, bearing)
 
 
 def spline_matrix(case: FlexibleStage) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from flexgear.coupling.bearings import LawBearing
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
@@ -140,6 +141,7 @@ class System:
     master_speeds: tuple[float, ...] = ()
     gyroscopic: Array | None = None
     centripetal: Array | None = None
+    bearings: tuple[LawBearing, ...] = ()
     header: dict[str, float | str] = field(default_factory=dict)
 
     @property

@@ -15,7 +15,7 @@ from flexgear.coupling.determinacy import (
     rolling_motions,
     vibration_motions,
 )
-from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, labels, pair_data
+from flexgear.coupling.gear_meshes import labels, pair_data
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.stage_parts import (
     pin_rotation,
@@ -139,7 +139,7 @@ def _tie_and_mesh(b: TrainBuild, number: int) -> None:
         )  # fmt: skip
         return
     members = b.members[number]
-    b.clearances += tie_lumped_stage(b.a, stage, members, frame)
+    tie_lumped_stage(b.a, stage, members, frame)
     b.blocks += [b.a.rows(m.body.name, m.body.name) for m in members]
     flow = b.flow.stage(stage.name)
     b.sets += lumped_sets(b.train, number, members, flow, frame, first)
@@ -198,27 +198,12 @@ def _radius(b: TrainBuild, member: str) -> float:
 def _system(b: TrainBuild) -> System:
     a, train, flow = b.a, b.train, b.flow
     loads = given_loads(b)
-    first = len(b.blocks)
-    laws = []
-    for c in b.clearances:
-        inner = first + a.contact_node(c.inner, -1)
-        outer = -1 if c.outer is None else first + a.contact_node(c.outer, -1)
-        laws.append(BearingElement("clearance", (inner, outer), c.turns, (c.stiffness, c.gap)))
-    extra = ExtraRows(
-        supports=a.support_rows,
-        support_angles=a.node_angles,
-        first_block=first,
-        bearings=laws,
-        loads=loads,
-    )
+    extra = a.extra_rows(len(b.blocks), loads)
     blocks = np.vstack([*b.blocks, *a.contact_nodes])
     pairs = pair_data(b.sets, len(blocks) // 6, extra)
     rigid = orthonormal_rigid(a.mass, a.loose_motions())
     angles = np.vstack(b.angles)
-    bearings = [
-        row for c in b.clearances for row in c.inner[:2] - (0.0 if c.outer is None else c.outer[:2])
-    ]
-    contact = holding_rows(pairs, blocks, len(angles), bearings)
+    contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
     rolling, masters, speeds = _rolling(b, rigid, contact)
     gyroscopic, centripetal = frame_forces(b, rolling, masters)
     torque, speed = (
@@ -249,6 +234,7 @@ def _system(b: TrainBuild) -> System:
         pairs=pairs,
         gear_meshes=labels(b.sets),
         links=tuple(a.links),
+        bearings=tuple(a.bearings),
         turning=tuple(a.turning),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta

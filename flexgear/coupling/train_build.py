@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.train_bodies import LumpedMember
-from flexgear.coupling.train_parts import Clearance, StageFrame
+from flexgear.coupling.train_parts import StageFrame
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 
@@ -27,7 +27,6 @@ class TrainBuild:
     members: list[list[LumpedMember]]
     frames: list[StageFrame] = field(default_factory=list)
     angles: list[Array] = field(default_factory=list)
-    clearances: list[Clearance] = field(default_factory=list)
     blocks: list[Array] = field(default_factory=list)
     sets: list[GearMeshSet] = field(default_factory=list)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.bearings import linear_part
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.train_bodies import LumpedMember
 from flexgear.gears.errors import stage_errors
@@ -19,19 +20,6 @@ from flexgear.model.train_stage import TrainStage
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
-CENTERING = 1e-4  # of its stiffness: what a bearing with clearance keeps about its middle
-
-
-@dataclass(frozen=True)
-class Clearance:
-    """A bearing with clearance: motion (6, d) of inner and outer node (None: housing), constant
-    angles of the row's axes in theirs, stiffness N/m, gap m."""
-
-    inner: Array
-    outer: Array | None
-    turns: tuple[float, float]
-    stiffness: float
-    gap: float
 
 
 @dataclass(frozen=True)
@@ -51,9 +39,8 @@ def support_matrix(support: Support, radius: float) -> Array:
 
 def tie_lumped_stage(
     a: Assembly, stage: TrainStage, members: list[LumpedMember], frame: StageFrame
-) -> list[Clearance]:
-    """Supports and planet bearings of a lumped stage; returns its bearings with clearance."""
-    loose: list[Clearance] = []
+) -> None:
+    """Supports and planet bearings of a lumped stage."""
     for m in members:
         name = m.body.name
         node = a.rows(name, name)
@@ -65,15 +52,12 @@ def tie_lumped_stage(
             centre[1, 5] = orbit_radius(members)
             centre[2, 4] = -orbit_radius(members)
             pin = centre @ turn(-phi) @ carrier
-            matrix, gap = _without_clearance(stage.planet_bearing, 0.0)
-            a.link(f"{stage.name}.planet_bearing_{m.planet + 1}", pin - node, matrix)
-            if gap:
-                loose.append(
-                    Clearance(node, pin, (0.0, 0.0), stage.planet_bearing.stiffness[0], gap)
-                )
+            bearing, link = stage.planet_bearing, f"{stage.name}.planet_bearing_{m.planet + 1}"
+            a.link(link, pin - node, linear_part(bearing, support_matrix(bearing, 0.0)))
+            a.law_bearing(link, node, pin, bearing)
             continue
         support = stage.member(m.part).support
-        matrix, gap = _without_clearance(support, m.radius)
+        matrix = linear_part(support, support_matrix(support, m.radius))
         torsion = np.zeros((6, 6))
         torsion[5, 5], matrix[5, 5] = matrix[5, 5], 0.0
         a.link(f"{name}_torsion", node, torsion)
@@ -82,23 +66,12 @@ def tie_lumped_stage(
                 a.link(f"{name}_support", node, matrix)
             else:
                 a.turning_support(f"{name}_support", name, name, matrix, frame.carrier)
-        if gap:
-            loose.append(Clearance(node, None, (0.0, 0.0), support.stiffness[0], gap))
-    return loose
+        a.law_bearing(f"{name}_support", node, None, support)
 
 
 def orbit_radius(members: list[LumpedMember]) -> float:
     """Distance of the planets from the axis, m."""
     return next(m.radius for m in members if m.part == "carrier")
-
-
-def _without_clearance(support: Support, radius: float) -> tuple[Array, float]:
-    """Stiffness of a support; what is behind a clearance is left out but for its centering."""
-    matrix = support_matrix(support, radius)
-    if support.clearance > 0:
-        for i in (0, 1):
-            matrix[i, i] *= CENTERING
-    return matrix, support.clearance
 
 
 def lumped_sets(
@@ -191,12 +164,3 @@ def frame_matrices(m: LumpedMember, frame_speed: float, spin: float) -> tuple[Ar
     centripetal[3:5, 3:5] = (m.tilt * w**2 - m.inertia * spin * w) * np.eye(2)
     dofs = m.body.node_map
     return dofs.T @ turning @ dofs, dofs.T @ centripetal @ dofs
-
-
-def contact_rows(clearances: list[Clearance]) -> Array:
-    """Rows (2 n_c, d) along both axes of bearings with clearance, which hold in the end."""
-    rows = []
-    for c in clearances:
-        relative = c.inner[:2] - (0.0 if c.outer is None else c.outer[:2])
-        rows.append(relative)
-    return np.vstack(rows) if rows else np.zeros((0, 0))

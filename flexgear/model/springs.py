@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from flexgear.model.rollers import Rollers
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Force, Length, MatrixEntry, RotationalStiffness, Stiffness
 
@@ -68,9 +69,12 @@ class Bearing(Springs):
 
     z: where its springs act along the axis, m, from the middle of the gear or the seat; towards the
     stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
+    rollers: carry radially and against tilt, by a stiffness that grows with load; radial and tilt
+    are then those of modes and whatever is linear.
     """
 
     z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+    rollers: Rollers | None = None
 
     @property
     def matrix(self) -> NDArray[np.float64]:
@@ -78,6 +82,16 @@ class Bearing(Springs):
         to_z = np.eye(6)
         to_z[0, 4], to_z[1, 3] = self.z, -self.z
         return to_z.T @ super().matrix @ to_z
+
+    @model_validator(mode="after")
+    def _rollers_of_something(self) -> Bearing:
+        if self.rollers is not None and (min(self.stiffness[:2]) <= 0 or self.full is not None):
+            raise Refusal(
+                "radial",
+                "is needed beside rollers: the stiffness of modes and of whatever is linear",
+                "give radial, and no full matrix",
+            )
+        return self
 
 
 class Rolling(Section):
@@ -124,4 +138,11 @@ class Bearings(Section):
                 raise Refusal(
                     f"planet.{key}", "is zero, so the planet is not held", "give a stiffness"
                 )
+        for name in ("carrier_drive", "carrier_far", "output", "sun"):
+            bearing = getattr(self, name)
+            if bearing is not None and bearing.rollers is not None:
+                raise Refusal(
+                    f"{name}.rollers", "only planet bearings of a flexible stage have rollers",
+                    "take them out",
+                )  # fmt: skip
         return self

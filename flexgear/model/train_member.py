@@ -35,6 +35,8 @@ class Support(Bearing):
             raise Refusal(
                 "clearance", "is the gap of a support without radial stiffness", "give radial"
             )
+        if self.clearance > 0 and self.rollers is not None:
+            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
         if self.clearance > 0 and self.matrix[:2, 2:].any():
             raise Refusal(
                 "clearance",

@@ -167,35 +167,10 @@ def _motions(
 
 def planet_bearings(context: TrainContext, recovery: Recovery) -> dict[str, Array]:
     """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
-    gaps = _clearances(context.train)
     found = {}
     for link in context.system.links:
         if ".planet_bearing_" not in link.name:
             continue
         # links pull the pin towards the planet: pin − planet is their motion
-        force = -recovery.link_force(link.name)[:, :3]
-        if link.name in gaps:
-            force[:, :2] += _clearance_force(context, recovery, gaps.index(link.name))
-        found[link.name] = force
+        found[link.name] = -recovery.link_force(link.name)[:, :3]
     return found
-
-
-def _clearance_force(context: TrainContext, recovery: Recovery, number: int) -> Array:
-    """Force (t, 2) through the clearance of a planet's bearing on the pin, N."""
-    result, first = recovery.result, len(context.system.pairs.support_stiffness)
-    return np.asarray(result.support_load[:, first + 2 * number : first + 2 * number + 2])
-
-
-def _clearances(train: Case) -> list[str]:
-    """Bearings with clearance in the order of the system's rows."""
-    names = []
-    for stage in train.stages:
-        if stage.flexible is not None:
-            continue
-        for part in stage.members:
-            if stage.member(part).support.clearance > 0:
-                halves = ["_left", "_right"] if part == "ring" and stage.double_helical else [""]
-                names += [f"{stage.name}.{part}{half}_support" for half in halves]
-        if stage.kind == "planetary" and stage.planet_bearing.clearance > 0:
-            names += [f"{stage.name}.planet_bearing_{i + 1}" for i in range(stage.planets)]
-    return names

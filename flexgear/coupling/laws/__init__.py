@@ -26,12 +26,13 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 from flexgear.coupling.laws.basic import GIVEN_FORCE, LINEAR, LINEAR_RATE, ONE_SIDED
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.law import Array, Law
+from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.model.errors import FlexgearError
 
 # numba's word for calling functions by address, which works since 0.49
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
-LAWS: tuple[Law, ...] = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, CLEARANCE)
+LAWS: tuple[Law, ...] = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, CLEARANCE, ROLLERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW = range(4)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from flexgear.coupling.laws.law import Law, compiled_law
+from flexgear.model.springs import Bearing
 
 LOOSE = 1e-4  # share of its stiffness in the tangent of a bearing inside its clearance
 
@@ -36,4 +37,9 @@ def _clearance(parameters, motion, force, tangent):
     return 0.5 * k * over * over
 
 
-CLEARANCE = Law("clearance", _clearance, (0, 1), lambda p: np.array([p[0], p[0]]))
+def _stated_by(bearing: Bearing) -> list[float] | None:
+    gap = getattr(bearing, "clearance", 0.0)
+    return [bearing.stiffness[0], gap] if gap > 0 else None
+
+
+CLEARANCE = Law("clearance", _clearance, (0, 1), lambda p: np.array([p[0], p[0]]), _stated_by)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import cfunc, types
 from numpy.typing import NDArray
+
+from flexgear.model.springs import Bearing
 
 Array = NDArray[np.float64]
 SIGNATURE = types.float64(
@@ -22,13 +24,17 @@ class Law:
 
     function: compiled by ``compiled_law``; components: of the relative motion (x, y, z, rx, ry, rz)
     that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
-    (r,) of the rows of an element with the given parameters, for modes and what is linear.
+    (r,) of the rows of an element with the given parameters, for modes and what is linear;
+    stated_by: the parameters of the law where a bearing of a case states it, else None; part_loads:
+    loads (t, …) of the bearing's parts from parameters and motions (t, r), where it has parts.
     """
 
     name: str
     function: Any
     components: tuple[int, ...] = ()
     nominal: Callable[[Array], Array] = np.zeros_like
+    stated_by: Callable[[Bearing], Sequence[float] | None] = lambda bearing: None
+    part_loads: Callable[[Array, Array], Array] | None = None
 
 
 def compiled_law(function: Callable[..., float]) -> Any:

@@ -1,0 +1,62 @@
+"""Bearings with a law of their own: which law it is, and what of their stiffness stays linear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.laws import LAWS, law_number
+from flexgear.model.springs import Bearing
+
+Array = NDArray[np.float64]
+CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
+
+
+@dataclass(frozen=True)
+class LawBearing:
+    """A bearing with a law of its own, named like its spring.
+
+    rows: (6, d) motion of the inner ring less that of the outer one, in the bearing's axes; inner,
+    outer: contact nodes, −1 for the housing; law: name; parameters: of the law.
+    """
+
+    name: str
+    rows: Array
+    inner: int
+    outer: int
+    law: str
+    parameters: Array
+
+    @property
+    def components(self) -> list[int]:
+        """Components of ``rows`` that the law acts on."""
+        return list(LAWS[law_number(self.law)].components)
+
+    def part_loads(self, motion: Array) -> Array:
+        """What the bearing's parts carry at motions (t, 6), as the law says it, N."""
+        of_parts = LAWS[law_number(self.law)].part_loads
+        if of_parts is None:
+            raise KeyError(f"the law {self.law!r} of {self.name} knows no parts")
+        return of_parts(self.parameters, motion[:, self.components])
+
+
+def own_law(bearing: Bearing) -> tuple[str, Array] | None:
+    """Name and parameters of the law that a bearing states, None for a linear one."""
+    for law in LAWS:
+        parameters = law.stated_by(bearing)
+        if parameters is not None:
+            return law.name, np.asarray(parameters, dtype=float)
+    return None
+
+
+def linear_part(bearing: Bearing, matrix: Array) -> Array:
+    """Stiffness (6, 6) that stays a spring: all of a linear bearing, else without what the law
+    acts on but for its centering."""
+    found = own_law(bearing)
+    if found is None:
+        return matrix
+    share = np.ones(6)
+    share[list(LAWS[law_number(found[0])].components)] = np.sqrt(CENTERING)
+    return np.asarray(matrix * np.outer(share, share))

@@ -1,0 +1,169 @@
+"""Roller bearings: Harris's load integral, loaded planets in equilibrium, energy in transients."""
+
+import numpy as np
+import pytest
+from coupled import make_system
+from scipy.integrate import quad
+from trains import stage_train
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.laws import law_number, respond
+from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.train import train_system
+from flexgear.model.errors import InputError
+from flexgear.model.rollers import Rollers
+
+N = 10 / 9
+
+
+def force_of(rollers, motion):
+    parameters, motion = np.array(roller_parameters(rollers, 1e9, 1e6)), [motion, np.zeros(4)]
+    return respond(law_number("rollers"), parameters, np.array(motion))[1][0]
+
+
+def load_integral(share):
+    """J_r(ε) of Harris and Kotzalas, eq. 7.16, for line contact."""
+    half = np.arccos(np.clip(1 - 2 * share, -1, 1))
+
+    def load(psi):
+        return max(1 - (1 - np.cos(psi)) / (2 * share), 0.0) ** N * np.cos(psi)
+
+    return quad(load, -half, half, epsabs=1e-12)[0] / (2 * np.pi)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-5, 4e-5])
+def test_force_is_harris_load_integral(gap):
+    """F_r = Z K δ_max^n J_r(ε) with ε = ½ (1 − gap/δ_r); Z/(1/J_r) is Stribeck's number 4.08."""
+    rollers, x = Rollers(count=180, rows=1, length=0.03, clearance=gap), 6e-5
+    force = force_of(rollers, (x, 0.0, 0.0, 0.0))
+    share = 0.5 * (1 - gap / x)
+    expected = 180 * roller_stiffness(0.03) * (x - gap) ** N * load_integral(share)
+    assert force[0] == pytest.approx(expected, rel=2e-4)
+    assert np.abs(force[1:]).max() < 1e-9 * force[0]
+    if gap == 0.0:
+        largest = roller_stiffness(0.03) * x**N
+        assert 180 * largest / force[0] == pytest.approx(4.08, abs=0.01)
+
+
+def test_stiffness_of_a_roller_is_that_of_iso_16281():
+    """35 948 L^(8/9) N/mm^(10/9): 0.01 mm on a roller of 20 mm."""
+    assert roller_stiffness(0.02) * 1e-5**N == pytest.approx(35948 * 20 ** (8 / 9) * 0.01**N)
+
+
+def test_tilted_bearing_loads_its_rows_apart():
+    """Two rows as two bearings: sums of their forces, moments by their distance."""
+    two = Rollers(count=24, rows=2, length=0.04, spacing=0.06, clearance=1e-5)
+    one = Rollers(count=24, rows=1, length=0.04, clearance=1e-5)
+    x, tilt = 4e-5, 6e-4  # r_y
+    force = force_of(two, (x, 0.0, 0.0, tilt))
+    low, high = (force_of(one, (x + z * tilt, 0.0, 0.0, 0.0))[0] for z in (-0.03, 0.03))
+    assert force[0] == pytest.approx(low + high, rel=1e-12)
+    assert force[3] == pytest.approx(0.03 * (high - low), rel=1e-12)
+    motion = np.array([x, 0.0, 0.0, tilt])
+    loads = roller_loads(np.array(roller_parameters(two, 1e9, 1e6)), motion)
+    assert loads.shape == (2, 24)
+    along = (loads * np.cos(2 * np.pi * np.arange(24) / 24)).sum(axis=1)
+    assert along == pytest.approx([low, high], rel=1e-12)
+
+
+ROLLERS = {"count": "20", "rows": "2", "length_mm": "18", "spacing_mm": "20", "clearance_um": "15"}
+
+
+def lumped(folder):
+    keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in ROLLERS.items()}
+    return train_system(stage_train(folder, planets=3, **keys))
+
+
+def flexible(_):
+    given = ROLLERS | {"length_mm": "120", "spacing_mm": "150"}
+    keys = {f"bearings.planet.rollers.{k}": v for k, v in given.items()}
+    return make_system(**{"gear_mesh.contact_law": "one-sided"}, **keys)
+
+
+@pytest.mark.parametrize("make", [lumped, flexible])
+def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
+    """Loads of all rollers add up to the force on the pin; each follows from its own approach; in
+    the lumped stage of spur gears the force is that of statics."""
+    system = make(tmp_path)
+    found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+    recovery = Recovery(found)
+    names = [b.name for b in system.bearings]
+    assert len(names) == system.planets and "planet_bearing_1" in names[0]
+    for bearing in system.bearings:
+        loads = recovery.bearing_loads(bearing.name)
+        assert loads.shape == (2, 2, 20) and (loads >= 0).all() and (loads == 0).any()
+        psi = 2 * np.pi * np.arange(20) / 20
+        resultant = np.stack([(loads * f(psi)).sum(axis=(1, 2)) for f in (np.cos, np.sin)], axis=1)
+        link = next(li for li in system.links if li.name == bearing.name)
+        spring = recovery.motion(link.rows) @ link.matrix.T
+        force = -recovery.link_force(bearing.name)
+        scale = 1e-8 * np.abs(resultant).max()
+        np.testing.assert_allclose(resultant, (force + spring)[:, :2], rtol=0, atol=scale)
+        if make is lumped:
+            gears = found.pair_load.sum(axis=-1)[0, 0]
+            assert np.hypot(*force[0, :2]) == pytest.approx(
+                2 * gears * np.cos(np.radians(20)), rel=1e-8
+            )
+            assert loads[:, 0] == pytest.approx(loads[:, 1], rel=1e-9)  # planar: rows alike
+        else:  # helical gears tilt a planet: one row carries more
+            rows = np.linalg.norm([(loads * f(psi)).sum(axis=-1) for f in (np.cos, np.sin)], axis=0)
+            assert np.abs(rows[:, 0] - rows[:, 1]).min() > 0.05 * rows.max()
+
+
+@pytest.mark.parametrize("make", [lumped, flexible])
+def test_energy_closes_with_roller_bearings(tmp_path, make):
+    system = make(tmp_path)
+    modal, rated = modal_system(system, 3000.0), system.rated_torque
+    drive = Drive(lambda t: np.where(t > 0.002, 0.5 * rated, rated), (0.002,))
+    lost = []
+    for step in (4e-5, 2e-5):
+        sink = Collector()
+        steps = transient(
+            modal, drive, duration=0.01, time_step=step, output_interval=2e-4, sink=sink,
+            track_energy=True,
+        )  # fmt: skip
+        run = collected(modal, sink.arrays(), steps)
+        e = run.energy
+        held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+        work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+        left = held - work - e["parametric_work"]
+        lost.append(np.abs(left - left[0]).max() / (e["elastic"] + e["pair_elastic"]).max())
+        assert np.ptp(run.support_load[:, 0]) > 0
+    assert lost[1] < 1e-3
+    assert lost[1] < 0.5 * lost[0]
+
+
+def test_a_run_starts_where_the_equilibrium_is(tmp_path):
+    """Nothing but rolling happens under steady torque: bearings carry what they did at rest."""
+    system = lumped(tmp_path)
+    modal = modal_system(system)
+    at_rest = revolution(modal, np.array([0.0]), system.rated_torque)
+    sink = Collector()
+    drive = Drive(lambda t: np.full_like(t, system.rated_torque))
+    steps = transient(modal, drive, duration=2e-3, time_step=2e-5, output_interval=2e-5, sink=sink)
+    run = collected(modal, sink.arrays(), steps)
+    scale = np.abs(at_rest.support_load).max()
+    np.testing.assert_allclose(run.support_load[0], at_rest.support_load[0], atol=2e-3 * scale)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("stage.planet_bearing.rollers.count", "2", "rollers.count"),
+        ("stage.planet_bearing.clearance_um", "5", "give it as rollers.clearance"),
+        ("stage.planet_bearing.rollers.length_um", "-3", "rollers.length_um"),
+    ],
+)
+def test_rollers_that_cannot_be(tmp_path, key, value, message):
+    keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in ROLLERS.items()}
+    keys = {k: v for k, v in keys.items() if not (k.endswith("length_mm") and "length" in key)}
+    with pytest.raises(InputError, match=message):
+        stage_train(tmp_path, planets=3, **{**keys, key: value})
+
+
+def test_rollers_of_flexible_stages_are_those_of_planets():
+    with pytest.raises(InputError, match=r"carrier_far\.rollers: only planet bearings"):
+        make_system(**{f"bearings.carrier_far.rollers.{k}": v for k, v in ROLLERS.items()})
