@@ -8,6 +8,8 @@ q_el = q − rolling · masters.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -105,8 +107,24 @@ class Recovery:
         assert at + len(pairs.load_block) == self.result.support_load.shape[1]
         return found
 
+    def row_loads(self, names: Sequence[str]) -> Array:
+        """Radial force (t, names, rows) of the rows of bearings, N; NaN where they have none."""
+        rollers = {b.name for b in self.modal.system.bearings if b.has_parts}
+        found = {}
+        for name in names:
+            if name in rollers:
+                load = self.bearing_loads(name)
+                psi = 2 * np.pi * np.arange(load.shape[2]) / load.shape[2]
+                found[name] = np.abs(load @ np.exp(1j * psi))
+        rows = max((f.shape[1] for f in found.values()), default=0)
+        out = np.full((len(self.result.theta), len(names), rows), np.nan)
+        for i, name in enumerate(names):
+            if name in found:
+                out[:, i, : found[name].shape[1]] = found[name]
+        return out
+
     def bearing_loads(self, name: str) -> Array:
-        """Loads (t, …) of the parts of a bearing with a law of its own, N: (t, rows, rollers)."""
+        """Loads (t, rows, parts) of the parts of a bearing with a law of its own, N."""
         for bearing in self.modal.system.bearings:
             if bearing.name == name:
                 return bearing.part_loads(self.motion(bearing.rows))

@@ -34,6 +34,11 @@ class LawBearing:
         """Components of ``rows`` that the law acts on."""
         return list(LAWS[law_number(self.law)].components)
 
+    @property
+    def has_parts(self) -> bool:
+        """Whether the law says what parts of the bearing carry."""
+        return LAWS[law_number(self.law)].part_loads is not None
+
     def part_loads(self, motion: Array) -> Array:
         """What the bearing's parts carry at motions (t, 6), as the law says it, N."""
         of_parts = LAWS[law_number(self.law)].part_loads

@@ -44,6 +44,7 @@ COORDINATES: dict[str, tuple[str, str]] = {
     "carrier_node": ("", "interface node of the carrier"),
     "bolt": ("1", "bolt number, from 1"),
     "bearing": ("", "bearing or support"),
+    "bearing_row": ("1", "row of rollers, from 1 at -z"),
     "tooth_angle": ("rad", "angle of the ring tooth's centre"),
     "planet_angle": ("rad", "angle of the planet in the carrier frame"),
 }
@@ -103,6 +104,9 @@ QUANTITIES: dict[str, Quantity] = {
         (S, "bearing", "dof"),
         "N, N m",
         "force and moment that a bearing, fit or spline carries, of what it holds on its support",
+    ),
+    "planet_bearing_row_load": Quantity(
+        (S, "planet", "bearing_row"), "N", "radial force of a row of rollers of the planet's bearing"
     ),
     "closure": Quantity(
         (S,), "1", "largest imbalance of an equilibrium over its load, or what errors and gaps are worth"

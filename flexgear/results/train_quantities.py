@@ -69,6 +69,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "planet_bearing_force": Quantity(
         (S, "bearing", "direction"), "N", "force of the planet on its pin"
     ),
+    "planet_bearing_row_load": Quantity(
+        (S, "bearing", "bearing_row"),
+        "N",
+        "radial force of a row of rollers",
+        missing="of a bearing without rollers, and of a row that it does not have",
+    ),
     "rated_gear_mesh_force": Quantity(("gear_mesh",), "N", "mean at rated torque"),
     "load_sharing_coefficient": Quantity(
         ("definition", "group"), "1", "largest coefficient of the planets", missing=UNSAID

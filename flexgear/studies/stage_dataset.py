@@ -142,4 +142,7 @@ def _motions(result: Equilibrium | Transient) -> dict[str, Any]:
     if others:
         out["bearing_force"] = np.stack([recovery.link_force(n) for n in others], axis=1)
         out["bearing"] = others
+    row_loads = recovery.row_loads([f"planet_bearing_{i}" for i in planets])
+    if row_loads.size:
+        out["planet_bearing_row_load"] = row_loads
     return out

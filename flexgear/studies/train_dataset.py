@@ -162,6 +162,9 @@ def _motions(
     bearings = planet_bearings(context, recovery)
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
+        rows = recovery.row_loads(list(bearings))
+        if rows.size:
+            arrays["planet_bearing_row_load"] = rows
     return arrays, {"body": names, "bearing": list(bearings)}
 
 

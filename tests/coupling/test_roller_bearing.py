@@ -111,6 +111,7 @@ def test_loaded_planet_bearing_is_in_equilibrium(tmp_path, make):
         else:  # helical gears tilt a planet: one row carries more
             rows = np.linalg.norm([(loads * f(psi)).sum(axis=-1) for f in (np.cos, np.sin)], axis=0)
             assert np.abs(rows[:, 0] - rows[:, 1]).min() > 0.05 * rows.max()
+            assert recovery.row_loads([bearing.name])[:, 0] == pytest.approx(rows, rel=1e-12)
 
 
 @pytest.mark.parametrize("make", [lumped, flexible])

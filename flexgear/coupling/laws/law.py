@@ -26,7 +26,8 @@ class Law:
     that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
     (r,) of the rows of an element with the given parameters, for modes and what is linear;
     stated_by: the parameters of the law where a bearing of a case states it, else None; part_loads:
-    loads (t, …) of the bearing's parts from parameters and motions (t, r), where it has parts.
+    loads (t, rows, parts) N of the parts of its rows, evenly spaced from the bearing's x axis on,
+    from parameters and motions (t, r), where it has parts.
     """
 
     name: str
