@@ -21,7 +21,7 @@ mid-plane, and stiffness may be a wave over the base pitch in place of single pa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -164,9 +164,9 @@ def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array
 
 
 def planetary_paths(
-    g: StageGeometry, stage: TrainStage, planet_hand: str, law: Callable[[str], Law]
+    g: StageGeometry, stage: TrainStage, planet_hand: str, laws: Mapping[str, Law]
 ) -> dict[str, GearMeshPath]:
-    """Paths of all four kinds of a planetary stage; law: pair stiffness of "ring" and "sun"."""
+    """Paths of all four kinds of a planetary stage; laws: pair stiffness with "ring", "sun"."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     cos_bb = math.cos(g.base_helix_angle)
     zero = np.zeros(len(phi), np.int64)
@@ -199,7 +199,7 @@ def planetary_paths(
             planet_hand=planet_hand,
             half_face=stage.face_width / 2,
             mirrored=kind.endswith("back"),
-            law=law("ring" if kind.startswith("ring") else "sun"),
+            law=laws[kind.removesuffix("_back")],
         )
         for kind, start in starts.items()
     }

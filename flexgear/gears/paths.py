@@ -93,24 +93,22 @@ def _half_paths(
     view: StageView, g: StageGeometry, forces: Mapping[str, float], hand: str
 ) -> dict[str, GearMeshPath]:
     """Paths of a stage with one helix, or of one half; hand: of the planets."""
-
-    def law(slot: str) -> Law:
-        return pair_law(view, g, slot, forces[slot])
-
+    laws = {slot: pair_law(view, g, slot, forces[slot]) for slot in g.gear_meshes}
     if view.stage.kind == "parallel":
-        paths = _parallel_paths(view, g, law("sun"), hand)
+        paths = _parallel_paths(view, g, laws["sun"], hand)
     else:
-        paths = planetary_paths(g, view.stage, hand, law)
-    gaps = {k: _gap_grid(view, k.removesuffix("_back"), path, law) for k, path in paths.items()}
+        paths = planetary_paths(g, view.stage, hand, laws)
+    gaps = {}
+    for kind, path in paths.items():
+        slot = kind.removesuffix("_back")
+        gaps[kind] = _gap_grid(view, slot, path, laws[slot])
     if view.gear_mesh.model in PER_PAIR_MODELS:
         return {kind: replace(path, gap_grid=gaps[kind]) for kind, path in paths.items()}
     waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
     return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
 
 
-def _gap_grid(
-    view: StageView, slot: str, path: GearMeshPath, law: Callable[[str], Law]
-) -> NDArray[np.float64]:
+def _gap_grid(view: StageView, slot: str, path: GearMeshPath, law: Law) -> NDArray[np.float64]:
     """Gap of modified flanks along a path; InputError where no path is followed."""
     names = ("gear", "pinion") if view.stage.kind == "parallel" else ("planet", slot)
     reach = path.center_distance * math.sin(path.alpha)
@@ -139,7 +137,7 @@ def _gap_grid(
             'use "per_pair" or "lumped", or take the relief out',
         )
     ends_of = (path.s_lo, path.s_hi)
-    return mean_gap(path.s_grid, law(slot), ends_of, path.slope, path.half_face, gaps)
+    return mean_gap(path.s_grid, law, ends_of, path.slope, path.half_face, gaps)
 
 
 def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:
