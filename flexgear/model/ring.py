@@ -85,6 +85,11 @@ class Ring(FeMeshSource):
         """All bolt circles."""
         return (self.bolts,) if isinstance(self.bolts, Bolts) else self.bolts
 
+    def first_bolt(self, circle: Bolts) -> int:
+        """Number of a circle's first bolt: bolts are numbered through all circles."""
+        before = self.bolt_circles[: self.bolt_circles.index(circle)]
+        return 1 + sum(other.number for other in before)
+
     def bolted_end(self, circle: Bolts) -> End:
         """The face in which a circle's bolts act."""
         return circle.end or self.end or "+z"
@@ -96,6 +101,8 @@ class Ring(FeMeshSource):
             raise Missing("end")
         if sum(c.holes for c in circles) > 1:
             raise Refusal("bolts", "more than one circle has holes", "mesh those of one circle")
+        if any(circles.index(c) < k for k, c in enumerate(circles)):
+            raise Refusal("bolts", "the same circle is listed twice", "list it once")
         torsion = [c.number * c.stiffness_tangential for c in circles]
         torsion += [band.stiffness_torsion for band in (*self.fits, *self.splines)]
         if any(torsion):

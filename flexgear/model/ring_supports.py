@@ -31,14 +31,13 @@ def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
     """Fits, splines, then bolts circle by circle, numbered through."""
     out = [_band(f"fit_{k}", band) for k, band in enumerate(ring.fits, 1)]
     out += [_band(f"spline_{k}", band) for k, band in enumerate(ring.splines, 1)]
-    number = 0
     for b in ring.bolt_circles:
         end, arm = ring.bolted_end(b), 0.5 * b.circle_diameter
         z = math.copysign(0.5 * face_width, 1.0 if end == "+z" else -1.0)
         along = (b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial)
         for k in range(b.number):
-            number += 1
-            angle, node = b.first_angle + 2 * math.pi * k / b.number, f"bolt_{number:02d}"
+            node = f"bolt_{ring.first_bolt(b) + k:02d}"
+            angle = b.first_angle + 2 * math.pi * k / b.number
             out.append(
                 RingSupport(
                     node=node,

@@ -114,6 +114,7 @@ def test_one_circle_may_be_a_table_or_a_list(tmp_path):
         ("[ring.bolts]\n" + BOLTS, {"ring.bolts.number": "x"}, "ring.bolts.number: 'x' is not"),
         (circle("+z"), {"ring.bolts.number": "4"}, "ring.bolts.number: bolts is a list"),
         (circle("+z") * 2, {"ring.bolts.1.end": "'-x'"}, "ring.bolts.1.end: '-x' is unknown"),
+        (circle("+z") * 2, {}, "ring.bolts: the same circle is listed twice"),
     ],
 )
 def test_supports_that_cannot_be_meant_are_refused(tmp_path, supports, settings, says):

@@ -9,6 +9,7 @@ from flexgear.model.load import load_case
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import ring_groups, ring_of_case
 from flexgear.structures.fe_mesh.placement import Placement, check_place
+from flexgear.structures.interfaces import ring_interface
 
 STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
 BAND = """z_mm = {z}
@@ -58,3 +59,24 @@ def test_it_is_reduced_by_sectors_and_its_torsion_is_the_springs(case):
     assert spline[5] + fit[5] == pytest.approx(72.0, rel=1e-9)
     assert np.abs(np.concatenate([spline[:5], fit[:5]])).max() < 1e-6
     assert q[body.node_slice("spline_1")][5] == pytest.approx(spline[5] / 5e6, rel=1e-9)
+
+
+def test_holes_of_any_circle_are_numbered_through_all(tmp_path):
+    before, rest = STAGE.split("[ring.bolts]\n")
+    bolts, after = rest.split("[carrier]\n")
+    fewer = bolts.replace("number = 8", "number = 4\nfirst_angle_deg = 22.5\nholes = true")
+    held = f'[[ring.bolts]]\n{bolts}[[ring.bolts]]\nend = "+z"\n{fewer}'
+    before = before.replace("thickness_mm = 9", "thickness_mm = 12")
+    file = tmp_path / "stage.toml"
+    file.write_text(
+        f"{before}{held}[carrier]\n{after}".replace("thickness_mm = 9", "thickness_mm = 12")
+    )
+    case = load_case(file, {"solver.fidelity": "quick"})
+    fe_mesh, groups = ring_of_case(case), ring_groups(case)
+    check_place(fe_mesh, groups, Placement(), "generated")
+    walls = {name for name in fe_mesh.facets if name.startswith("bolt")}
+    assert walls == {f"bolt_{k:02d}" for k in range(9, 13)} == set(groups.needed) & walls
+    assert "end_minus" in groups.needed and "end_plus" not in groups.needed
+    model = build._model(case, fe_mesh)
+    names = ring_interface(case, model).node_names[72:]
+    assert names == tuple(f"bolt_{k:02d}" for k in range(1, 13))

@@ -66,7 +66,8 @@ class RingMeshParameters:
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
     module; the sign of profile_shift is stated in gears/tooth.py. fits: (z_low, z_high) of each
     housing fit's band, splines likewise. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt
-    circle. other_bolts: (number, circle diameter, diameter) of more circles, without holes.
+    circle, and named from first_bolt on. other_bolts: (number, circle diameter, diameter) of more
+    circles, without holes.
     """
 
     teeth: int = 93
@@ -85,6 +86,7 @@ class RingMeshParameters:
     bolt_diameter: float = 0.056
     bolt_holes: bool = False
     first_bolt_angle: float = 0.0
+    first_bolt: int = 1
     fits: tuple[Band, ...] = ((-0.215, -0.155), (0.155, 0.215))
     splines: tuple[Band, ...] = ()
     other_bolts: tuple[tuple[int, float, float], ...] = ()
@@ -110,6 +112,7 @@ class RingMeshParameters:
                 "bolt_diameter": circles[0].diameter,
                 "bolt_holes": circles[0].holes,
                 "first_bolt_angle": circles[0].first_angle,
+                "first_bolt": ring.first_bolt(circles[0]),
             }
         return cls(
             teeth=gear.teeth,
@@ -339,7 +342,7 @@ def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
             key = f"ring.{kind}s.{int(number) - 1}"
             raise InputError(p.where, key, "the band is too narrow", "make it wider")
         facets[name] = wall(section.outer, inside)
-    for k, lines in enumerate(section.holes, 1):
+    for k, lines in enumerate(section.holes, p.first_bolt):
         facets[f"bolt_{k:02d}"] = wall(lines)
     facets["outer"] = wall(section.outer)
     facets["end_minus"] = section.quads[:, ::-1]
