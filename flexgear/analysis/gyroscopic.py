@@ -235,7 +235,8 @@ def excitation_lines(
 
 
 def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Crossing, ...]:
-    """All crossings of lines with modes within the factors, rising in factor.
+    """All crossings of lines with modes within the factors, rising in factor; where several meet at
+    one, to nine digits, in the order of modes.
 
     Frequencies are taken as straight between factors: the error falls with the square of the
     spacing. Rigid motions, which every line meets at rest, do not count.
@@ -251,4 +252,4 @@ def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Cros
                 found.append(Crossing(line, mode, float(at), float(line.slope * at)))
             for i in np.flatnonzero((g == 0) & (f > 0)):
                 found.append(Crossing(line, mode, float(s[i]), float(f[i])))
-    return tuple(sorted(found, key=lambda c: (c.factor, c.mode)))
+    return tuple(sorted(found, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))
