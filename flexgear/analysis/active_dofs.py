@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TERMS = 2 + 6 * BLOCKS  # most dofs of a row
 ONE = np.uint64(1)
-COUNTS = np.dtype([("dofs", np.int64), ("ports", np.int64), ("blocks", np.int64)])
+COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh")])
 
 
 class Channels(NamedTuple):
@@ -43,7 +43,7 @@ class Channels(NamedTuple):
 class ActiveDofs(NamedTuple):
     """Work space for C dofs: ports, then groups of two (lines of action) or six (blocks)."""
 
-    counts: Any  # (1,) COUNTS
+    counts: Any  # (1,) COUNTS; fresh: 1 where the dofs have changed since that was noted
     channel: IntArray  # (C,) of each dof
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
@@ -198,6 +198,7 @@ def gather(active, channels, rows, n, last_rows, last):
         for j in range(active.modes.shape[1]):
             active.modes[d, j] = channels.modes[c, j]
     fill(active.gathered, 0)
+    counts.fresh = 1
     return True
 
 
@@ -242,15 +243,18 @@ def modal_forces(active, force, out):
             add(out[first:stop], force[d], active.modes[d, first:stop])
 
 
-@njit(**INNER, fastmath=FAST)
-def add_residual(active, level, force, out):
-    """out += R f at the active dofs."""
+@njit(**INNER)
+def add_residual(active, level, force, image, out):
+    """out += R f at the active dofs; image (2 C,) gets G f and R f."""
     dofs, table = active.counts[0].dofs, active.receptance[level]
+    fill(image[: 2 * dofs], 0.0)
     for d in range(dofs):
         if force[d] != 0.0:
-            own = table[2 * d * dofs : 2 * (d + 1) * dofs]
-            for c in range(dofs):
-                out[c] += force[d] * own[2 * c + 1]
+            low, high = active.reach[d, 0], active.reach[d, 1]
+            at = 2 * d * dofs
+            add(image[low:high], force[d], table[at + low : at + high])
+    for d in range(dofs):
+        out[d] += image[2 * d + 1]
 
 
 @njit(**INNER)

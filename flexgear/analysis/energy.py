@@ -53,19 +53,24 @@ LEFT_OVER = {  # what is stored less what entered
     "parametric_work": -1.0,
 }
 KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC = range(8)
-BOOKED = np.dtype([("tracked", np.int64), ("rows", np.int64), ("elements", np.int64)])
+BOOKED = np.dtype(
+    [("tracked", np.int64), ("rows", np.int64), ("elements", np.int64), ("potential", float)]
+)
+LAST, FRESH, SPARE = range(3)
 
 
 class Ledger(NamedTuple):
     """Rows of the last step, and work space; row vectors are (R,)."""
 
-    booked: Any  # (1,) BOOKED: whether energy is tracked; rows and elements of the last step
+    booked: (
+        Any  # (1,) BOOKED: whether energy is tracked; rows, elements, potential of the last step
+    )
     rows: Rows
     on_dofs: DofRows
-    lost: Array  # force without a potential of the last step, N
-    fresh: Array  # the same of this step
+    lost: Array  # (3, R) force without a potential of the last step and of this one, N; work
     now: Array  # (2, R) δ at the new motion, and a rate of zero
     before: Array  # (2, R) the same at the old motion
+    delta: Array  # δ of the last step's rows at its motion
     force: Array  # (n_c,) on all channels at the last step
 
 
@@ -135,28 +140,26 @@ def motion_before(active, level, state, work, ledger):
     put(eta, state.eta)
     motions(active, eta, eta, dofs.before, dofs.before)
     for d in range(active.counts[0].dofs):
-        dofs.image[d] = ledger.force[active.channel[d]]
-    add_residual(active, level, dofs.image, dofs.before)
+        dofs.motion[d] = ledger.force[active.channel[d]]
+    add_residual(active, level, dofs.motion, dofs.image, dofs.before)
 
 
 @njit(**PART)
 def settle(laws, modal, count, n, state, work, ledger):
     """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
 
-    work.dofs holds the motion of the active dofs at the last step in ``before`` and at this one in
-    ``motion``; n rows of ``count`` elements, without the brake.
+    work.dofs holds the motion of the active dofs at the last step in ``before``, at this one in
+    ``motion``, and R f in ``image``; n rows of ``count`` elements, without the brake.
     """
     energy, dofs, booked, rows = state.energy, work.dofs, ledger.booked[0], work.rows
     taken = _book_modes(modal, state, work.modes, energy)
-    now, before = ledger.now, ledger.before
-    elastic = 0.0
+    now, before, lost, delta = ledger.now, ledger.before, ledger.lost, work.problem.motion[0, :n]
     for d in range(work.active.counts[0].dofs):
-        elastic += 0.5 * dofs.force[d] * (dofs.motion[d] - dofs.image[d])
-    energy[ELASTIC] += elastic
-    _approach(rows, work.on_dofs, n, dofs.motion, now)
-    potential = _potential(laws, rows, count, now, work.space, ledger.fresh)
+        energy[ELASTIC] += 0.5 * dofs.force[d] * dofs.image[2 * d + 1]
+    put(now[0], delta)
+    potential = _potential(laws, rows, count, now, work.space, lost[FRESH])
     for i in range(n):
-        ledger.fresh[i] = work.problem.force[i] - ledger.fresh[i]
+        lost[FRESH, i] = work.problem.force[i] - lost[FRESH, i]
     if booked.rows >= 0:
         ports = state.torques.shape[0]
         for t in range(ports):
@@ -165,20 +168,17 @@ def settle(laws, modal, count, n, state, work, ledger):
             energy[INPUT if t < ports - 1 else BRAKE] += moved
         energy[DAMPING] += taken
         _approach(rows, work.on_dofs, n, dofs.before, before)
-        energy[LOST] += 0.5 * _work(ledger.fresh, now, before, n)
-        spare = work.problem.motion[0]
-        energy[PARAMETRIC] += 0.5 * potential
-        energy[PARAMETRIC] += 0.5 * _potential(laws, rows, count, before, work.space, spare)
+        energy[LOST] += 0.5 * _work(lost[FRESH], now, before, n)
+        was = _potential(laws, rows, count, before, work.space, lost[SPARE])
         last = ledger.rows
         place_rows(work.active, last, booked.rows, ledger.on_dofs)
         _approach(last, ledger.on_dofs, booked.rows, dofs.motion, now)
-        _approach(last, ledger.on_dofs, booked.rows, dofs.before, before)
-        energy[LOST] += 0.5 * _work(ledger.lost, now, before, booked.rows)
-        for motion in (now, before):
-            energy[PARAMETRIC] -= 0.5 * _potential(
-                laws, last, booked.elements, motion, work.space, spare
-            )
+        put(before[0], ledger.delta[: booked.rows])
+        energy[LOST] += 0.5 * _work(lost[LAST], now, before, booked.rows)
+        goes = _potential(laws, last, booked.elements, now, work.space, lost[SPARE])
+        energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
     energy[ELEMENTS] = potential
-    put(ledger.lost, ledger.fresh)
+    put(lost[LAST], lost[FRESH])
+    put(ledger.delta, delta)
     _copy_rows(rows, n, count, ledger.rows)
-    booked.rows, booked.elements = n, count
+    booked.rows, booked.elements, booked.potential = n, count, potential

@@ -5,18 +5,18 @@ Errors e enter only the right side of the contact problem of a position (``equil
     A x = b(e) + y,   x ≥ 0, y ≥ 0, x·y = 0 on one-sided rows,   y = 0 on all others,
 
 x being pair forces, rigid motions and reactions, y the gaps of unloaded rows times their stiffness.
-Let S be what perfect gears load: working flanks and all two-sided rows; the rest are back flanks.
+Let S be what perfect gears load: the flanks that carry and all two-sided rows; B are the others.
 A_SS is inverted once for all sets of errors, and with x and y = 0 for the others
 
     x_S = A_SS⁻¹ b_S(e),   y_B = A_BS x_S − b_B(e).
 
 Where both are ≥ 0, that is the answer. Rows of S that pull are let go by the complementary problem
 w = x + Q z, w ≥ 0, z ≥ 0, w·z = 0 among them, Q being rows and columns of A_SS⁻¹; and only where
-back flanks are loaded, too, the whole problem is solved for that set. As A is positive definite but
-for the given rotations, the answer is unique: it is that of ``equilibrium.revolution``, but back
+flanks of B are loaded, too, the whole problem is solved for that set. As A is positive definite but
+for the given rotations, the answer is unique: it is that of ``equilibrium.revolution``, but all
 flanks are watched at every position. Sums run in the same order for any number of sets, so that a
-set's forces do not depend on its company. Bearings with clearance are no linear rows: such trains
-are solved one set after the other.
+set's forces do not depend on its company. Bearings with a law of their own are no linear rows: such
+trains are solved one set after the other.
 """
 
 from __future__ import annotations
@@ -267,7 +267,7 @@ def _base(q0, influence, places, errors):
 
 @njit(cache=True)
 def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
-    """Turn x_S and y_B (c, J) into forces: those of S, of back flanks 0 where nothing parts."""
+    """Turn x_S and y_B (c, J) into forces: those of S, and 0 in B where nothing parts."""
     (c, count), rows, active = x.shape, work.rows, work.contact.active
     wrong = np.zeros(count, dtype=np.int64)
     for a in range(c):

@@ -55,7 +55,7 @@ def law(stiffness: Array, damping: Array, delta: Array, rate: Array) -> tuple[Ar
 def reference_transient(
     system: System, drive: Drive, motion: Array, velocity: Array, *, time_step: float, steps: int
 ) -> ReferenceRun:  # fmt: skip
-    """Run ``steps`` steps from physical motion and velocity (d,); front flanks only.
+    """Run ``steps`` steps from physical motion and velocity (d,); the flanks that carry only.
 
     The brake law is linearised at the extrapolated speed, as in the fast step.
     """

@@ -64,12 +64,12 @@ def step_error(h, level, modal, state, work, n, load):
     for j in range(modal.omega2.shape[0]):
         gained = modes.acceleration[j] + modes.push[j] - state.acceleration[j]
         modes.spare[j] = h * h / 12.0 * modal.inverse[level, j] * gained
-    motions(work.active, modes.spare, modes.spare, dofs.motion, dofs.motion)
+    motions(work.active, modes.spare, modes.spare, dofs.image, dofs.image)
     worst = 0.0
     for i in range(n):
         row = work.rows.row[i]
         if row.sided == 0 or force[i] != 0.0:
-            worst = max(worst, row.stiffness * abs(row_value(work.on_dofs, i, dofs.motion)))
+            worst = max(worst, row.stiffness * abs(row_value(work.on_dofs, i, dofs.image)))
     return worst / load
 
 

@@ -132,7 +132,7 @@ def _contact(laws, share, level, n, count, state, work):
     fill(dofs.force[: work.active.counts[0].dofs], 0.0)
     given = state.torques.shape[0] - 1
     put(dofs.force, work.modes.torques[:given])
-    add_residual(work.active, level, dofs.force, dofs.free)
+    add_residual(work.active, level, dofs.force, dofs.image, dofs.free)
     for i in range(n + 1):
         problem.free[0, i] = work.rows.row[i].offset + row_value(on_dofs, i, dofs.free)
         problem.free[1, i] = row_value(on_dofs, i, dofs.free_rate)
@@ -179,10 +179,13 @@ def _book(laws, data, level, n, count, state, work, ledger):
     """Energies of a step that stands."""
     active, dofs, modes = work.active, work.dofs, work.modes
     many = active.counts[0].dofs
-    motion_before(active, level, state, work, ledger)
+    if active.counts[0].fresh == 1:
+        motion_before(active, level, state, work, ledger)
+        active.counts[0].fresh = 0
+    else:
+        put(dofs.before, dofs.motion[:many])
     motions(active, modes.free, modes.free, dofs.motion, dofs.motion)
-    put(dofs.image, dofs.motion[:many])
-    add_residual(active, level, dofs.force, dofs.motion)
+    add_residual(active, level, dofs.force, dofs.image, dofs.motion)
     settle(laws, data.modal, count, n, state, work, ledger)
     fill(ledger.force, 0.0)
     for d in range(many):

@@ -64,10 +64,10 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         booked=booked,
         rows=last,
         on_dofs=dof_rows(count),
-        lost=np.zeros(count),
-        fresh=np.zeros(count),
+        lost=np.zeros((3, count)),
         now=np.zeros((2, count)),
         before=np.zeros((2, count)),
+        delta=np.zeros(count),
         force=np.zeros(len(modal.channels) + 3 * len(pairs.s0)),
     )
     return Space(work, ledger)
@@ -78,7 +78,7 @@ def begin(space: Space, data: StepData) -> None:
     active = space.work.active
     counts = active.counts[0]
     ports = 6 * counts["blocks"] + np.arange(counts["ports"])
-    active.place[:], active.gathered[:], counts["dofs"] = -1, 0, len(ports)
+    active.place[:], active.gathered[:], counts["dofs"], counts["fresh"] = -1, 0, len(ports), 1
     active.channel[: len(ports)] = ports
     active.modes[: len(ports)] = data.channels.modes[ports]
     active.span[: len(ports)] = data.channels.span[ports]

@@ -29,7 +29,7 @@ def products(active, on_dofs, n, eta, force, image, d, w, out):
     ad.row_receptances(active, 0, SHARE, on_dofs, n, image, d, w)
     ad.motions(active, eta, eta, out[0], out[1])
     ad.modal_forces(active, force, out[2])
-    ad.add_residual(active, 0, force, out[3])
+    ad.add_residual(active, 0, force, image, out[3])
     for i in range(n):
         out[4, i] = ad.row_value(on_dofs, i, out[0])
         ad.add_row(on_dofs, i, 1.0, out[5])
