@@ -34,7 +34,9 @@ Array = NDArray[np.float64]
 TRIES = 60  # linear problems until all laws agree
 CAUTIOUS = 20  # tries after which one element changes at a time
 AGREES = 1e-10  # of the largest force, by which a law and its answer may differ
-TOUCHING = 1.0  # m: the motion about which elements are linearised that were not there before
+# m: the motion about which elements are linearised that were not there before; next to nothing,
+# for F₀ − k δ₀ is rounding that small loads must stand out of
+TOUCHING = 1e-30
 
 
 class ContactProblem(NamedTuple):
