@@ -113,8 +113,10 @@ def _helper() -> Iterator[ProcessPoolExecutor]:
     try:
         yield pool
     finally:
-        with suppress(OSError, BrokenProcessPool):  # it may be gone
-            os.kill(number.result(), getattr(signal, "SIGKILL", signal.SIGTERM))
+        with suppress(BrokenProcessPool):  # it is gone, and its number may be another's
+            for child in multiprocessing.active_children():
+                if child.pid == number.result():
+                    child.kill()
         pool.shutdown(wait=False)
 
 
