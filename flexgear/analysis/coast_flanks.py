@@ -103,7 +103,7 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
 
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
     """
-    fewest, meshes, rows, speed = NONE, data.elements.gears.mesh, work.rows, work.back_speed
+    fewest, meshes, rows, speed = NONE, data.elements.gears.mesh, work.rows, work.closing_speed
     for m in range(meshes.shape[0]):
         b = meshes[m].back
         if b < 0:

@@ -73,7 +73,7 @@ class Work(NamedTuple):
     on_dofs: DofRows
     problem: ContactProblem
     space: LawSpace
-    back_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s
+    closing_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s
 
 
 class Samples(NamedTuple):

@@ -56,7 +56,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         on_dofs=dof_rows(count),
         problem=contact_problem(count),
         space=law_space(len(rows.element), widest(pairs)),
-        back_speed=np.zeros(len(pairs.s0)),
+        closing_speed=np.zeros(len(pairs.s0)),
     )
     booked = np.zeros(1, dtype=BOOKED)
     booked["tracked"], booked["rows"] = int(track_energy), -1

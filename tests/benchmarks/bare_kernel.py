@@ -50,8 +50,8 @@ def bare_data(modal: ModalSystem, time_step: float) -> BareData:
     channels = np.append(channels, len(modal.channels) - ports + np.arange(ports))
     data = step_data(modal, time_step)
     return BareData(
-        np.ascontiguousarray(data.channel_modes[channels]),
-        np.ascontiguousarray(data.displacement[0][np.ix_(channels, channels)]),
+        np.ascontiguousarray(data.channels.modes[channels][:, : len(modal.omega)]),
+        np.ascontiguousarray(data.channels.displacement[0][np.ix_(channels, channels)]),
         place,
         width,
         rows.coef[:n].copy(),
