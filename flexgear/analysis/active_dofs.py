@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TERMS = 2 + 6 * BLOCKS  # most dofs of a row
 ONE = np.uint64(1)
-COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh")])
+COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
 
 class Channels(NamedTuple):
@@ -43,7 +43,8 @@ class Channels(NamedTuple):
 class ActiveDofs(NamedTuple):
     """Work space for C dofs: ports, then groups of two (lines of action) or six (blocks)."""
 
-    counts: Any  # (1,) COUNTS; fresh: 1 where the dofs have changed since that was noted
+    counts: Any  # (1,) COUNTS; fresh: 1 where the dofs have changed since that was noted;
+    # head: dofs of ports and lines of action, which come first
     channel: IntArray  # (C,) of each dof
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
@@ -68,6 +69,7 @@ class DofRows(NamedTuple):
     """Rows V_i on the active dofs, terms one after the other: value[t] at dof[t]."""
 
     first: IntArray  # (R + 1,) first term of a row
+    since: IntArray  # (R + 1,) first dof behind the head that a row or one after it acts on
     dof: NDArray[np.uint64]  # (T,); unsigned: never counted from the end
     value: Array  # (T,)
 
@@ -134,9 +136,8 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
 
 def dof_rows(count: int) -> DofRows:
     """Work space for so many rows."""
-    return DofRows(
-        np.zeros(count + 1, np.int64), np.zeros(count * TERMS, np.uint64), np.zeros(count * TERMS)
-    )
+    first, since = np.zeros((2, count + 1), np.int64)
+    return DofRows(first, since, np.zeros(count * TERMS, np.uint64), np.zeros(count * TERMS))
 
 
 @njit(**INNER)
@@ -192,6 +193,8 @@ def gather(active, channels, rows, n, last_rows, last):
     for lines in (True, False):
         _place_rows(active, channels, rows, n, lines)
         _place_rows(active, channels, last_rows, last, lines)
+        if lines:
+            counts.head = counts.dofs
     for d in range(counts.dofs):
         c = active.channel[d]
         active.span[d, 0], active.span[d, 1] = channels.span[c, 0], channels.span[c, 1]
@@ -275,6 +278,12 @@ def place_rows(active, rows, n, out):
                 dof[t], value[t] = d + p, rows.coef[i, a, p]
                 t += 1
     out.first[n] = t
+    least = out.since[n] = active.counts[0].dofs
+    for i in range(n - 1, -1, -1):
+        row = rows.row[i]
+        for a in range(row.beyond, row.width):
+            least = min(least, active.place[rows.blocks[i, a]])
+        out.since[i] = least
 
 
 @njit(**INNER)
@@ -295,13 +304,18 @@ def add_row(rows, i, factor, vector):
 
 @njit(**INNER)
 def _image(active, table, rows, j, image):
-    """G V_j and R V_j at all active dofs, two terms of the row at once."""
+    """G V_j and R V_j at the dofs of row j and those after it, two terms of the row at once.
+
+    Where a dof does not move the head, what is needed of it begins with those rows' blocks.
+    """
     width, stop = 2 * active.counts[0].dofs, rows.first[j + 1]
+    head, since = 2 * active.counts[0].head, 2 * rows.since[j]
     fill(image[:width], 0.0)
     for t in range(rows.first[j], stop, 2):
         last = min(t + 1, stop - 1)
         d, e = np.int64(rows.dof[t]), np.int64(rows.dof[last])
         low = min(active.reach[d, 0], active.reach[e, 0])
+        low = max(low, since) if low >= head else low
         high = max(active.reach[d, 1], active.reach[e, 1])
         add_two(
             image[low:high], rows.value[t], table[d * width + low : d * width + high],
