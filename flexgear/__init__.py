@@ -1,7 +1,14 @@
-"""flexgear: dynamics of planetary stages whose ring, carrier and sun shaft bend, and of trains.
+"""flexgear: dynamics of planetary gear trains whose rings, carriers and shafts bend.
 
-The public face. Names are imported when they are first used, so that `import flexgear` is fast and
-a command that needs no FE mesh never loads gmsh.
+The public face: from a case to a labelled result.
+
+    case = flexgear.load_case("wind-5mw")
+    model = flexgear.assemble(case, rigid=["ring"])
+    static = flexgear.static(model, carrier_angle=[0.0, 0.1])
+    run = flexgear.transient(model, duration=0.5)
+
+Names are imported when they are first used, so that `import flexgear` is fast and a command that
+needs no FE mesh never loads gmsh.
 """
 
 from __future__ import annotations
@@ -13,28 +20,22 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
-    "FlexibleStage": "flexgear.model.flexible_stage",
     "Case": "flexgear.model.case",
     "load_case": "flexgear.model.load",
-    "load_stage": "flexgear.model.load",
     "FlexgearError": "flexgear.model.errors",
     "InputError": "flexgear.model.errors",
-    "stage_geometry": "flexgear.gears.geometry",
     "power_flow": "flexgear.gears.power_flow",
-    "ring_body": "flexgear.structures.build",
-    "carrier_body": "flexgear.structures.build",
-    "Variant": "flexgear.coupling.system",
-    "build_system": "flexgear.coupling.build",
-    "train_system": "flexgear.coupling.train",
-    "modal_system": "flexgear.coupling.modal",
+    "Model": "flexgear.solve.model",
+    "assemble": "flexgear.solve.model",
+    "static": "flexgear.solve.static",
+    "modes": "flexgear.solve.modes",
+    "campbell": "flexgear.solve.modes",
+    "transient": "flexgear.solve.transient",
+    "deformed": "flexgear.solve.deformed",
+    "run": "flexgear.solve.run",
+    "stage_part": "flexgear.results.stage_part",
     "radial_harmonics": "flexgear.results.harmonics",
-    "load_sharing": "flexgear.results.load_sharing",
-    "stage_bodies": "flexgear.studies.stage_bodies",
-    "stage_modal": "flexgear.studies.stage_bodies",
-    "variant_of": "flexgear.studies.stage_bodies",
-    "equilibria": "flexgear.studies.single_runs",
-    "simulate": "flexgear.studies.single_runs",
-    "run_stage": "flexgear.studies.stage_run",
+    "sweep": "flexgear.studies.sweep",
     "tolerance": "flexgear.studies.tolerance",
 }
 

@@ -8,7 +8,8 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_case
+from flexgear.model.case import case_of_stage
+from flexgear.model.load import load_stage
 
 TORQUE = 4e6
 CLEAN = {  # no manufacturing errors
@@ -19,7 +20,8 @@ CLEAN = {  # no manufacturing errors
 
 
 def make_case(**overrides):
-    return load_case("wind-5mw", overrides={**CLEAN, **overrides})
+    """The bundled stage; ``case_of_stage`` makes a case of it."""
+    return load_stage("wind-5mw", overrides={**CLEAN, **overrides})
 
 
 def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
@@ -37,10 +39,17 @@ def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
     return ring, carrier
 
 
+def stage_system(stage, bodies, variant=None, stiffening=None):
+    """A flexible stage alone, coupled; its bodies are "stage.ring", "stage.carrier", …"""
+    own = Variant(stage.ring.flexible, stage.carrier.flexible, stage.shaft.flexible)
+    variants = {"stage": variant or own}
+    return build_system(case_of_stage(stage), {"stage": bodies}, variants, stiffening)
+
+
 def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):
     case = make_case(**overrides)
     ring, carrier = bodies or make_bodies(case)
-    return build_system(case, ring, carrier, variant or Variant(), stiffening)
+    return stage_system(case, (ring, carrier), variant or Variant(), stiffening)
 
 
 def shaped(result, name="pair_load"):

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.model.case import Case, validated_train
-from flexgear.model.flexible_stage import FlexibleStage, validated_case
+from flexgear.model.case import Case, case_of_stage, validated_case
+from flexgear.model.flexible_stage import FlexibleStage, validated_stage
 from flexgear.model.read import Written
 from flexgear.model.section import Section, quantity_of, section_of
 
@@ -27,7 +27,7 @@ UNITS = {
     "J": 3, "W": 2,
 }  # fmt: skip
 MIXED = {"m, rad": (1, 0), "N, N m": (2, 3)}  # of the dofs ux … uz and rx … rz
-ALONE = 1e-9  # of a frequency: one that is closer to the next is the same
+ALONE = 1e-6  # of a frequency: shapes of closer ones are mixed by rounding
 MODE_SHAPE = (-1.5, -2.5)  # at a modal mass of 1 kg
 SUFFIXES = {
     "_mm": 1, "_um": 1, "_m": 1, "_s": 1, "_hz": -1, "_rpm": -1, "_n": 2, "_nm": 3, "_w": 2,
@@ -35,11 +35,13 @@ SUFFIXES = {
 }  # fmt: skip
 
 
-def similar(case: FlexibleStage | Case, factor: float) -> Any:
+def similar(case: Case, factor: float) -> Case:
     """The case ``factor`` times as large: all that it says, and nothing that it leaves open."""
-    data = _scaled(type(case), case.model_dump(exclude_unset=True), factor)
-    make = validated_train if isinstance(case, Case) else validated_case
-    return make(data, "similar", Written())
+    if case.alone is not None:
+        data = _scaled(FlexibleStage, case.alone.model_dump(exclude_unset=True), factor)
+        return case_of_stage(validated_stage(data, "similar", Written()))
+    data = _scaled(Case, case.model_dump(exclude_unset=True), factor)
+    return validated_case(data, "similar", Written())
 
 
 def _scaled(section: type[Section], data: dict[str, Any], factor: float) -> dict[str, Any]:

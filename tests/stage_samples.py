@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from coupled import make_bodies
 
+from flexgear.solve.bodies import StageBodies
 from flexgear.structures.reduced import ReducedBody
-from flexgear.studies.stage_bodies import StageBodies
 
 REPORT = {
     "fe_dofs": 24,

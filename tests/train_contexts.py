@@ -8,14 +8,13 @@ from coupled import make_bodies
 from trains import STEEL, stage_train, write
 
 from flexgear.model.load import load_case
-from flexgear.studies.train_dataset import context_of
-from flexgear.studies.train_model import train_modal
+from flexgear.solve.model import assemble
 
 BUNDLED = ("lin-parker", "double-rotor-5mw", "nrel-5mw", "herringbone", "pitch-drive")
 
 
 def put_together(train, **options):
-    return context_of(train, train_modal(train, **options))
+    return assemble(train, **options)
 
 
 @cache

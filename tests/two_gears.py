@@ -12,10 +12,10 @@ from scipy.integrate import solve_ivp
 
 from flexgear.analysis.modes import row_vectors
 from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pairs import build_rows
-from flexgear.coupling.train import train_system
 from flexgear.model.load import load_case
 
 TORQUE = 500.0
@@ -55,7 +55,7 @@ def two_gears(folder, *, model="constant", law="one-sided", damping=0.1, speed=1
         GEARS.format(model=model, law=law, damping=damping, speed=speed, backlash=backlash),
         encoding="utf-8",
     )
-    return modal_system(train_system(load_case(path)))
+    return modal_system(build_system(load_case(path)))
 
 
 def evenly_stiff(modal):

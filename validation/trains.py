@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.transient import Collector, Drive, Transient, collected, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, modal_system
-from flexgear.coupling.train import train_system
 from flexgear.model.case import Case
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ class TrainRun:
 
 def put_together(train: Case) -> TrainRun:
     """The train with all its modes."""
-    return TrainRun(train, modal_system(train_system(train)))
+    return TrainRun(train, modal_system(build_system(train)))
 
 
 def gear_mesh_forces(found: Equilibrium | Transient) -> Array:

@@ -2,48 +2,52 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-import xarray as xr
 
-from flexgear.analysis.modes import modes as natural_modes
-from flexgear.cli.display import as_json_text, present, progress, shown, table, warn
-from flexgear.cli.long_runs import Save, kept, saved_names
-from flexgear.cli.options import (
-    AsJson,
-    CaseName,
-    Quiet,
-    Rigid,
-    Settings,
-    read_case,
-    refuse_for_stages,
-    rigid_parts,
+from flexgear.cli.analysis_views import (
+    Shown,
+    equilibrium_figures,
+    of_rings,
+    ring_histories,
+    show_campbell,
+    show_equilibria,
+    show_modes,
+    show_transient,
+    transient_figures,
 )
-from flexgear.cli.outputs import Force, OutFile, claim_file, save_or_rescue
-from flexgear.cli.train_analyses import Shown, modes_of_train, simulate_of_train, static_of_train
-from flexgear.cli.train_compare import compare_train, compare_trains
-from flexgear.coupling.build import build_system
-from flexgear.coupling.pace import stage_pace, too_coarse
-from flexgear.coupling.system import Variant
+from flexgear.cli.display import Report, present, progress, warn
+from flexgear.cli.long_runs import Save, kept, saved_names
+from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
+from flexgear.cli.outputs import Force, OutFile, claim_file
+from flexgear.coupling.pace import too_coarse
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.results.dataset import save
-from flexgear.results.flanks import GEARS, flanks_said, tooth_loads
-from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.origin import origin_of_case
 from flexgear.results.sinks import Ranges, Several
-from flexgear.results.summary import RPM, finite, sharing_summary, stage_histories
-from flexgear.studies.long_run import refuse_endless
-from flexgear.studies.reduction_warnings import stage_warnings
-from flexgear.studies.single_runs import equilibria, stage_stepping
-from flexgear.studies.single_runs import simulate as run_transient
-from flexgear.studies.stage_bodies import stage_bodies, stage_modal, variant_of
+from flexgear.results.summary import (
+    RPM,
+    distance_summary,
+    finite,
+    force_ranges,
+    sharing_summary_of,
+)
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.long_run import TimedRun, refuse_endless
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.modes import campbell as over_speed
+from flexgear.solve.modes import modes as natural_modes
+from flexgear.solve.modes import usual_limit
+from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.static import static as equilibria
+from flexgear.solve.transient import cut_short, stepping_of, train_histories
+from flexgear.solve.transient import simulate as run_transient
 
 
 def register(app: typer.Typer) -> None:
@@ -51,7 +55,13 @@ def register(app: typer.Typer) -> None:
     app.command()(static)
     app.command()(modes)
     app.command()(simulate)
-    app.command()(compare)
+
+
+def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:
+    """The coupled case with components of its flexible stages made rigid."""
+    model = assemble(case, rigid, bodies=reduced_bodies(case, report))
+    warn(reduction_warnings(case, model.bodies, model.system.variants))
+    return model
 
 
 def static(
@@ -71,46 +81,20 @@ def static(
     quiet: Quiet = False,
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
-    found, parts = read_case(case, settings), rigid_parts(rigid)
+    found = read_case(case, settings)
+    parts, way = rigid_parts(rigid, found), Shown(as_json, out)
     claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Case):
-        static_of_train(found, angle_deg or [0.0], torque_nm, parts, Shown(as_json, quiet, out))
-        return
+    degrees = angle_deg or [0.0]
     with progress(quiet) as report:
-        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
-        warn(stage_warnings(found, bodies.both, variant))
-        modal = stage_modal(found, bodies, variant)
-        angles = np.radians(angle_deg or [0.0])
-        _, data = equilibria(found, modal, angles, torque_nm, report)
-    if out is not None:
-        save_or_rescue(partial(save, data), out)
-    figures = {
-        f"{math.degrees(float(a)):g} deg": _position(data.isel(position=k), found.stage.planets)
-        for k, a in enumerate(angles)
+        model = put_together(found, parts, report)
+        data = equilibria(model, np.radians(degrees), torque_nm, report)
+    way.keep(data)
+    positions = {
+        f"{angle:g} deg": equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
+        for k, angle in enumerate(degrees)
     }
-    present(f"{found.name}, {data.attrs['variant']}: equilibrium", figures, as_json)
-    _wrote(out, as_json)
-
-
-def _position(data: xr.Dataset, planets: int) -> dict[str, Any]:
-    star = radial_harmonics(data["tooth_displacement"].to_numpy())
-    largest = np.abs(data["tooth_displacement"].to_numpy()).max(axis=0)
-    return {
-        "input_torque_nm": float(data["input_torque"]),
-        "output_torque_nm": float(data["output_torque"]),
-        "ring_mesh_force_n": data["ring_gear_mesh_force"].to_numpy().tolist(),
-        "sun_mesh_force_n": data["sun_gear_mesh_force"].to_numpy().tolist(),
-        "load_sharing": _number(data["load_sharing"]),
-        "planet_force_spread": float(data["planet_force_spread"]),
-        "tooth_displacement_largest_um": (1e6 * largest).tolist(),
-        f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
-        f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
-        "closure": float(data["closure"]),
-    }
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    show_equilibria(model, data, positions, way)
+    way.wrote()
 
 
 def modes(
@@ -125,7 +109,7 @@ def modes(
         float, typer.Option("--angle-deg", help="Rotation of the carrier (first input).")
     ] = 0.0,
     campbell: Annotated[
-        bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders (trains).")
+        bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders.")
     ] = False,
     out: OutFile = None,
     force: Force = False,
@@ -137,34 +121,22 @@ def modes(
     """Natural modes of the coupled train: frequencies, types, the components that move."""
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
-    found, parts = read_case(case, settings, loaded=False), rigid_parts(rigid)
+    found = read_case(case, settings, loaded=False)
+    parts, way = rigid_parts(rigid, found), Shown(as_json, out)
     claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Case):
-        way = Shown(as_json, quiet, out)
-        modes_of_train(found, limit_hz, angle_deg, parts, campbell, way)
-        return
-    refuse_for_stages(found, campbell=campbell, out=out)
-    limit_hz = stage_pace(found).band if limit_hz is None else limit_hz
     with progress(quiet) as report:
-        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
-        warn(stage_warnings(found, bodies.both, variant))
-        system = build_system(found, bodies.ring, bodies.carrier, variant)
-        result = natural_modes(system, carrier_angle=math.radians(angle_deg), limit_hz=limit_hz)
-    rows: list[dict[str, Any]] = [
-        {
-            "frequency_hz": float(f),
-            "kinetic_energy": {name: float(share[k]) for name, share in result.energy.items()},
-        }
-        for k, f in enumerate(result.frequencies)
-    ]
-    if as_json:
-        typer.echo(as_json_text({"variant": system.variant.label, "modes": rows}))
-        return
-    typer.echo(f"{found.name}, {system.variant.label}: {len(rows)} modes up to {limit_hz:g} Hz")
-    for k, row in enumerate(rows):
-        energy = sorted(row["kinetic_energy"].items(), key=lambda item: -item[1])[:3]
-        moving = ", ".join(f"{name} {100 * share:.0f} %" for name, share in energy)
-        typer.echo(f"  {k + 1:3d}  {row['frequency_hz']:10.3f} Hz   {moving}")
+        model = put_together(found, parts, report)
+        limit_hz = usual_limit(model) if limit_hz is None else limit_hz
+        if campbell:
+            data = over_speed(model, limit_hz=limit_hz)
+        else:
+            data = natural_modes(model, angle=math.radians(angle_deg), limit_hz=limit_hz)
+    way.keep(data)
+    if campbell:
+        show_campbell(model, data, way)
+    else:
+        show_modes(model, data, limit_hz, way)
+    way.wrote()
 
 
 def simulate(
@@ -176,8 +148,8 @@ def simulate(
         typer.Option("--duration-s", help="One revolution (of the slowest stage) unless given."),
     ] = None,
     torque_share: Annotated[
-        float | None, typer.Option("--torque-share", help="Of rated torque (trains).")
-    ] = None,
+        float, typer.Option("--torque-share", help="Factor on all torques.")
+    ] = 1.0,
     rigid: Rigid = None,
     energy: Annotated[bool, typer.Option("--energy", help="Keep the energy account.")] = False,
     save_only: Save = None,
@@ -185,121 +157,61 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Transient under the case's drive; a train's under constant torques."""
+    """Transient under the case's drive."""
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
-    found, parts, names = read_case(case, settings), rigid_parts(rigid), saved_names(save_only, out)
-    claim_file(out, origin_of_case(found), force)
-    if isinstance(found, Case):
-        share = 1.0 if torque_share is None else torque_share
-        if not share > 0:
-            raise InputError("--torque-share", f"{share:g}", "is not positive", "e.g. 1.5")
-        way = Shown(as_json, quiet, out, tuple(names))
-        simulate_of_train(found, duration_s, share, energy, parts, way)
-        return
-    refuse_for_stages(found, torque_share=torque_share)
-    refuse_endless(stage_stepping(found, found.drive, duration_s), found.source)
-    ranges = Ranges(stage_histories)
-    with kept(out, names, quiet) as sinks, progress(quiet) as report:
-        bodies, variant = stage_bodies(found, report), variant_of(found, parts)
-        warn(
-            [
-                *too_coarse(stage_pace(found), found.solver),
-                *stage_warnings(found, bodies.both, variant),
-            ]
-        )
-        modal = stage_modal(found, bodies, variant)
-        run = run_transient(
-            found, modal, duration=duration_s, energy=energy, progress=report,
-            sink=Several([ranges, *sinks]),
-        )  # fmt: skip
-    most = ranges.largest
-    carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
-    figures = {
-        "time_s": run.simulated,
-        "wall_time_s": run.wall,
-        "steps": int(run.data.attrs["steps"]),
-        "second_reduction": finite(modal.figures),
-        "carrier_speed_rpm": _range(ranges, "carrier_speed", RPM),
-        "ring_mesh_force_n_mean": float(ranges.mean["ring_gear_mesh_force"].mean()),
-        "carrying_flank": {gear: flanks_said(xr.Dataset(w)) for gear, w in carrying.items()},
-        **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
-        "load_sharing_max": _number(most["load_sharing"]),
-        "planet_force_spread_max": float(most["planet_force_spread"]),
-    }
-    title = f"{found.name}, {run.data.attrs['variant']}: transient"
-    if as_json:
-        present(title, {"transient": figures}, True)
-    else:
-        table(title, figures)
-    _wrote(out, as_json)
-
-
-def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
-    least, most = ranges.least[name].min(), ranges.largest[name].max()
-    return {"min": float(least) * factor, "max": float(most) * factor}
-
-
-def compare(
-    case: CaseName,
-    positions: Annotated[
-        int, typer.Option("--positions", min=1, help="Carrier angles until planets stand alike.")
-    ] = 40,
-    cycles: Annotated[
-        int | None,
-        typer.Option("--cycles", min=1, help="Gear-mesh cycles to look at (trains)."),
-    ] = None,
-    against: Annotated[
-        str | None,
-        typer.Option("--against", metavar="CASE", help="Another train: forces, bearing life."),
-    ] = None,
-    settings: Settings = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-) -> None:
-    """Flexible and rigid variants side by side; of a train its load sharing by every analysis."""
     found = read_case(case, settings)
-    if isinstance(found, Case):
-        if against is None:
-            compare_train(found, cycles, as_json, quiet)
-            return
-        other = read_case(against, None)
-        if not isinstance(other, Case):
-            raise InputError("--against", against, "is a flexible stage", "name a train")
-        compare_trains(found, other, as_json)
-        return
-    refuse_for_stages(found, cycles=cycles, against=against)
-    angles = np.linspace(0, found.stage.planet_period, positions, endpoint=False)
-    figures: dict[str, dict[str, Any]] = {}
-    with progress(quiet) as report:
-        bodies = stage_bodies(found, report)
-        warn(stage_warnings(found, bodies.both, Variant()))
-        for k, choice in enumerate(itertools.product((True, False), repeat=3)):
-            report("variants", k / 8)
-            variant = Variant(*choice)
-            _, data = equilibria(found, stage_modal(found, bodies, variant), angles)
-            figures[variant.label] = {
-                "load_sharing": sharing_summary(data),
-                "ring_tooth_load_n_max": float(tooth_loads(data, "ring").max()),
-                "tooth_displacement_um_max": 1e6 * float(np.abs(data["tooth_displacement"]).max()),
-                "sun_wind_up_mrad_mean": 1e3 * float(data["sun_displacement"].sel(dof="rz").mean()),
-            }
-        report("variants", 1.0)
-    if as_json:
-        present("", figures, True)
-        return
-    period = math.degrees(found.stage.planet_period)
-    typer.echo(f"{found.name}: equilibria at rated torque over {period:g} deg of the carrier")
-    typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
-    for label, row in figures.items():
-        k = row["load_sharing"]
-        typer.echo(
-            f"  {label:<14}{k['mean']:8.4f} {k['max']:8.4f}"
-            f" {row['ring_tooth_load_n_max'] / 1e3:15.1f}"
-            f" {row['tooth_displacement_um_max']:15.1f} {row['sun_wind_up_mrad_mean']:11.3f}"
+    parts, names = rigid_parts(rigid, found), saved_names(save_only, out)
+    claim_file(out, origin_of_case(found), force)
+    if not torque_share > 0:
+        raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
+    refuse_endless(stepping_of(found, power_flow(found), duration_s), found.source)
+    rest, account = Ranges(train_histories), Ranges(energy_account)
+    rings = {stage: Ranges(partial(ring_histories, stage)) for stage in found.flexible_stages}
+    with kept(out, names, quiet) as sinks, progress(quiet) as report:
+        model = put_together(found, parts, report)
+        short = [] if duration_s is not None else cut_short(found, model.flow)
+        warn([*too_coarse(model.pace, found.solver), *short])
+        run = run_transient(
+            model,
+            duration=duration_s,
+            torque_share=torque_share,
+            energy=energy,
+            progress=report,
+            sink=Several([rest, *rings.values(), *([account] if energy else []), *sinks]),
         )
+    figures = _figures(model, run, rest)
+    figures |= of_rings(model, {stage: transient_figures(r) for stage, r in rings.items()})
+    if energy:
+        figures["energy_residual"] = largest_residual(account)
+    if as_json:
+        present("", {"transient": figures}, True)
+    else:
+        show_transient(f"{found.name}, {model.variant}: transient", figures)
+    Shown(as_json, out).wrote()
 
 
-def _wrote(out: Path | None, as_json: bool) -> None:
-    if out is not None and not as_json:
-        typer.echo(f"\nwrote {shown(str(out))}")
+def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
+    """What a transient of any case leaves; rest: ranges after its start-up."""
+    least, mean, most = rest.least, rest.mean, rest.largest
+    return {
+        "time_s": run.simulated,
+        "settle_s": float(run.data.attrs["settle_s"]),
+        "wall_time_s": run.wall,
+        "realtime_factor": run.realtime_factor,
+        "steps": int(run.data.attrs["steps"]),
+        "second_reduction": finite(model.modal.figures),
+        "speed_rpm": {
+            str(m): {
+                "min": float(least["master_speed"].sel(master=m)) * RPM,
+                "max": float(most["master_speed"].sel(master=m)) * RPM,
+            }
+            for m in most["master"].to_numpy()
+        },
+        "port_torque_nm": {
+            str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()
+        },
+        "gear_mesh_force": force_ranges(*(d["gear_mesh_force"] for d in (least, mean, most))),
+        "load_sharing": sharing_summary_of(run.data),
+        "distance_from_axis_um_max": distance_summary(most["axis_distance"]),
+    }

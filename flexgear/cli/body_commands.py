@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from flexgear.cli.display import present, progress, warn
-from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_stage
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Quiet,
+    Settings,
+    read_case,
+    require_flexible,
+)
 from flexgear.cli.outputs import Force, claim_file, file_option
-from flexgear.coupling.pace import stage_pace
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
+from flexgear.solve.bodies import named, reduction_limit, variants_of
+from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import (
@@ -26,14 +36,18 @@ from flexgear.structures.fe_mesh import (
     ring_of_case,
     write_fe_mesh,
 )
-from flexgear.studies.reduction_warnings import stage_warnings
-from flexgear.studies.stage_bodies import named
 
 GROUPS = {"ring": ring_groups, "carrier": carrier_groups}
 MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
 BODIES = {"ring": ring_body, "carrier": carrier_body}
 Component = Annotated[
-    str, typer.Option("--component", "-c", metavar="ring|carrier|both", help="Which component.")
+    str,
+    typer.Option(
+        "--component",
+        "-c",
+        metavar="ring|carrier|both",
+        help="Which component; stage_1.ring in a train with several flexible stages.",
+    ),
 ]
 
 
@@ -43,13 +57,27 @@ def register(app: typer.Typer) -> None:
     app.command()(reduce)
 
 
-def components(name: str) -> list[str]:
-    """Components that ``--component`` means."""
-    if name == "both":
-        return ["ring", "carrier"]
-    if name not in MESHES:
+@dataclass(frozen=True)
+class Part:
+    """Ring or carrier of a flexible stage; label: how results call it."""
+
+    stage: str
+    name: str
+    label: str
+
+
+def components(case: Case, name: str) -> list[Part]:
+    """Components of flexible stages that ``--component`` means; InputError where there are none."""
+    require_flexible(case)
+    every = [
+        Part(stage, part, part if case.alone is not None else f"{stage}.{part}")
+        for stage in case.flexible_stages
+        for part in MESHES
+    ]
+    chosen = [p for p in every if name in ("both", p.name, p.label)]
+    if not chosen:
         raise InputError("--component", name, "is not a component", "name ring, carrier or both")
-    return [name]
+    return chosen
 
 
 def mesh(
@@ -68,31 +96,39 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Generate (or read) the FE meshes of ring and carrier; export one, or list their groups."""
-    found, names = read_stage(case, settings), components(component)
+    found = read_case(case, settings, loaded=False)
+    parts, stages = components(found, component), found.flexible_stages
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
-        tables = {name: GROUPS[name](found) for name in names}
+        tables = {p.label: GROUPS[p.name](stages[p.stage]) for p in parts}
         rows = {name: (_groups if as_json else _families)(g) for name, g in tables.items()}
         present(f"{found.name}: named groups of FE meshes", rows, as_json)
         return
-    if export is not None and len(names) != 1:
-        raise InputError("--export", str(export), "takes one component", "add --component ring")
+    if export is not None and len(parts) != 1:
+        raise InputError(
+            "--export", str(export), "takes one component", f"add --component {parts[0].label}"
+        )
     if export is not None:
         require_format(export)
     claim_file(export, origin_of_case(found), force)
     figures = {}
     with progress(quiet) as report:
-        for name in names:
-            report(f"{name}: FE mesh", 0.0)
-            fe_mesh = MESHES[name](found)
-            report(f"{name}: FE mesh", 1.0)
-            figures[name] = _figures(fe_mesh)
+        for part in parts:
+            report(f"{part.label}: FE mesh", 0.0)
+            fe_mesh = MESHES[part.name](stages[part.stage])
+            report(f"{part.label}: FE mesh", 1.0)
+            figures[part.label] = _figures(fe_mesh)
             if export is not None:
                 write_fe_mesh(fe_mesh, export, found.name)
-    present(f"{found.name}: FE meshes, {found.solver.fidelity}", figures, as_json)
+    present(f"{found.name}: FE meshes, {_fidelity(found)}", figures, as_json)
     if export is not None and not as_json:
         typer.echo(f"\nwrote {export}, lengths in m")
+
+
+def _fidelity(case: Case) -> str:
+    """Of the FE meshes of its flexible stages."""
+    return ", ".join(dict.fromkeys(s.solver.fidelity for s in case.flexible_stages.values()))
 
 
 def _families(groups: Groups) -> dict[str, str]:
@@ -143,16 +179,21 @@ def reduce(
     quiet: Quiet = False,
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
-    found = read_stage(case, settings)
-    bodies, limit = {}, stage_pace(found).reduction_limit
+    found = read_case(case, settings, loaded=False)
+    parts, bodies = components(found, component), {}
     with progress(quiet) as report:
-        for name in components(component):
-            bodies[name] = BODIES[name](found, named(name, report), limit)
-    warn(stage_warnings(found, tuple(bodies.values())))
+        for part in parts:
+            stage, limit = found.flexible_stages[part.stage], reduction_limit(found, part.stage)
+            bodies[part.label] = BODIES[part.name](stage, named(part.label, report), limit)
+    known = {
+        stage: [body for p, body in zip(parts, bodies.values(), strict=True) if p.stage == stage]
+        for stage in dict.fromkeys(p.stage for p in parts)
+    }
+    warn(reduction_warnings(found, known, variants_of(found)))
     figures = {
         name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
         for name, body in bodies.items()
     }
-    present(f"{found.name}: reductions, {found.solver.fidelity}", figures, as_json)
+    present(f"{found.name}: reductions, {_fidelity(found)}", figures, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")

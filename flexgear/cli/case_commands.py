@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from flexgear.cli.check_sections import derived
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import file_option
-from flexgear.cli.train_check import derived_of_train, running_sections
-from flexgear.coupling.pace import pace_sections, stage_pace
 from flexgear.files.atomic import file_target, write_bytes
-from flexgear.gears.power_flow import power_flow
-from flexgear.gears.report import stage_report
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case
 
 RPM = 60 / (2 * math.pi)
@@ -34,33 +29,7 @@ def register(app: typer.Typer) -> None:
 def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
     """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
     found = read_case(case, settings, loaded=False)
-    if isinstance(found, Case):
-        present(f"{found.name}: {found.title or 'valid'}", derived_of_train(found), as_json)
-        return
     present(f"{found.name}: {found.title or 'valid'}", derived(found), as_json)
-
-
-def derived(case: FlexibleStage) -> dict[str, dict[str, Any]]:
-    """Derived geometry, phasing, speeds and forces by section; InputError where gears misfit."""
-    alone = case.as_case()
-    flow = power_flow(alone)
-    motion = flow.stages[0]
-    sections = stage_report(case.view(), motion.gear_mesh_forces)
-    sections["kinematics"] = {
-        "carrier_speed_rpm": motion.carrier_speed * RPM,
-        "sun_speed_rpm": motion.sun_speed * RPM,
-        "planet_speed_rpm": motion.planet_speed * RPM,
-        "gear_mesh_frequency_hz": motion.gear_mesh_frequency,
-        "input_torque_nm": motion.carrier_torque,
-        "output_torque_nm": -motion.sun_torque,
-        "ring_torque_nm": -motion.ring_torque,
-        "expected_ring_mesh_force_n": motion.ring_gear_mesh_force,
-        "expected_sun_mesh_force_n": motion.sun_gear_mesh_force,
-    }
-    sections |= running_sections(alone, flow)
-    sections |= pace_sections(stage_pace(case), case.solver)
-    sections["case"] = {"name": case.name, "content_hash": case.content_hash()}
-    return sections
 
 
 def cases(

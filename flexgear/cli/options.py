@@ -9,8 +9,8 @@ import typer
 from flexgear.coupling.workable import require_workable
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case
+from flexgear.solve.bodies import variants_of
 
 CaseName = Annotated[
     str, typer.Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
@@ -35,7 +35,6 @@ Scheduler = Annotated[
         "--scheduler", metavar="ADDRESS", help="A Dask cluster instead, e.g. tls://host:8786."
     ),
 ]
-PARTS = ("ring", "carrier", "shaft")
 
 
 def settings_of(settings: list[str] | None) -> dict[str, str]:
@@ -51,67 +50,36 @@ def settings_of(settings: list[str] | None) -> dict[str, str]:
     return overrides
 
 
-def read_case(
-    name: str, settings: list[str] | None, *, loaded: bool = True
-) -> FlexibleStage | Case:
-    """The flexible stage or train with ``--set`` carried out; what cannot work is said now.
+def read_case(name: str, settings: list[str] | None, *, loaded: bool = True) -> Case:
+    """The case with ``--set`` carried out; what cannot work is said now.
 
     loaded: whether it is needed for more than its modes, so that free vibration will not do.
     """
     case = load_case(name, settings_of(settings))
-    if loaded and isinstance(case, Case):
+    if loaded:
         case.require_load()
     require_workable(case)
     return case
 
 
-def read_stage(name: str, settings: list[str] | None) -> FlexibleStage:
-    """A flexible stage; InputError for a train, whose members are lumped."""
-    case = read_case(name, settings)
-    if isinstance(case, Case):
+def require_flexible(case: Case, option: str = "") -> None:
+    """InputError for a case of lumped members alone, which have no FE mesh.
+
+    option: what was given that only bodies that bend can have.
+    """
+    if not case.flexible_stages:
         raise InputError(
-            case.source,
-            "kind",
-            "is a train, whose ring and carrier are lumped",
-            "name a flexible stage, or the one that the train is built with",
+            option or case.source,
+            case.name if option else "stages",
+            "has only lumped members, so nothing of it bends",
+            "take it out, or build a flexible stage into the train (stages.case)"
+            if option
+            else "name a case with a flexible stage",
         )
-    return case
 
 
-def rigid_parts(names: list[str] | None) -> tuple[str, ...]:
+def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
     """Components named by ``--rigid``."""
-    parts: list[str] = []
-    for name in (n.strip() for given in names or [] for n in given.split(",")):
-        if name == "all":
-            parts += PARTS
-        elif name in PARTS:
-            parts.append(name)
-        else:
-            raise InputError(
-                "--rigid", name, "is not a component", "name ring, carrier, shaft or all"
-            )
+    parts = tuple(n.strip() for given in names or [] for n in given.split(","))
+    variants_of(case, parts)
     return tuple(dict.fromkeys(parts))
-
-
-def refuse_for_stages(case: FlexibleStage, **given: object) -> None:
-    """InputError if an option that only trains have was given for a flexible stage."""
-    for option, value in given.items():
-        if value:
-            raise InputError(
-                f"--{option.replace('_', '-')}",
-                case.name,
-                "is a flexible stage; this option is for trains",
-                'take it out, or name a case with kind = "train"',
-            )
-
-
-def refuse_for_trains(train: Case, **given: object) -> None:
-    """InputError if an option that only flexible stages have was given for a lumped train."""
-    for option, value in given.items():
-        if value:
-            raise InputError(
-                f"--{option.replace('_', '-')}",
-                train.name,
-                "has only lumped members, so nothing of it bends",
-                "take it out, or build a flexible stage into the train (stages.case)",
-            )

@@ -1,8 +1,8 @@
 """Pictures drawn by two processes: a helper begins while results are still being saved.
 
 matplotlib draws on one core at a time, so a run would end with the other core idle. The helper is
-a process pool of one, given one picture at a time; this process draws what is left when it has
-time, and whatever the helper could not.
+a process of its own, told what to draw one picture at a time; this process draws what is left when
+it has time, and whatever the helper could not.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
 from typing import Any, Generic, TypeVar
 
 Content = TypeVar("Content")
 Result = TypeVar("Result")
+LOST = (OSError, EOFError)  # of a helper that is no more
 
 
 def cores() -> int:
@@ -31,93 +31,94 @@ def cores() -> int:
 
 
 class Painter(Generic[Content, Result]):
-    """Work by name on a content; the first names are for a helper, the last ones for this process.
+    """Work by name on a content, shared with a helper process.
 
-    submit: gives the helper one name, None where there is no helper.
+    pieces, build: what the helper makes its content of; pieces travel one by one, as a run is
+    hundreds of megabytes. work: does one name. Both functions stand in a module.
     """
 
     def __init__(
         self,
         content: Content,
+        pieces: Iterable[Any],
+        build: Callable[[list[Any]], Content],
         work: Callable[[Content, str], Result],
         names: Iterable[str],
-        submit: Callable[[str], Future[Result]] | None = None,
     ) -> None:
-        self.content, self._work, self._submit = content, work, submit
-        self._left, self._lock = deque(names), threading.Lock()
-        self._given: dict[str, Future[Result]] = {}
-        self._give()
+        self.work, self.content, self.results = work, content, dict[str, Result]()
+        self._pieces, self._build = pieces, build
+        self._left = deque(names)
+        self._helper: multiprocessing.process.BaseProcess | None = None
+        self._thread: threading.Thread | None = None
 
-    def _give(self, done: Future[Result] | None = None) -> None:
-        """Give the helper the next name, and one more when it has done that."""
-        with self._lock:
-            if self._submit is None or not self._left or (done and done.exception()):
-                return
-            name = self._left.popleft()
-            try:
-                self._given[name] = given = self._submit(name)
-            except BrokenProcessPool:
-                self._left.appendleft(name)
-                return
-        given.add_done_callback(self._give)
+    def begin(self) -> None:
+        """Start the helper."""
+        context = multiprocessing.get_context("spawn")
+        here, there = context.Pipe()
+        helper = context.Process(target=_serve, args=(there, self._build, self.work), daemon=True)
+        with there, _deaf():
+            helper.start()
+        self._helper = helper
+        self._thread = threading.Thread(target=self._lead, args=(here,), daemon=True)
+        self._thread.start()
+
+    def _lead(self, helper: Connection) -> None:
+        """Hand names to the helper, the first ones first, until none is left."""
+        name, trouble = None, []
+        try:
+            for piece in self._pieces:
+                helper.send(("piece", piece))
+            while self._left:
+                name = self._left.popleft()
+                helper.send(("name", name))
+                done, answer = helper.recv()
+                if done:
+                    self.results[name] = answer
+                else:
+                    trouble.append(name)
+                name = None
+        except (*LOST, IndexError):
+            if name is not None:
+                self._left.append(name)  # for this process
+        finally:
+            self._left.extend(trouble)  # fails here again, where its error is understood
+            helper.close()
 
     def finish(self, drawn: Callable[[int], None] = lambda count: None) -> dict[str, Result]:
-        """Do what the helper has not begun, wait for the rest; everything by name."""
-        results: dict[str, Result] = {}
-        while name := self._taken():
-            results[name] = self._work(self.content, name)
-            drawn(len(results))
-        for name, future in self._given.items():
-            if future.exception() is None:
-                results[name] = future.result()
-            else:  # fails here again, where its error is understood
-                results[name] = self._work(self.content, name)
-            drawn(len(results))
-        return results
+        """Do what is left, the last ones first, beside the helper; everything by name."""
+        while True:
+            try:
+                name = self._left.pop()
+            except IndexError:
+                if self._thread is None or not self._thread.is_alive():
+                    if not self._left:
+                        break
+                    continue
+                self._thread.join(0.1)
+                drawn(len(self.results))
+                continue
+            self.results[name] = self.work(self.content, name)
+            drawn(len(self.results))
+        drawn(len(self.results))
+        return self.results
 
-    def _taken(self) -> str | None:
-        """The last name that nobody has begun."""
-        with self._lock:
-            return self._left.pop() if self._left else None
-
-
-@contextmanager
-def beside(
-    content: Content,
-    pieces: Iterable[Any],
-    build: Callable[[list[Any]], Content],
-    work: Callable[[Content, str], Result],
-    names: Iterable[str],
-) -> Iterator[Painter[Content, Result]]:
-    """A painter whose helper works during the block, where there is a core for it.
-
-    pieces, build: what the helper makes its content of; pieces travel one by one, as a run is
-    hundreds of megabytes. work: does one name. Both functions stand in a module.
-    """
-    if cores() < 2:
-        yield Painter(content, work, names)
-        return
-    with _helper() as pool:
-        for piece in pieces:
-            pool.submit(_keep, piece)
-        yield Painter(content, work, names, lambda name: pool.submit(_do, build, work, name))
+    def end(self) -> None:
+        """Stop the helper, whatever it does."""
+        self._left.clear()
+        if self._helper is not None:
+            self._helper.kill()
+            self._helper.join()
 
 
 @contextmanager
-def _helper() -> Iterator[ProcessPoolExecutor]:
-    """A process that does not hear Ctrl-C and never outlives the block, whatever it does."""
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(1, context, initializer=_prepare)
-    with _deaf():
-        number = pool.submit(os.getpid)
+def beside(painter: Painter[Content, Result]) -> Iterator[Painter[Content, Result]]:
+    """Run the helper for the block, where there is a core for it; it never outlives the block."""
     try:
-        yield pool
+        if cores() > 1:
+            painter.begin()
+        yield painter
     finally:
-        with suppress(BrokenProcessPool):  # it is gone, and its number may be another's
-            for child in multiprocessing.active_children():
-                if child.pid == number.result():
-                    child.kill()
-        pool.shutdown(wait=False)
+        painter.end()
 
 
 @contextmanager
@@ -134,31 +135,25 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-# --- in the helper -------------------------------------------------------------------------------
-
-_pieces: list[Any] = []
-_content: list[Any] = []  # one, once it was built
-
-
-def _prepare() -> None:
+def _serve(
+    leader: Connection, build: Callable[[list[Any]], Any], work: Callable[[Any, str], Any]
+) -> None:
+    """What the helper does until its leader is gone; that one hears Ctrl-C and ends it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-    os._exit(1)
-
-
-def _keep(piece: Any) -> None:
-    _pieces.append(piece)
-
-
-def _do(
-    build: Callable[[list[Any]], Content], work: Callable[[Content, str], Result], name: str
-) -> Result:
-    if not _content:
-        _content.append(build(_pieces))
-    return work(_content[0], name)
+    pieces: list[Any] = []
+    content = None
+    try:
+        while True:
+            kind, given = leader.recv()
+            if kind == "piece":
+                pieces.append(given)
+                continue
+            if content is None:
+                content = build(pieces)
+            try:
+                answer = True, work(content, given)
+            except Exception:
+                answer = False, None
+            leader.send(answer)
+    except LOST:
+        return

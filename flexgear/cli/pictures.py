@@ -14,9 +14,13 @@ import xarray as xr
 
 from flexgear.cli.display import Report
 from flexgear.cli.painter import Painter, beside
+from flexgear.cli.train_pictures import train_plan
 from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.report import write_report
@@ -29,38 +33,68 @@ TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
 @dataclass(frozen=True)
 class Folder:
-    """What a run left: datasets by name, displacement fields by body, the summary."""
+    """What a run left: datasets by name, displacement fields by body, summary, power flow."""
 
-    case: FlexibleStage
+    case: Case
+    flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
     fields: Mapping[str, xr.Dataset]
     summary: Mapping[str, Any]
 
+    @property
+    def rings(self) -> list[RingFolder]:
+        """Flexible stages."""
+        return [RingFolder(self, stage) for stage in self.case.flexible_stages]
+
+
+@dataclass(frozen=True)
+class RingFolder:
+    """What of a run belongs to one flexible stage."""
+
+    run: Folder
+    name: str
+
+    @property
+    def stage(self) -> FlexibleStage:
+        """The stage."""
+        return self.run.case.flexible_stages[self.name]
+
+    @property
+    def before(self) -> str:
+        """What names of pictures begin with: nothing where there is one stage in the short form."""
+        return "" if self.run.case.alone is not None else f"{self.name}_"
+
+    @property
+    def figures(self) -> Mapping[str, Any]:
+        """Its figures of steady running."""
+        steady: Mapping[str, Any] = self.run.summary["steady"]
+        return steady if self.run.case.alone is not None else steady[self.name]
+
     def runs(self, start: str) -> dict[str, xr.Dataset]:
-        """Datasets "start_variant" by variant, the flexible one first."""
+        """Datasets of a kind by variant with errors, the case as it is first."""
         found = {
-            n.removeprefix(f"{start}_"): d
-            for n, d in self.datasets.items()
-            if n.startswith(f"{start}_") and "without_errors" not in n
+            label: self.run.datasets[f"{start}{end}"]
+            for label, end in ((self.run.summary["variant"], ""), ("rigid", "_rigid"))
+            if f"{start}{end}" in self.run.datasets
         }
-        return dict(sorted(found.items(), key=lambda item: item[0] == "rigid"))
+        return {label: stage_part(data, self.name) for label, data in found.items()}
 
     @property
     def equilibria(self) -> xr.Dataset:
         """Equilibria over one revolution without manufacturing errors."""
-        return next(d for n, d in self.datasets.items() if n.endswith("without_errors"))
+        return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)
 
     @property
     def outline(self) -> star.StageOutline:
         """Circles that stand for the gears."""
-        g = stage_geometry(self.case.view())
+        g = stage_geometry(self.run.case.view(self.name))
         return star.StageOutline(
             ring_radius=g.ring.reference_radius,
             sun_radius=g.sun.reference_radius,
             planet_radius=g.planet.reference_radius,
             center_distance=g.center_distance,
-            planet_angles=tuple(self.case.stage.planet_angles),
-            pin_radius=self.case.carrier.pin_diameter / 2,
+            planet_angles=tuple(self.stage.stage.planet_angles),
+            pin_radius=self.stage.carrier.pin_diameter / 2,
         )
 
 
@@ -86,29 +120,30 @@ class Sheet:
 @contextmanager
 def drawing(content: Folder, folder: Path) -> Iterator[Painter[Sheet, Picture]]:
     """Begin to draw into ``folder`` with a helper process; ``draw`` finishes within the block."""
-    rest = (content.case, content.fields, content.summary, folder)
-    names = [*_rendered(content), ANIMATION, *_plan(content)]
+    rest = (content.case, content.flow, content.fields, content.summary, folder)
+    names = [*_rendered(content), *_animated(content), *_plan(content)]
     pieces = [rest, *content.datasets.items()]
-    with beside(Sheet(content, folder), pieces, _sheet, _picture, names) as painter:
+    with beside(Painter(Sheet(content, folder), pieces, _sheet, _picture, names)) as painter:
         yield painter
 
 
 def _sheet(pieces: list[Any]) -> Sheet:
     """The sheet in the helper process."""
-    (case, fields, summary, folder), *datasets = pieces
-    return Sheet(Folder(case, dict(datasets), fields, summary), folder)
+    (case, flow, fields, summary, folder), *datasets = pieces
+    return Sheet(Folder(case, flow, dict(datasets), fields, summary), folder)
 
 
 def draw(sheet: Painter[Sheet, Picture], report: Report) -> list[str]:
     """Finish the pictures and write the report; returns what was left out and why."""
     content, folder = sheet.content.content, sheet.content.folder
     plan, renders = _plan(content), _rendered(content)
-    count = len(plan) + len(renders) + 1
+    animated = _animated(content)
+    count = len(plan) + len(renders) + len(animated)
     report("pictures", 0.0)
     made = sheet.finish(lambda done: report("pictures", done / (count + 1)))
-    ordered = [made[name] for name in (*plan, *renders, ANIMATION)]
+    ordered = [made[name] for name in (*plan, *renders, *animated)]
     notes = [p.caption for p in ordered if p.path is None][:1]
-    if not renders:
+    if content.rings and not renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
     write_report(
         folder / "report.html",
@@ -128,8 +163,9 @@ def _picture(sheet: Sheet, name: str) -> Picture:
     """Draw the picture of a name."""
     folder = sheet.folder / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    if name == ANIMATION:
-        return _animate(sheet.content, folder)
+    animated = _animated(sheet.content)
+    if name in animated:
+        return _animate(animated[name], folder, name)
     if name in _rendered(sheet.content):
         return _render(sheet.content, folder, name)
     caption, make = _plan(sheet.content)[name]
@@ -138,15 +174,25 @@ def _picture(sheet: Sheet, name: str) -> Picture:
 
 def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
     """Figures by file name: caption and how to make them."""
-    steady, still, outline = content.runs("steady"), content.equilibria, content.outline
+    plan: dict[str, tuple[str, Draw]] = {}
+    for ring in content.rings:
+        made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
+        said = f"{ring.name}: " if ring.before else ""
+        plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
+    return plan | train_plan(content.flow, content.datasets)
+
+
+def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
+    """Figures of one flexible stage by name."""
+    steady, still, outline = content.runs("transient"), content.equilibria, content.outline
     name, first = next(iter(steady.items()))
-    planets = content.case.stage.planets
-    teeth = content.case.stage.ring.teeth
+    planets = content.stage.stage.planets
+    teeth = content.stage.stage.ring.teeth
     angle = float(first["carrier_angle"][first.sizes["time"] // 2])
     window = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
     two = still.isel(position=_nearest(still, [0.0, np.pi / planets]))
     at = two["carrier_angle"].to_numpy()
-    orders = content.summary["steady"]["radial_harmonics_um"]
+    orders = content.figures["radial_harmonics_um"]
     plan: dict[str, tuple[str, Draw]] = {
         "ring_star": (
             "Ring at two carrier angles, equilibrium without errors",
@@ -188,10 +234,14 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
             "Displacement of planet 1",
             lambda: displacements.planet_displacement(steady),
         ),
-        "load_sharing": ("Load sharing in steady running", lambda: histories.load_sharing(steady)),
+        "load_sharing": (
+            "Load sharing in steady running",
+            lambda: histories.load_sharing(_spread(steady)),
+        ),
     }
-    for depth in content.summary["torque_steps"]:
-        drop = {n: thinned(d, MOST_SHOWN) for n, d in content.runs(f"torque_step_{depth}").items()}
+    for depth in content.run.summary["torque_steps"]:
+        runs = content.runs(f"torque_step_{depth}")
+        drop = _spread({n: thinned(d, MOST_SHOWN) for n, d in runs.items()})
         plan[f"torque_step_{depth}"] = (
             f"Torque drop to {depth} N m",
             partial(histories.torque_drop, drop),
@@ -209,6 +259,10 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
     return plan
 
 
+def _spread(runs: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    return {name: with_spread(data) for name, data in runs.items()}
+
+
 def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
     values = still["carrier_angle"].to_numpy()
     return [int(np.argmin(np.abs(values - a))) for a in angles]
@@ -216,7 +270,16 @@ def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
 
 def _rendered(content: Folder) -> dict[str, str]:
     """Bodies by the names of their 3D renders."""
-    return {f"{body}_3d": body for body in content.fields}
+    alone = content.case.alone is not None
+    return {
+        f"{body.rpartition('.')[2] if alone else body.replace('.', '_')}_3d": body
+        for body in content.fields
+    }
+
+
+def _animated(content: Folder) -> dict[str, RingFolder]:
+    """Flexible stages by the names of their animations."""
+    return {f"{ring.before}{ANIMATION}": ring for ring in content.rings}
 
 
 def _render(content: Folder, folder: Path, name: str) -> Picture:
@@ -234,24 +297,30 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["point"].to_numpy(),
         field["cell"].to_numpy(),
         field["displacement"].to_numpy(),
-        title=f"{body.capitalize()}, equilibrium at {field.attrs['input_torque'] / 1e6:g} MN m",
+        title=f"{_said(content, body)}, equilibrium at {field.attrs['input_torque'] / 1e6:g} MN m",
     )
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
-    return Picture(path, f"Deformed {body}, exaggerated as stated")
+    return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated")
 
 
-def _animate(content: Folder, folder: Path) -> Picture:
+def _said(content: Folder, body: str) -> str:
+    """ "Ring", "Ring of stage_1"."""
+    stage, _, part = body.partition(".")
+    return part.capitalize() + ("" if content.case.alone is not None else f" of {stage}")
+
+
+def _animate(content: RingFolder, folder: Path, name: str) -> Picture:
     """The star turning with the carrier until planets stand alike, which closes the loop."""
     from flexgear.views.animation import animate_star
 
-    still, period = content.equilibria, content.case.stage.planet_period
+    still, period = content.equilibria, content.stage.stage.planet_period
     angles = still["carrier_angle"].to_numpy()
     turn = still.isel(position=np.flatnonzero(angles < period - 1e-9))
     path = animate_star(
         turn["tooth_displacement"],
         turn["carrier_angle"].to_numpy(),
         content.outline,
-        folder / f"{ANIMATION}.gif",
+        folder / f"{name}.gif",
         dpi=90,
         frames_per_second=12,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,14 +22,12 @@ from flexgear.cli.outputs import (
 )
 from flexgear.cli.pictures import Folder, draw, drawing
 from flexgear.cli.run_folder import FIELDS, complete, read_folder
-from flexgear.cli.train_pictures import TrainFolder, draw_train
-from flexgear.cli.train_run import run_whole_train
 from flexgear.files.atomic import staged_folder, write_json
-from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
-from flexgear.studies.stage_bodies import stage_bodies
-from flexgear.studies.stage_run import StageRun, Stopwatch, run_stage
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.run import Run, Stopwatch
+from flexgear.solve.run import run as run_all
 
 
 def register(app: typer.Typer) -> None:
@@ -51,15 +49,12 @@ def run(
     found = read_case(case, settings)
     folder = Path("results") / found.name if out is None else out
     claim_folder(folder, RUN, origin_of_case(found, "run"), force)
-    if isinstance(found, Case):
-        run_whole_train(found, folder, pictures, as_json, quiet)
-        return
     watch = Stopwatch()
     with staged_folder(folder) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
-            bodies = stage_bodies(found, report)
-        result = run_stage(found, bodies, report, watch, place=stage)
-        content = Folder(found, result.datasets, result.fields, result.summary)
+            bodies = reduced_bodies(found, report)
+        result = run_all(found, report, watch, bodies=bodies, place=stage)
+        content = Folder(found, result.flow, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         lost: list[str] = []
         with ExitStack() as beside_saving:
@@ -79,25 +74,61 @@ def run(
     if as_json:
         typer.echo(as_json_text(summary))
         return
-    steady = summary["steady"]
-    table(
-        f"{found.name}: results in {folder}",
-        {
+    table(f"{found.name}: results in {folder}", _told(summary))
+
+
+def _told(summary: dict[str, Any]) -> dict[str, Any]:
+    """What a run says at its end."""
+    rows: dict[str, Any] = {"power": f"{summary['power_flow']['input_power_w'] / 1e3:.6g} kW in"}
+    if summary["kind"] == "stage":
+        steady = summary["steady"]
+        rows |= {
             "carrier speed": f"{steady['carrier_speed_rpm_mean']:.4f} rpm",
-            "mean ring mesh force": f"{steady['ring_mesh_force_n_mean'] / 1e3:.2f} kN, expected "
-            f"{summary['kinematics']['expected_ring_mesh_force_n'] / 1e3:.2f} kN",
+            "mean ring mesh force": f"{steady['ring_mesh_force_n_mean'] / 1e3:.6g} kN, expected "
+            f"{summary['kinematics']['expected_ring_mesh_force_n'] / 1e3:.6g} kN",
             "tooth node 1, peak": {
-                k: f"{v:.1f} µm" for k, v in steady["tooth_displacement_peak_um"].items()
+                k: f"{v:.4g} µm" for k, v in steady["tooth_displacement_peak_um"].items()
             },
             "load sharing": {k: v["mean"] for k, v in steady["load_sharing"].items()},
-            "modes kept": {k: modes_kept(v) for k, v in summary["second_reduction"].items()},
-            "energy residual": f"{100 * summary['energy_residual']:.3f} %",
-            "faster than real time": f"{summary['realtime_factor']:.2f} x",
-        },
-    )
+        }
+    lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
+    rows |= {
+        "lowest modes": ", ".join(f"{m['frequency_hz']:.4g} Hz {m['type']}" for m in lowest),
+        "largest K, quasi-static": _largest(
+            list(_first(summary["load_sharing"]["quasi_static"]).values())
+        ),
+        "largest K, transient": _largest([_first(summary["load_sharing"]["transient"])]),
+    }
+    difference = summary["harmonic"].get("largest_difference")
+    if difference is not None:
+        rows["harmonic against transient"] = f"{100 * difference:.3f} % of the largest force apart"
+    rows["modes kept"] = modes_kept(summary["system"])
+    if summary["energy_residual"] is not None:
+        rows["energy residual"] = f"{100 * summary['energy_residual']:.3f} %"
+    rows["faster than real time"] = f"{summary['realtime_factor']:.2f} x"
+    return rows
 
 
-def _save(result: StageRun, stage: Path, report: Report) -> None:
+def _first(variants: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The case as it is, which comes before its variants."""
+    return next(iter(variants.values()), {})
+
+
+def _largest(stages: list[dict[str, Any]]) -> str:
+    """Largest momentary load sharing factor over groups of gear meshes by name."""
+    found = {
+        group: figures["instantaneous"]
+        for groups in stages
+        for group, figures in groups.items()
+        if isinstance(figures, dict) and figures["instantaneous"] is not None
+    }
+    if not found:
+        return "no planets share a load"
+    group = max(found, key=lambda g: found[g])
+    return f"{found[group]:.4f} ({group})"
+
+
+def _save(result: Run, stage: Path, report: Report) -> None:
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
     for k, (name, data) in enumerate(datasets.items()):
         report("saving", k / len(datasets))
@@ -116,15 +147,16 @@ def render(
     """Draw the pictures and the report of an earlier run again."""
     target = folder if out is None else out
     content = read_folder(folder)
-    case = content.train if isinstance(content, TrainFolder) else content.case
+    case = content.case
     claim_folder(target, PICTURES, origin_of_case(case), force)
     notes: list[str] = []
-    with complete(folder), staged_folder(target) as stage, progress(quiet) as report:
-        if isinstance(content, TrainFolder):
-            draw_train(content, stage, report)
-        else:
-            with drawing(content, stage) as sheet:
-                notes = draw(sheet, report)
+    with (
+        complete(folder),
+        staged_folder(target) as stage,
+        progress(quiet) as report,
+        drawing(content, stage) as sheet,
+    ):
+        notes = draw(sheet, report)
     for note in notes:
         typer.echo(f"flexgear: {note}", err=True)
     typer.echo(f"drew {case.name} into {target}")

@@ -12,41 +12,36 @@ import xarray as xr
 from pydantic import ValidationError
 
 from flexgear.cli.pictures import Folder
-from flexgear.cli.train_pictures import TrainFolder
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import Case
+from flexgear.model.case import case_of_dict
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.results.dataset import load
 from flexgear.results.dataset_file import open_lazily
-from flexgear.results.summary import REQUIRED, missing
-from flexgear.results.train_summary import TRAIN_REQUIRED
+from flexgear.results.summary import lacking
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
 _AT_ONCE = 32 * MEGABYTE  # of a dataset that is read whole; of larger ones what a picture wants
 
 
-def read_folder(folder: Path) -> Folder | TrainFolder:
+def read_folder(folder: Path) -> Folder:
     """Case, datasets and summary of a run; InputError where it is none, or damaged."""
     summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
-    train = summary.get("kind") == "train"
-    lost = list(missing(summary, TRAIN_REQUIRED if train else REQUIRED))
+    lost = lacking(summary)
     if lost:
         raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
     try:
         data = {f.stem: _dataset(f) for f in sorted(folder.glob("*.nc"))}
-        if train:
-            whole = Case.model_validate(tuples_of(case))
-            return TrainFolder(whole, power_flow(whole), data, summary)
-        parameters = FlexibleStage.model_validate(tuples_of(case))
+        whole = case_of_dict(tuples_of(case))
+        flow = power_flow(whole)
     except ValidationError as error:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
     except FlexgearError as error:
         raise _damaged(folder, "its files", str(error)) from None
     return Folder(
-        parameters,
+        whole,
+        flow,
         {n: d for n, d in data.items() if not n.startswith(FIELDS)},
         {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
         summary,

@@ -25,17 +25,15 @@ from flexgear.cli.outputs import Force, claim_folder, folder_named
 from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.origin import origin_of_case
-from flexgear.studies.stage_measures import STAGE_MEASURES
+from flexgear.studies.case_measures import MEASURES
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
-from flexgear.studies.train_measures import TRAIN_MEASURES
 from flexgear.views import style
 from flexgear.views.sweep_charts import drawn_variables, keys_of, scale_of, sweep_chart
 
 MOST_COLUMNS = 8  # of a printed table
 MOST_MESSAGES = 3  # of failed points that are printed
-TRAINS = ", ".join(m.name for m in TRAIN_MEASURES)
-STAGES = ", ".join(m.name for m in STAGE_MEASURES)
+KNOWN = ", ".join(m.name for m in MEASURES)
 Keys = Annotated[
     list[str],
     typer.Argument(
@@ -49,7 +47,7 @@ Measures = Annotated[
     typer.Option(
         "--measure",
         metavar="NAME",
-        help=f"What to take down; repeatable. Of trains: {TRAINS}. Of flexible stages: {STAGES}.",
+        help=f"What to take down; repeatable: {KNOWN}.",
     ),
 ]
 

@@ -3,71 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexgear.cli.display import Report
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.model.case import Case
 from flexgear.results.pieces import between
-from flexgear.results.version import version
-from flexgear.studies.train_transient import settled
-from flexgear.views import mode_charts, style, train_charts
-from flexgear.views.report import write_report
+from flexgear.solve.transient import settled
+from flexgear.views import mode_charts, train_charts
 
 MOST_SHOWN = 4000  # samples of a transient in a picture
 CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 
 
-@dataclass(frozen=True)
-class TrainFolder:
-    """What a run of a train left: datasets by name, the summary; and its power flow."""
-
-    train: Case
-    flow: PowerFlow
-    datasets: Mapping[str, xr.Dataset]
-    summary: Mapping[str, Any]
-
-
 Draw = Callable[[], Any]
 
 
-def draw_train(content: TrainFolder, folder: Path, report: Report) -> None:
-    """Draw everything into ``folder`` and write the report."""
-    plan = _plan(content)
-    shown: list[tuple[str | Path, str]] = []
-    for k, (name, (caption, make)) in enumerate(plan.items()):
-        report("pictures", k / len(plan))
-        path = folder / "pictures" / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        style.save_figure(make(), path, dpi=150)
-        shown.append((path, caption))
-    report("pictures", 1.0)
-    write_report(
-        folder / "report.html",
-        content.train.title or content.train.name,
-        content.summary,
-        shown,
-        content.train.to_dict(),
-        version(),
-        content.train.content_hash(),
-        [],
-    )
-
-
-def _plan(content: TrainFolder) -> dict[str, tuple[str, Draw]]:
-    """Figures by file name: caption and how to make them."""
-    data = content.datasets
+def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:
+    """Figures of any case by file name: caption and how to make them."""
     plan: dict[str, tuple[str, Draw]] = {
         "power_flow": (
             "Speeds, torques and powers of the members",
-            partial(train_charts.power_flow_chart, content.flow),
+            partial(train_charts.power_flow_chart, flow),
         ),
         "modes": (
             "Natural modes by type and energy",
@@ -87,7 +47,7 @@ def _plan(content: TrainFolder) -> dict[str, tuple[str, Draw]]:
             )
     rest = settled(data["transient"])
     whole = _thinned(rest)
-    for stage in content.flow.stages:
+    for stage in flow.stages:
         if stage.gear_mesh_frequency:
             plan[f"transient_forces_{stage.name}"] = (
                 f"Gear-mesh forces of {stage.name.replace('_', ' ')} in the transient, "

@@ -174,13 +174,22 @@ class Assembly:
 
     def rotation(self, body: str) -> Array:
         """Coordinates (d,) of a unit rotation of one body about the axis of its frame."""
-        out = np.zeros(self.size)
-        b, at = self.body(body), self.slice_of(body)
-        if b.rigid:
-            out[at] = b.node_map[5]
-        else:
-            spin = rigid_rows(b.positions)[:, 5]
-            out[at.start : at.start + len(spin)] = spin
+        out, b, at = np.zeros(self.size), self.body(body), self.slice_of(body)
+        spin = b.node_map[5] if b.rigid else rigid_rows(b.positions)[:, 5]
+        out[at.start : at.start + len(spin)] = spin
+        return out
+
+    def weight_rows(self, body: str) -> Array:
+        """Rows (6, d) on which an acceleration a acts as the body's weight: forces Rᵀ M a.
+
+        R (size, 3): unit translations of the whole body, by its nodes where it bends; the mass is
+        the body's own, without what hangs on its ports. Rows of rotations are zero.
+        """
+        b, out = self.body(body), np.zeros((6, self.size))
+        nodes = b.node_map[:6].T if b.rigid else rigid_rows(b.positions)
+        moved = np.zeros((b.size, 3))
+        moved[: len(nodes)] = nodes[:, :3]
+        out[:3, self.slice_of(body)] = (b.mass @ moved).T
         return out
 
     def add_inertia(self, row: Array, inertia: float) -> None:

@@ -25,14 +25,12 @@ from typing import Any
 import numpy as np
 
 from flexgear.coupling.gear_meshes import GearMeshSet
+from flexgear.coupling.lumped_bodies import lumped_members
+from flexgear.coupling.lumped_stage import StageFrame, lumped_sets
 from flexgear.coupling.stage_parts import stage_sets
-from flexgear.coupling.train_bodies import lumped_members
-from flexgear.coupling.train_parts import StageFrame, lumped_sets
-from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.solver import MOST_RUNGS, PaceKeys
 
 STEPS = 40  # a period of the band's top in steady running
@@ -52,9 +50,9 @@ class Pace:
     """Numbers of one case, as given or derived; s and Hz.
 
     gear_mesh: highest gear mesh frequency; orders: wanted of it; resonance: lowest own frequency
-    f_E of a gear mesh; band: up to which the modes must answer; settling: after a jump, and of the
-    start-up; modes_to, modes_accuracy: None where not asked for; reasons: why, by name of a derived
-    value.
+    f_E of a gear mesh; band: up to which the modes must answer; settling: after a jump; start_up:
+    left out of what is steady; modes_to, modes_accuracy: None where not asked for; reasons: why, by
+    name of a derived value.
     """
 
     gear_mesh: float
@@ -67,6 +65,7 @@ class Pace:
     longest_time_step: float
     output_interval: float
     settling: float
+    start_up: float
     modes_to: float | None
     modes_accuracy: float | None
     reduction_limit: float
@@ -89,6 +88,7 @@ class Pace:
             "step_time_step_s": self.step_time_step,
             "output_interval_s": self.output_interval,
             "settling_s": self.settling,
+            "start_up_s": self.start_up,
             "reduction_limit_hz": self.reduction_limit,
         }
         if self.modes_accuracy is not None:
@@ -106,41 +106,31 @@ class Pace:
         return {**self.figures, "reasons": self.reasons}
 
 
-def stage_pace(case: FlexibleStage) -> Pace:
-    """Pace of a flexible stage at its rated speed."""
-    teeth = np.zeros((case.stage.ring.teeth, 3))
-    flow = rated_flow(case)
-    sets = stage_sets(case, case.view(), flow, tooth_positions=teeth)
-    solver = case.solver
-    given = {"step_time_step": solver.step_time_step, "reduction_limit": solver.reduction_limit}
-    return _pace(flow.gear_mesh_frequency, sets, solver, given)
-
-
-def train_pace(train: Case) -> Pace:
-    """Pace of a train at its rated speeds: of its fastest gear mesh."""
-    flow = power_flow(train)
+def case_pace(case: Case) -> Pace:
+    """Pace of a case at its rated speeds: of its fastest gear mesh."""
+    flow = power_flow(case)
     sets: list[GearMeshSet] = []
-    for number, stage in enumerate(train.stages):
+    for number, stage in enumerate(case.stages):
         if stage.flexible is not None:
             teeth = np.zeros((stage.flexible.stage.ring.teeth, 3))
-            view, own = train.view(stage.name), flow.stage(stage.name)
+            view, own = case.view(stage.name), flow.stage(stage.name)
             sets += stage_sets(stage.flexible, view, own, tooth_positions=teeth)
         else:
-            members, own = lumped_members(train, stage), flow.stage(stage.name)
-            sets += lumped_sets(train, number, members, own, StageFrame(0, -1), 0)
+            members, own = lumped_members(case, stage), flow.stage(stage.name)
+            sets += lumped_sets(case, number, members, own, StageFrame(0, -1), 0)
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
-    given = {"settling": train.solver.settle}
-    return _pace(highest, sets, train.solver, given)
+    return _pace(highest, sets, case.solver)
 
 
-def timed_drops(case: FlexibleStage) -> TorqueDrops:
+def timed_drops(case: Case) -> TorqueDrops:
     """The case's torque drops with all their times, s.
 
     What is not given: settling before the drop and during it; after it until the speed has
-    regained seven eighths of its dip, but at most a revolution of the carrier.
+    regained seven eighths of its dip, but at most a turn of the first input.
     """
-    steps, settling = case.drive.steps, stage_pace(case).settling
-    turn = 2 * math.pi / case.drive.rated_speed
+    steps, settling = case.drive.steps, case_pace(case).settling
+    speed = abs(power_flow(case).speed[case.inputs[0].member])
+    turn = 2 * math.pi / speed if speed else math.inf
     after = max(settling, min(REGAINED * speed_time_constant(case), turn))
     return steps.model_copy(
         update={
@@ -151,15 +141,16 @@ def timed_drops(case: FlexibleStage) -> TorqueDrops:
     )
 
 
-def speed_time_constant(case: FlexibleStage) -> float:
-    """τ = (J_drive + i² J_output) ω/(n T) of speed against the brake T ~ ωⁿ, s; inf for n = 0."""
-    motion, drive = rated_flow(case), case.drive
-    if case.brake.exponent == 0:
+def speed_time_constant(case: Case) -> float:
+    """τ = Σ J_p ω_p² / (n P) of speed against the brake T ~ ωⁿ, s: inertias J_p at the ports, power
+    P that the brake takes; inf for n = 0 and at rest."""
+    flow = power_flow(case)
+    power = abs(flow.power.get(case.brake_member, 0.0))
+    if case.brake_exponent == 0 or power == 0:
         return math.inf
-    inertia = (
-        case.inertia.drive + (motion.sun_speed / motion.carrier_speed) ** 2 * case.inertia.output
-    )
-    return inertia * drive.rated_speed / (case.brake.exponent * drive.rated_torque)
+    ports = [port.member for port in case.ports]
+    moved = sum(case.port_inertia(member) * flow.speed[member] ** 2 for member in ports)
+    return moved / (case.brake_exponent * power)
 
 
 def own_frequency(s: GearMeshSet) -> float:
@@ -171,13 +162,12 @@ def _pace(
     gear_mesh: float,
     sets: Iterable[GearMeshSet],
     solver: PaceKeys,
-    given: dict[str, float | None],
 ) -> Pace:
     resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
     wanted, reasons = orders * gear_mesh, {}
 
-    def chosen(name: str, derived: float, why: str) -> float:
-        value = given[name] if name in given else getattr(solver, name, None)
+    def chosen(name: str, derived: float, why: str, key: str = "") -> float:
+        value = getattr(solver, key or name)
         if value is None:
             reasons[name] = why
             return derived
@@ -196,6 +186,9 @@ def _pace(
     if solver.modes_to is None and accuracy is None:
         accuracy = ACCURACY
         reasons["modes_accuracy"] = "where bodies bend; rigid ones keep all modes"
+    settling = PERIODS / min(band, resonance)
+    by_periods = f"{PERIODS} periods of {min(band, resonance):.4g} Hz"
+    reasons["settling"] = by_periods
     return Pace(
         gear_mesh=gear_mesh,
         orders=orders,
@@ -208,8 +201,8 @@ def _pace(
         longest_time_step=longest,
         output_interval=chosen("output_interval", 1 / (SAMPLES * band),
                                f"1/{SAMPLES} of a period {top}"),
-        settling=chosen("settling", PERIODS / min(band, resonance),
-                        f"{PERIODS} periods of {min(band, resonance):.4g} Hz"),
+        settling=settling,
+        start_up=chosen("start_up", settling, by_periods, "settle"),
         modes_to=solver.modes_to,
         modes_accuracy=accuracy,
         reduction_limit=chosen("reduction_limit", band, "the band of the modes"),

@@ -94,7 +94,7 @@ def stage_components(
     *,
     behind: bool = True,
 ) -> list[Body]:
-    """Ring, carrier, planets, sun shaft, output and housing of a stage, in this order.
+    """Ring, carrier, planets, sun shaft and output of a stage, in this order.
 
     behind: whether ``case.inertia`` hangs behind the spline; not so where the sun is joined to
     another stage of a train, which has its own bodies there.
@@ -118,8 +118,6 @@ def stage_components(
         out, tilt = case.inertia, case.inertia.output_tilt
         output = lumped_body("output", out.output_mass, (tilt, tilt, out.output))
         bodies.append(replace(output, positions=made["shaft"].positions[-1:].copy()))
-    if case.housing.kind == "lumped":
-        bodies.append(lumped_body("housing", case.housing.mass, case.housing.inertia))
     return bodies
 
 

@@ -116,10 +116,10 @@ class System:
     supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
     ports: where torque acts, the braked one last; master_speeds: rated, rad/s; gear_meshes: label
     of every gear mesh m; gyroscopic, centripetal: (d, d) at rated speed, for
-    M q̈ + G q̇ + (K − C) q, or None.
+    M q̈ + G q̇ + (K − C) q, or None; variants: what bends, by flexible stage.
     """
 
-    variant: Variant
+    variants: dict[str, Variant]
     bodies: tuple[Body, ...]
     mass: Array
     stiffness: Array
@@ -143,6 +143,14 @@ class System:
     centripetal: Array | None = None
     bearings: tuple[LawBearing, ...] = ()
     header: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def variant(self) -> str:
+        """ "lumped" without flexible stages, else what bends in them."""
+        labels = {v.label for v in self.variants.values()}
+        if len(labels) < 2:
+            return labels.pop() if labels else "lumped"
+        return ", ".join(f"{name}: {v.label}" for name, v in self.variants.items())
 
     @property
     def carrier_angle(self) -> Array:

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import Variant
-from flexgear.coupling.train import train_system
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import longest_time_step, rated_flow
+from flexgear.gears.kinematics import longest_time_step
 from flexgear.gears.paths import require_assembly, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.carrier import Carrier
@@ -26,7 +25,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
-from flexgear.model.stage_view import inside, stage_key
+from flexgear.model.stage_view import inside, spoken, stage_key
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
@@ -34,40 +33,35 @@ Array = NDArray[np.float64]
 RIGID = Variant(False, False, False)
 
 
-def require_workable(case: FlexibleStage | Case) -> None:
+def require_workable(case: Case) -> None:
     """InputError, with the key and what to do, for a case that no analysis could be made of."""
-    if isinstance(case, FlexibleStage):
-        _require_stage(case)
-        _require_steps(case, rated_flow(case).gear_mesh_frequency)
-        build_system(case, *stand_ins(case), RIGID)
-        return
-    flow = power_flow(case)
-    _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
-    bodies = {}
-    for stage in case.stages:
-        if stage.flexible is None:
-            stage_paths(case.view(stage.name), flow.stage(stage.name).gear_mesh_forces)
-            continue
-        if f"{stage.name}.ring" not in case.held_members():
-            raise InputError(
-                case.source, stage_key(stage, "flexible"),
-                "is a flexible stage, whose ring is bolted to the housing, but the ring turns",
-                f'add "{stage.name}.ring" to held and let carrier and sun turn, or use a lumped '
-                "stage",
-            )  # fmt: skip
-        with inside(case, stage):
-            _require_stage(stage.flexible)
-            bodies[stage.name] = stand_ins(stage.flexible)
-    train_system(case, bodies, dict.fromkeys(bodies, RIGID))
+    with spoken(case):
+        flow = power_flow(case)
+        _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
+        bodies = {}
+        for stage in case.stages:
+            if stage.flexible is None:
+                forces = flow.stage(stage.name).gear_mesh_forces
+                stage_paths(case.view(stage.name), forces)
+                continue
+            if f"{stage.name}.ring" not in case.held_members():
+                raise InputError(
+                    case.source, stage_key(stage, "flexible"),
+                    "is a flexible stage, whose ring is bolted to the housing, but the ring turns",
+                    f'add "{stage.name}.ring" to held and let carrier and sun turn, or use a '
+                    "lumped stage",
+                )  # fmt: skip
+            with inside(case, stage):
+                _require_stage(stage.flexible)
+                bodies[stage.name] = stand_ins(stage.flexible)
+        build_system(case, bodies, dict.fromkeys(bodies, RIGID))
 
 
-def _require_steps(case: FlexibleStage | Case, frequency: float) -> None:
+def _require_steps(case: Case, frequency: float) -> None:
     """Time steps see every tooth pair of the fastest gear mesh (Hz) come and go."""
     longest, period = longest_time_step(frequency), 1 / frequency if frequency else math.inf
-    keys = ["longest_time_step"]
-    if case.solver.step_tolerance == 0.0:
-        keys = ["time_step", "step_time_step"] if isinstance(case, FlexibleStage) else ["time_step"]
-    for key in keys:
+    steps = case.solver.step_tolerance == 0.0
+    for key in ["time_step", "step_time_step"] if steps else ["longest_time_step"]:
         step = getattr(case.solver, key)
         if step is not None and step > longest:
             raise InputError(

@@ -1,4 +1,4 @@
-"""A train: stages of lumped or flexible bodies in series, joints, ports and loads, in SI."""
+"""A case: stages of lumped or flexible bodies, joints, ports and loads, in SI."""
 
 from __future__ import annotations
 
@@ -9,21 +9,24 @@ from pydantic import Field, ValidationError, model_validator
 
 from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash
+from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.model.faults import input_error
+from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_mesh import Damping
+from flexgear.model.housing import Housing
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.named_stage import refuse_taken
 from flexgear.model.ports import Input, MemberLoad, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
+from flexgear.model.solver import CaseSolver, PaceKeys
 from flexgear.model.stage_view import StageView, case_view
 from flexgear.model.tolerance import TrainTolerance, check_tolerance
 from flexgear.model.train_checks import check_train
 from flexgear.model.train_keys import numbered
 from flexgear.model.train_member import Kinematics, TrainCarrier, TrainGear
-from flexgear.model.train_solver import TrainSolver
 from flexgear.model.train_stage import TrainStage
 from flexgear.model.units import Acceleration
 
@@ -31,8 +34,12 @@ _NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
 
 
 class Case(Section):
-    """A whole train. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
+    """A whole gearbox. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
     "<stage>.pinion", ".gear" in a parallel one.
+
+    kind: "train", all that is said here; "stage", the short form of one flexible stage named
+    "stage" (``FlexibleStage``): its carrier is driven, its sun the output and its ring held, and
+    ``with_`` takes its keys.
 
     kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
     of the carriers' frames at rated speed. gravity: fixed axes. held: members that do not turn; a
@@ -46,7 +53,7 @@ class Case(Section):
     name: str = "train"
     title: str = ""
     source: str = "train"
-    kind: Literal["train"] = "train"
+    kind: Literal["stage", "train"] = "train"
     kinematics: Literal["planar", "axial", "spatial"] = "planar"
     gyroscopic: bool = False
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
@@ -57,13 +64,25 @@ class Case(Section):
     inputs: tuple[Input, ...] = ()
     output: Output | None = None
     loads: tuple[MemberLoad, ...] = ()
+    drive: TorqueHistory = TorqueHistory()
+    housing: Housing = Housing()
     damping: Damping = Damping()
     tolerance: TrainTolerance = TrainTolerance()
-    solver: TrainSolver = TrainSolver()
+    solver: CaseSolver = CaseSolver()
 
     def stage(self, name: str) -> TrainStage:
         """The stage of that name."""
         return self.stages[self.stage_index(name)]
+
+    @property
+    def flexible_stages(self) -> dict[str, FlexibleStage]:
+        """Stages whose ring and carrier are finite-element bodies, by name."""
+        return {s.name: s.flexible for s in self.stages if s.flexible is not None}
+
+    @property
+    def alone(self) -> FlexibleStage | None:
+        """The flexible stage of the short form."""
+        return self.stages[0].flexible if self.kind == "stage" else None
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""
@@ -148,6 +167,8 @@ class Case(Section):
 
     def content_hash(self, *sections: str) -> str:
         """SHA-256 of what the train says physically (or of the named sections), 64 hex digits."""
+        if self.alone is not None:
+            return self.alone.content_hash(*sections)
         data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
         for stage, dumped in zip(self.stages, data["stages"], strict=True):
             dumped.pop("case")
@@ -163,6 +184,8 @@ class Case(Section):
         Keys are field paths without units, joined by "." or "__"; stages by number or name, or
         "stage" if there is one: with_(**{"stage.planets": 4, "stages.stage_2.face_width": 0.1}).
         """
+        if self.alone is not None:
+            return case_of_stage(self.alone.with_(**changes))
         data = self.model_dump(mode="python")
         for key, value in changes.items():
             parts = numbered(key.replace("__", "."), data, "with_")
@@ -171,10 +194,12 @@ class Case(Section):
                 value = value.model_dump(mode="python")
             refuse_taken(data, path, "with_", key)
             put(data, path, value, "with_", key)
-        return validated_train(data, "with_", Written())
+        return validated_case(data, "with_", Written())
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI, as it is written beside results."""
+        """Plain data in SI, as it is written beside results; ``case_of_dict`` reads it."""
+        if self.alone is not None:
+            return {"kind": "stage", **self.alone.to_dict()}
         return self.model_dump(mode="json")
 
     @classmethod
@@ -195,12 +220,17 @@ class Case(Section):
         """Stages without a name are stage_1, stage_2, …"""
         if not isinstance(data, dict) or not isinstance(data.get("stages"), (tuple, list)):
             return data
+        solver = data.get("solver")
+        said = solver.model_dump() if isinstance(solver, Section) else solver or {}
+        if isinstance(said, dict):
+            said = {key: said[key] for key in ("fidelity", "cyclic") if said.get(key) is not None}
+            data = {**data, "stages": [_reduced_as(said, s) for s in data["stages"]]}
         stages = [
             {**stage, "name": stage.get("name") or f"stage_{k}"} if isinstance(stage, dict)
             else stage
             for k, stage in enumerate(data["stages"], 1)
         ]  # fmt: skip
-        return {**data, "stages": type(data["stages"])(stages)}
+        return {**data, "stages": tuple(stages)}
 
     @model_validator(mode="after")
     def _consistent(self) -> Case:
@@ -210,12 +240,56 @@ class Case(Section):
         return self
 
 
+def case_of_stage(stage: FlexibleStage) -> Case:
+    """The case of one flexible stage: driven by its carrier, braked at its sun, ring held."""
+    drive, brake = stage.drive, stage.brake
+    own = {name: getattr(stage.solver, name) for name in PaceKeys.model_fields}
+    own["settle"] = own["settle"] or 0.0  # a run begins in equilibrium and lasts one revolution
+    data = {
+        **{name: getattr(stage, name) for name in ("name", "title", "source", "material")},
+        "kind": "stage",
+        "stages": ({"name": "stage", "flexible": stage},),
+        "held": ("stage.ring",),
+        "inputs": (
+            {"member": "stage.carrier", "speed": drive.rated_speed, "torque": drive.rated_torque},
+        ),
+        "output": {"member": "stage.sun", "brake_torque": brake.rated_torque},
+        "drive": drive.history.model_dump(),
+        "housing": stage.housing,
+        "gravity": stage.gravity,
+        "loads": tuple(
+            load.model_copy(update={"member": f"stage.{load.member}"}) for load in stage.loads
+        ),
+        "damping": stage.damping,
+        "tolerance": {**stage.tolerance.model_dump()},
+        "solver": own,
+    }
+    return validated_case(data, stage.source, Written())
+
+
+def case_of_dict(data: Mapping[str, Any]) -> Case:
+    """The case of what ``Case.to_dict`` gave, lists as tuples; ValidationError where it is none."""
+    if data.get("kind", "stage") == "stage":
+        rest = {key: value for key, value in data.items() if key != "kind"}
+        return case_of_stage(FlexibleStage.model_validate(rest))
+    return Case.model_validate(data)
+
+
+def _reduced_as(said: Mapping[str, Any], stage: Any) -> Any:
+    """A stage's data whose flexible stage, if it is one, has these solver keys."""
+    inside = stage.get("flexible") if isinstance(stage, dict) else None
+    if not said or inside is None:
+        return stage
+    inside = inside.model_dump() if isinstance(inside, Section) else inside
+    return {**stage, "flexible": {**inside, "solver": {**inside.get("solver", {}), **said}}}
+
+
 def _given(port: Any, key: str) -> Any:
     """What an input, read or not yet read, says."""
     return port.get(key) if isinstance(port, Mapping) else getattr(port, key, None)
 
 
-def validated_train(data: dict[str, Any], where: str, written: Written) -> Case:
+def validated_case(data: dict[str, Any], where: str, written: Written) -> Case:
     """The train of plain SI data; InputError names each key as it was written."""
     try:
         return Case.model_validate(data)

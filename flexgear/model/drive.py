@@ -1,8 +1,8 @@
-"""Torque at the carrier over time."""
+"""Torque of the first input over time."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,34 +30,25 @@ class TorqueDrops(Section):
         return self.start, self.duration, self.after
 
 
-class Drive(Section):
-    """Drive at the carrier.
+class TorqueHistory(Section):
+    """Torque of the first input over time; other given torques follow in their rated proportion.
 
-    constant  ``torque`` at all times
+    constant  ``torque`` at all times, the rated one if left out
     steps     ``torques[k]`` for times[k] < t <= times[k+1]; the first holds before, too
     ramp      straight lines between the points (times, torques), constant outside
     csv       as ramp, the points read from ``file`` with the columns time_s and torque_nm
-    rated_speed is that of the carrier at rated_torque.
+    steps (the section): torque drops that ``flexgear run`` studies beside steady running.
     """
 
     kind: Literal["constant", "steps", "ramp", "csv"] = "constant"
-    rated_torque: Torque = Field(ge=1e-3, le=1e9)
-    rated_speed: Speed = Field(ge=1e-3, le=1e4)
-    torque: Torque = Field(ge=-1e9, le=1e9)
+    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     times: tuple[Time, ...] = ()
     torques: tuple[Torque, ...] = ()
     file: str | None = None
     steps: TorqueDrops = TorqueDrops()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _rated_by_default(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "torque" not in data and "rated_torque" in data:
-            return {**data, "torque": data["rated_torque"]}
-        return data
-
     @model_validator(mode="after")
-    def _complete(self) -> Drive:
+    def _complete(self) -> TorqueHistory:
         if self.kind == "constant":
             return self
         if self.kind == "csv" and self.file is None and not self.times:
@@ -74,11 +65,15 @@ class Drive(Section):
             raise Refusal("torques", "are beyond 1e9 N m", "check the unit")
         return self
 
-    def torque_at(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Torque, N m, at the times given, s; same shape."""
+    def steady(self, rated: float) -> float:
+        """Torque of a constant drive, N m: ``torque``, or the rated one."""
+        return rated if self.torque is None else self.torque
+
+    def torque_at(self, time: ArrayLike, rated: float) -> NDArray[np.float64]:
+        """Torque, N m, at the times given, s; same shape. rated: of the first input, N m."""
         t = np.asarray(time, dtype=float)
         if self.kind == "constant":
-            return np.full(t.shape, self.torque)
+            return np.full(t.shape, self.steady(rated))
         times, torques = np.asarray(self.times), np.asarray(self.torques)
         if self.kind == "steps":
             at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
@@ -89,12 +84,26 @@ class Drive(Section):
         """Times at which the torque jumps, s; near them the smaller time step is used."""
         return self.times[1:] if self.kind == "steps" else ()
 
-    def drop(self, torque: float, start: float, duration: float) -> Drive:
+    def drop(self, torque: float, start: float, duration: float, rated: float) -> TorqueHistory:
         """The drive of one torque drop: ``torque`` for ``duration`` s from ``start`` s on."""
+        before = self.steady(rated)
         return self.model_copy(
             update={
                 "kind": "steps",
                 "times": (min(0.0, start - duration), start, start + duration),
-                "torques": (self.torque, torque, self.torque),
+                "torques": (before, torque, before),
             }
         )
+
+
+class Drive(TorqueHistory):
+    """Drive at the carrier of a file with one flexible stage; rated_speed is that of the carrier at
+    rated_torque."""
+
+    rated_torque: Torque = Field(ge=1e-3, le=1e9)
+    rated_speed: Speed = Field(ge=1e-3, le=1e4)
+
+    @property
+    def history(self) -> TorqueHistory:
+        """Torque over time without the rated state."""
+        return TorqueHistory(**{n: getattr(self, n) for n in TorqueHistory.model_fields})

@@ -18,7 +18,7 @@ from flexgear.model.gear_mesh import Damping, GearMesh
 from flexgear.model.housing import Housing
 from flexgear.model.inertia import Inertias
 from flexgear.model.material import Material
-from flexgear.model.ports import Input, Output
+from flexgear.model.ports import MemberLoad
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.ring import Ring
 from flexgear.model.section import Refusal, Section
@@ -30,6 +30,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import StageTolerance
 from flexgear.model.torque_series import read_torque_series
 from flexgear.model.train_errors import TrainErrors
+from flexgear.model.units import Acceleration
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -55,6 +56,8 @@ class FlexibleStage(Section):
     inertia: Inertias
     drive: Drive
     brake: Brake = Brake()
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    loads: tuple[MemberLoad, ...] = ()
     gear_mesh: GearMesh = GearMesh()
     damping: Damping = Damping()
     errors: TrainErrors = TrainErrors()
@@ -72,22 +75,10 @@ class FlexibleStage(Section):
         return StageView(self.source, self.material, self._as_one_of_many(), "stage", "", tie)
 
     def as_case(self) -> Case:
-        """The stage as a case of one stage: carrier driven as rated, sun loaded, ring held.
+        """The stage as a case of one stage: carrier driven, sun loaded, ring held."""
+        from flexgear.model.case import case_of_stage
 
-        For speeds, torques and forces; drive histories, brake, damping and solver stay behind.
-        """
-        from flexgear.model.case import Case
-
-        rated = self.drive.rated_speed, self.drive.rated_torque
-        return Case(
-            name=self.name,
-            source=self.source,
-            material=self.material,
-            stages=(self._as_one_of_many(),),
-            held=("stage.ring",),
-            inputs=(Input(member="stage.carrier", speed=rated[0], torque=rated[1]),),
-            output=Output(member="stage.sun"),
-        )
+        return case_of_stage(self)
 
     def _as_one_of_many(self) -> TrainStage:
         from flexgear.model.train_stage import TrainStage
@@ -124,7 +115,7 @@ class FlexibleStage(Section):
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
             put(data, path, value, "with_", key)
-        return validated_case(data, "with_", Written())
+        return validated_stage(data, "with_", Written())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI, as it is written beside results."""
@@ -146,7 +137,7 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
         drive["times"], drive["torques"] = read_torque_series(Path(drive["file"]))
 
 
-def validated_case(data: dict[str, Any], where: str, written: Written) -> FlexibleStage:
+def validated_stage(data: dict[str, Any], where: str, written: Written) -> FlexibleStage:
     """The case of plain SI data; InputError names each key as it was written."""
     try:
         return FlexibleStage.model_validate(data)

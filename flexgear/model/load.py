@@ -1,4 +1,4 @@
-"""Reading cases: a TOML file or a bundled name becomes a flexible stage or a train."""
+"""Reading cases: a TOML file or a bundled name becomes a ``Case``."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case
+from flexgear.model.case import Case, case_of_stage
 from flexgear.model.errors import InputError, echo
-from flexgear.model.flexible_stage import FlexibleStage, resolve_files, validated_case
+from flexgear.model.flexible_stage import FlexibleStage, resolve_files, validated_stage
 from flexgear.model.input_file import read_text
 from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
 from flexgear.model.train_file import train_of
@@ -19,39 +19,40 @@ __all__ = ["Case", "FlexibleStage", "load_case", "load_stage"]
 KINDS = ["stage", "train"]
 
 
-def load_case(
-    source: str | Path, overrides: Mapping[str, str] | None = None
-) -> FlexibleStage | Case:
+def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
-    The key ``kind`` decides: "stage" (if left out) is a flexible stage, "train" a Case.
-    overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
+    kind = "stage" (if left out) is the short form of one flexible stage, kind = "train" the long
+    one. overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
     Raises InputError with one line for anything that is wrong.
     """
-    text, where, folder, name = _find(source)
-    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
-    raw = parse_toml(text, where)
+    raw, where, folder, name = _read(source)
     if _kind(raw, where) == "train":
         return train_of(
             raw, overrides or {}, where=where, folder=folder, name=name, load_stage=load_stage
         )
-    raw.pop("kind", None)
-    return _stage_of(raw, overrides or {}, where, folder, name)
+    return case_of_stage(_stage_of(raw, overrides or {}, where, folder, name))
 
 
 def load_stage(source: str | Path, overrides: Mapping[str, str] | None = None) -> FlexibleStage:
-    """As ``load_case`` for what works on flexible stages only; InputError for a train."""
-    case = load_case(source, overrides)
-    if isinstance(case, Case):
-        raise InputError(
-            case.source, "kind", "is a train, not a flexible stage", "name a flexible stage"
-        )
-    return case
+    """The flexible stage of a file in the short form; InputError for a train."""
+    raw, where, folder, name = _read(source)
+    if _kind(raw, where) == "train":
+        raise InputError(where, "kind", "is a train, not a flexible stage", "name a flexible stage")
+    return _stage_of(raw, overrides or {}, where, folder, name)
+
+
+def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
+    """Data of a file, how to name it in messages, folder for relative paths, name of the case."""
+    text, where, folder, name = _find(source)
+    where = where.encode(errors="backslashreplace").decode()  # a file name may be no UTF-8
+    return parse_toml(text, where), where, folder, name
 
 
 def _stage_of(
     raw: dict[str, Any], overrides: Mapping[str, str], where: str, folder: Path, name: str
 ) -> FlexibleStage:
+    raw = {key: value for key, value in raw.items() if key != "kind"}
     written = Written()
     data = to_si(FlexibleStage, raw, where, written)
     for key, value in overrides.items():
@@ -60,7 +61,7 @@ def _stage_of(
     data["source"] = where
     data.setdefault("name", name)
     resolve_files(data, folder)
-    return validated_case(data, where, written)
+    return validated_stage(data, where, written)
 
 
 def _kind(raw: Mapping[str, Any], where: str) -> str:

@@ -48,13 +48,15 @@ class Output(Section):
     """The loaded member: torque of the load on the member, positive about +z.
 
     brake_exponent: T ~ |ω|^exponent in transients; that of the flexible stage's case at this end if
-    left out, 1 at a lumped member. inertia: as of an input.
+    left out, 1 at a lumped member. brake_torque: T at rated speed in transients, that of
+    statics if left out. inertia: as of an input.
     """
 
     member: str
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
+    brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
     brake_exponent: float | None = Field(default=None, ge=0.0, le=5.0)
 
     @property

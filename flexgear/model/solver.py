@@ -25,7 +25,10 @@ class PaceKeys(Section):
     make, as a share of the largest rated one; 0: steps of the sizes given. Given one, they are
     doubled and halved between shortest_time_step and longest_time_step. modes_to: highest
     frequency kept; modes_accuracy: error of the contact's flexibility that is allowed up to
-    modes_band, a fraction; given both, modes_to is an upper bound.
+    modes_band, a fraction; given both, modes_to is an upper bound; with neither, rigid bodies keep
+    all modes. step_time_step: near jumps of the torque; reduction_limit: frequency up to which
+    reduced bodies are compared with the unreduced ones; settle: start-up left out of load sharing;
+    positions_per_gear_mesh: quasi-static positions a gear-mesh cycle.
     """
 
     gear_mesh_orders: int = Field(default=10, ge=1, le=1000)
@@ -38,6 +41,10 @@ class PaceKeys(Section):
     modes_to: Frequency | None = Field(default=None, ge=1.0, le=1e9)
     modes_accuracy: float | None = Field(default=None, ge=1e-9, le=0.5)
     modes_band: Frequency | None = Field(default=None, ge=1e-3, le=1e9)
+    step_time_step: Time | None = Field(default=None, ge=1e-10, le=1e-1)
+    reduction_limit: Frequency | None = Field(default=None, ge=1e-3, le=1e9)
+    settle: Time | None = Field(default=None, ge=0.0, le=1e6)
+    positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
 
     @model_validator(mode="after")
     def _ladder(self) -> PaceKeys:
@@ -53,13 +60,17 @@ class PaceKeys(Section):
         return self
 
 
+class CaseSolver(PaceKeys):
+    """Of a whole case. fidelity, cyclic: of the FE meshes and reductions of all its flexible
+    stages, in place of what each of them says."""
+
+    fidelity: Literal["quick", "standard", "fine"] | None = None
+    cyclic: Literal["auto", "off"] | None = None
+
+
 class Solver(PaceKeys):
-    """Of a flexible stage. fidelity: of the FE meshes; step_time_step: near torque steps;
-    reduction_limit: frequency up to which the reduced bodies are compared with the unreduced
-    ones; cyclic: whether a body whose FE mesh repeats by teeth or pins is reduced sector by sector
-    ("auto") or never ("off")."""
+    """Of a flexible stage. fidelity: of the FE meshes; cyclic: whether a body whose FE mesh repeats
+    by teeth or pins is reduced sector by sector ("auto") or never ("off")."""
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"
-    step_time_step: Time | None = Field(default=None, ge=1e-10, le=1e-1)
-    reduction_limit: Frequency | None = Field(default=None, ge=1e-3, le=1e9)
     cyclic: Literal["auto", "off"] = "auto"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from flexgear.model.train_stage import TrainStage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
+_OWN_BODY = r"\bstage\.(?=(carrier|ring|shaft|output|sun|planet_\d+)\b(?!\.))"
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def case_view(case: Case, stage: TrainStage) -> StageView:
     if stage.flexible is None:
         return StageView(case.source, case.material, stage, at, at)
     own, inner = stage.flexible, f"{at}.flexible"
-    if own.source == case.source:  # the case is that stage alone
+    if case.alone is not None:
         return own.view()
     return StageView(case.source, own.material, stage, f"{inner}.stage", inner, own.ring.tie)
 
@@ -86,8 +88,28 @@ def case_view(case: Case, stage: TrainStage) -> StageView:
 @contextmanager
 def inside(case: Case, stage: TrainStage) -> Iterator[None]:
     """Within it, an InputError about a flexible stage's own case tells which stage it is."""
+    if case.alone is not None:
+        yield
+        return
     try:
         yield
     except InputError as fault:
         key = f"{stage_key(stage, 'flexible')}.{fault.key}"
         raise InputError(case.source, key, fault.problem, fault.remedy) from None
+
+
+@contextmanager
+def spoken(case: Case) -> Iterator[None]:
+    """Within it, an InputError about a case in the short form names keys and bodies as its text
+    does."""
+    try:
+        yield
+    except InputError as fault:
+        if case.alone is None:
+            raise
+        key = re.sub(r"^stages?\.(stage\.)?flexible\.", "", fault.key)
+        texts = [
+            re.sub(_OWN_BODY, "", text.replace("stage.flexible.", ""))
+            for text in (fault.problem.replace("planets of stage", "planets"), fault.remedy)
+        ]
+        raise InputError(fault.where, key, *texts) from None

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flexgear.model.case import Case, validated_train
+from flexgear.model.case import Case, validated_case
 from flexgear.model.errors import InputError
+from flexgear.model.flexible_stage import resolve_files
 from flexgear.model.named_stage import LoadStage, refuse_said_twice, take_flexible
 from flexgear.model.read import Written, override_data, put, to_si
 from flexgear.model.train_keys import aliased, numbered
@@ -33,12 +34,12 @@ def train_of(
     """
     if "stage" not in raw:
         data, written = _data(raw, overrides, where, folder, load_stage)
-        return validated_train({"name": name, **data, "source": where}, where, written)
+        return validated_case({"name": name, **data, "source": where}, where, written)
     if "stages" in raw:
         raise InputError(where, "stage", "is given beside [[stages]]", "keep one of the two forms")
     try:
         data, written = _data(_with_list(raw, where), overrides, where, folder, load_stage)
-        return validated_train({"name": name, **data, "source": where}, where, written)
+        return validated_case({"name": name, **data, "source": where}, where, written)
     except InputError as fault:
         raise InputError(
             fault.where, aliased(fault.key), aliased(fault.problem), aliased(fault.remedy)
@@ -78,6 +79,7 @@ def _data(
             _override(data, key, value, written)
     for k in flexible:
         refuse_said_twice(written, k)
+    resolve_files(data, folder)
     return data, written
 
 

@@ -67,9 +67,7 @@ class DatasetFile:
             rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
             shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
             encoding[name] = {**encoding.get(name, {}), "chunksizes": shape}
-        pattern.to_netcdf(
-            self._path, engine="h5netcdf", encoding=encoding, unlimited_dims=[TIME]
-        )
+        pattern.to_netcdf(self._path, engine="h5netcdf", encoding=encoding, unlimited_dims=[TIME])
         self._file = h5netcdf.File(self._path, "r+")
         self._kept = {name: self._file.variables[name].dtype for name in over_time}
 

@@ -109,7 +109,9 @@ QUANTITIES: dict[str, Quantity] = {
         (S, "planet", "bearing_row"), "N", "radial force of a row of rollers of the planet's bearing"
     ),
     "closure": Quantity(
-        (S,), "1", "largest imbalance of an equilibrium over its load, or what errors and gaps are worth"
+        (S,),
+        "1",
+        "largest imbalance of an equilibrium over its load, or what errors and gaps are worth",
     ),
     "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
     "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -19,11 +19,34 @@ from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME
+from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.train_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
 RPM = 60 / (2 * math.pi)
 MICRO = 1e6
 
+LOWEST = 12  # modes that a summary lists
+UNMOVED = 1e-9  # of the largest distance of any body, rounding
+CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
+REQUIRED: dict[str, Any] = {
+    "case": None,
+    "kind": None,
+    "version": None,
+    "content_hash": None,
+    "variant": None,
+    "system": ("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"),
+    "power_flow": {"mobility": None, "input_power_w": None, "members": None},
+    "stages": {"*": ("gear_mesh_frequency_hz", "sun_gear_mesh_force_n")},
+    "modes": ("lowest", "types"),
+    "load_sharing": {"quasi_static": None, "transient": None},
+    "transient": ("duration_s", "steps", "displacement_um_max"),
+    "torque_steps": {"*": {"*": ("speed_rpm_min", "gear_mesh_force", "load_sharing")}},
+    "energy_residual": None,
+    "warnings": None,
+    "timing_s": None,
+    "realtime_factor": None,
+}
 _REDUCTION = (
     "interface_dofs",
     "fixed_interface_modes",
@@ -37,10 +60,7 @@ _STEP = (
     "load_sharing_max",
     "planet_force_spread_max",
 )
-REQUIRED: dict[str, Any] = {
-    "case": None,
-    "version": None,
-    "content_hash": None,
+OF_A_STAGE: dict[str, Any] = {  # in the short form of one flexible stage
     "fe": {"ring": ("dofs",), "carrier": ("dofs",)},
     "reduction": {"ring": _REDUCTION, "carrier": _REDUCTION},
     "second_reduction": {"*": ("kept_modes", "modes_limit_hz", "modes_estimate")},
@@ -61,28 +81,23 @@ REQUIRED: dict[str, Any] = {
         "load_sharing": {"*": ("mean", "max")},
     },
     "torque_steps": {"*": {"*": _STEP}},
-    "energy_residual": None,
-    "warnings": None,
-    "timing_s": None,
-    "realtime_factor": None,
 }
 
 
 def steady_summary(
-    flexible: xr.Dataset,
-    rated_equilibrium: xr.Dataset,
-    load_sharing: Mapping[str, xr.Dataset],
+    runs: Mapping[str, xr.Dataset], rated_equilibrium: xr.Dataset, stage: str
 ) -> dict[str, Any]:
-    """Figures of steady running.
+    """Figures of steady running of one flexible stage.
 
-    flexible: the run over one revolution; rated_equilibrium: equilibria at rated torque whose
-    first position gives the radial harmonics; load_sharing: steady runs by variant.
+    runs: over one revolution, by variant, that of the case as it is first; rated_equilibrium:
+    equilibria at rated torque whose first position gives the radial harmonics.
     """
-    found = ranges_of(flexible, _steady_histories)
+    found = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(stage_part(x, stage)))
+    still = stage_part(rated_equilibrium.isel(position=slice(1)), stage)
     least, mean, largest = found.least, found.mean, found.largest
     node = np.fmax(-least["tooth_node"].to_numpy(), largest["tooth_node"].to_numpy())
     shares = mean["pairs_in_contact"].mean("planet").to_numpy()
-    harmonics = np.abs(radial_harmonics(rated_equilibrium["tooth_displacement"].to_numpy()[0]))
+    harmonics = np.abs(radial_harmonics(still["tooth_displacement"].to_numpy()[0]))
     return {
         "carrier_speed_rpm_mean": float(mean["carrier_speed"]) * RPM,
         # over whole tooth passages, as the run is over the revolution
@@ -92,7 +107,9 @@ def steady_summary(
             a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)
         },
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
-        "load_sharing": {name: sharing_summary(data) for name, data in load_sharing.items()},
+        "load_sharing": {
+            name: sharing_summary(data, f"{stage} ring") for name, data in runs.items()
+        },
     }
 
 
@@ -115,13 +132,15 @@ def stage_histories(data: xr.Dataset) -> xr.Dataset:
     return found
 
 
-def sharing_summary(data: xr.Dataset) -> dict[str, float | None]:
-    """Mean and largest load sharing factor of a run where it is defined, None where nowhere."""
+def sharing_summary(data: xr.Dataset, group: str) -> dict[str, float | None]:
+    """Mean and largest load sharing factor of a group of gear meshes where it is defined, None where
+    nowhere."""
     if TIME in data.dims:
-        found = ranges_of(data, lambda piece: piece[["load_sharing"]])
+        found = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=group))
         mean, largest = found.mean["load_sharing"], found.largest["load_sharing"]
     else:
-        mean, largest = data["load_sharing"].mean(), data["load_sharing"].max()
+        own = data["load_sharing"].sel(group=group)
+        mean, largest = own.mean(), own.max()
     return {"mean": _number(mean), "max": _number(largest)}
 
 
@@ -129,13 +148,13 @@ def _number(value: xr.DataArray) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def torque_step_summary(data: xr.Dataset) -> dict[str, float | None]:
-    """Figures of one torque drop: slowest speed, lowest tooth load, load sharing, spread.
+def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
+    """Figures of one torque drop of a flexible stage: slowest speed, lowest tooth load, load sharing, spread.
 
     The lowest tooth load is that of all pairs at work on the flank that carries (negative with
     linear contact only); slots without a pair do not count.
     """
-    found = ranges_of(data, stage_histories)
+    found = ranges_of(data, lambda piece: stage_histories(with_spread(stage_part(piece, stage))))
     lowest = [f for gear in GEARS if np.isfinite(f := float(found.least[f"{gear}_load"].min()))]
     if not lowest:
         raise FlexgearError("no tooth pair was in contact during the torque step")
@@ -147,14 +166,30 @@ def torque_step_summary(data: xr.Dataset) -> dict[str, float | None]:
     }
 
 
+def drop_summary(data: xr.Dataset) -> dict[str, Any]:
+    """Figures of one torque drop of any case: slowest speeds of members of given speed, least and
+    largest gear-mesh forces of every group, largest load sharing."""
+    found = ranges_of(data, lambda x: x[["master_speed", "gear_mesh_force", "load_sharing"]])
+    forces = (part["gear_mesh_force"] for part in (found.least, found.mean, found.largest))
+    slowest, shared = found.least["master_speed"], found.largest["load_sharing"]
+    return {
+        "speed_rpm_min": {
+            str(m): float(w) * RPM
+            for m, w in zip(slowest["master"].to_numpy(), slowest.to_numpy(), strict=True)
+        },
+        "gear_mesh_force": force_ranges(*forces),
+        "load_sharing": {str(g): _number(shared.sel(group=g)) for g in shared["group"].to_numpy()},
+    }
+
+
 def build_summary(**pieces: Any) -> dict[str, Any]:
     """The summary from its pieces (keywords are the keys of ``REQUIRED``), in plain types.
 
-    Further keys are kept. Raises FlexgearError naming every missing key and every value that is
+    Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key and every value that is
     not finite.
     """
     summary = plain(pieces)
-    faults = [f"{key} is missing" for key in missing(summary, REQUIRED)]
+    faults = [f"{key} is missing" for key in lacking(summary)]
     harmonics = summary.get("steady", {}).get("radial_harmonics_um")
     if isinstance(harmonics, Sequence) and len(harmonics) != ORDERS:
         faults.append(f"steady.radial_harmonics_um has {len(harmonics)} orders, not {ORDERS}")
@@ -162,6 +197,12 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
     if faults:
         raise FlexgearError("the summary is incomplete: " + "; ".join(faults))
     return summary
+
+
+def lacking(summary: Mapping[str, Any]) -> list[str]:
+    """Dotted names that a summary lacks for its kind of case."""
+    lost = list(missing(summary, REQUIRED))
+    return lost + (list(missing(summary, OF_A_STAGE)) if summary.get("kind") == "stage" else [])
 
 
 def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
@@ -214,3 +255,70 @@ def not_finite(value: Any, at: str = "") -> Iterator[str]:
             yield from not_finite(inner, f"{at}[{i}]")
     elif isinstance(value, float) and not math.isfinite(value):
         yield at
+
+
+def modes_summary(data: xr.Dataset) -> dict[str, Any]:
+    """Lowest modes, repeated ones once, and how many of each type there are."""
+    lowest: list[dict[str, Any]] = []
+    for k in range(data.sizes["mode"]):
+        f, kind = float(data["frequency"][k]), str(data["type"][k].item())
+        same = bool(lowest) and lowest[-1]["type"] == kind
+        if same and abs(f - lowest[-1]["frequency_hz"]) <= 1e-6 * f:
+            continue
+        times = int(data["multiplicity"][k])
+        lowest.append({"frequency_hz": f, "type": kind, "multiplicity": times})
+        if len(lowest) == LOWEST:
+            break
+    kinds = [str(k) for k in data["type"].to_numpy()]
+    return {"lowest": lowest, "types": {k: kinds.count(k) for k in dict.fromkeys(kinds)}}
+
+
+def sharing_summary_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Coefficients of every group of gear meshes that shares a load, by group and definition."""
+    if "group" not in data.dims:
+        return {}
+    return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
+
+
+def displacement_summary(data: xr.Dataset) -> dict[str, float]:
+    """Largest distance from the axis of every central member over the samples, µm."""
+    far = axis_distance(data)
+    return distance_summary(far.max([d for d in far.dims if d != "body"]))
+
+
+def axis_distance(data: xr.Dataset) -> xr.DataArray:
+    """Distance of all bodies from the axis, m."""
+    motion = data["body_displacement"]
+    ux, uy = (motion.sel(dof=dof, drop=True) for dof in ("ux", "uy"))
+    return cast(xr.DataArray, np.hypot(ux, uy))
+
+
+def distance_summary(largest: xr.DataArray) -> dict[str, float]:
+    """Largest distances from the axis of central members, µm, of those (body,) of all bodies, m."""
+    far = central_distance(largest, largest)
+    sizes = zip(far["body"].to_numpy(), far.to_numpy(), strict=True)
+    return {str(n): float(v) * MICRO for n, v in sizes}
+
+
+def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
+    """Of distances from the axis (…, body) those of central members, none where the largest (body,)
+    is rounding beside that of other bodies."""
+    names = [str(n) for n in far["body"].to_numpy()]
+    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
+
+
+def force_ranges(
+    least: xr.DataArray, mean: xr.DataArray, largest: xr.DataArray
+) -> dict[str, Mapping[str, float]]:
+    """Least, mean and largest force of every group, of those (gear_mesh,) of gear meshes, N."""
+    groups = [str(g).rpartition(" ")[0] for g in least["gear_mesh"].to_numpy()]
+    out: dict[str, Mapping[str, float]] = {}
+    for group in dict.fromkeys(groups):
+        own = [g == group for g in groups]
+        out[group] = {
+            "min_n": float(least.to_numpy()[own].min()),
+            "mean_n": float(mean.to_numpy()[own].mean()),
+            "max_n": float(largest.to_numpy()[own].max()),
+        }
+    return out

@@ -15,11 +15,15 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.quantities import DOFS, S
+from flexgear.results.quantities import AXES, DOFS, S
 from flexgear.results.train_quantities import TRAIN_COORDINATES, TRAIN_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
+BESIDE = {  # coordinates that stand beside an axis
+    "flank": ("flank_stage", "flank_kind", "flank_side", "flank_planet", "flank_sense"),
+    "tooth": ("tooth_stage", "tooth_number", "tooth_angle"),
+}
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,8 @@ def train_dataset(
     labels: of axes that are neither numbered from 1 nor gear meshes and groups, which follow from
     ``gear_meshes``. FlexgearError for a variable that is not known or has wrong axes.
     """
-    every = {**_gear_mesh_labels(gear_meshes), "dof": DOFS, "direction": DIRECTIONS, **labels}
+    fixed: dict[str, Sequence[Any]] = {"dof": DOFS, "axis": AXES, "direction": DIRECTIONS}
+    every = {**_gear_mesh_labels(gear_meshes), **fixed, **labels}
     data = xr.Dataset(
         {name: _variable(name, sample_dim, value) for name, value in arrays.items()},
         coords={sample_dim: _coordinate(sample_dim, sample_dim, samples)},
@@ -85,7 +90,11 @@ def train_dataset(
     )
     ticks = {str(d): _ticks(str(d), n, every) for d, n in data.sizes.items() if d != sample_dim}
     data = data.assign_coords({d: _coordinate(d, d, v) for d, v in ticks.items()})
-    beside = {"gear_mesh": _beside_gear_mesh(gear_meshes), "group": _beside_group(gear_meshes)}
+    beside: dict[str, dict[str, Sequence[Any]]] = {
+        "gear_mesh": _beside_gear_mesh(gear_meshes),
+        "group": _beside_group(gear_meshes),
+        **{dim: {n: labels[n] for n in names if n in labels} for dim, names in BESIDE.items()},
+    }
     for dim, columns in beside.items():
         if dim in data.dims:
             data = data.assign_coords({n: _coordinate(n, dim, v) for n, v in columns.items()})
@@ -101,11 +110,11 @@ def _gear_mesh_labels(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence
     }
 
 
-def _beside_gear_mesh(gear_meshes: Sequence[GearMeshName]) -> dict[str, list[Any]]:
+def _beside_gear_mesh(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:
     return {n: [getattr(g, n) for g in gear_meshes] for n in ("stage", "kind", "side", "planet")}
 
 
-def _beside_group(gear_meshes: Sequence[GearMeshName]) -> dict[str, list[str]]:
+def _beside_group(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:
     groups = groups_of(gear_meshes)
     return {f"group_{n}": [getattr(g, n) for g in groups] for n in ("stage", "kind", "side")}
 

@@ -11,6 +11,17 @@ from flexgear.results.quantities import COORDINATES, QUANTITIES, UNLOADED, Quant
 
 TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     **COORDINATES,
+    "turning_stage": ("", "stage, by the angle that its teeth mesh at"),
+    "flank": ("", "one flank of a gear mesh: stage, kind, side, planet, drive or coast"),
+    "flank_stage": ("", "stage of the flank"),
+    "flank_kind": ("", "ring or sun"),
+    "flank_side": ("", "half of a double-helical stage"),
+    "flank_planet": ("1", "planet number, from 1"),
+    "flank_sense": ("", "drive: carries under rated torque; coast: the other"),
+    "bolt": ("", "bolt of a ring"),
+    "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
+    "tooth_stage": ("", "stage of the ring tooth"),
+    "tooth_number": ("1", "number of the tooth in its ring, from 1"),
     "gear_mesh": ("", "gear mesh of a train: stage, kind, side, planet"),
     "stage": ("", "stage of the gear mesh"),
     "kind": ("", "ring or sun; of a parallel stage the pinion counts as sun"),
@@ -46,6 +57,26 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
     "master_angle": Quantity((S, "master"), "rad", "rotation of members that turn independently"),
     "master_speed": Quantity((S, "master"), "rad/s", "their speed"),
+    "stage_angle": Quantity(
+        (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
+    ),
+    "stage_speed": Quantity((S, "turning_stage"), "rad/s", "its speed when the train rolls"),
+    "output_speed": Quantity((S,), "rad/s", "speed of the braked member"),
+    "closure": QUANTITIES["closure"],
+    "pair_load": Quantity(
+        (S, "flank", "slot"), "N", "load of a tooth pair; compressive is positive"
+    ),
+    "pair_tooth": Quantity(
+        (S, "flank", "slot"), "1", "tooth of ring or sun in a pair, from 1; 0: no pair"
+    ),
+    "pair_stiffness": Quantity((S, "flank", "slot"), "N/m", "stiffness of a tooth pair"),
+    "pair_position": Quantity(
+        (S, "flank", "slot"), "m", "path coordinate, from the planet's base tangent point"
+    ),
+    "tooth_displacement": QUANTITIES["tooth_displacement"],
+    "carrier_displacement": QUANTITIES["carrier_displacement"],
+    "bolt_force": QUANTITIES["bolt_force"],
+    "bearing_force": Quantity((S, "support", "dof"), "N, N m", QUANTITIES["bearing_force"].meaning),
     "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
     "gear_mesh_force": Quantity(
         (S, "gear_mesh"),

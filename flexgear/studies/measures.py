@@ -1,4 +1,4 @@
-"""All measures of a parameter study by name, for trains and for flexible stages."""
+"""All measures of a parameter study by name."""
 
 from __future__ import annotations
 
@@ -6,46 +6,39 @@ from collections.abc import Sequence
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.read import nearest
+from flexgear.studies.case_measures import MEASURES, Point, usual_measures
 from flexgear.studies.measure import Found, Measure
-from flexgear.studies.stage_measures import STAGE_MEASURES, STAGE_USUAL, StagePoint
-from flexgear.studies.train_measures import TRAIN_MEASURES, TrainPoint, usual_measures
+
+FE_ONLY = ("tooth_load", "tooth_displacement")
 
 
-def measures_of(model: FlexibleStage | Case) -> dict[str, Measure]:
-    """Measures that this kind of case has, by name."""
-    known = TRAIN_MEASURES if isinstance(model, Case) else STAGE_MEASURES
-    return {m.name: m for m in known}
+def measures_of(case: Case) -> dict[str, Measure]:
+    """Measures that a case has, by name."""
+    return {m.name: m for m in MEASURES if case.flexible_stages or m.name not in FE_ONLY}
 
 
-def chosen_measures(model: FlexibleStage | Case, names: Sequence[str]) -> tuple[str, ...]:
+def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     """The named measures, or the usual ones; InputError for one that is not known."""
     if not names:
-        return usual_measures(model) if isinstance(model, Case) else STAGE_USUAL
-    known = measures_of(model)
+        return usual_measures(case)
+    known = measures_of(case)
     for name in names:
-        if name not in known:
-            kind = "a train" if isinstance(model, Case) else "a flexible stage"
+        if name in FE_ONLY and name not in known:
             raise InputError(
-                "--measure", name, f"is no measure of {kind}", nearest(name, list(known))
+                "--measure", name, "needs a ring that bends", nearest(name, list(known))
             )
+        if name not in known:
+            raise InputError("--measure", name, "is no measure", nearest(name, list(known)))
     return tuple(dict.fromkeys(names))
 
 
-def measured(
-    model: FlexibleStage | Case, reference: FlexibleStage | Case, names: Sequence[str], modes: int
-) -> Found:
+def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> Found:
     """Arrays of the named measures at one point.
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
-    if isinstance(model, Case):
-        assert isinstance(reference, Case)
-        point: TrainPoint | StagePoint = TrainPoint(model, reference, modes)
-    else:
-        point = StagePoint(model, modes)
-    known, found = measures_of(model), Found()
+    point, known, found = Point(case, reference, modes), measures_of(case), Found()
     for name in names:
         found |= known[name].of(point)
     return found

@@ -25,12 +25,12 @@ from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case
 from flexgear.results.dataset import provenance
 from flexgear.results.quantities import MISSING
+from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
 from flexgear.studies.measure import Found
 from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.outcome import Outcome
-from flexgear.studies.stage_bodies import Progress, silent, stage_bodies
 from flexgear.studies.sweep_keys import (
     WHERE,
     Point,
@@ -49,10 +49,10 @@ class Sweep:
     """A sweep to be run. base: the case with its keys unchanged; models: the case of every point of
     the grid, or why there is none; measures: names; modes: how many natural modes are listed."""
 
-    base: FlexibleStage | Case
+    base: Case
     keys: tuple[SweptKey, ...]
     grid: tuple[Point, ...]
-    models: tuple[FlexibleStage | Case | InputError, ...]
+    models: tuple[Case | InputError, ...]
     measures: tuple[str, ...]
     modes: int
 
@@ -66,7 +66,7 @@ class Sweep:
 class Measuring:
     """What all points share."""
 
-    reference: FlexibleStage | Case
+    reference: Case
     measures: tuple[str, ...]
     modes: int
 
@@ -223,7 +223,7 @@ def _said(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
-def _measured(shared: Measuring, model: FlexibleStage | Case) -> Found:
+def _measured(shared: Measuring, model: Case) -> Found:
     return measured(model, shared.reference, shared.measures, shared.modes)
 
 
@@ -232,7 +232,7 @@ def _model(
     settings: Mapping[str, str] | None,
     keys: Sequence[SweptKey],
     point: Point,
-) -> FlexibleStage | Case | InputError:
+) -> Case | InputError:
     """The case of a point, or why there is none."""
     try:
         return load_case(source, {**(settings or {}), **overrides_at(keys, point)})
@@ -241,7 +241,7 @@ def _model(
         return InputError(where, fault.key, fault.problem, fault.remedy)
 
 
-def _require_one_workable(models: Sequence[FlexibleStage | Case | InputError]) -> None:
+def _require_one_workable(models: Sequence[Case | InputError]) -> None:
     """InputError of the first point if no point can work; mostly the first point can.
 
     Points of lumped trains say so themselves, and some measures ask nothing of supports; what
@@ -252,7 +252,7 @@ def _require_one_workable(models: Sequence[FlexibleStage | Case | InputError]) -
         try:
             if isinstance(model, InputError):
                 raise model
-            if _flexible(model):
+            if model.flexible_stages:
                 require_workable(model)
             return
         except InputError as fault:
@@ -260,32 +260,27 @@ def _require_one_workable(models: Sequence[FlexibleStage | Case | InputError]) -
     raise faults[0]
 
 
-def _prepared(
-    models: Sequence[FlexibleStage | Case], progress: Progress
-) -> tuple[int, dict[str, str]]:
+def _prepared(models: Sequence[Case], progress: Progress) -> tuple[int, dict[str, str]]:
     """Reduces ring and carrier of flexible stages, one after the other, into the cache.
 
     Workers then find them there, and each is made once, with all processors. Returns how many
     different pairs there are, and messages of those that failed by ``_body_key``.
     """
-    stages = {_body_key(c): c for model in models for c in _flexible(model)}
+    stages = {
+        _body_key(stage): (stage, reduction_limit(model, name))
+        for model in models
+        for name, stage in model.flexible_stages.items()
+    }
     different, broken = set(), dict[str, str]()
-    for k, (key, case) in enumerate(stages.items(), 1):
-        which = f"bodies {k} of {len(stages)}, " if len(stages) > 1 else ""
+    for k, (key, (stage, limit)) in enumerate(stages.items(), 1):
+        which = f"bodies {k} of {len(stages)}" if len(stages) > 1 else ""
         try:
-            bodies = stage_bodies(case, lambda stage, share, w=which: progress(w + stage, share))  # type: ignore[misc]
+            bodies = stage_bodies(stage, named(which, progress), limit)
         except FlexgearError as error:
             broken[key] = " ".join(str(error).split())
             continue
-        parts = (bodies.ring, bodies.carrier)
-        different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in parts))
+        different.add(tuple(zlib.crc32(p.stiffness.tobytes()) for p in bodies))
     return len(different), broken
-
-
-def _flexible(model: FlexibleStage | Case) -> list[FlexibleStage]:
-    if isinstance(model, FlexibleStage):
-        return [model]
-    return [s.flexible for s in model.stages if s.flexible is not None]
 
 
 def _body_key(case: FlexibleStage) -> str:
@@ -303,12 +298,14 @@ def _outcomes(
     """What was found at every point, before this or now, or why nothing."""
     store = plan.store
     known: dict[int, Outcome[Found]] = {}
-    left: dict[int, FlexibleStage | Case] = {}
+    left: dict[int, Case] = {}
     for k, model in enumerate(plan.models):
         if isinstance(model, InputError):
             known[k] = Outcome(None, str(model))
             continue
-        faults = [broken[key] for key in map(_body_key, _flexible(model)) if key in broken]
+        faults = [
+            broken[key] for key in map(_body_key, model.flexible_stages.values()) if key in broken
+        ]
         if faults:
             known[k] = Outcome(None, faults[0])
         elif (kept := store.get(model)) is not None:

@@ -17,7 +17,6 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
 from flexgear.model.train_errors import PLANET_LISTS
@@ -100,13 +99,18 @@ def parse_values(key: str, text: str) -> Values:
     return Values(texts, found)
 
 
-def swept_key(base: FlexibleStage | Case, key: str, values: Values) -> SweptKey:
+def _root(base: Case) -> Section:
+    """What the keys of the file begin at: the flexible stage of the short form, or the case."""
+    return base if base.alone is None else base.alone
+
+
+def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
-    section: type[Section] | None = type(base)
-    given = key.split(".")
-    parts = numbered(key, base.model_dump(), WHERE) if isinstance(base, Case) else given
+    given, root = key.split("."), _root(base)
+    section: type[Section] | None = type(root)
+    parts = given if base.alone is not None else numbered(key, base.model_dump(), WHERE)
     extra = len(parts) - len(given)  # stages are two parts where the key names one
-    owner: type[Section] = type(base)
+    owner: type[Section] = type(root)
     path, suffix, name = list[str](), "", ""
     for k, part in enumerate(parts):
         seen = ".".join(given[: max(k - extra, 0) + 1])
@@ -272,14 +276,14 @@ def _in_brackets(key: SweptKey) -> SweptKey:
 
 
 def _list_of(
-    base: FlexibleStage | Case, key: SweptKey, quantity: Quantity | None, suffix: str
+    base: Case, key: SweptKey, quantity: Quantity | None, suffix: str
 ) -> tuple[float, ...]:
     """The list in the key's unit; where the case leaves it out, as long as there are planets."""
-    owners: list[Any] = [base]
+    owners: list[Any] = [_root(base)]
     for part in key.path[:-2]:
         inner = owners[-1]
         owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
-    stages = [base.stage] if isinstance(base, FlexibleStage) else owners
+    stages = owners if base.alone is None else [base.alone.stage]
     planets = next((o.planets for o in stages if hasattr(o, "planets")), 0)
     name = key.path[-2]
     found = getattr(owners[-1], name)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import xarray as xr
 
 from flexgear.model.case import Case
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.studies.measure import Found
 from flexgear.studies.study_store import StudyStore, study_store
 
@@ -22,7 +21,7 @@ class PointStore:
 
     parts: StudyStore
 
-    def get(self, model: FlexibleStage | Case) -> Found | None:
+    def get(self, model: Case) -> Found | None:
         """What was found at a point; None where nothing was kept or it is damaged."""
         kept = self.parts.get(_name(model))
         if kept is None:
@@ -30,7 +29,7 @@ class PointStore:
         plain = json.loads(kept)
         return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
-    def put(self, model: FlexibleStage | Case, found: Found) -> None:
+    def put(self, model: Case, found: Found) -> None:
         """Keep a point. FlexgearWarning where the disk refuses."""
         plain = {name: array.to_dict() for name, array in found.items()}
         self.parts.put(_name(model), json.dumps(plain).encode())
@@ -40,9 +39,7 @@ class PointStore:
         self.parts.clear()
 
 
-def point_store(
-    base: FlexibleStage | Case, keys: Sequence[str], measures: Sequence[str], modes: int
-) -> PointStore:
+def point_store(base: Case, keys: Sequence[str], measures: Sequence[str], modes: int) -> PointStore:
     """Where the points of a sweep are kept: by all that they depend on beside their own cases."""
     content = {
         "format": FORMAT,
@@ -54,5 +51,5 @@ def point_store(
     return PointStore(study_store("sweep", content))
 
 
-def _name(model: FlexibleStage | Case) -> str:
+def _name(model: Case) -> str:
     return f"{model.content_hash()}.json"

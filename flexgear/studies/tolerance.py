@@ -18,12 +18,11 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.dataset import provenance
 from flexgear.results.tolerance_dataset import tolerance_dataset
+from flexgear.solve.bodies import Progress, silent
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.stage_bodies import Progress, silent
 from flexgear.studies.tolerance_setup import (
     Batch,
     ToleranceSetup,
@@ -37,7 +36,7 @@ BATCH = 100  # samples solved together
 
 
 def tolerance(
-    model: FlexibleStage | Case,
+    model: Case,
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -68,12 +67,12 @@ def batches_of(samples: int) -> list[range]:
     return [range(first, min(first + BATCH, samples)) for first in range(0, samples, BATCH)]
 
 
-def forget(model: FlexibleStage | Case) -> None:
+def forget(model: Case) -> None:
     """Remove the finished batches of a study."""
     batch_store(model).clear()
 
 
-def finished(model: FlexibleStage | Case) -> int:
+def finished(model: Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
     store = batch_store(model)
     return sum(len(b) for b in batches_of(model.tolerance.samples) if store.get(b) is not None)

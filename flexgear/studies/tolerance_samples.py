@@ -19,7 +19,6 @@ from scipy.special import ndtr, ndtri
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.tolerance import NOT_PARALLEL, OF_PLANETS, PhaseDistribution, SizeDistribution
 from flexgear.model.train_stage import TrainStage
@@ -32,7 +31,7 @@ PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")
 
 @dataclass(frozen=True)
 class DrawnError:
-    """An error that is drawn. stage: its name, "" alone; planets: 0 where it is not theirs."""
+    """An error that is drawn. stage: its name, "" in the short form; planets: 0 if not theirs."""
 
     stage: str
     key: str
@@ -56,18 +55,15 @@ class DrawnError:
         return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
 
 
-def drawn_errors(model: FlexibleStage | Case) -> tuple[DrawnError, ...]:
+def drawn_errors(model: Case) -> tuple[DrawnError, ...]:
     """What the section ``tolerance`` has drawn; InputError where that is nothing."""
-    if isinstance(model, FlexibleStage):
-        found = _drawn("", model.tolerance.errors.given, model.stage.planets)
-        errors: list[GearErrors] = [model.errors]
-    else:
-        found, errors = [], [s.errors for s in model.stages]
-        for stage in model.stages:
-            given = model.tolerance.of(stage.name)
-            if stage.kind == "parallel":
-                given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-            found += _drawn(stage.name, given, stage.planets)
+    found: list[DrawnError] = []
+    errors = [s.errors for s in model.stages]
+    for stage, name in zip(model.stages, owners(model), strict=True):
+        given = model.tolerance.of(stage.name)
+        if stage.kind == "parallel":
+            given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
+        found += _drawn(name, given, stage.planets)
     if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             model.source,
@@ -76,6 +72,11 @@ def drawn_errors(model: FlexibleStage | Case) -> tuple[DrawnError, ...]:
             "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
         )
     return tuple(found)
+
+
+def owners(model: Case) -> list[str]:
+    """Names of the stages as errors carry them, which name their random numbers, too."""
+    return [""] if model.alone is not None else [stage.name for stage in model.stages]
 
 
 def _drawn(
@@ -143,33 +144,32 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(first + u * (last - first)))
 
 
-def with_sample(
-    model: FlexibleStage | Case, values: Values, j: int, seeds: Sequence[int]
-) -> FlexibleStage | Case:
+def with_sample(model: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
     """The model with the errors of sample j; seeds: of its stages' pitch deviations."""
-    if isinstance(model, FlexibleStage):
-        return model.model_copy(update={"errors": _changed(model.errors, "", values, j, seeds[0])})
-    stages = [_changed_stage(s, values, j, x) for s, x in zip(model.stages, seeds, strict=True)]
+    stages = [
+        _changed_stage(s, name, values, j, x)
+        for s, name, x in zip(model.stages, owners(model), seeds, strict=True)
+    ]
     return model.model_copy(update={"stages": tuple(stages)})
 
 
-def nominal(model: FlexibleStage | Case, drawn: Sequence[DrawnError]) -> Values:
+def nominal(model: Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
     found = {}
     for error in drawn:
-        view = model.view() if isinstance(model, FlexibleStage) else model.view(error.stage)
-        given = getattr(view.errors, error.key)
+        stage = model.stages[owners(model).index(error.stage)]
+        given = getattr(model.view(stage.name).errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
         found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
     return found
 
 
-def _changed_stage(stage: TrainStage, values: Values, j: int, seed: int) -> TrainStage:
+def _changed_stage(stage: TrainStage, name: str, values: Values, j: int, seed: int) -> TrainStage:
     """A stage of a train with a sample's errors; a flexible one has some from its own case."""
-    update: dict[str, Any] = {"errors": _changed(stage.errors, stage.name, values, j, seed)}
+    update: dict[str, Any] = {"errors": _changed(stage.errors, name, values, j, seed)}
     if stage.flexible is not None:
-        own = _changed(stage.flexible.errors, stage.name, values, j, seed)
+        own = _changed(stage.flexible.errors, name, values, j, seed)
         update["flexible"] = stage.flexible.model_copy(update={"errors": own})
     return stage.model_copy(update=update)
 

@@ -14,34 +14,28 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors, stage_errors
-from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
-from flexgear.model.flexible_stage import FlexibleStage
 
 PathKey = tuple[str, str]  # kind, side
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
-def paths_of(model: FlexibleStage | Case) -> StagePaths:
+def paths_of(model: Case) -> StagePaths:
     """Paths of contact of every stage."""
-    if isinstance(model, FlexibleStage):
-        return (stage_paths(model.view(), rated_flow(model).gear_mesh_forces),)
     flows = power_flow(model).stages
     return tuple(stage_paths(model.view(flow.name), flow.gear_mesh_forces) for flow in flows)
 
 
-def errors_of(model: FlexibleStage | Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
+def errors_of(model: Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
     """Errors of every stage by kind and side."""
-    if isinstance(model, FlexibleStage):
-        return [stage_errors(model.view(), paths[0])]
     stages = zip(model.stages, paths, strict=True)
     return [stage_errors(model.view(stage.name), own) for stage, own in stages]
 
 
 def error_sets(
-    models: Sequence[FlexibleStage | Case],
+    models: Sequence[Case],
     paths: StagePaths,
     gear_meshes: Sequence[GearMeshLabel],
     base: PairData,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,35 +11,27 @@ from numpy.typing import NDArray
 from flexgear.analysis.error_sets import ErrorSets
 from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
-from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.results.train_dataset import GearMeshName, GroupName, groups_of
-from flexgear.studies.stage_bodies import Progress, silent, stage_bodies, stage_modal, variant_of
+from flexgear.solve.angles import lead_speed, one_turn, stage_motions
+from flexgear.solve.bodies import Progress, reduced_bodies, silent
+from flexgear.solve.model import assemble, rated_rotations
 from flexgear.studies.tolerance_samples import (
     DrawnError,
     Values,
     drawn_errors,
     nominal,
+    owners,
     pitch_seeds,
     sample_values,
     with_sample,
 )
 from flexgear.studies.tolerance_sets import StagePaths, error_sets, paths_of
-from flexgear.studies.train_angles import lead_speed, one_turn, stage_motions
-from flexgear.studies.train_labels import rated_forces
-from flexgear.studies.train_model import (
-    rated_rotations,
-    train_modal,
-    train_variants,
-    variant_label,
-)
 
 Array = NDArray[np.float64]
 
@@ -63,7 +54,7 @@ class ToleranceSetup:
     torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends.
     """
 
-    model: FlexibleStage | Case
+    model: Case
     drawn: tuple[DrawnError, ...]
     paths: StagePaths
     labels: tuple[GearMeshLabel, ...]
@@ -94,19 +85,17 @@ class Batch:
     planet_mean: Array
 
 
-def tolerance_setup(model: FlexibleStage | Case, progress: Progress = silent) -> ToleranceSetup:
+def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
     """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
     drawn or nobody shares a load."""
     drawn = drawn_errors(model)
-    seeds = [0] * (1 if isinstance(model, FlexibleStage) else len(model.stages))
+    seeds = [0] * len(model.stages)
     every = with_sample(model, sample_values(drawn, 0, [0]), 0, seeds)
     turns = _turns(model)
-    modal, variant = _modal(every, progress)
-    system = modal.system
+    put = assemble(every, bodies=reduced_bodies(every, progress))
+    system = put.system
     masters, slices = _positions(model, system, turns)
-    stages = [""] if isinstance(model, FlexibleStage) else [s.name for s in model.stages]
-    names, sign = _gear_meshes(system, stages)
-    rated = _rated(model, names)
+    names, sign, rated = put.gear_meshes.names, put.gear_meshes.sign, put.rated
     groups = tuple(
         Group(name, at, slices[name.stage], float(rated[at].mean()))
         for name, at in groups_of(names).items()
@@ -118,11 +107,11 @@ def tolerance_setup(model: FlexibleStage | Case, progress: Progress = silent) ->
         paths=paths_of(model),
         labels=system.gear_meshes,
         pairs=system.pairs,
-        study=error_study(modal, masters, system.rated_torque),
+        study=error_study(put.modal, masters, system.rated_torque),
         names=names,
         sign=sign,
         groups=groups,
-        variant=variant,
+        variant=put.variant,
     )
 
 
@@ -130,7 +119,7 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
     """Equilibria of the samples of these numbers over all positions."""
     seed = setup.model.tolerance.seed
     values = sample_values(setup.drawn, seed, numbers)
-    names = [""] if isinstance(setup.model, FlexibleStage) else [s.name for s in setup.model.stages]
+    names = owners(setup.model)
     seeds = list(zip(*(pitch_seeds(name, seed, numbers) for name in names), strict=True))
     return _solved(setup, values, seeds)
 
@@ -138,9 +127,7 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
 def as_stated(setup: ToleranceSetup) -> Batch:
     """The same for the errors that the case itself states."""
     model = setup.model
-    errors = (
-        [model.errors] if isinstance(model, FlexibleStage) else [s.errors for s in model.stages]
-    )
+    errors = [s.errors for s in model.stages]
     return _solved(setup, nominal(model, setup.drawn), [[e.seed for e in errors]])
 
 
@@ -180,28 +167,16 @@ def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bo
     return np.hstack(own) if own else np.zeros((count, 0))
 
 
-def _modal(model: FlexibleStage | Case, progress: Progress) -> tuple[ModalSystem, str]:
-    if isinstance(model, FlexibleStage):
-        variant = variant_of(model)
-        return stage_modal(model, stage_bodies(model, progress), variant), variant.label
-    return train_modal(model, progress), variant_label(train_variants(model))
-
-
-def _turns(model: FlexibleStage | Case) -> dict[str, Array]:
+def _turns(model: Case) -> dict[str, Array]:
     """Rotations of the lead over one turn of the carrier of every stage that shares a load."""
     per = model.tolerance.positions_per_gear_mesh
-    if isinstance(model, FlexibleStage):
-        count = model.stage.ring.teeth * per
-        turn = np.asarray(2 * math.pi / count * np.arange(count), dtype=float)
-        turns = {"": turn} if model.stage.planets > 1 else {}
-    else:
-        flow = power_flow(model)
-        lead = lead_speed(model, flow)
-        turns = {
-            s.name: one_turn(m, lead, per, m.cycle.per_turn)
-            for s, m in zip(model.stages, stage_motions(model, flow), strict=True)
-            if s.planets > 1 and m.theta != 0
-        }
+    flow = power_flow(model)
+    lead = lead_speed(model, flow)
+    turns = {
+        s.name: one_turn(m, lead, per, m.cycle.per_turn)
+        for s, m in zip(model.stages, stage_motions(model, flow), strict=True)
+        if s.planets > 1 and m.theta != 0
+    }
     if not turns:
         raise InputError(
             model.source,
@@ -213,7 +188,7 @@ def _turns(model: FlexibleStage | Case) -> dict[str, Array]:
 
 
 def _positions(
-    model: FlexibleStage | Case, system: System, turns: dict[str, Array]
+    model: Case, system: System, turns: dict[str, Array]
 ) -> tuple[Array, dict[str, slice]]:
     """Independent rotations (p, F) over all turns, and whose they are."""
     parts, slices, at = [], {}, 0
@@ -222,24 +197,3 @@ def _positions(
         slices[stage] = slice(at, at + len(turn))
         at += len(turn)
     return np.vstack(parts), slices
-
-
-def _gear_meshes(system: System, stages: Sequence[str]) -> tuple[tuple[GearMeshName, ...], Array]:
-    """Gear meshes as results name them, and the sign of every flank, (M, G)."""
-    places: dict[GearMeshName, int] = {}
-    column = []
-    for label in system.gear_meshes:
-        kind = label.kind.removesuffix("_back")
-        name = GearMeshName(stages[label.stage], kind, label.side, label.planet + 1)
-        column.append(places.setdefault(name, len(places)))
-    sign = np.zeros((len(column), len(places)))
-    sign[np.arange(len(column)), column] = np.where(system.pairs.front == 1, 1.0, -1.0)
-    return tuple(places), sign
-
-
-def _rated(model: FlexibleStage | Case, names: Sequence[GearMeshName]) -> Array:
-    """Mean forces (G,) at rated torque, N."""
-    if isinstance(model, Case):
-        return rated_forces(power_flow(model), tuple(names))
-    forces = rated_flow(model).gear_mesh_forces
-    return np.array([forces[name.kind] for name in names])

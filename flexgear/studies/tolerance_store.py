@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 
 from flexgear.model.case import Case
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.studies.study_store import StudyStore, study_store
 from flexgear.studies.tolerance_setup import Batch
 
@@ -40,7 +39,7 @@ class BatchStore:
         self.parts.clear()
 
 
-def batch_store(model: FlexibleStage | Case) -> BatchStore:
+def batch_store(model: Case) -> BatchStore:
     """Where the batches of the study of a model are kept: by all that samples depend on, which is
     not how many there are."""
     drawn = model.tolerance.model_dump(exclude={"samples", "confidence"})

@@ -41,12 +41,12 @@ def test_links_carry_the_whole_load(one_sided_modal):
     e = equilibrium(one_sided_modal, 0.3, TORQUE)
     r = Recovery(e)
     system = one_sided_modal.system
-    ring = system.body("ring")
+    ring = system.body("stage.ring")
     torque, force = 0.0, np.zeros(3)
     for name in ring.node_names:
         if not name.startswith("bolt"):
             continue
-        local = r.link_force(name)[0]
+        local = r.link_force(f"stage.{name}")[0]
         x = ring.position(name)
         a = np.arctan2(x[1], x[0])
         c, s = np.cos(a), np.sin(a)
@@ -57,12 +57,12 @@ def test_links_carry_the_whole_load(one_sided_modal):
 
 
 def test_five_pointed_ring_turns_with_the_carrier(one_sided_modal):
-    teeth = [n for n in one_sided_modal.system.body("ring").node_names if n[0] == "t"]
-    positions = one_sided_modal.system.body("ring").positions[:93]
+    teeth = [n for n in one_sided_modal.system.body("stage.ring").node_names if n[0] == "t"]
+    positions = one_sided_modal.system.body("stage.ring").positions[:93]
     phi = np.arctan2(positions[:, 1], positions[:, 0])
     carrier = 2 * np.pi / 93 * np.arange(0, 19, 6)  # whole ring teeth: same phase of gear mesh
     r = Recovery(revolution(one_sided_modal, carrier, TORQUE))
-    u = np.stack([r.node("ring", name) for name in teeth], axis=1)
+    u = np.stack([r.node("stage.ring", name) for name in teeth], axis=1)
     radial = u[..., 0] * np.cos(phi) + u[..., 1] * np.sin(phi)
     c = np.array([radial @ np.exp(-1j * n * phi) / 93 for n in range(21)]).T
     size = np.abs(c)
@@ -156,7 +156,11 @@ def test_mirror_in_the_plane_of_rotation_changes_only_signs():
             atol=1e-8 * shaped(ea, "pair_load").max(),
         )
         ra, rb = Recovery(ea), Recovery(eb)
-        for body, node in (("ring", "tooth_001"), ("planet_2", "planet_2"), ("shaft", "sun")):
+        for body, node in (
+            ("stage.ring", "tooth_001"),
+            ("stage.planet_2", "planet_2"),
+            ("stage.shaft", "sun"),
+        ):
             ua, ub = ra.node(body, node)[0], rb.node(body, node)[0]
             assert np.allclose(ua * sign, ub, atol=1e-8 * np.abs(ua).max())
 
@@ -171,7 +175,11 @@ def test_stiffened_component_equals_the_rigid_one(name):
         shaped(ea, "pair_load"), shaped(eb, "pair_load"), atol=1e-3 * shaped(eb, "pair_load").max()
     )
     ra, rb = Recovery(ea), Recovery(eb)
-    for body, node in (("planet_1", "planet_1"), ("shaft", "sun"), ("ring", "tooth_003")):
+    for body, node in (
+        ("stage.planet_1", "planet_1"),
+        ("stage.shaft", "sun"),
+        ("stage.ring", "tooth_003"),
+    ):
         ua, ub = ra.node(body, node)[0, :3], rb.node(body, node)[0, :3]
         assert np.allclose(ua, ub, atol=1e-3 * np.abs(ub).max())
 

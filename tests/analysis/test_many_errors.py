@@ -13,8 +13,8 @@ from trains import stage_train
 
 from flexgear.analysis.error_sets import ErrorSets, no_errors
 from flexgear.analysis.many_errors import error_study, gear_mesh_forces
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.model.errors import FlexgearError
 
 MASTERS = np.linspace(0.0, 2.0, 11)[:, None]
@@ -69,7 +69,7 @@ def test_planets_that_carry_nothing(tmp_path, size):
     rng = np.random.default_rng(1)
     pins = rng.normal(0.0, size, (2, 5))
     train = stage_train(tmp_path, planets=5, **HELD, **{"stage.gear_mesh.contact_law": "one-sided"})
-    modal = modal_system(train_system(train))
+    modal = modal_system(build_system(train))
     pairs = modal.system.pairs
     sets = no_errors(pairs)
     for m, label in enumerate(modal.system.gear_meshes):
@@ -131,7 +131,7 @@ def test_lumped_stage_with_runouts(tmp_path, law, model):
             "stage.backlash_sun_mm": "0.1",
         },
     )  # fmt: skip
-    modal = modal_system(train_system(train))
+    modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     sets = random_sets(modal.system.pairs, 5, 1e-5)
     found = gear_mesh_forces(error_study(modal, MASTERS, torque), sets)
@@ -142,7 +142,7 @@ def test_bearings_with_clearance_are_solved_one_set_after_the_other(tmp_path):
     train = stage_train(
         tmp_path, sun="2e8", **{"stage.planet_bearing.clearance_um": "15"}
     )  # fmt: skip
-    modal = modal_system(train_system(train))
+    modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     sets = random_sets(modal.system.pairs, 2, 2e-5)
     study = error_study(modal, MASTERS[:3], torque)

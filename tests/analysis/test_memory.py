@@ -11,10 +11,10 @@ from flexgear.analysis.step import advance
 from flexgear.analysis.step_arrays import Space
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
 from flexgear.analysis.transient import largest_rated_load, start_state
+from flexgear.coupling.build import build_system
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
-from flexgear.coupling.train import train_system
 from flexgear.model.load import load_case
 
 ROOM = 64  # numbers before and behind an array: more than one step of a vector sum reaches
@@ -64,7 +64,7 @@ def bending(**changes):
 
 
 def with_clearance(folder):
-    return train_system(stage_train(folder, **{"stage.planet_bearing.clearance_um": "15"}))
+    return build_system(stage_train(folder, **{"stage.planet_bearing.clearance_um": "15"}))
 
 
 SYSTEMS = {
@@ -72,7 +72,7 @@ SYSTEMS = {
     "linear": lambda _: bending(**{"gear_mesh.contact_law": "linear"}),
     "rigid-ring": lambda _: make_system(Variant(ring=False)),
     "clearance": with_clearance,
-    "gyroscopic": lambda _: train_system(load_case("lin-parker")),
+    "gyroscopic": lambda _: build_system(load_case("lin-parker")),
 }
 
 

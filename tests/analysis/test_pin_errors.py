@@ -30,8 +30,8 @@ import pytest
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.gears.tooth import base_helix_angle, transverse_angle
 
 SHIFT = 20e-6  # of pin 1, in the sense of rotation
@@ -49,7 +49,7 @@ HELD = {
 
 def forces(train):
     """(2, N) forces of sun and ring gear meshes at rated torque."""
-    system = train_system(train)
+    system = build_system(train)
     result = revolution(modal_system(system), np.array([0.3]), system.rated_torque)
     load = result.pair_load.sum(axis=-1)[0]
     kinds = np.array([g.kind.removesuffix("_back") for g in system.gear_meshes])

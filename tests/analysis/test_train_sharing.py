@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 
 microns = st.floats(-60, 60).map(lambda x: round(x, 3))
 sizes = st.floats(0, 60).map(lambda x: round(x, 3))
@@ -23,7 +23,7 @@ SETTINGS = settings(
 
 def forces(train, angles):
     """(p, sun or ring, N) gear-mesh forces."""
-    system = train_system(train)
+    system = build_system(train)
     result = revolution(modal_system(system), np.asarray(angles), system.rated_torque)
     total = result.pair_load.sum(axis=-1)
     kinds = np.array([g.kind.removesuffix("_back") for g in system.gear_meshes])

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from coupled import CLEAN, TORQUE, make_bodies
+from coupled import CLEAN, TORQUE, make_bodies, stage_system
 
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, State, start_state, transient
-from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures.build import carrier_body, ring_body
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
@@ -22,13 +21,13 @@ STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 
 def cheap_system() -> System:
     """wind-5mw, one-sided contact with backlash, on bodies of springs and point masses."""
-    case = load_case("wind-5mw", CLEAN)
-    return build_system(case, *make_bodies(case), Variant())
+    case = load_stage("wind-5mw", CLEAN)
+    return stage_system(case, make_bodies(case), Variant())
 
 
 def planet_system(planets: int) -> System:
     """The same with 3 to 8 equally spaced planets, small enough for eight side by side."""
-    case = load_case(
+    case = load_stage(
         "wind-5mw",
         {
             **CLEAN,
@@ -39,19 +38,19 @@ def planet_system(planets: int) -> System:
             "stage.allow_unassemblable": "true",
         },
     )
-    return build_system(case, *make_bodies(case), Variant())
+    return stage_system(case, make_bodies(case), Variant())
 
 
 def real_case(size: str) -> FlexibleStage:
     """wind-5mw with standard FE bodies in a full run, coarse ones in a quick one."""
-    return load_case("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
+    return load_stage("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
 
 
 @cache
 def real_system(size: str) -> System:
     """`real_case` on its FE bodies."""
     case = real_case(size)
-    return build_system(case, ring_body(case), carrier_body(case), Variant())
+    return stage_system(case, (ring_body(case), carrier_body(case)), Variant())
 
 
 def copied(state: State) -> State:

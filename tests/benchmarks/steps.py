@@ -16,7 +16,7 @@ from benchmarks.timing import interleaved
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import start_state
 from flexgear.coupling.modal import ModalSystem, chosen_modal, modal_system
-from flexgear.coupling.pace import stage_pace
+from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import System
 from flexgear.structures.linalg.threads import single_threaded_blas
 
@@ -54,7 +54,7 @@ def run(report: Report, size: str) -> None:
 
 def as_shipped(report: Report, size: str) -> None:
     """The bundled case with the modes it keeps, at fixed steps and at steps by a tolerance."""
-    modal = chosen_modal(real_system(size), stage_pace(real_case(size)))
+    modal = chosen_modal(real_system(size), case_pace(real_case(size).as_case()))
     modes = modal.modes.shape[1]
     real_time(report, modal, "the case as it is", size, REVOLUTION[size])
     text = f"wind-5mw as it is, {modes} of {modal.system.size} coordinates"

@@ -3,15 +3,13 @@
 import pytest
 from stage_samples import cheap_stage
 
-from flexgear.cli import analysis_commands, run_commands
 from flexgear.cli.entry import run
 
 
 @pytest.fixture
 def flexgear(capsys, monkeypatch):
     """Function: arguments -> (exit code, stdout, stderr)."""
-    for module in (analysis_commands, run_commands):
-        monkeypatch.setattr(module, "stage_bodies", lambda case, progress: cheap_stage(case))
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
 
     def call(*arguments):
         code = run([str(a) for a in arguments])

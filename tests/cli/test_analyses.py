@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from stage_samples import cheap_stage, missing_the_promise
 
-from flexgear.cli import analysis_commands, body_commands
+from flexgear.cli import body_commands
 from flexgear.results.dataset import load
-from flexgear.studies.stage_bodies import StageBodies
+from flexgear.solve.bodies import StageBodies
 
 
 def test_static_closes_and_balances(flexgear, tmp_path):
@@ -18,7 +18,8 @@ def test_static_closes_and_balances(flexgear, tmp_path):
     )
     assert (code, err) == (0, "")
     found = json.loads(text)
-    assert list(found) == ["0 deg", "72 deg"]
+    assert list(found) == ["0 deg", "72 deg", "closure"]
+    assert found.pop("closure") < 1e-8
     for position in found.values():
         assert position["closure"] < 1e-8
         assert position["output_torque_nm"] == pytest.approx(4e6 * 27 / 120, rel=1e-6)
@@ -84,8 +85,8 @@ def test_compare_has_eight_variants(flexgear):
     )
 
 
-def doubtful(case, _progress):
-    bodies = cheap_stage(case)
+def doubtful(stage, *_):
+    bodies = cheap_stage(stage)
     return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
 
 
@@ -96,7 +97,7 @@ def doubtful(case, _progress):
 def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     flexgear, monkeypatch, command
 ):
-    monkeypatch.setattr(analysis_commands, "stage_bodies", doubtful)
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", doubtful)
     monkeypatch.setitem(body_commands.BODIES, "ring", lambda c, p, _limit: doubtful(c, p).ring)
     monkeypatch.setitem(
         body_commands.BODIES, "carrier", lambda c, p, _limit: doubtful(c, p).carrier

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
 
 
@@ -32,7 +32,7 @@ def test_check_as_json_follows_willis(flexgear):
 def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, tmp_path):
     """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
     quick = ("--set", "solver.fidelity=quick")
-    case, file = load_case("wind-5mw", {"solver.fidelity": "quick"}), tmp_path / "ring.msh"
+    case, file = load_stage("wind-5mw", {"solver.fidelity": "quick"}), tmp_path / "ring.msh"
     m = ring_of_case(case)
     write_fe_mesh(FeMesh(1e3 * (m.points + [0, 0, 0.215]), m.cells, m.kind, m.facets), file)
     own = (*quick, "--set", "ring.fe_mesh=file", "--set", f"ring.fe_mesh_file={file}")

@@ -9,7 +9,7 @@ import tempfile
 import numpy as np
 import pytest
 
-from flexgear.cli import analysis_commands, train_run
+from flexgear.cli import analysis_commands, run_commands
 from flexgear.files import atomic
 from flexgear.model.bundled import bundled_text
 from flexgear.results.origin import Origin, origin_of
@@ -32,10 +32,8 @@ def no_work(monkeypatch):
     def worked(*_, **__):
         raise AssertionError("the work began")
 
-    monkeypatch.setattr(analysis_commands, "static_of_train", worked)
-    monkeypatch.setattr(analysis_commands, "modes_of_train", worked)
-    monkeypatch.setattr(analysis_commands, "simulate_of_train", worked)
-    monkeypatch.setattr(train_run, "train_bodies", worked)
+    monkeypatch.setattr(analysis_commands, "put_together", worked)
+    monkeypatch.setattr(run_commands, "reduced_bodies", worked)
     monkeypatch.setattr("flexgear.cli.sweep_command.run_sweep", worked)
     monkeypatch.setattr("flexgear.cli.tolerance_command.run_tolerance", worked)
     monkeypatch.setattr("flexgear.cli.body_commands.ring_of_case", worked)
@@ -250,7 +248,7 @@ def test_render_of_no_run_is_an_input_fault(flexgear, tmp_path):
     (tmp_path / "case.json").write_text("[" * 5000)
     refused(flexgear("render", tmp_path), "cannot be read, case.json")
     (tmp_path / "case.json").write_text("{}")
-    refused(flexgear("render", tmp_path), "cannot be read, summary.json: version is missing")
+    refused(flexgear("render", tmp_path), "cannot be read, summary.json: kind is missing")
     (tmp_path / "summary.json").write_text("[" * 5000)
     refused(flexgear("render", tmp_path), "cannot be read, summary.json")
     (tmp_path / "summary.json").unlink()

@@ -8,7 +8,6 @@ import pytest
 from stage_samples import cheap_stage
 
 from flexgear.cli.entry import run
-from flexgear.studies import stage_bodies
 
 README = Path(__file__).parents[2] / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -17,7 +16,7 @@ TEXT = README.read_text(encoding="utf-8")
 def test_python_lines(monkeypatch, capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
     assert len([line for line in code.splitlines() if line.strip()]) <= 15
-    monkeypatch.setattr(stage_bodies, "stage_bodies", cheap_stage)
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
     names: dict = {}
     exec(compile(code.replace("duration=0.5", "duration=0.05"), str(README), "exec"), names)
     printed = capsys.readouterr().out.splitlines()

@@ -39,9 +39,9 @@ def test_run(case, tmp_path):
     assert run(["run", case, "--no-pictures", "--out", str(out), "-q", *FAST]) == 0
     summary = json.loads((out / "summary.json").read_text())
     assert summary["reduction"]["ring"]["path"].startswith("cyclic: 72 sectors")
-    still = load(out / "equilibrium_flexible_without_errors.nc")
+    still = load(out / "equilibrium_without_errors.nc")
     assert "bolt_force" not in still
-    force = still["bearing_force"].sel(bearing="spline_1").to_numpy()
+    force = still["bearing_force"].sel(support="stage.spline_1").to_numpy()
     assert force[:, 5] == pytest.approx(RING_TORQUE, rel=1e-8)
     assert np.abs(force[:, :5]).max() < 1e-6 * RING_TORQUE
 

@@ -9,8 +9,9 @@ from flexgear.cli import run_commands, run_folder
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load
-from flexgear.results.summary import REQUIRED, missing
-from flexgear.studies.stage_bodies import StageBodies
+from flexgear.results.stage_part import stage_part
+from flexgear.results.summary import lacking
+from flexgear.solve.bodies import StageBodies
 
 FAST = [
     "--set", "solver.gear_mesh_orders=5",
@@ -29,13 +30,13 @@ def finished(tmp_path_factory):
     said = []
     out = tmp_path_factory.mktemp("results") / "mine"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_commands, "stage_bodies", doubtful)
+        patch.setattr("flexgear.solve.bodies.stage_bodies", doubtful)
         patch.setattr(run_commands, "warn", said.extend)
         code = run(["run", "wind-5mw", "--no-pictures", "--out", str(out), *FAST])
     return out, code, said
 
 
-def doubtful(case, _progress):
+def doubtful(case, *_):
     """Cheap bodies, the ring's reduction with a larger error than promised."""
     bodies = cheap_stage(case)
     return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
@@ -47,12 +48,12 @@ def test_run_writes_results_and_summary(finished):
     summary = json.loads((out / "summary.json").read_text())
     assert len(said) == 1
     assert said == summary["warnings"]
-    assert list(missing(summary, REQUIRED)) == []
+    assert lacking(summary) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0
-    data = load(out / "torque_step_2e6_flexible.nc")
+    data = load(out / "torque_step_2e6.nc")
     assert data.attrs["content_hash"] == summary["content_hash"]
-    assert data["ring_gear_mesh_force"].attrs["units"] == "N"
+    assert stage_part(data, "stage")["ring_gear_mesh_force"].attrs["units"] == "N"
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
@@ -63,31 +64,31 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     def fails(*_):
         raise ValueError("no room for a label")
 
-    monkeypatch.setattr(run_commands, "stage_bodies", lambda case, _: cheap_stage(case))
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
     monkeypatch.setattr(run_commands, broken, fails)
     out = tmp_path / "mine"
     assert run(["run", "wind-5mw", "--quiet", "--out", str(out), *FAST]) == 1
     (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
     assert "no room for a label" in said and f"whole in {out}" in said and "render" in said
     summary = json.loads((out / "summary.json").read_text())
-    assert list(missing(summary, REQUIRED)) == []
-    assert load(out / "torque_step_2e6_flexible.nc").sizes["time"] > 10
+    assert lacking(summary) == []
+    assert load(out / "torque_step_2e6.nc").sizes["time"] > 10
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
 
 
 def test_a_finished_folder_is_read_again(finished):
     content = run_commands.read_folder(finished[0])
     assert content.case.content_hash() == content.summary["content_hash"]
-    assert list(content.runs("steady")) == ["flexible", "rigid"]
-    assert set(content.fields) == {"ring", "carrier"}
+    assert list(content.rings[0].runs("transient")) == ["flexible", "rigid"]
+    assert set(content.fields) == {"stage.ring", "stage.carrier"}
 
 
 def test_large_datasets_are_read_piece_by_piece(finished, monkeypatch):
     whole = run_commands.read_folder(finished[0])
     monkeypatch.setattr(run_folder, "_AT_ONCE", 0)
     content = run_commands.read_folder(finished[0])
-    name = "torque_step_2e6_flexible"
-    assert not content.datasets[name].variables["ring_pair_load"]._in_memory
+    name = "torque_step_2e6"
+    assert not content.datasets[name].variables["pair_load"]._in_memory
     assert not content.datasets[name].variables["time"]._in_memory
     assert content.datasets[name].set_xindex("time").identical(whole.datasets[name])
 

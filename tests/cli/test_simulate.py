@@ -7,9 +7,9 @@ import json
 import pytest
 from stage_samples import cheap_stage
 
-from flexgear.cli import analysis_commands
 from flexgear.results.dataset import load
-from flexgear.studies import long_run
+from flexgear.results.stage_part import stage_part
+from flexgear.solve import long_run
 
 SHORT = ("--duration-s", 0.01)
 ABSURD = ("--duration-s", 1e7, "--set", "solver.time_step_s=1e-8")
@@ -22,7 +22,7 @@ def no_work(monkeypatch):
     def work(*_):
         raise AssertionError("it was refused too late")
 
-    monkeypatch.setattr(analysis_commands, "stage_bodies", work)
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", work)
     monkeypatch.setattr(long_run, "transient", work)
 
 
@@ -89,16 +89,17 @@ def test_variables_that_this_run_does_not_have(flexgear, tmp_path):
 
 def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
     """Streams of a flexible stage by the command line; figures come from all of its samples."""
-    monkeypatch.setattr(analysis_commands, "stage_bodies", lambda case, _: cheap_stage(case))
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
     out = tmp_path / "run.nc"
     code, text, err = flexgear(
         "simulate", "wind-5mw", "--rigid", "all", *SHORT, "--out", out, "--json",
-        "--save", "ring_pair_load,ring_pair_tooth",
+        "--save", "pair_load,pair_tooth",
     )  # fmt: skip
     assert code == 0
     assert err.startswith("transient: ")
     figures, data = json.loads(text)["transient"], load(out)
-    assert {n for n in data if "time" in data[n].dims} == {"ring_pair_load", "ring_pair_tooth"}
-    loads = data["ring_pair_load"].where(data["ring_pair_tooth"] > 0)
+    assert {n for n in data if "time" in data[n].dims} == {"pair_load", "pair_tooth"}
+    part = stage_part(data, "stage")
+    loads = part["ring_pair_load"].where(part["ring_pair_tooth"] > 0)
     assert figures["ring_tooth_load_n"]["max"] == pytest.approx(float(loads.max()), rel=1e-6)
     assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)

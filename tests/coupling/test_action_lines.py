@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coupled import CLEAN, make_bodies
+from coupled import CLEAN, make_bodies, stage_system
 
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.action_lines import action_lines, covered
-from flexgear.coupling.build import build_system
 from flexgear.coupling.system import Variant
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 
 VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, shaft=False))
 
@@ -18,8 +17,8 @@ VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, s
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.label)
 @pytest.mark.parametrize("hand", ["left", "right"])
 def test_rows_are_their_line_and_blocks_beyond(variant, hand):
-    case = load_case("wind-5mw", {**CLEAN, "stage.planet_hand": hand})
-    system = build_system(case, *make_bodies(case), variant)
+    case = load_stage("wind-5mw", {**CLEAN, "stage.planet_hand": hand})
+    system = stage_system(case, make_bodies(case), variant)
     blocks = len(system.blocks) // 6
     lines = action_lines(system.pairs, blocks)
     for angle in (0.0, 0.3, 2.1):
@@ -39,8 +38,8 @@ def test_rows_are_their_line_and_blocks_beyond(variant, hand):
 
 def test_approach_is_the_radial_part_of_rows():
     """A planet that comes nearer along the line of centres closes its gear mesh by n_x cosβ_b."""
-    case = load_case("wind-5mw", CLEAN)
-    system = build_system(case, *make_bodies(case), Variant())
+    case = load_stage("wind-5mw", CLEAN)
+    system = stage_system(case, make_bodies(case), Variant())
     pairs, blocks = system.pairs, len(system.blocks) // 6
     count = len(pairs.s0)
     approach = action_lines(pairs, blocks)[2 * count :]
@@ -53,8 +52,8 @@ def test_approach_is_the_radial_part_of_rows():
 
 
 def test_what_a_line_covers():
-    case = load_case("wind-5mw", CLEAN)
+    case = load_stage("wind-5mw", CLEAN)
     bodies = make_bodies(case)
-    system = build_system(case, *bodies, Variant())
+    system = stage_system(case, bodies, Variant())
     kinds = system.pairs.kind % 2  # ring, sun
     np.testing.assert_array_equal(covered(system.pairs), np.where(kinds == 1, 2, 1))

@@ -13,11 +13,11 @@ from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.reference import damping_matrix
 from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import chosen_modal, elastic_modes, modal_system
 from flexgear.coupling.mode_choice import choose_modes, cuts, mode_estimates
-from flexgear.coupling.pace import stage_pace
+from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import Damping, Variant
-from flexgear.coupling.train import train_system
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 
@@ -249,8 +249,8 @@ def test_torques_at_ports_count(system, solved, estimates):
 def test_rigid_bodies_and_trains_without_support_rows():
     for found in (
         make_system(Variant(False, False, False)),
-        train_system(load_case("lin-parker")),
-        train_system(load_case("double-rotor-5mw")),
+        build_system(load_case("lin-parker")),
+        build_system(load_case("double-rotor-5mw")),
     ):
         modal = modal_system(found, accuracy=0.02, band_hz=300.0)
         assert 0 <= modal.choice.estimate <= 0.02
@@ -288,7 +288,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
             modal, drive=rated, duration=0.02, time_step=1e-4, output_interval=1e-3, sink=sink
         )
         recovery = Recovery(collected(modal, sink.arrays(), steps))
-        planet = recovery.node("planet_1", "planet_1")[:, :3]
+        planet = recovery.node("stage.planet_1", "planet_1")[:, :3]
         assert np.abs(recovery.motion(system.masters)).max() < 1e-6 * np.abs(planet).max()
         moved.append(planet)
     assert np.abs(moved[1] - moved[0]).max() < 0.01 * np.abs(moved[0]).max()
@@ -297,7 +297,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
 def test_the_solver_section_decides(system):
     def reduced(**keys):
         case = make_case(**{f"solver.{k}": v for k, v in keys.items()})
-        return chosen_modal(system, stage_pace(case))
+        return chosen_modal(system, case_pace(case.as_case()))
 
     loose, tight = reduced(modes_accuracy="0.05"), reduced(modes_accuracy="0.001")
     wide = reduced(modes_accuracy="0.05", modes_band_hz="1000")

@@ -8,11 +8,10 @@ import pytest
 from flexgear.coupling.pace import (
     SAMPLES,
     STEPS,
+    case_pace,
     speed_time_constant,
-    stage_pace,
     timed_drops,
     too_coarse,
-    train_pace,
 )
 from flexgear.model.load import load_case
 
@@ -25,28 +24,28 @@ def small(**settings):
 
 def test_a_fast_stage_is_resolved_up_to_its_highest_wanted_order():
     """72 ring teeth at 1 500 r/min: 1 800 Hz, ten orders of it, above what the gears swing at."""
-    pace = stage_pace(small())
+    pace = case_pace(small())
     assert pace.gear_mesh == pytest.approx(1800)
     assert pace.resonance < pace.band == pytest.approx(18_000)
     assert pace.time_step == pytest.approx(1 / (STEPS * 18_000))
     assert pace.output_interval == pytest.approx(1 / (SAMPLES * 18_000))
     assert too_coarse(pace, small().solver) == []
-    twice = stage_pace(small(solver__gear_mesh_orders=20))
+    twice = case_pace(small(solver__gear_mesh_orders=20))
     assert twice.time_step == pytest.approx(pace.time_step / 2)
 
 
 def test_a_slow_stage_is_resolved_up_to_where_its_gears_swing():
     """f_E = √(k̄/m)/2π does not depend on speed; at the ring m is J_p/r_bp² of a planet alone."""
-    slow, slower = (stage_pace(small(drive__rated_speed_rpm=n)) for n in (10, 1))
-    assert slow.band == slower.band == slow.resonance == stage_pace(small()).resonance
-    light = stage_pace(small(drive__rated_speed_rpm=1, material__density_kg_per_m3=7850 / 4))
+    slow, slower = (case_pace(small(drive__rated_speed_rpm=n)) for n in (10, 1))
+    assert slow.band == slower.band == slow.resonance == case_pace(small()).resonance
+    light = case_pace(small(drive__rated_speed_rpm=1, material__density_kg_per_m3=7850 / 4))
     assert light.resonance == pytest.approx(2 * slow.resonance)
 
 
 def test_a_train_goes_by_its_fastest_gear_mesh():
     train = load_case("nrel-5mw", {"solver.gear_mesh_orders": "10"})
-    assert train_pace(train).gear_mesh == pytest.approx(466.354, rel=1e-5)
-    assert train_pace(train).band == pytest.approx(4663.54, rel=1e-5)
+    assert case_pace(train).gear_mesh == pytest.approx(466.354, rel=1e-5)
+    assert case_pace(train).band == pytest.approx(4663.54, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -62,20 +61,21 @@ def test_a_train_goes_by_its_fastest_gear_mesh():
 def test_what_is_too_coarse_is_named(key, value, named):
     """The defaults of a wind turbine, which once were everybody's."""
     case = small(**{key: value})
-    (line,) = [n for n in too_coarse(stage_pace(case), case.solver) if named in n]
+    (line,) = [n for n in too_coarse(case_pace(case), case.solver) if named in n]
     assert "leave it out" in line
 
 
 def test_what_is_asked_for_may_be_less():
     case = small(solver__output_interval_s=1e-4, solver__gear_mesh_orders=2)
-    assert too_coarse(stage_pace(case), case.solver) == []
+    assert too_coarse(case_pace(case), case.solver) == []
 
 
 def test_drops_last_until_the_speed_is_back_but_no_longer_than_a_turn():
     """τ = J ω/T of both inertias at the carrier; heavy drives are cut at a revolution."""
     case = small()
     turn, ratio = 60 / 1500, 100 / 28
-    inertia = case.inertia.drive + ratio**2 * case.inertia.output
+    ends = case.alone.inertia
+    inertia = ends.drive + ratio**2 * ends.output
     assert speed_time_constant(case) == pytest.approx(inertia * 2 * math.pi * 25 / 300)
     assert timed_drops(case).after == pytest.approx(min(2 * speed_time_constant(case), turn))
     assert timed_drops(small(inertia__drive_kg_m2=10)).after == pytest.approx(turn)

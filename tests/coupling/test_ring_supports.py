@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coupled import stage_system
 
 from flexgear.analysis.equilibrium import equilibrium
 from flexgear.analysis.recovery import Recovery
-from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.coupling.workable import stand_ins
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 
 STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
 BEFORE, REST = STAGE.split("[ring.bolts]\n")
@@ -34,7 +34,7 @@ RIGID = Variant(ring=False, carrier=False, shaft=False)
 def stage(folder, supports, **settings):
     file = folder / "stage.toml"
     file.write_text(BEFORE.replace('end = "-z"\n', "") + supports + AFTER)
-    return load_case(file, {**CLEAN, "solver.fidelity": "quick", **settings})
+    return load_stage(file, {**CLEAN, "solver.fidelity": "quick", **settings})
 
 
 def circle(end, factor=1.0):
@@ -49,14 +49,14 @@ def circle(end, factor=1.0):
 
 def rigid_state(case):
     """Recovered equilibrium at rated torque of all rigid bodies on the case's springs."""
-    modal = modal_system(build_system(case, *stand_ins(case), RIGID))
+    modal = modal_system(stage_system(case, stand_ins(case), RIGID))
     return Recovery(equilibrium(modal, 0.1, TORQUE))
 
 
 def test_a_spline_alone_twists_by_the_torque_over_its_stiffness(tmp_path):
     found = rigid_state(stage(tmp_path, SPLINE))
-    assert found.node("ring", "spline_1")[0, 5] == pytest.approx(RING_TORQUE / 5e6, rel=1e-9)
-    force = found.link_force("spline_1")[0]
+    assert found.node("stage.ring", "spline_1")[0, 5] == pytest.approx(RING_TORQUE / 5e6, rel=1e-9)
+    force = found.link_force("stage.spline_1")[0]
     assert force[5] == pytest.approx(RING_TORQUE, rel=1e-9)
     assert np.abs(force[:5]).max() < 1e-7 * RING_TORQUE
 
@@ -64,8 +64,8 @@ def test_a_spline_alone_twists_by_the_torque_over_its_stiffness(tmp_path):
 def test_fits_and_splines_share_the_torque_by_their_stiffness(tmp_path):
     fit = SPLINE.replace("splines", "fits").replace("5e6", "1e6").replace("z_mm = 0", "z_mm = 4")
     found = rigid_state(stage(tmp_path, SPLINE + fit))
-    assert found.link_force("spline_1")[0, 5] == pytest.approx(RING_TORQUE * 5 / 6, rel=1e-9)
-    assert found.link_force("fit_1")[0, 5] == pytest.approx(RING_TORQUE / 6, rel=1e-9)
+    assert found.link_force("stage.spline_1")[0, 5] == pytest.approx(RING_TORQUE * 5 / 6, rel=1e-9)
+    assert found.link_force("stage.fit_1")[0, 5] == pytest.approx(RING_TORQUE / 6, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -75,18 +75,20 @@ def test_bolts_twist_a_rigid_ring_alike_wherever_they_are(tmp_path, supports):
     """θ = T / (n (k_t r² + k_twist)), n and k of all circles together."""
     found = rigid_state(stage(tmp_path, supports))
     expected = RING_TORQUE / (8 * (2e8 * 0.061**2 + 2e2))
-    assert found.node("ring", "bolt_01")[0, 5] == pytest.approx(expected, rel=1e-9)
+    assert found.node("stage.ring", "bolt_01")[0, 5] == pytest.approx(expected, rel=1e-9)
 
 
 def test_bolts_on_both_ends_carry_alike_and_do_not_tilt_a_spur_ring(tmp_path):
     found = rigid_state(stage(tmp_path, circle("-z", 0.5) + circle("+z", 0.5)))
     names = [f"bolt_{k:02d}" for k in range(1, 17)]
-    force = np.array([found.link_force(name)[0, :3] for name in names]).reshape(2, 8, 3)
+    force = np.array([found.link_force(f"stage.{name}")[0, :3] for name in names]).reshape(2, 8, 3)
     assert np.abs(force[0] - force[1] * [1, 1, -1]).max() < 1e-6 * np.abs(force).max()
-    assert np.abs(found.node("ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
+    assert np.abs(found.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
     one = rigid_state(stage(tmp_path, circle("-z")))
-    assert np.abs(one.node("ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
-    torque = (8 * 0.5 * 2e2 * found.node("ring", "bolt_01")[0, 5] * 2) + 0.061 * force[..., 1].sum()
+    assert np.abs(one.node("stage.ring", "bolt_01")[0, 3:5]).max() < 1e-6 * RING_TORQUE / 1e6
+    torque = (8 * 0.5 * 2e2 * found.node("stage.ring", "bolt_01")[0, 5] * 2) + 0.061 * force[
+        ..., 1
+    ].sum()
     assert torque == pytest.approx(RING_TORQUE, rel=1e-9)
 
 
@@ -94,7 +96,7 @@ def test_one_circle_may_be_a_table_or_a_list(tmp_path):
     table = stage(tmp_path, '[ring.bolts]\nend = "+z"\n' + BOLTS)
     listed = stage(tmp_path, circle("+z"))
     assert table.ring.bolt_circles == listed.ring.bolt_circles
-    a, b = (rigid_state(case).node("ring", "bolt_03")[0] for case in (table, listed))
+    a, b = (rigid_state(case).node("stage.ring", "bolt_03")[0] for case in (table, listed))
     assert np.array_equal(a, b)
 
 

@@ -9,10 +9,10 @@ from trains import stage_train
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.laws import law_number, respond
 from flexgear.coupling.laws.rollers import roller_loads, roller_parameters, roller_stiffness
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.model.errors import InputError
 from flexgear.model.rollers import Rollers
 
@@ -74,7 +74,7 @@ ROLLERS = {"count": "20", "rows": "2", "length_mm": "18", "spacing_mm": "20", "c
 
 def lumped(folder):
     keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in ROLLERS.items()}
-    return train_system(stage_train(folder, planets=3, **keys))
+    return build_system(stage_train(folder, planets=3, **keys))
 
 
 def flexible(_):

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from coupled import make_bodies, make_case
+from coupled import make_bodies, make_case, stage_system
 
-from flexgear.coupling.build import build_system
 from flexgear.coupling.links import invariant_part
 from flexgear.structures.interfaces import carrier_supports, ring_supports
 
@@ -28,7 +27,7 @@ STIFFNESS = {  # no two alike
 def stage():
     case = make_case(**STIFFNESS)
     ring, carrier = make_bodies(case)
-    return case, ring, carrier, build_system(case, ring, carrier)
+    return case, ring, carrier, stage_system(case, (ring, carrier))
 
 
 def test_ring(stage):

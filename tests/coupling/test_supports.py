@@ -44,7 +44,7 @@ def test_anisotropic_bearing_enters_as_a_rotated_spring(odd):
     for theta in (0.0, 0.6, 2.0):
         e = equilibrium(modal, theta, TORQUE)
         q = modal.coordinates(e.eta, channel_forces(e))[0]
-        rows = odd.node_rows("carrier", "bearing_far")
+        rows = odd.node_rows("stage.carrier", "bearing_far")
         extra = rows.T @ (turn(theta).T @ matrix @ turn(theta) - invariant_part(matrix)) @ rows
         load = odd.drive * TORQUE - odd.output * e.output_torque[0]
         gear_meshes = gear_mesh_stiffness(odd, theta, only_pairs=True)
@@ -59,8 +59,8 @@ def test_a_run_on_an_anisotropic_bearing_stays_balanced(odd):
     e = revolution(modal_system(odd), theta, TORQUE)
     assert e.closure.max() < 1e-8
     assert np.allclose(e.output_torque, TORQUE * 27 / 120)
-    carried = Recovery(e).link_force("carrier_far")  # carrier axes, from the matrix as given
-    u = Recovery(e).node("carrier", "bearing_far")
+    carried = Recovery(e).link_force("stage.carrier_far")  # carrier axes, from the matrix as given
+    u = Recovery(e).node("stage.carrier", "bearing_far")
     matrix = make_case(**ODD).bearings.carrier_far.matrix
     for t, angle in enumerate(theta):
         r = turn(angle)

@@ -9,11 +9,11 @@ from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import front_meshes
 from flexgear.coupling.pairs import build_rows
-from flexgear.coupling.train import train_system
 
 KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
 
@@ -25,7 +25,7 @@ def keys(prefix, length="12"):
 
 def lumped(folder, **changes):
     options = {"stage.gear_mesh.model": '"per_pair"', "stage.gear_mesh.contact_law": '"one-sided"'}
-    return train_system(stage_train(folder, **options, **changes))
+    return build_system(stage_train(folder, **options, **changes))
 
 
 def flexible(_, **changes):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coupled import make_bodies
+from coupled import make_bodies, stage_system
 from train_contexts import mixed
 from trains import STEEL, stage_train, write
 
@@ -12,7 +12,6 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.build import build_system
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 
@@ -81,7 +80,7 @@ def test_a_flexible_stage_before_another(tmp_path):
     behind = disc(radius["gear"], 0.0, second.face_width)
     pinion = (disc(radius["pinion"], 0.0, second.face_width) + 500.0) * (95 / 24) ** 2
     known = 1e6 + own + (behind + pinion) * ratio**2
-    assert energy(train_system(train, bodies)) == pytest.approx(known, rel=1e-9)
+    assert energy(build_system(train, bodies)) == pytest.approx(known, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +93,7 @@ def test_ends_that_are_ports(tmp_path, said, drive, output):
     bodies = make_bodies(train.stages[0].flexible)
     own, ratio = flexible_inertia(train.stages[0].flexible, bodies[1])
     known = own + drive + output * ratio**2
-    system = train_system(train, {"stage_1": bodies})
+    system = build_system(train, {"stage_1": bodies})
     assert energy(system) == pytest.approx(known, rel=1e-9)
 
 
@@ -102,7 +101,7 @@ def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path)
     train = load_case(write(tmp_path, ALONE), {"stages.0.flexible.brake.exponent": "2"})
     case = train.stages[0].flexible
     bodies = make_bodies(case)
-    inside, alone = train_system(train, {"stage_1": bodies}), build_system(case, *bodies)
+    inside, alone = build_system(train, {"stage_1": bodies}), stage_system(case, bodies)
     for name in ("mass", "stiffness", "rolling", "masters", "blocks", "port_rows"):
         a, b = getattr(inside, name), getattr(alone, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max(), name
@@ -118,13 +117,13 @@ def test_lumped_members_have_no_inertia_of_ports_twice(tmp_path):
     ratio, planet = 1 + 94 / 26, (94 - 34) / 34
     orbit = 4e-3 * (26 + 34) / 2
     known = 0.3 + 2 + (0.004 + 0.2) * ratio**2 + 4 * (4 * orbit**2 + 0.01 * planet**2)
-    assert energy(train_system(train)) == pytest.approx(known, rel=1e-12)
+    assert energy(build_system(train)) == pytest.approx(known, rel=1e-12)
 
 
 def test_torque_passes_the_spline_into_the_next_stage(tmp_path):
     """Spline and joint in series: the twist over both is T (1/k_spline + 1/k_joint)."""
     train, bodies = mixed(tmp_path)
-    found = revolution(modal_system(train_system(train, bodies)), np.zeros((1, 1)), 4e6)
+    found = revolution(modal_system(build_system(train, bodies)), np.zeros((1, 1)), 4e6)
     system = found.modal.system
     assert not [b.name for b in system.bodies if b.name.endswith("output")]
     ends = [("first.shaft", "end"), ("second.gear", "second.gear")]

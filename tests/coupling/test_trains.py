@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coupled import make_bodies, make_system
+from coupled import make_bodies, make_system, stage_system
 from trains import STEEL, stage_train, write
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
@@ -24,7 +24,7 @@ def loads(result):
 
 
 def solved(train, angles=(0.0, 0.3), torque=None, **flexible):
-    system = train_system(train, flexible)
+    system = build_system(train, flexible)
     return revolution(
         modal_system(system), np.array(angles), system.rated_torque if torque is None else torque
     )
@@ -42,7 +42,7 @@ def test_spatial_spur_stage_moves_like_the_planar_one(tmp_path):
         "stage.planet_bearing.tilt_nm_per_rad": "1e8",
     }
     full = stage_train(tmp_path, sun="2e8", **errors, **held)
-    a, b = modes(train_system(flat)), modes(train_system(full))
+    a, b = modes(build_system(flat)), modes(build_system(full))
     distance = np.abs(b.frequencies[None, :] - a.frequencies[1:, None]).min(axis=1)
     assert np.max(distance / a.frequencies[1:]) < 1e-9
     assert np.allclose(loads(solved(flat)), loads(solved(full)), rtol=1e-9)
@@ -149,14 +149,14 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"gear_mesh.model": model})
     bodies = make_bodies(case)
     twin = lumped_twin(tmp_path, case, bodies, errors)
-    system = build_system(case, *bodies, Variant(False, False, False))
+    system = stage_system(case, bodies, Variant(False, False, False))
     angles = np.linspace(0, 0.06, 5)
     rigid = revolution(modal_system(system), angles, 4e6)
     lumped = solved(twin, angles)
     a, b = loads(rigid), loads(lumped)
     assert np.abs(a - b).max() < 1e-3 * a.max()
     # the sums of the flexible stage's sets: ring then sun, planets in order
-    assert [g.kind for g in system.gear_meshes] == [g.kind for g in train_system(twin).gear_meshes]
+    assert [g.kind for g in system.gear_meshes] == [g.kind for g in build_system(twin).gear_meshes]
 
 
 def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
@@ -182,9 +182,8 @@ member = "stage_1.sun"
     case = case.stages[0].flexible
     bodies = make_bodies(case)
     inside = solved(train, (0.0, 0.02), stage_1=bodies)
-    from flexgear.coupling.build import build_system
 
-    alone = revolution(modal_system(build_system(case, *bodies)), np.array([0.0, 0.02]), 4e6)
+    alone = revolution(modal_system(stage_system(case, bodies)), np.array([0.0, 0.02]), 4e6)
     assert np.allclose(inside.pair_load, alone.pair_load, atol=1e-8 * alone.pair_load.max())
     assert np.allclose(inside.output_torque, alone.output_torque, rtol=1e-10)
 
@@ -194,11 +193,10 @@ def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
     takes changes by no more than the angle does, and together they balance the torque."""
     from coupled import make_case
 
-    from flexgear.coupling.build import build_system
     from flexgear.gears.kinematics import rated_flow
 
     case = make_case(**{"gear_mesh.model": "constant", "errors.pin_tangential_um": "[]"})
-    system, steps = build_system(case, *make_bodies(case)), 40
+    system, steps = stage_system(case, make_bodies(case)), 40
     angles = 2 * np.pi / case.stage.ring.teeth * np.arange(steps + 1) / steps
     load = revolution(modal_system(system), angles, 4e6).pair_load
     ring = load[:, [g.kind == "ring" for g in system.gear_meshes]]
@@ -253,7 +251,7 @@ def two_stages(tmp_path):
 
 
 def test_torque_and_speed_pass_through_stages(two_stages):
-    system = train_system(two_stages)
+    system = build_system(two_stages)
     result = revolution(modal_system(system), np.array([0.0, 1.3, 4.0]), 20000)
     assert np.allclose(result.output_torque, 20000 * 18 / 90 * 20 / 100, rtol=1e-12)
     assert system.output @ system.rolling[:, 0] == pytest.approx(5 * 5, rel=1e-12)
@@ -270,11 +268,11 @@ def test_joint_between_turning_frames_is_a_spring_in_space(two_stages):
     path = Path(two_stages.source)
     path.write_text(path.read_text("utf-8") + head, "utf-8")
     train = load_case(path)
-    system = train_system(train)
+    system = build_system(train)
     modal = modal_system(system)
     angles = np.linspace(0, 3, 7)
     loaded, plain = (
-        revolution(modal_system(s), angles, 20000) for s in (system, train_system(two_stages))
+        revolution(modal_system(s), angles, 20000) for s in (system, build_system(two_stages))
     )
     fixed = []
     for body in ("stage_1.sun", "stage_2.carrier"):
@@ -299,7 +297,7 @@ def test_weight_is_carried_in_space(tmp_path):
     train = stage_train(
         tmp_path, planets=3, sun="1e9", head='kind = "train"\ngravity_m_per_s2 = [0, -9.81, 0]\n'
     )
-    system = train_system(train)
+    system = build_system(train)
     angles = np.array([0.0, 0.7, 2.5])
     result = revolution(modal_system(system), angles, 3000)
     recovery = Recovery(result)
@@ -339,12 +337,12 @@ def test_bearing_with_clearance(tmp_path, gap):
 def test_a_loose_body_is_named(tmp_path):
     """Two planets do not centre a floating sun: one clear line."""
     with pytest.raises(InputError, match=r"support\.radial.*nothing holds stage\.sun sideways"):
-        train_system(stage_train(tmp_path, planets=2, **{"stage.sun.support.radial_n_per_m": "0"}))
+        build_system(stage_train(tmp_path, planets=2, **{"stage.sun.support.radial_n_per_m": "0"}))
 
 
 def test_no_rotation_makes_force(two_stages):
     """Springs and gear meshes do not see the rolling of the train."""
-    system = train_system(two_stages)
+    system = build_system(two_stages)
     assert np.abs(system.stiffness @ system.rolling).max() < 1e-7 * np.abs(system.stiffness).max()
     from flexgear.analysis.modes import gear_mesh_stiffness
 

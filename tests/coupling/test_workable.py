@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 
 import pytest
-from coupled import make_bodies
+from coupled import make_bodies, stage_system
 from train_contexts import MIXED
 from trains import stage_train, write
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.train import train_system
 from flexgear.coupling.workable import require_workable
 from flexgear.model.bundled import bundled_cases
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 
 SPATIAL = 'kind = "train"\nkinematics = "spatial"\n'
 FLEXIBLE = "stages.first.flexible."
@@ -53,8 +52,8 @@ def test_bundled_cases_work(name):
 @pytest.mark.parametrize(
     ("settings", "key", "said"),
     [
-        ({"gravity_m_per_s2": "[0, -9.81, 0]"}, "gravity_m_per_s2",
-         "does not reach the flexible stage first -- set it to zero"),
+        ({FLEXIBLE + "gravity_m_per_s2": "[0, -9.81, 0]"}, f"{FLEXIBLE}gravity_m_per_s2",
+         "are those of the whole train"),
         (LUMPED_HOUSING, "stages.first.flexible.housing.kind", 'is lumped.* -- set it to "rigid"'),
         (NO_TILT, f"stages.second.pinion.{TILT}",
          f"nothing holds second.pinion against tilting and second.gear against tilting -- give a "
@@ -74,10 +73,16 @@ def test_bundled_cases_work(name):
          "planets"),
     ],
 )  # fmt: skip
-def test_trains_with_a_flexible_stage(tmp_path, settings, key, said):
+def test_trains_with_a_flexible_stage_are_told(tmp_path, settings, key, said):
     found, words = refusal(load_case(write(tmp_path, MIXED, SPATIAL), settings))
     assert found == key
     assert re.search(said, words), words
+
+
+def test_a_train_with_a_flexible_stage_weighs(tmp_path):
+    require_workable(
+        load_case(write(tmp_path, MIXED, SPATIAL), {"gravity_m_per_s2": "[0, -9.81, 0]"})
+    )
 
 
 def test_a_flexible_stage_is_no_star(tmp_path):
@@ -91,8 +96,8 @@ def test_a_flexible_stage_is_no_star(tmp_path):
 def test_a_pin_goes_into_the_bore_of_its_planet():
     sizes = {"carrier.pin_diameter_mm": "180", "stage.planet.bore_diameter_mm": "100"}
     with pytest.raises(InputError, match=r"carrier.pin_diameter_mm: a pin of 180 mm does not go"):
-        load_case("wind-5mw", sizes)
-    load_case("wind-5mw", {**sizes, "stage.planet.bore_diameter_mm": "181"})
+        load_stage("wind-5mw", sizes)
+    load_stage("wind-5mw", {**sizes, "stage.planet.bore_diameter_mm": "181"})
 
 
 SUPPORTS = [
@@ -109,23 +114,23 @@ SUPPORTS = [
 @pytest.mark.parametrize(("settings", "key"), SUPPORTS)
 def test_supports_of_a_stage(settings, key):
     """Rigid stand-ins and bodies that bend are held, or not, alike."""
-    case = load_case("wind-5mw", settings)
+    case = load_stage("wind-5mw", settings)
     if key is None:
-        require_workable(case)
-        build_system(case, *make_bodies(case))
+        require_workable(case.as_case())
+        stage_system(case, make_bodies(case))
         return
-    assert refusal(case)[0] == key
+    assert refusal(case.as_case())[0] == key
     with pytest.raises(InputError, match="nothing holds"):
-        build_system(case, *make_bodies(case))
+        stage_system(case, make_bodies(case))
 
 
 def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
     """Beside rotations those of a sun without spline or bearing: all it has but turning."""
     loose = {f"shaft.spline.{k}": "0" for k in ("radial_n_per_m", "tilt_nm_per_rad")}
-    held = load_case("wind-5mw")
-    floating = load_case("wind-5mw", loose)
+    held = load_stage("wind-5mw")
+    floating = load_stage("wind-5mw", loose)
     bodies = make_bodies(held)
-    size = [build_system(case, *bodies).rigid.shape[1] for case in (held, floating)]
+    size = [stage_system(case, bodies).rigid.shape[1] for case in (held, floating)]
     assert size == [7, 7 + 4]  # orbit, planets and sun turn; then sideways and tilting, twice each
 
 
@@ -141,7 +146,7 @@ def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
     assert "sideways" not in words  # radial stiffness is there
     assert 'kinematics = "planar"' in words
     with pytest.raises(InputError, match="nothing holds"):
-        train_system(train)
+        build_system(train)
 
 
 def test_bolt_holes_have_room_in_the_fe_mesh():

@@ -19,7 +19,7 @@ from flexgear.gears.bearing_life import (
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 
 positive = st.floats(1e-2, 1e7)
 exponents = st.sampled_from([BALL, ROLLER])
@@ -116,7 +116,7 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     """Both gear meshes push a planet with T/(N R_c) altogether, which turns (z_r/z_p) ω_c against
     its pin; two bearings share it."""
     rating = {"dynamic_rating_kn": "9000", "rolling": "roller", "count": "2"}
-    case = load_case("wind-5mw", {f"bearings.planet.{k}": v for k, v in rating.items()})
+    case = load_stage("wind-5mw", {f"bearings.planet.{k}": v for k, v in rating.items()})
     alone, distance = case.as_case(), stage_geometry(case.view()).center_distance
     hours = planet_bearing_life_hours(alone, power_flow(alone))
     load = case.drive.rated_torque / (5 * distance)
@@ -124,4 +124,4 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     turns = 1e6 * (9e6 / (load / 2)) ** (10 / 3)
     assert hours == {"stage": pytest.approx(turns / speed / 3600)}
     with pytest.raises(InputError, match=r"bearings.planet.rolling: is missing"):
-        load_case("wind-5mw", {"bearings.planet.dynamic_rating_kn": "9000"})
+        load_stage("wind-5mw", {"bearings.planet.dynamic_rating_kn": "9000"})

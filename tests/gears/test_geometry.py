@@ -14,12 +14,12 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.tooth import inverse_involute, involute
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 
 
 @pytest.fixture(scope="module")
 def case():
-    return load_case("wind-5mw")
+    return load_stage("wind-5mw")
 
 
 def test_centre_distance_and_diameters_of_the_bundled_stage(case):
@@ -92,7 +92,7 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
         "stage.planet.bore_diameter_mm": 0, "stage.backlash_ring_mm": 0.01 * module,
         "stage.backlash_sun_mm": 0.02 * module, "ring.fits": "[]", "carrier.plate_gap_m": 1,
     }  # fmt: skip
-    case = load_case("wind-5mw", {k: str(v) for k, v in over.items()})
+    case = load_stage("wind-5mw", {k: str(v) for k, v in over.items()})
     reach = (planet + 2) / (sun + planet)
     if planets * math.asin(min(1.0, reach)) > math.pi:
         with pytest.raises(InputError, match="collide"):
@@ -115,10 +115,10 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
 
 def test_profile_shift_moves_all_gears_after_iso():
     """x > 0: thicker teeth everywhere; ring tip inward. x_s + x_p = -(x_p + x_r) keeps distance."""
-    plain = stage_geometry(load_case("wind-5mw").view())
+    plain = stage_geometry(load_stage("wind-5mw").view())
     shifts = {"sun": 0.3, "planet": -0.3, "ring": 0.3}
     over = {f"stage.{g}.profile_shift": str(x) for g, x in shifts.items()}
-    g = stage_geometry(load_case("wind-5mw", over).view())
+    g = stage_geometry(load_stage("wind-5mw", over).view())
     assert g.center_distance == pytest.approx(plain.center_distance)
     for name, x in shifts.items():
         a, b = getattr(plain, name), getattr(g, name)
@@ -145,16 +145,16 @@ def test_profile_shift_moves_all_gears_after_iso():
 )
 def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
     with pytest.raises(InputError, match=words) as caught:
-        stage_geometry(replace(load_case("wind-5mw", over).view(), source="my.toml"))
+        stage_geometry(replace(load_stage("wind-5mw", over).view(), source="my.toml"))
     assert str(caught.value).startswith("my.toml: stage")
     assert "\n" not in str(caught.value)
 
 
 def test_positions_may_be_given_in_any_order_and_turn():
     places = "[360, 648, 216, -216, 72]"
-    case = load_case("wind-5mw", {"stage.planet_positions_deg": places})
-    plain = stage_geometry(load_case("wind-5mw").view())
+    case = load_stage("wind-5mw", {"stage.planet_positions_deg": places})
+    plain = stage_geometry(load_stage("wind-5mw").view())
     assert stage_geometry(case.view()).planet_clearance == pytest.approx(plain.planet_clearance)
-    twice = load_case("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"})
+    twice = load_stage("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"})
     with pytest.raises(InputError, match="collide"):
         stage_geometry(twice.view())

@@ -15,7 +15,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 
 YOUNG, POISSON = 210e9, 0.3
 PLANE = (1 - POISSON**2) / YOUNG
@@ -27,7 +27,7 @@ PLANE = (1 - POISSON**2) / YOUNG
 @pytest.mark.parametrize("height", [0.5, 0.8])
 def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
     """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
-    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
+    case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
     g, module = stage_geometry(case.view()), case.stage.normal_module
     tooth = getattr(g, name)
     radius = tooth.form_radius + height * (tooth.tip_radius - tooth.form_radius)
@@ -44,7 +44,7 @@ def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
 
 
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
-    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"})
+    case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
     g, module = stage_geometry(case.view()), case.stage.normal_module
     p, radius = g.ring.outline(), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
     coarse, fine, spread = (
@@ -92,7 +92,7 @@ def _graded(fine, last):
 @pytest.mark.parametrize("name", ["sun", "planet", "ring"])
 def test_a_load_towards_the_root_leaves_the_foundation_only(name):
     """Continuous where load and middle line cross below the root section, and never negative."""
-    case = load_case("wind-5mw")
+    case = load_stage("wind-5mw")
     g = stage_geometry(case.view())
     tooth = getattr(g, name)
     radius = np.linspace(tooth.form_radius, tooth.tip_radius, 400)

@@ -13,7 +13,7 @@ from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import stage_flow
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.model.ports import MemberLoad
 
 teeth = st.integers(20, 60)
@@ -226,7 +226,7 @@ def test_planets_are_in_equilibrium(double, planet, shifts, distance):
 def test_a_flexible_stage_follows_willis_and_the_balance_of_torques():
     """ω_s = ω_c (1 + z_r/z_s), ω_p = −ω_c (z_r − z_p)/z_p, T_r = T z_r/(z_r + z_s), F = T_r/(N r_b
     cos β_b), whether it stands alone or in a train."""
-    case = load_case("wind-5mw")
+    case = load_stage("wind-5mw")
     z_s, z_p, z_r = (getattr(case.stage, g).teeth for g in ("sun", "planet", "ring"))
     speed, torque = case.drive.rated_speed, case.drive.rated_torque
     stage = planetary() | {"case": "wind-5mw", "flexible": case}

@@ -9,13 +9,13 @@ from pydantic import ValidationError
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.model.springs import Bearing
 
 
 @pytest.fixture(scope="module")
 def case():
-    return load_case("wind-5mw")
+    return load_stage("wind-5mw")
 
 
 def test_bundled_case_is_that_of_the_paper(case):
@@ -43,7 +43,7 @@ def test_every_value_is_labelled():
 def test_a_copied_file_is_the_same_case(case, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("# a comment of mine\n" + bundled_text("wind-5mw"), encoding="utf-8")
-    mine = load_case(path)
+    mine = load_stage(path)
     assert mine.name == "mine"
     assert mine.content_hash() == case.content_hash()
     assert mine.stage == case.stage
@@ -52,7 +52,7 @@ def test_a_copied_file_is_the_same_case(case, tmp_path):
 def test_the_unit_of_a_key_does_not_matter(case):
     over = {"stage.face_width_m": "0.43", "drive.torque_knm": "4000", "stage.helix_angle_rad":
             str(math.radians(7.5))}  # fmt: skip
-    assert load_case("wind-5mw", over).content_hash() == case.content_hash()
+    assert load_stage("wind-5mw", over).content_hash() == case.content_hash()
 
 
 def test_hash_follows_the_content(case):
@@ -84,7 +84,7 @@ def test_overrides_of_scalars_words_lists_and_elements():
         "bearings.sun.radial_n_per_m": "1e8",
         "ring.fits": "[]",
     }
-    case = load_case("wind-5mw", over)
+    case = load_stage("wind-5mw", over)
     assert case.stage.planets == 3
     assert len(case.stage.planet_angles) == 3
     assert case.ring.tie == "flank"
@@ -114,12 +114,12 @@ def test_springs_by_direction_and_as_matrix(case):
     rows = np.diag([1e9, 2e9, 3e9, 1e6, 1e6, 0.0])
     rows[0, 4] = rows[4, 0] = 1e7
     text = "{full_si = " + str(rows.tolist()) + "}"
-    full = load_case("wind-5mw", {"bearings.output": text}).bearings.output
+    full = load_stage("wind-5mw", {"bearings.output": text}).bearings.output
     assert np.array_equal(full.matrix, rows)
     assert full.stiffness[1] == 2e9
     rows[0, 4] = 0
     with pytest.raises(InputError, match=r"bearings.output.full_si: is not symmetric"):
-        load_case("wind-5mw", {"bearings.output.full_si": str(rows.tolist())})
+        load_stage("wind-5mw", {"bearings.output.full_si": str(rows.tolist())})
 
 
 def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
@@ -153,7 +153,7 @@ def test_case_round_trips_through_plain_data(case):
 )
 def test_planets_stand_alike_after_their_period(degrees, period):
     angles = tuple(math.radians(d) for d in degrees)
-    stage = load_case("wind-5mw").stage
+    stage = load_stage("wind-5mw").stage
     assert stage.planet_period == pytest.approx(2 * math.pi / 5)
     freely = stage.model_copy(update={"planets": len(degrees), "planet_positions": angles})
     assert freely.planet_period == pytest.approx(math.radians(period))

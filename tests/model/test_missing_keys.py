@@ -42,7 +42,7 @@ def test_the_machine_is_not_guessed(tmp_path, name, key, said):
 
 def test_spur_gears_need_no_hand(tmp_path):
     path = without(tmp_path, "wind-5mw", "planet_hand", "helix_angle_deg")
-    assert load_case(path).stage.helix_angle == 0.0
+    assert load_case(path).stages[0].helix_angle == 0.0
     with pytest.raises(InputError, match=r"stage.planet_hand: is missing with a helix angle"):
         load_case(path, {"stage.helix_angle_deg": "7.5"})
 

@@ -9,7 +9,7 @@ from flexgear.model.bundled import bundled_text
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 from flexgear.model.tolerance import GearErrorDistributions, TrainErrorDistributions
 from flexgear.model.train_errors import TrainErrors
 
@@ -22,7 +22,7 @@ def test_every_error_has_a_distribution_of_its_name():
 
 
 def test_units():
-    case = load_case(
+    case = load_stage(
         "wind-5mw",
         {f"{PIN}.standard_deviation_um": "20", f"{PIN}.high_mm": "0.05",
          "tolerance.errors.sun_phase.high_deg": "90"},
@@ -41,7 +41,7 @@ def test_a_tolerance_changes_no_run():
 
 
 def test_plain_data_and_back():
-    case = load_case("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
+    case = load_stage("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
     assert FlexibleStage.model_validate(case.model_dump()) == case
 
 

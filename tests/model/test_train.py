@@ -24,7 +24,7 @@ def write(tmp_path):
 
 def test_the_key_kind_decides(write):
     assert isinstance(load_case(write(SMALL)), Case)
-    assert isinstance(load_case("wind-5mw"), FlexibleStage)
+    assert isinstance(load_case("wind-5mw").alone, FlexibleStage)
     same = load_case("wind-5mw").content_hash()
     from flexgear.model.bundled import bundled_text
 
@@ -136,7 +136,7 @@ def test_a_stage_is_seen_as_gear_functions_see_a_case(write):
 
 def test_a_flexible_stage_has_the_gears_of_its_case(write):
     train = load_case(write(FLEXIBLE))
-    case, stage = load_case("wind-5mw"), train.stages[0]
+    case, stage = load_stage("wind-5mw"), train.stages[0]
     assert stage.stage == case.stage
     assert stage.gear_mesh.model == "per_pair"
     assert stage.planet_bearing.stiffness == case.bearings.planet.stiffness

@@ -4,25 +4,24 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
-from flexgear.results.dataset import transient_dataset
 from flexgear.results.energy_balance import energy_residual
+from flexgear.results.train_dataset import train_dataset
 
 
 def account(lost: float = 0.0):
     t = np.linspace(0, 2 * np.pi, 101)
     zero = np.zeros_like(t)
-    return transient_dataset(
-        time=t,
-        attrs={},
-        energy_kinetic=8 * np.sin(t) ** 2 - t + 3 * t,
-        energy_elastic=6 * np.cos(t) ** 2,
-        energy_pair_elastic=2 * np.cos(t) ** 2,
-        energy_input_work=5 * t,
-        energy_brake_work=2 * t,
-        energy_damping_work=0.5 * t,
-        energy_pair_damping_work=0.75 * t,
-        energy_parametric_work=zero + 0.25 * t + lost * t,
-    )
+    energies = {
+        "energy_kinetic": 8 * np.sin(t) ** 2 - t + 3 * t,
+        "energy_elastic": 6 * np.cos(t) ** 2,
+        "energy_pair_elastic": 2 * np.cos(t) ** 2,
+        "energy_input_work": 5 * t,
+        "energy_brake_work": 2 * t,
+        "energy_damping_work": 0.5 * t,
+        "energy_pair_damping_work": 0.75 * t,
+        "energy_parametric_work": zero + 0.25 * t + lost * t,
+    }
+    return train_dataset("time", t, energies, {}, {})
 
 
 def test_closed_account_leaves_nothing():

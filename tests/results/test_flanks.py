@@ -6,28 +6,35 @@ import xarray as xr
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.flanks import carrying_flank, carrying_pairs, coast_carries, tooth_loads
+from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import torque_step_summary
 
 
 @pytest.fixture
-def both_flanks(make_run):
+def both_runs(make_run):
     """A run whose drive flanks carry, and the same with coast flanks in their place."""
-    drive = make_run()
+    drive = stage_part(make_run(), "stage")
     load, tooth = (drive[f"ring_pair_{n}"].to_numpy() for n in ("load", "tooth"))
     shifted = np.where(tooth > 0, (tooth + 3) % 93 + 1, 0).astype(np.int16)
     spare = {"ring_back_pair_load": 0 * load, "ring_back_pair_tooth": shifted}
     spare |= {"sun_back_pair_load": 0 * load, "sun_back_pair_tooth": shifted}
-    ahead = make_run(**spare)
-    turned = {}
+    run = make_run(**spare)
+    ahead, turned = stage_part(run, "stage"), {}
     for gear in ("ring", "sun"):
         for part in ("load", "tooth"):
             one, other = f"{gear}_pair_{part}", f"{gear}_back_pair_{part}"
             turned |= {one: ahead[other].to_numpy(), other: ahead[one].to_numpy()}
     turned["ring_gear_mesh_force"] = -ahead["ring_gear_mesh_force"].to_numpy()
-    return ahead, make_run(**turned)
+    return run, make_run(**turned)
 
 
-def test_exchanged_flanks_have_the_same_figures(both_flanks):
+@pytest.fixture
+def both_flanks(both_runs):
+    """The same in the words of a stage."""
+    return tuple(stage_part(run, "stage") for run in both_runs)
+
+
+def test_exchanged_flanks_have_the_same_figures(both_flanks, both_runs):
     ahead, back = both_flanks
     for gear in ("ring", "sun"):
         a, b = (carrying_pairs(d, gear) for d in both_flanks)
@@ -37,7 +44,8 @@ def test_exchanged_flanks_have_the_same_figures(both_flanks):
         assert carrying_flank(ahead, gear) == "drive"
         assert carrying_flank(back, gear) == "coast"
     assert tooth_loads(back, "ring").min() > 0
-    assert torque_step_summary(back) == torque_step_summary(ahead)
+    one, other = (torque_step_summary(run, "stage") for run in both_runs)
+    assert other == one
 
 
 def test_flanks_may_take_turns(both_flanks):
@@ -58,13 +66,13 @@ def test_without_load_the_drive_flank_is_shown(both_flanks):
     np.testing.assert_array_equal(carrying_pairs(empty, "ring")["tooth"], ahead["ring_pair_tooth"])
 
 
-def test_linear_contact_pulls_on_its_only_flank(make_run):
-    data = make_run()
+def test_linear_contact_pulls_on_its_only_flank(make_part):
+    data = make_part()
     pulled = data.assign(ring_pair_load=-data["ring_pair_load"])
     assert carrying_flank(pulled, "ring") == "drive"
     assert tooth_loads(pulled, "ring").max() < 0
 
 
-def test_a_dataset_without_pairs_is_named(make_run):
+def test_a_dataset_without_pairs_is_named(make_part):
     with pytest.raises(FlexgearError, match="no tooth pairs of the sun"):
-        carrying_pairs(make_run().drop_vars("sun_pair_load"), "sun")
+        carrying_pairs(make_part().drop_vars("sun_pair_load"), "sun")

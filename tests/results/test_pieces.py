@@ -1,4 +1,4 @@
-"""Transients in files are summed up piece by piece: the same figures, and no variable is read whole."""
+"""Transients in files are summed up piece by piece: same figures, no variable is read whole."""
 
 import h5netcdf
 import numpy as np
@@ -10,9 +10,10 @@ from flexgear.results.contact_share import contact_share
 from flexgear.results.dataset import save
 from flexgear.results.dataset_file import open_lazily
 from flexgear.results.pieces import between, pieces
+from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import RPM, steady_summary, torque_step_summary
-from flexgear.studies.long_run import TimedRun
-from flexgear.studies.train_run import _transient_summary
+from flexgear.solve.long_run import TimedRun
+from flexgear.solve.run_figures import transient_summary
 
 SAMPLES = 5000
 AT_ONCE = 2**16
@@ -49,7 +50,6 @@ def stage_run(make_run):
         tooth_displacement=rng.normal(size=(SAMPLES, 5, 3)),
         bolt_force=np.zeros((SAMPLES, 1, 3)),
         carrier_speed=rng.normal(size=SAMPLES),
-        tooth_angle=np.arange(5.0),
     )
 
 
@@ -71,25 +71,27 @@ def test_between(make_run, tmp_path, begin, end):
 
 def test_a_stage(make_run, tmp_path, reads):
     file = in_file(stage_run(make_run), tmp_path)
-    whole = file.load()
-    star = xr.Dataset({"tooth_displacement": whole["tooth_displacement"].isel(time=slice(1))})
-    star = star.rename(time="position")
+    whole = with_spread(stage_part(file.load(), "stage"))
+    star = make_run(samples=1, sample_dim="position")
     file = open_lazily(tmp_path / "run.nc")
     assert file.nbytes > 20 * AT_ONCE
     reads.clear()
-    steady = steady_summary(file, star, {"a": file})
-    drop = torque_step_summary(file)
+    steady = steady_summary({"a": file}, star, "stage")
+    drop = torque_step_summary(file, "stage")
     assert 0 < max(reads) < AT_ONCE
 
     node = np.abs(whole["tooth_displacement"].isel(tooth=0)).max("time").to_numpy().astype(float)
-    sharing = {"mean": float(whole["load_sharing"].mean()), "max": float(whole["load_sharing"].max())}
+    shared = whole["load_sharing"].astype(float)
+    sharing = {"mean": float(shared.mean()), "max": float(shared.max())}
     share = contact_share(whole["ring_pair_tooth"] > 0)
     assert steady["ring_pairs_in_contact"] == {str(n): s for n, s in share.items()}
-    assert list(steady["tooth_displacement_peak_um"].values()) == pytest.approx(1e6 * node, rel=1e-12)
+    assert list(steady["tooth_displacement_peak_um"].values()) == pytest.approx(
+        1e6 * node, rel=1e-12
+    )
     assert steady["load_sharing"]["a"] == pytest.approx(sharing, rel=1e-12)
     force = whole["ring_gear_mesh_force"].mean(dtype=float)
     assert steady["ring_mesh_force_n_mean"] == pytest.approx(float(force), rel=1e-12)
-    speed = whole["carrier_speed"]
+    speed = whole["carrier_speed"].astype(float)
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(float(speed.mean()) * RPM, rel=1e-11)
     assert drop == {
         "carrier_speed_rpm_min": float(speed.min()) * RPM,
@@ -121,7 +123,7 @@ def test_a_train(tmp_path, reads):
     file = in_file(data, tmp_path)
     assert file.nbytes > 8 * AT_ONCE
     reads.clear()
-    found = _transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
+    found = transient_summary(TimedRun(file, 1.0, 1.0, 1.0))
     assert 0 < max(reads) < AT_ONCE / 2
     rest = file.isel(time=slice(SAMPLES // 4, None)).load()
     for name, at in (("s ring", [0, 1]), ("s sun", [2, 3])):

@@ -5,11 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from flexgear.model.errors import FlexgearError
-from flexgear.results.dataset import equilibrium_dataset
 from flexgear.files.atomic import write_json
+from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import MISSING
-from flexgear.results.summary import build_summary, steady_summary, torque_step_summary
+from flexgear.results.stage_part import stage_part
+from flexgear.results.summary import (
+    REQUIRED,
+    build_summary,
+    drop_summary,
+    steady_summary,
+    torque_step_summary,
+)
 
 REDUCTION = {
     "interface_dofs": np.int64(720),
@@ -20,17 +26,19 @@ REDUCTION = {
 }
 
 
-def star():
+def star(make_run):
     phi = 2 * np.pi * np.arange(93) / 93
     u = 4e-5 * np.cos(5 * phi)
     field = np.stack([u * np.cos(phi), u * np.sin(phi), 0 * u], axis=-1)
-    return equilibrium_dataset(carrier_angle=[0.0], attrs={}, tooth_displacement=field[None])
+    return make_run(samples=1, sample_dim="position", tooth_displacement=field[None])
 
 
 def pieces(make_run):
     run = make_run()
     return {
         "case": "sample",
+        "kind": "stage",
+        "variant": "flexible",
         "version": "1",
         "content_hash": "abc",
         "fe": {"ring": {"dofs": np.int64(100_000)}, "carrier": {"dofs": 50_000}},
@@ -46,8 +54,18 @@ def pieces(make_run):
             "contact_ratio_sun": 2.4,
             "expected_ring_mesh_force_n": 4e5,
         },
-        "steady": steady_summary(run, star(), {"flexible": run, "rigid": make_run("rigid")}),
-        "torque_steps": {"2e6": {"flexible": torque_step_summary(run)}},
+        "steady": steady_summary(
+            {"flexible": run, "rigid": make_run("rigid")}, star(make_run), "stage"
+        ),
+        "torque_steps": {
+            "2e6": {"flexible": drop_summary(run) | torque_step_summary(run, "stage")}
+        },
+        "system": dict.fromkeys(REQUIRED["system"], 1),
+        "power_flow": dict.fromkeys(REQUIRED["power_flow"], 1),
+        "stages": {"stage": dict.fromkeys(REQUIRED["stages"]["*"], 1.0)},
+        "modes": {"lowest": [], "types": {}},
+        "load_sharing": {"quasi_static": {}, "transient": {}},
+        "transient": dict.fromkeys(REQUIRED["transient"], 1),
         "energy_residual": 1e-3,
         "warnings": [],
         "timing_s": {"reduce": 1.0},
@@ -69,15 +87,16 @@ def test_complete_and_readable_again(make_run, tmp_path):
 def test_peak_is_the_largest_absolute_value_at_tooth_one(make_run):
     run = make_run()
     run["tooth_displacement"][3, 0, 1] = -7e-5
-    peak = steady_summary(run, star(), {"flexible": run})["tooth_displacement_peak_um"]
+    peak = steady_summary({"flexible": run}, star(make_run), "stage")["tooth_displacement_peak_um"]
     assert peak["y"] == pytest.approx(70.0)
 
 
 def test_empty_slots_do_not_count_as_lowest_load(make_run):
     run = make_run()
-    lowest = torque_step_summary(run)["tooth_load_n_min"]
-    at_work = run["sun_pair_tooth"].values > 0
-    assert lowest == run["sun_pair_load"].values[at_work].min() > 0
+    lowest = torque_step_summary(run, "stage")["tooth_load_n_min"]
+    part = stage_part(run, "stage")
+    at_work = part["sun_pair_tooth"].values > 0
+    assert lowest == part["sun_pair_load"].values[at_work].min() > 0
 
 
 def test_every_gap_is_named(make_run):
@@ -105,4 +124,4 @@ def test_numbers_must_be_finite(make_run):
 def test_load_sharing_that_is_nowhere_defined_is_missing(make_run):
     idle = make_run(ring_gear_mesh_force=np.ones((20, 5)))
     assert "3 % of rated" in idle["load_sharing"].attrs[MISSING]
-    assert torque_step_summary(idle)["load_sharing_max"] is None
+    assert torque_step_summary(idle, "stage")["load_sharing_max"] is None

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import FlexgearError
+from flexgear.results.summary import build_summary, displacement_summary, modes_summary
 from flexgear.results.train_dataset import train_dataset
-from flexgear.results.train_summary import displacement_summary, modes_summary, train_summary
 
 
 def test_missing_and_infinite_figures_are_named():
     with pytest.raises(FlexgearError, match=r"version is missing.*realtime_factor is not a finite"):
-        train_summary(case="x", realtime_factor=float("nan"))
+        build_summary(case="x", realtime_factor=float("nan"))
 
 
 def test_repeated_modes_are_listed_once():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures.build import UnassembledModel
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case
 from flexgear.structures.fem import Interface
@@ -13,7 +13,7 @@ from flexgear.structures.interfaces import ring_interface
 
 @pytest.fixture(scope="module")
 def case() -> FlexibleStage:
-    return load_case("wind-5mw", {"solver.fidelity": "quick"})
+    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
 
 
 def interface(case: FlexibleStage, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import ring_groups, ring_of_case
 from flexgear.structures.fe_mesh.placement import Placement, check_place
@@ -27,7 +27,7 @@ def case(tmp_path_factory):
     held = "[[ring.splines]]\n" + BAND.format(z=-5) + "[[ring.fits]]\n" + BAND.format(z=6)
     file = tmp_path_factory.mktemp("case") / "stage.toml"
     file.write_text(before + held + "[carrier]" + rest.split("[carrier]")[1])
-    return load_case(file, {"solver.fidelity": "quick", "ring.fixed_interface_modes": "4"})
+    return load_stage(file, {"solver.fidelity": "quick", "ring.fixed_interface_modes": "4"})
 
 
 def test_each_band_has_a_group_of_its_own_in_its_place(case):
@@ -71,7 +71,7 @@ def test_holes_of_any_circle_are_numbered_through_all(tmp_path):
     file.write_text(
         f"{before}{held}[carrier]\n{after}".replace("thickness_mm = 9", "thickness_mm = 12")
     )
-    case = load_case(file, {"solver.fidelity": "quick"})
+    case = load_stage(file, {"solver.fidelity": "quick"})
     fe_mesh, groups = ring_of_case(case), ring_groups(case)
     check_place(fe_mesh, groups, Placement(), "generated")
     walls = {name for name in fe_mesh.facets if name.startswith("bolt")}

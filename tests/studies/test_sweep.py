@@ -12,19 +12,18 @@ from stage_samples import cheap_stage
 from trains import stage_train
 
 from flexgear.analysis.modes import modes
-from flexgear.coupling.train import train_system
+from flexgear.coupling.build import build_system
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.dataset import load
-from flexgear.studies import stage_measures, sweep, train_model
-from flexgear.studies.stage_measures import STAGE_MEASURES
+from flexgear.solve import bodies as solve_bodies
+from flexgear.solve.model import assemble
+from flexgear.solve.sharing import train_sharing
+from flexgear.studies import sweep
+from flexgear.studies.measures import measures_of
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import parse_setting
-from flexgear.studies.train_dataset import context_of
-from flexgear.studies.train_measures import TRAIN_MEASURES
-from flexgear.studies.train_model import train_modal
-from flexgear.studies.train_sharing import train_sharing
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -77,7 +76,7 @@ class TestGrid:
 
     def test_a_point_is_the_run_of_its_case(self, bearings):
         case = load_case("lin-parker", {BEARING: "100000000", "stage.planets": "5"})
-        alone = modes(train_system(case)).frequencies
+        alone = modes(build_system(case)).frequencies
         point = bearings["frequency"].sel({"stage.planets": 5}).sel({BEARING: 1e8})
         np.testing.assert_allclose(point, alone[alone > 0][:12], rtol=1e-12)
 
@@ -198,14 +197,14 @@ class TestInterrupted:
         assert (measured, data.attrs["failed"]) == (2, 0)
 
     @pytest.mark.parametrize(
-        ("case", "key", "known"),
-        [("pitch-drive", "inputs.0.power_kw=3,6", TRAIN_MEASURES),
-         ("wind-5mw", "drive.rated_torque_nm=2e6,4e6", STAGE_MEASURES)],
-    )  # fmt: skip
-    def test_every_measure_survives_the_disk(self, monkeypatch, case, key, known):
-        for module in (stage_measures, sweep):
-            monkeypatch.setattr(module, "stage_bodies", lambda case, _=None: cheap_stage(case))
-        names = [m.name for m in known if not m.name.startswith("transient")]  # too slow
+        ("case", "key"),
+        [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "drive.rated_torque_nm=2e6,4e6")],
+    )
+    def test_every_measure_survives_the_disk(self, monkeypatch, case, key):
+        for module in (solve_bodies, sweep):
+            monkeypatch.setattr(module, "stage_bodies", lambda stage, *_: cheap_stage(stage))
+        known = measures_of(load_case(case))
+        names = [name for name in known if not name.startswith("transient")]  # too slow
         plan = planned(case, dict([parse_setting(key)]), measures=names)
         whole = run_sweep(plan, workers=1, keep_points=True)
         data, measured = self.run(monkeypatch, plan, 99)
@@ -267,8 +266,8 @@ class TestFailures:
     def test_unknown_measure(self):
         with pytest.raises(InputError, match="did you mean frequencies"):
             swept("lin-parker", "stage.planets=3,4", measures=["frequences"])
-        with pytest.raises(InputError, match="no measure of a flexible stage"):
-            swept("wind-5mw", "stage.face_width_mm=400,430", measures=["bearing_life"])
+        with pytest.raises(InputError, match="tooth_load: needs a ring that bends"):
+            swept("lin-parker", "stage.planets=3,4", measures=["tooth_load"])
 
     def test_set_and_swept(self):
         with pytest.raises(InputError, match="--set"):
@@ -287,18 +286,18 @@ class TestFlexibleStage:
         """Bodies of springs; how often they are asked for."""
         self.made = []
 
-        def bodies(case, progress=None):
-            if progress is not None:
-                self.made.append(case)
-            return cheap_stage(case)
+        def bodies(stage, *_):
+            self.made.append(stage)
+            return cheap_stage(stage)
 
-        monkeypatch.setattr(stage_measures, "stage_bodies", bodies)
+        monkeypatch.setattr(solve_bodies, "stage_bodies", lambda stage, *_: cheap_stage(stage))
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
 
     def test_all_measures(self):
         data = swept("wind-5mw", "drive.rated_torque_nm=2e6,4e6",
                      measures=["frequencies", "frequencies_by_type", "load_sharing",
-                               "tooth_load", "tooth_displacement"], modes=5)  # fmt: skip
+                               "tooth_load", "tooth_displacement", "bearing_life"],
+                     modes=5)  # fmt: skip
         assert data.attrs["failed"] == 0
         np.testing.assert_allclose(*data["frequency"].to_numpy(), rtol=1e-12)
         half, full = data["tooth_load"].to_numpy()
@@ -306,7 +305,9 @@ class TestFlexibleStage:
         assert (data["load_sharing"] >= 1).all()
         half, full = data["tooth_displacement"].to_numpy()
         assert (half < full).all()
-        assert data["tooth_displacement"].dims[1:] == ("axis",)
+        assert data["tooth_displacement"].dims[1:] == ("stage", "axis")
+        life = data["life_ratio"].sel(bearing="ball", stage="stage")
+        np.testing.assert_allclose(life, [8.0, 1.0])
 
     def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
         data = swept("wind-5mw", "bearings.planet.radial_n_per_m=1e9,2e9,3e9", modes=3)
@@ -314,8 +315,7 @@ class TestFlexibleStage:
         assert data.attrs["reductions"] == 1
         assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6
 
-    def test_a_flexible_stage_in_a_train(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(train_model, "stage_bodies", stage_measures.stage_bodies)
+    def test_a_flexible_stage_in_a_train(self, tmp_path):
         path = tmp_path / "mixed.toml"
         path.write_text(FLEXIBLE)
         data = swept(path, "stages.stage_1.flexible.bearings.planet.radial_n_per_m=1e9,4e9",
@@ -326,12 +326,11 @@ class TestFlexibleStage:
         assert list(data["group"].to_numpy()) == ["stage_1 ring", "stage_1 sun"]
 
     def test_bodies_that_cannot_be_made_are_gaps(self, monkeypatch):
-        def bodies(case, progress=None):
+        def bodies(case, *_):
             if case.material.young_modulus > 2.05e11:
                 raise FlexgearError("the mesh is broken")
             return cheap_stage(case)
 
-        monkeypatch.setattr(stage_measures, "stage_bodies", bodies)
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
         data = swept("wind-5mw", "material.young_modulus_gpa=200,210", modes=3)
         assert failures(data) == [("material.young_modulus_gpa = 210", "the mesh is broken")]
@@ -361,7 +360,7 @@ class TestLoadSharing:
         train = stage_train(
             tmp_path, planets=4, **{"stage.errors.pin_tangential_um": "[40, 0, 0, 0]"}
         )
-        alone = train_sharing(context_of(train, train_modal(train)), "stage")
+        alone = train_sharing(assemble(train), "stage")
         point = data["load_sharing"].isel({data["load_sharing"].dims[0]: 2})
         np.testing.assert_array_equal(point, alone["load_sharing_coefficient"])
 

@@ -16,13 +16,15 @@ from stage_samples import cheap_stage
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.train import train_system
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.load_sharing import load_sharing
+from flexgear.solve import bodies as solve_bodies
+from flexgear.solve.model import assemble
 from flexgear.studies import tolerance as study
-from flexgear.studies import tolerance_setup, train_model
+from flexgear.studies import tolerance_setup
 from flexgear.studies.outcome import Outcome
 from flexgear.studies.tolerance import finished, forget, tolerance
 from flexgear.studies.tolerance_samples import drawn_errors, sample_values, with_sample
@@ -50,7 +52,7 @@ def place(tmp_path, monkeypatch):
 @pytest.fixture
 def cheap(monkeypatch):
     """Bodies of springs in the place of reductions."""
-    monkeypatch.setattr(tolerance_setup, "stage_bodies", lambda case, _: cheap_stage(case))
+    monkeypatch.setattr(solve_bodies, "stage_bodies", lambda stage, *_: cheap_stage(stage))
 
 
 def lumped(tmp_path, **settings):
@@ -118,26 +120,25 @@ class TestPhysics:
         seeds = tolerance_setup.pitch_seeds("", 1, range(4))
         count = 93 * 4
         for j in (0, 3):
-            modal, _ = tolerance_setup._modal(with_sample(case, values, j, [seeds[j]]), None)
-            found = revolution(modal, 2 * np.pi / count * np.arange(count), 4e6)
-            force = found.pair_load.sum(axis=-1).reshape(count, 4, 5)
-            k = load_sharing(force[:, :2] - force[:, 2:], 8e5)
+            model = assemble(with_sample(case, values, j, [seeds[j]]))
+            found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
+            force = model.gear_meshes.forces(found.pair_load).reshape(count, 2, 5)
+            k = load_sharing(force, 8e5)
             assert np.allclose(data["load_sharing_max"][j], k.max(axis=0), rtol=1e-9)
             assert np.allclose(data["load_sharing_mean"][j], k.mean(axis=0), rtol=1e-9)
-        assert json.loads(data.attrs["positions"]) == {"ring": count, "sun": count}
+        assert json.loads(data.attrs["positions"]) == {"stage ring": count, "stage sun": count}
 
     def test_as_stated_is_the_case_itself(self, tmp_path):
         errors = {"stage.errors.pin_tangential_um": "[12, -7, 3, 20]"}
         train = lumped(tmp_path, **errors)
         data = tolerance(train, workers=1)
-        modal = modal_system(train_system(train))
+        modal = modal_system(build_system(train))
         force = revolution(modal, np.zeros(1), modal.system.rated_torque).pair_load.sum(axis=-1)[0]
         k = 4 * force.reshape(2, 4).max(axis=1) / force.reshape(2, 4).sum(axis=1)
         assert np.allclose(data["load_sharing_as_stated"], k, rtol=1e-9)
 
-    def test_a_flexible_stage_in_a_train_is_that_stage(self, tmp_path, cheap, monkeypatch):
+    def test_a_flexible_stage_in_a_train_is_that_stage(self, tmp_path, cheap):
         """Pins that were drawn in the train, stated in the case alone: the same load sharing."""
-        monkeypatch.setattr(train_model, "stage_bodies", lambda case, _: cheap_stage(case))
         path = tmp_path / "train.toml"
         path.write_text(FLEXIBLE.replace("carrier_eccentricity_um = 30", ""))
         train = load_case(path, {PIN: "20", "tolerance.samples": "3"})

@@ -8,7 +8,6 @@ from coupled import make_bodies
 from small_train import FLEXIBLE, SMALL
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.train import train_system
 from flexgear.model.load import load_case
 from flexgear.studies.tolerance_samples import (
     drawn_errors,
@@ -71,8 +70,8 @@ BODIES = {
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_flexible_stage(law, more):
     case = load_case("wind-5mw", {"gear_mesh.contact_law": law, **more})
-    models, bodies = samples(case), make_bodies(case)
-    assert_same(models, [build_system(m, *bodies) for m in models])
+    models, bodies = samples(case), {"stage": make_bodies(case.alone)}
+    assert_same(models, [build_system(m, bodies) for m in models])
 
 
 @pytest.mark.parametrize("where", ["errors", "flexible.errors"])
@@ -86,7 +85,7 @@ def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp
     assert values["stage_1", "ring_offset"] == pytest.approx(0, abs=1e-15)
     bodies = {"stage_1": make_bodies(model.stages[0].flexible)}
     models = samples(model)
-    assert_same(models, [train_system(m, bodies) for m in models])
+    assert_same(models, [build_system(m, bodies) for m in models])
 
 
 @pytest.mark.parametrize("name", ["pitch-drive", "herringbone"])
@@ -97,7 +96,7 @@ def test_bundled_trains(name):
         "tolerance.errors.planet_pitch.standard_deviation_um": "2",
     }
     models = samples(load_case(name, settings))
-    assert_same(models, [train_system(m) for m in models])
+    assert_same(models, [build_system(m) for m in models])
 
 
 def test_parallel_stage_behind_a_planetary_one(tmp_path):
@@ -105,4 +104,4 @@ def test_parallel_stage_behind_a_planetary_one(tmp_path):
     path.write_text(SMALL + TRAIN_TOLERANCE)
     room = {"stages.stage_1.ring.addendum": "0.6", "stages.stage_1.planets": "4"}
     models = samples(load_case(path, room))
-    assert_same(models, [train_system(m) for m in models])
+    assert_same(models, [build_system(m) for m in models])

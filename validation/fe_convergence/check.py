@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case
 from flexgear.structures.fem import assemble
@@ -30,7 +30,7 @@ FIDELITIES = ("quick", "standard", "fine")
 
 def quantities(name, fidelity):
     """dofs, compliance m/N of the loaded node in its direction, six frequencies Hz."""
-    case = load_case("wind-5mw", {"solver.fidelity": fidelity})
+    case = load_stage("wind-5mw", {"solver.fidelity": fidelity})
     fe_mesh = {"ring": ring_of_case, "carrier": carrier_of_case}[name](case)
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
@@ -99,7 +99,7 @@ def test_standard_mesh_is_fine_enough(name, results):
 )
 def test_reduction_at_standard_stays_within_its_accepted_errors(body, tie, accepted):
     """Against the unreduced model: every load line by itself, frequencies to 2 kHz."""
-    case = load_case("wind-5mw", {"ring.tie": tie, "solver.fidelity": "standard"})
+    case = load_stage("wind-5mw", {"ring.tie": tie, "solver.fidelity": "standard"})
     report = {"ring": ring_body, "carrier": carrier_body}[body](case).report
     print(f"\n{body}, {tie}: static {report['static_error_cases']}")
     assert report["static_error"] < accepted

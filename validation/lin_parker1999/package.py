@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.mode_types import classify, members
 from flexgear.analysis.modes import modes
-from flexgear.coupling.train import train_system
+from flexgear.coupling.build import build_system
 from flexgear.model.load import load_case
 from lin_parker1999 import equations
 
@@ -51,7 +51,7 @@ class Found:
 def by_package(planets: int) -> Found:
     """All modes of the bundled case with that many planets, types by energy."""
     train = load_case("lin-parker", {"stage.planets": str(planets)})
-    system = train_system(train)
+    system = build_system(train)
     found = modes(system)
     types = classify(found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=1)
     kinds = tuple("rotational" if k == "rigid" else k for k in types.kinds)

@@ -13,7 +13,7 @@ from rows import Picture, Row, number
 from trains import TrainRun, gear_mesh_forces, put_together
 
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.train import train_system
+from flexgear.coupling.build import build_system
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -199,7 +199,7 @@ def what_is_missing() -> list[Row]:
     try:
         train = load_case("herringbone", {"stage.allow_unassemblable": "false"})
         assert isinstance(train, Case)
-        train_system(train)
+        build_system(train)
         refusal = "accepted"
     except InputError as error:
         refusal = str(error)

@@ -10,13 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.transient import Collector, Drive, collected, transient
-from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import ModalSystem, chosen_modal
-from flexgear.coupling.pace import stage_pace
+from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.kinematics import rated_flow
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
 from tan2023 import measures
 from tan2023.measures import RPM
@@ -28,6 +26,7 @@ from tan2023.runs import (
     SHORT_START,
     Runs,
     Variant,
+    model_of,
     side_by_side,
 )
 from tan2023.statements import Finding, reference, statement
@@ -135,7 +134,7 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
         jobs: dict[str, Callable[[], Array]] = {}
         for name, case in sets.items():
             for v in EIGHT:
-                modal = runs.erroneous(case, v)
+                modal = runs.erroneous(case, v).modal
                 jobs[f"{name}|{v.label}"] = partial(_steady_forces, runs, case, modal)
         found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in sets}
         for key, force in side_by_side(jobs).items():
@@ -201,11 +200,10 @@ def spread_is_smaller_when_flexible(runs: Runs) -> Finding:
     tolerance="spread, flexible below all-rigid; no negative tooth load",
 )
 def bundled_case_agrees(runs: Runs) -> Finding:
-    case = load_case("wind-5mw", overrides={"solver.fidelity": runs.fidelity})
+    case = load_stage("wind-5mw", overrides={"solver.fidelity": runs.fidelity})
 
     def one(v: Variant) -> xr.Dataset:
-        system = build_system(case, runs.bodies.ring, runs.bodies.carrier, v)
-        return runs.short_drop(case, chosen_modal(system, stage_pace(case)), 4e5)
+        return runs.short_drop(model_of(case, runs.bodies, v), 4e5)
 
     found = side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
     spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}
@@ -244,7 +242,7 @@ def drop_spread(runs: Runs) -> dict[str, float]:
 
     def compute() -> dict[str, float]:
         def one(v: Variant) -> float:
-            return transient_spread(runs.short_drop(runs.case, runs.modal(v), 4e5), SHORT_START)
+            return transient_spread(runs.short_drop(runs.model(v), 4e5), SHORT_START)
 
         for v in EIGHT:
             runs.modal(v)

@@ -8,15 +8,12 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import chosen_modal
-from flexgear.coupling.pace import stage_pace
 from flexgear.coupling.system import System
 from flexgear.results.contact_share import contact_share, expected_contact_share
 from flexgear.results.stiffness_split import stiffness_split
 from tan2023 import measures
 from tan2023.measures import Passage
-from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, validation_case
+from tan2023.runs import EIGHT, FLEXIBLE, RIGID, Runs, model_of, validation_case
 from tan2023.statements import Finding, reference, statement
 
 
@@ -293,8 +290,7 @@ def drive_inertia_drops(runs: Runs) -> dict[str, xr.Dataset]:
     found = {}
     for inertia in ("2e4", "3.8e7"):
         case = validation_case(runs.fidelity, **{"inertia.drive_kg_m2": inertia})
-        system = build_system(case, runs.bodies.ring, runs.bodies.carrier, FLEXIBLE)
-        found[inertia] = runs.short_drop(case, chosen_modal(system, stage_pace(case)), 2e5)
+        found[inertia] = runs.short_drop(model_of(case, runs.bodies, FLEXIBLE), 2e5)
     return found
 
 

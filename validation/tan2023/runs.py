@@ -16,19 +16,20 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
-from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import ModalSystem, chosen_modal
-from flexgear.coupling.pace import stage_pace
+from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
+from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.solve.bodies import StageBodies, stage_bodies
+from flexgear.solve.dataset import transient_data
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.static import static
+from flexgear.solve.transient import constant_drive, simulate, torque_drop
 from flexgear.structures.build import ring_body
 from flexgear.structures.reduced import ReducedBody
-from flexgear.studies.single_runs import constant_drive, equilibria, simulate, torque_step
-from flexgear.studies.stage_bodies import StageBodies, stage_bodies, without_errors
-from flexgear.studies.stage_dataset import transient_of
 from flexgear.views.star import StageOutline
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ def validation_case(fidelity: str, **changes: str) -> FlexibleStage:
     """The bundled case with the overrides of case.toml, the fidelity and further overrides."""
     chosen = tomllib.loads((Path(__file__).parent / "case.toml").read_text("utf-8"))
     overrides = {**chosen["overrides"], "solver.fidelity": fidelity, **changes}
-    return load_case(chosen["bundled"], overrides=overrides)
+    return load_stage(chosen["bundled"], overrides=overrides)
 
 
 def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
@@ -53,6 +54,21 @@ def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
     with ThreadPoolExecutor(max_workers=2) as pool:
         waiting = {name: pool.submit(job) for name, job in jobs.items()}
         return {name: future.result() for name, future in waiting.items()}
+
+
+def model_of(stage: FlexibleStage, bodies: StageBodies, variant: Variant) -> Model:
+    """The stage alone, coupled, with what bends."""
+    return assemble(stage.as_case(), bodies={"stage": bodies}, variants={"stage": variant})
+
+
+def of_stage(data: xr.Dataset) -> xr.Dataset:
+    """Results in the words of a single stage, with the spread of the planets' forces."""
+    return with_spread(stage_part(data, "stage"))
+
+
+def equilibria(model: Model, angles: Array) -> xr.Dataset:
+    """Equilibria at rated torque."""
+    return of_stage(static(model, angles))
 
 
 @dataclass(frozen=True)
@@ -72,7 +88,7 @@ class Runs:
         self.fidelity = fidelity
         self.case = validation_case(fidelity)
         self.perfect_case = self.case.with_(errors=GearErrors())
-        self._modal: dict[Variant, ModalSystem] = {}
+        self._models: dict[Variant, Model] = {}
         self._kept: dict[str, Any] = {}
 
     def once(self, name: str, make: Callable[[], T]) -> T:
@@ -106,21 +122,26 @@ class Runs:
     def carrier(self) -> ReducedBody:
         return self.bodies.carrier
 
+    def model(self, variant: Variant) -> Model:
+        """The stage with what bends, errors of the case."""
+        if variant not in self._models:
+            self._models[variant] = model_of(self.case, self.bodies, variant)
+        return self._models[variant]
+
     def modal(self, variant: Variant) -> ModalSystem:
-        """Modal system of a variant, errors of the case."""
-        if variant not in self._modal:
-            system = build_system(self.case, self.bodies.ring, self.bodies.carrier, variant)
-            self._modal[variant] = chosen_modal(system, stage_pace(self.case))
-        return self._modal[variant]
+        """Its modal system."""
+        return self.model(variant).modal
 
-    def perfect(self, variant: Variant) -> ModalSystem:
+    def perfect(self, variant: Variant) -> Model:
         """The same without manufacturing errors."""
-        return without_errors(self.case, self.bodies, self.modal(variant))
+        return self.model(variant).without_errors()
 
-    def erroneous(self, case: FlexibleStage, variant: Variant) -> ModalSystem:
+    def erroneous(self, case: FlexibleStage, variant: Variant) -> Model:
         """The same with the manufacturing errors of another case."""
-        system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
-        return replace(self.modal(variant), system=system)
+        system = model_of(case, self.bodies, variant).system
+        return replace(
+            self.model(variant), system=system, made=replace(self.modal(variant), system=system)
+        )
 
     # ------------------------------------------------------------------ equilibria, no errors
 
@@ -133,13 +154,13 @@ class Runs:
     def star(self) -> xr.Dataset:
         """Equilibria at rated torque at 0, 2π/10 and 2π/5 (Figure 8)."""
         angles = np.array([0.0, 2 * math.pi / 10, 2 * math.pi / 5])
-        return equilibria(self.perfect_case, self.perfect(FLEXIBLE), angles)[1]
+        return equilibria(self.perfect(FLEXIBLE), angles)
 
     @cached_property
     def star_turn(self) -> xr.Dataset:
         """Equilibria at whole ring teeth, so that all are at the same phase of the gear meshes."""
         angles = self.pitch * np.arange(0, 93, 6)
-        return equilibria(self.perfect_case, self.perfect(FLEXIBLE), angles)[1]
+        return equilibria(self.perfect(FLEXIBLE), angles)
 
     def passage(
         self,
@@ -151,10 +172,9 @@ class Runs:
         angles = np.linspace(0, 5 * self.pitch, 5 * PER_PITCH + 1)
         case = case or self.perfect_case
         if change is None and case is self.perfect_case:
-            return equilibria(case, self.perfect(variant), angles)[1]
-        system = build_system(case, self.bodies.ring, self.bodies.carrier, variant)
-        modal = chosen_modal(change(system) if change else system, stage_pace(case))
-        return equilibria(case, modal, angles)[1]
+            return equilibria(self.perfect(variant), angles)
+        model = model_of(case, self.bodies, variant)
+        return equilibria(replace(model, system=change(model.system)) if change else model, angles)
 
     @cached_property
     def passages(self) -> dict[str, xr.Dataset]:
@@ -167,11 +187,10 @@ class Runs:
     def steady(self) -> dict[str, xr.Dataset]:
         """One revolution at rated torque, flexible and rigid."""
         for variant in (FLEXIBLE, RIGID):  # compile before the runs go side by side
-            simulate(self.case, self.modal(variant), duration=5e-3)
+            simulate(self.model(variant), duration=5e-3)
 
         def one(variant: Variant) -> xr.Dataset:
-            rated = constant_drive(self.case)
-            return simulate(self.case, self.modal(variant), drive=rated).data
+            return of_stage(simulate(self.model(variant), drive=constant_drive()).data)
 
         return side_by_side({v.label: partial(one, v) for v in (FLEXIBLE, RIGID)})
 
@@ -180,7 +199,7 @@ class Runs:
         """Torque drop 4e6 -> 4e5 -> 4e6 N m, flexible and rigid (Figures 20-25)."""
 
         def one(variant: Variant) -> xr.Dataset:
-            return torque_step(self.case, self.modal(variant), MAIN_DROP).data
+            return of_stage(torque_drop(self.model(variant), MAIN_DROP).data)
 
         for v in (FLEXIBLE, RIGID):
             self.modal(v)
@@ -189,27 +208,28 @@ class Runs:
     @cached_property
     def drops(self) -> dict[float, xr.Dataset]:
         """The three torque drops of the flexible stage (Figure 10)."""
-        modal = self.modal(FLEXIBLE)
+        model = self.model(FLEXIBLE)
+        _ = model.modal
 
         def one(torque: float) -> xr.Dataset:
-            return torque_step(self.case, modal, torque).data
+            return of_stage(torque_drop(model, torque).data)
 
         others = side_by_side({str(t): partial(one, t) for t in DROPS if t != MAIN_DROP})
         found = {float(t): data for t, data in others.items()}
         return {**found, MAIN_DROP: self.main_drop["flexible"]}
 
-    def short_drop(self, case: FlexibleStage, modal: ModalSystem, torque: float) -> xr.Dataset:
+    def short_drop(self, model: Model, torque: float) -> xr.Dataset:
         """A torque drop for 0.2 s soon after the start, 20 µs steps."""
-        start = SHORT_START
+        start, rated = SHORT_START, model.system.rated_torque
         sink = Collector()
         drive = Drive(
-            lambda t: np.where((t > start) & (t <= start + 0.2), torque, case.drive.rated_torque),
+            lambda t: np.where((t > start) & (t <= start + 0.2), torque, rated),
             (start, start + 0.2),
         )
         steps = transient(
-            modal, drive, duration=0.35, time_step=2e-5, output_interval=2e-4, sink=sink
+            model.modal, drive, duration=0.35, time_step=2e-5, output_interval=2e-4, sink=sink
         )
-        return transient_of(case, collected(modal, sink.arrays(), steps))
+        return of_stage(transient_data(model, collected(model.modal, sink.arrays(), steps)))
 
     @cached_property
     def start_up(self) -> Decay:
@@ -231,7 +251,7 @@ class Runs:
         )
         run = collected(modal, sink.arrays(), steps)
         speed = np.gradient(run.eta @ modal.rolling[:, 0] / inertia, run.time)
-        return Decay(transient_of(self.case, run), speed, inertia, damping)
+        return Decay(of_stage(transient_data(self.model(FLEXIBLE), run)), speed, inertia, damping)
 
     @cached_property
     def half_torque(self) -> xr.Dataset:
@@ -245,17 +265,17 @@ class Runs:
             modal, drive, duration=9 * tau + 1.0, time_step=1e-4, output_interval=1e-3, sink=sink,
             start=start_state(modal, rated),
         )  # fmt: skip
-        return transient_of(self.case, collected(modal, sink.arrays(), steps))
+        found = collected(modal, sink.arrays(), steps)
+        return of_stage(transient_data(self.model(FLEXIBLE), found))
 
     # ------------------------------------------------------------------------------ sensitivity
 
     def other_ring(self, **changes: str) -> xr.Dataset:
         """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
         case = validation_case("quick", **changes).with_(errors=GearErrors())
-        carrier = self.quick_carrier
-        system = build_system(case, ring_body(case), carrier, FLEXIBLE)
+        bodies = StageBodies(ring_body(case), self.quick_carrier)
         angles = np.linspace(0, 2 * math.pi / 5, 241)
-        return equilibria(case, chosen_modal(system, stage_pace(case)), angles)[1]
+        return equilibria(model_of(case, bodies, FLEXIBLE), angles)
 
     @cached_property
     def quick_carrier(self) -> ReducedBody:

@@ -8,7 +8,7 @@ import pytest
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
     RingMeshParameters,
@@ -24,7 +24,7 @@ from flexgear.structures.fe_mesh import (
 
 @pytest.fixture(scope="module")
 def case() -> FlexibleStage:
-    return load_case("wind-5mw", {"solver.fidelity": "quick"})
+    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
 
 
 def test_the_bundled_case_is_the_generators_default(case: FlexibleStage) -> None:

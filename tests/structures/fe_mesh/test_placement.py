@@ -12,7 +12,7 @@ from small_train import FLEXIBLE
 from flexgear.coupling.workable import require_workable
 from flexgear.model.errors import InputError
 from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import (
     FeMesh,
@@ -29,7 +29,7 @@ BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carr
 
 
 def bundled(**changes: object) -> FlexibleStage:
-    return load_case("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
+    return load_stage("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
 
 
 @pytest.fixture(scope="module")
@@ -223,11 +223,11 @@ def test_the_opposite_motion_puts_a_file_back(
 
 def test_one_number_is_along_or_about_the_axis() -> None:
     keys = {"ring.fe_mesh_shift_mm": "-115", "carrier.fe_mesh_turn_deg": "[0, 0, 10]"}
-    case = load_case("wind-5mw", keys)
+    case = load_stage("wind-5mw", keys)
     assert case.ring.fe_mesh_shift == (0.0, 0.0, -0.115)
     assert case.carrier.fe_mesh_turn == (0.0, 0.0, pytest.approx(np.radians(10)))
     with pytest.raises(InputError, match="fe_mesh_shift_mm: has 2 numbers"):
-        load_case("wind-5mw", {"ring.fe_mesh_shift_mm": "[1, 2]"})
+        load_stage("wind-5mw", {"ring.fe_mesh_shift_mm": "[1, 2]"})
 
 
 def test_node_sets_that_the_case_has_not_are_refused_too(

@@ -1,0 +1,217 @@
+"""How results of single analyses come out: equilibria, modes, Campbell diagram, transients."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+import xarray as xr
+
+from flexgear.cli.display import as_json_text, shown, table
+from flexgear.cli.outputs import save_or_rescue
+from flexgear.results.dataset import save
+from flexgear.results.flanks import GEARS, flanks_said
+from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.sinks import Ranges
+from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.summary import RPM, stage_histories
+from flexgear.solve.model import Model
+from flexgear.solve.modes import crossing_rows, mode_rows, top_shares
+from flexgear.solve.static import position_figures
+
+LISTED_CROSSINGS = 12
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How results come out: as JSON, and the file for the dataset."""
+
+    as_json: bool
+    out: Path | None = None
+
+    def wrote(self) -> None:
+        """Say where the dataset is."""
+        if self.out is not None and not self.as_json:
+            typer.echo(f"\nwrote {shown(str(self.out))}")
+
+    def keep(self, data: xr.Dataset) -> None:
+        """Write the dataset if a file was named."""
+        if self.out is not None:
+            save_or_rescue(partial(save, data), self.out)
+
+
+def of_rings(model: Model, figures: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Figures of flexible stages by name; of the short form, which has one, its own."""
+    return next(iter(figures.values()), {}) if model.case.alone is not None else figures
+
+
+def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """Figures of one position (a dataset with that position alone)."""
+    rings = {
+        stage: _ring_figures(with_spread(stage_part(data, stage)), inside.stage.planets)
+        for stage, inside in model.case.flexible_stages.items()
+    }
+    return {**of_rings(model, rings), **position_figures(model, data.isel(position=0))}
+
+
+def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
+    """Figures of one position of a flexible stage."""
+    data = part.isel(position=0)
+    star = radial_harmonics(data["tooth_displacement"].to_numpy())
+    largest = np.abs(data["tooth_displacement"].to_numpy()).max(axis=0)
+    return {
+        "input_torque_nm": float(data["input_torque"]),
+        "output_torque_nm": float(data["output_torque"]),
+        "ring_mesh_force_n": data["ring_gear_mesh_force"].to_numpy().tolist(),
+        "sun_mesh_force_n": data["sun_gear_mesh_force"].to_numpy().tolist(),
+        "load_sharing": number(data["load_sharing"]),
+        "planet_force_spread": float(data["planet_force_spread"]),
+        "tooth_displacement_largest_um": (1e6 * largest).tolist(),
+        f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
+        f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
+        "closure": float(data["closure"]),
+    }
+
+
+def number(value: xr.DataArray) -> float | None:
+    """A number, None where there is none."""
+    return float(value) if np.isfinite(value) else None
+
+
+def show_equilibria(
+    model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], way: Shown
+) -> None:
+    """Figures by position."""
+    if way.as_json:
+        typer.echo(as_json_text({**positions, "closure": data.attrs["closure_max"]}))
+        return
+    lead = str(data["master"][0].item())
+    typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
+    for angle, figures in positions.items():
+        typer.echo(f"\n{angle}")
+        single = {f"  {k}": v for k, v in figures.items() if not isinstance(v, dict)}
+        if single:
+            typer.echo("")
+            table("  stage", single)
+        for section, rows in figures.items():
+            if isinstance(rows, dict):
+                typer.echo("")
+                table(f"  {section}", {f"  {k}": v for k, v in rows.items()})
+
+
+def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:
+    rows = mode_rows(data)
+    if way.as_json:
+        found = {"variant": model.variant, "modes": rows}
+        typer.echo(as_json_text(found))
+        return
+    upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
+    typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{upto}")
+    typer.echo("      no.  frequency Hz  type                      kinetic energy; strain energy")
+    at = 0
+    while at < len(rows):
+        row, same = rows[at], _repeated(rows, at)
+        number = f"{at + 1}" if same == 1 else f"{at + 1}-{at + same}"
+        times = f" x{same}" if same > 1 else ""
+        moving = _said(top_shares(row["kinetic_energy"]))
+        strained = _said(top_shares(row["strain_energy"]))
+        typer.echo(
+            f"  {number:>7} {row['frequency_hz']:13.3f}  {row['type'] + times:<24}  "
+            f"{moving}{'; ' + strained if strained else ''}"
+        )
+        at += same
+
+
+def _repeated(rows: list[dict[str, Any]], at: int) -> int:
+    """How many modes from ``at`` on are of one frequency and type."""
+    first, end = rows[at], at + 1
+    while (
+        end < min(len(rows), at + first["multiplicity"])
+        and rows[end]["type"] == first["type"]
+        and abs(rows[end]["frequency_hz"] - first["frequency_hz"]) <= 1e-6 * first["frequency_hz"]
+    ):
+        end += 1
+    return end - at
+
+
+def _said(shares: list[tuple[str, float]]) -> str:
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
+
+
+def show_campbell(model: Model, data: xr.Dataset, way: Shown) -> None:
+    rows = crossing_rows(data)
+    if way.as_json:
+        found = {
+            "variant": model.variant,
+            "gyroscopic": bool(data.attrs["gyroscopic"]),
+            "speed_factor": data["speed_factor"].to_numpy().tolist(),
+            "frequency_hz": data["campbell_frequency"].to_numpy().T.tolist(),
+            "excitation_hz": {
+                str(n): float(f)
+                for n, f in zip(
+                    data["excitation"].to_numpy(), data["excitation_slope"].to_numpy(), strict=True
+                )
+            },
+            "crossings": rows,
+        }
+        typer.echo(as_json_text(found))
+        return
+    typer.echo(
+        f"{model.case.name}, {model.variant}: {data.sizes['mode']} modes from rest to "
+        f"{float(data['speed_factor'][-1]):g} times rated speed"
+    )
+    if not data.attrs["gyroscopic"]:
+        typer.echo("frequencies do not depend on speed: the case has gyroscopic = false")
+    nearest = sorted(rows, key=lambda r: abs(r["speed_factor"] - 1))[:LISTED_CROSSINGS]
+    typer.echo(f"{len(rows)} crossings with gear-mesh orders; those nearest to rated speed:")
+    for row in nearest:
+        typer.echo(
+            f"  {row['speed_factor']:7.3f} of rated speed  {row['frequency_hz']:11.3f} Hz  "
+            f"mode {row['mode']:3d}  {row['excitation']}"
+        )
+
+
+def ring_histories(stage: str, data: xr.Dataset) -> xr.Dataset:
+    """What of a transient of a flexible stage the range is given of."""
+    return stage_histories(with_spread(stage_part(data, stage)))
+
+
+def transient_figures(ranges: Ranges) -> dict[str, Any]:
+    """Figures of a transient of a flexible stage from the ranges of ``ring_histories``."""
+    most = ranges.largest
+    carrying = {gear: {w: most[f"{gear}_{w}"] for w in ("drive", "coast")} for gear in GEARS}
+    return {
+        "carrier_speed_rpm": _range(ranges, "carrier_speed", RPM),
+        "ring_mesh_force_n_mean": float(ranges.mean["ring_gear_mesh_force"].mean()),
+        "carrying_flank": {gear: flanks_said(xr.Dataset(w)) for gear, w in carrying.items()},
+        **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
+        "load_sharing_max": number(most["load_sharing"]),
+        "planet_force_spread_max": float(most["planet_force_spread"]),
+    }
+
+
+def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
+    least, most = ranges.least[name].min(), ranges.largest[name].max()
+    return {"min": float(least) * factor, "max": float(most) * factor}
+
+
+def show_transient(title: str, figures: dict[str, Any]) -> None:
+    single = {k: v for k, v in figures.items() if not isinstance(v, dict)}
+    table(title, single)
+    for name, rows in figures.items():
+        if isinstance(rows, dict) and rows:
+            typer.echo("")
+            table(name.replace("_", " "), {k: _plain(v) for k, v in rows.items()})
+
+
+def _plain(value: Any) -> Any:
+    """Mappings without what has no number."""
+    if not isinstance(value, dict):
+        return value
+    return {k: v for k, v in value.items() if v is not None}

@@ -1,0 +1,139 @@
+"""What ``flexgear check`` says: gears, speeds, torques, forces, error cycles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from flexgear.coupling.build import build_system
+from flexgear.coupling.pace import case_pace, pace_sections
+from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.gears.radii import stage_radii
+from flexgear.gears.report import case_report
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.case import Case
+from flexgear.results.summary import RPM
+from flexgear.solve.angles import StageMotion, stage_motions
+
+Sections = dict[str, dict[str, Any]]
+
+
+def derived(train: Case) -> Sections:
+    """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
+    flow = power_flow(train)
+    running = {} if train.output is None else _running(train, flow)
+    return {
+        **case_report(train),
+        **{
+            "kinematics" if train.alone else f"{name} kinematics": _kinematics(train, name, flow)
+            for name in train.flexible_stages
+        },
+        "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
+        **running,
+        "system": _system(train),
+        "case": {"name": train.name, "content_hash": train.content_hash()},
+    }
+
+
+def _running(train: Case, flow: PowerFlow) -> Sections:
+    """What follows from torques and speeds: members, stages, the whole train."""
+    motions, sections = stage_motions(train, flow), _members(flow)
+    lives = planet_bearing_life_hours(train, flow)
+    for stage, motion in zip(flow.stages, motions, strict=True):
+        before = f"{stage.name} " if len(flow.stages) > 1 else ""
+        rows = _stage(train, stage, motion)
+        if math.isfinite(lives.get(stage.name, math.inf)):
+            rows["planet_bearing_life_h"] = lives[stage.name]
+        sections[f"{before}running"] = rows
+    sections["power"] = {
+        "independent_speeds": flow.mobility,
+        "input_power_w": flow.input_power,
+        "circulating_power_w": flow.circulating_power,
+    }
+    sections |= pace_sections(case_pace(train), train.solver)
+    return sections
+
+
+def _members(flow: PowerFlow) -> Sections:
+    """Torque by the rest of the train and power into the stage, of every member."""
+    return {
+        "torques_on_the_stages_nm": dict(flow.branch_torque),
+        "powers_into_the_stages_w": dict(flow.branch_power),
+        "torques_from_outside_nm": dict(flow.torque),
+    }
+
+
+def _stage(train: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+    rows: dict[str, Any] = {
+        "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
+        "rolling_power_w": stage.stage_power,
+        "circulating_power_w": stage.circulating_power,
+    }
+    if stage.kind == "parallel":
+        rows["gear_mesh_force_n"] = abs(stage.sun_gear_mesh_force)
+        rows["tangential_force_n"] = abs(stage.sun_working_force)
+    else:
+        rows |= {
+            "sun_gear_mesh_force_n": abs(stage.sun_gear_mesh_force),
+            "ring_gear_mesh_force_n": abs(stage.ring_gear_mesh_force),
+            "sun_tangential_force_n": abs(stage.sun_working_force),
+            "ring_tangential_force_n": abs(stage.ring_working_force),
+            "planet_speed_rpm": stage.planet_speed * RPM,
+            "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
+            "planet_bearing_force_n": stage.planet_bearing_force,
+            "planet_bearing_force_direction_deg": math.degrees(_direction(train, stage)),
+        }
+    cycle = motion.cycle
+    rows["error_cycle_gear_meshes"] = cycle.gear_meshes
+    rows["error_cycle_turns"] = float(cycle.turns)
+    if math.isfinite(motion.error_period):
+        rows["error_cycle_s"] = motion.error_period
+    return rows
+
+
+def _direction(train: Case, stage: StageFlow) -> float:
+    """Direction of the force on a pin, rad from radial outward in the sense of rotation.
+
+    Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
+    """
+    radii = stage_radii(train.view(stage.name))
+    outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
+    inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
+    tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)
+    tangential += abs(stage.ring_gear_mesh_force) * math.cos(radii.ring_angle)
+    sense = math.copysign(1.0, -stage.planet_bearing_tangential)
+    return math.atan2(sense * tangential, outward - inward)
+
+
+def _system(train: Case) -> dict[str, Any]:
+    """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
+    if train.flexible_stages:
+        return {
+            "flexible_stages": list(train.flexible_stages),
+            "bodies_and_coordinates": "known once the flexible stages are reduced: flexgear modes",
+        }
+    system = build_system(train)
+    return {
+        "bodies": len(system.bodies),
+        "degrees_of_freedom": system.size,
+        "gear_meshes": len(system.gear_meshes),
+        "gyroscopic": system.gyroscopic is not None,
+        "free_vibration": train.output is None,
+    }
+
+
+def _kinematics(case: Case, stage: str, flow: PowerFlow) -> dict[str, Any]:
+    """A flexible stage: its speeds, torques and expected forces."""
+    own = flow.stage(stage)
+    return {
+        "carrier_speed_rpm": flow.speed[f"{stage}.carrier"] * RPM,
+        "sun_speed_rpm": flow.speed[f"{stage}.sun"] * RPM,
+        "planet_speed_rpm": own.planet_speed * RPM,
+        "gear_mesh_frequency_hz": own.gear_mesh_frequency,
+        "input_torque_nm": own.carrier_torque,
+        "output_torque_nm": -own.sun_torque,
+        "ring_torque_nm": -own.ring_torque,
+        "expected_ring_mesh_force_n": abs(own.ring_gear_mesh_force),
+        "expected_sun_mesh_force_n": abs(own.sun_gear_mesh_force),
+    }

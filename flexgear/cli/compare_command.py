@@ -1,0 +1,155 @@
+"""``flexgear compare``: variants of what bends, load sharing by analysis, or two cases."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from flexgear.cli.display import present, progress, warn
+from flexgear.cli.options import (
+    AsJson,
+    CaseName,
+    Quiet,
+    Settings,
+    read_case,
+    require_flexible,
+)
+from flexgear.coupling.system import Variant
+from flexgear.model.case import Case
+from flexgear.results.flanks import tooth_loads
+from flexgear.results.stage_part import stage_part
+from flexgear.results.summary import sharing_summary
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.model import assemble
+from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.run import is_still, models_of
+from flexgear.solve.static import static
+from flexgear.studies.compare import against as side_by_side
+from flexgear.studies.compare import compare_sharing
+
+COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
+POSITIONS = 40
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(compare)
+
+
+def compare(
+    case: CaseName,
+    positions: Annotated[
+        int | None,
+        typer.Option("--positions", min=1, help="Carrier angles until planets stand alike; 40."),
+    ] = None,
+    cycles: Annotated[
+        int | None,
+        typer.Option(
+            "--cycles", min=1, help="Load sharing by analysis over so many gear-mesh cycles."
+        ),
+    ] = None,
+    against: Annotated[
+        str | None,
+        typer.Option("--against", metavar="CASE", help="Another case: forces, bearing life."),
+    ] = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Flexible and rigid variants side by side; of a train its load sharing by every analysis."""
+    found = read_case(case, settings)
+    if against is not None:
+        other = read_case(against, None)
+        figures: dict[str, dict[str, Any]] = side_by_side(found, other)
+        present(f"{found.name} against {other.name}", figures, as_json)
+        return
+    if positions is not None:
+        require_flexible(found, "--positions")
+    if cycles is None and found.flexible_stages:
+        _variants(found, positions or POSITIONS, as_json, quiet)
+    else:
+        _sharing(found, cycles, as_json, quiet)
+
+
+def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
+    """Equilibria of every choice of what bends, of all flexible stages alike."""
+    (stage, inside), *_ = case.flexible_stages.items()
+    period = inside.stage.planet_period
+    angles = np.linspace(0, period, positions, endpoint=False)
+    figures: dict[str, dict[str, Any]] = {}
+    with progress(quiet) as report:
+        bodies = reduced_bodies(case, report)
+        warn(reduction_warnings(case, bodies, dict.fromkeys(bodies, Variant())))
+        for k, choice in enumerate(itertools.product((True, False), repeat=3)):
+            report("variants", k / 8)
+            variant = Variant(*choice)
+            model = assemble(case, bodies=bodies, variants=dict.fromkeys(bodies, variant))
+            data = static(model, angles)
+            part = stage_part(data, stage)
+            figures[variant.label] = {
+                "load_sharing": sharing_summary(data, f"{stage} ring"),
+                "ring_tooth_load_n_max": float(tooth_loads(part, "ring").max()),
+                "tooth_displacement_um_max": 1e6 * float(np.abs(part["tooth_displacement"]).max()),
+                "sun_wind_up_mrad_mean": 1e3 * float(part["sun_displacement"].sel(dof="rz").mean()),
+            }
+        report("variants", 1.0)
+    if as_json:
+        present("", figures, True)
+        return
+    of = "" if case.alone is not None else f", {stage}"
+    typer.echo(
+        f"{case.name}{of}: equilibria at rated torque over {math.degrees(period):g} deg of the "
+        "carrier"
+    )
+    typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
+    for label, row in figures.items():
+        k = row["load_sharing"]
+        typer.echo(
+            f"  {label:<14}{k['mean']:8.4f} {k['max']:8.4f}"
+            f" {row['ring_tooth_load_n_max'] / 1e3:15.1f}"
+            f" {row['tooth_displacement_um_max']:15.1f} {row['sun_wind_up_mrad_mean']:11.3f}"
+        )
+
+
+def _sharing(train: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
+    """Load sharing by analysis and variant, with and without errors."""
+    with progress(quiet) as report:
+        found = models_of(train, report)
+        own = next(iter(found.values()))
+        warn(reduction_warnings(train, own.bodies, own.system.variants))
+        figures = compare_sharing(found, cycles=cycles, progress=report)
+    if as_json:
+        present("", figures, True)
+        return
+    typer.echo(f"{train.name}: load sharing of the planets at rated torque")
+    groups = list(dict.fromkeys(g for rows in figures.values() for g in rows))
+    if not groups:
+        typer.echo("  no stage has planets that share a load")
+        return
+    width = max(len(x) for x in figures) + 2
+    for group in groups:
+        first = next(rows[group] for rows in figures.values() if group in rows)
+        assumed = first["iec_61400_4"]
+        said = "" if assumed is None else f"   (IEC 61400-4 assumes {assumed:g})"
+        typer.echo(f"\n{group} gear meshes{said}")
+        typer.echo("  " + " " * width + "".join(f"{c:>12}" for c in COLUMNS.values()))
+        for name, rows in figures.items():
+            if group in rows:
+                values = "".join(_cell(rows[group][d]) for d in COLUMNS)
+                typer.echo(f"  {name:<{width}}{values}")
+    typer.echo(
+        "\nK: largest N F/ΣF at any instant; Hu 2023, Ren 2021: by maxima of gear-mesh cycles"
+    )
+    still = [label for label, context in found.items() if is_still(context)]
+    if still:
+        typer.echo(
+            f"{'; '.join(still)}: rolls in one equilibrium, so that a transient adds nothing"
+        )
+
+
+def _cell(value: float | None) -> str:
+    return f"{'–':>12}" if value is None else f"{value:12.4f}"

@@ -1,0 +1,163 @@
+"""One flexible stage out of a dataset, in the words of a single stage.
+
+What pictures and figures of a ring with tooth nodes read: pairs by gear and flank (``ring_pair_load``
+(sample, planet, slot)), motion of teeth, pins, planets and sun, forces of bolts and bearings. They
+are views of variables of the dataset: what lies in a file stays there until it is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.results.flanks import PARTS
+from flexgear.results.load_sharing import planet_force_spread
+from flexgear.results.quantities import COORDINATES, QUANTITIES
+
+KINDS = ("ring", "sun")
+FLANKS = (("drive", "pair"), ("coast", "back_pair"))
+AS_THEY_ARE = ("closure", "output_speed")
+
+
+def flexible_parts(data: xr.Dataset) -> list[str]:
+    """Stages of a dataset whose rings are finite-element bodies."""
+    if "tooth_stage" not in data.coords:
+        return []
+    return [str(s) for s in dict.fromkeys(np.asarray(data["tooth_stage"]).tolist())]
+
+
+def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
+    """The part of ``data`` that belongs to a stage whose ring and carrier are finite-element bodies.
+
+    Variables are those of ``quantities``; what ``data`` does not hold is left out. Attribute
+    rated_mean_force_n: of a planet at the ring.
+    """
+    found = {
+        name: part.variable.copy(deep=False) for name, part in _variables(data, stage) if part.size
+    }
+    for name, variable in found.items():
+        variable.attrs = QUANTITIES[name].attrs
+    dim = "time" if "time" in data.dims else "position"
+    coords: dict[str, Any] = {dim: data[dim].variable}
+    sizes = {str(d): n for v in found.values() for d, n in v.sizes.items()}
+    labels = _labels(data, stage)
+    for d, size in sizes.items():
+        if d != dim:
+            ticks = labels.get(d, np.arange(1, size + 1))
+            units, meaning = COORDINATES[d]
+            coords[d] = xr.Variable((d,), ticks, {"units": units, "long_name": meaning})
+    if "tooth" in sizes:
+        own = (data["tooth_stage"] == stage).to_numpy()
+        coords["tooth_angle"] = ("tooth", data["tooth_angle"].to_numpy()[own])
+    attrs = dict(data.attrs)
+    if "rated_gear_mesh_force" in data:
+        rated = data["rated_gear_mesh_force"].to_numpy()[_gear_meshes(data, stage, "ring")]
+        attrs["rated_mean_force_n"] = float(rated.mean())
+    return xr.Dataset(found, coords, attrs)
+
+
+def with_spread(part: xr.Dataset) -> xr.Dataset:
+    """The same with the spread of the planets' forces, (max F − min F) / rated mean F, which is
+    worked out from them."""
+    force, dim = part["ring_gear_mesh_force"], str(part["ring_gear_mesh_force"].dims[0])
+    spread = planet_force_spread(force.to_numpy(), part.attrs["rated_mean_force_n"])
+    attrs = QUANTITIES["planet_force_spread"].attrs
+    return part.assign(planet_force_spread=xr.Variable((dim,), spread, attrs))
+
+
+def _gear_meshes(data: xr.Dataset, stage: str, kind: str) -> np.ndarray[Any, Any]:
+    return np.flatnonzero(((data["stage"] == stage) & (data["kind"] == kind)).to_numpy())
+
+
+def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+    """Names and views."""
+    for name in map(str, data.data_vars):
+        if name in AS_THEY_ARE or name.startswith("energy_"):
+            yield name, data[name]
+    turning = {"stage_angle": "carrier_angle", "stage_speed": "carrier_speed"}
+    for source, name in turning.items():
+        if source in data:
+            yield name, data[source].sel(turning_stage=stage)
+    if "port_torque" in data:
+        yield "input_torque", data["port_torque"].isel(port=0)
+        yield "output_torque", -data["port_torque"].isel(port=-1)
+    group = f"{stage} ring"
+    if "load_sharing" in data and group in data["group"].to_numpy():
+        yield "load_sharing", data["load_sharing"].sel(group=group)
+    if "gear_mesh_force" in data:
+        for kind in KINDS:
+            own = data["gear_mesh_force"].isel(gear_mesh=_gear_meshes(data, stage, kind))
+            yield f"{kind}_gear_mesh_force", _named(own, gear_mesh="planet")
+    yield from _pairs(data, stage)
+    yield from _motions(data, stage)
+    for name, dim, other in (
+        ("bolt_force", "bolt", "bolt"),
+        ("bearing_force", "support", "bearing"),
+    ):
+        if name in data:
+            yield name, _named(data[name].isel({dim: _own(data[dim], stage)}), **{dim: other})
+
+
+def _named(part: xr.DataArray, **dims: str) -> xr.DataArray:
+    """Without coordinates, its axes renamed."""
+    bare = part.drop_vars(list(part.coords))
+    return bare.rename({a: b for a, b in dims.items() if a != b})
+
+
+def _own(labels: xr.DataArray, stage: str, start: str = "") -> list[int]:
+    """Places of labels "stage.name"; those of no stage belong to all."""
+    names = [str(n) for n in labels.to_numpy()]
+    return [
+        k
+        for k, n in enumerate(names)
+        if n.startswith(f"{stage}.{start}") or (not start and "." not in n)
+    ]
+
+
+def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+    if "flank" not in data.dims:
+        return
+    for kind in KINDS:
+        for sense, words in FLANKS:
+            own = np.flatnonzero(
+                (
+                    (data["flank_stage"] == stage)
+                    & (data["flank_kind"] == kind)
+                    & (data["flank_sense"] == sense)
+                ).to_numpy()
+            )
+            for part in PARTS:
+                if f"pair_{part}" in data and len(own):
+                    pairs = data[f"pair_{part}"].isel(flank=own)
+                    yield f"{kind}_{words}_{part}", _named(pairs, flank="planet")
+
+
+def _motions(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+    if "tooth_displacement" in data:
+        own = np.flatnonzero((data["tooth_stage"] == stage).to_numpy())
+        yield "tooth_displacement", data["tooth_displacement"].isel(tooth=own)
+    if "body_displacement" in data:
+        motion = data["body_displacement"]
+        planets = motion.isel(body=_own(data["body"], stage, "planet_"))
+        yield "planet_displacement", _named(planets, body="planet")
+        yield "sun_displacement", motion.sel(body=f"{stage}.sun")
+    if "carrier_displacement" in data:
+        motion = data["carrier_displacement"]
+        yield "carrier_displacement", motion.isel(carrier_node=_own(data["carrier_node"], stage))
+        pins = motion.isel(carrier_node=_own(data["carrier_node"], stage, "pin_"))
+        yield "pin_displacement", _named(pins, carrier_node="planet")
+
+
+def _labels(data: xr.Dataset, stage: str) -> dict[str, Sequence[str]]:
+    """Labels of axes without the stage's name, and those that are the same everywhere."""
+    found: dict[str, Sequence[str]] = {
+        d: [str(n) for n in data[d].to_numpy()] for d in ("dof", "axis") if d in data.coords
+    }
+    for dim, other in (("carrier_node", "carrier_node"), ("support", "bearing")):
+        if dim in data.coords:
+            names = [str(data[dim].to_numpy()[k]) for k in _own(data[dim], stage)]
+            found[other] = [n.removeprefix(f"{stage}.") for n in names]
+    return found

@@ -1,0 +1,1 @@
+"""From a problem to a labelled result: put a case together, solve it, run everything."""

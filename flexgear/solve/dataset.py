@@ -1,0 +1,246 @@
+"""From what an analysis returns to a labelled dataset.
+
+Displacements are elastic: rolling of the undeflected train is taken off. Ring teeth are given in
+fixed axes, central members and carrier nodes in the axes of their stage's carrier, planets in their
+own (radial, tangential, axial).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Transient
+from flexgear.coupling.pair_data import WAVE
+from flexgear.coupling.system import System
+from flexgear.model.case import Case
+from flexgear.results.dataset import provenance
+from flexgear.results.train_dataset import train_dataset
+from flexgear.results.train_sharing import DEFINITIONS, sharing_histories
+from flexgear.solve.angles import given_speeds
+from flexgear.solve.labels import flank_name
+from flexgear.solve.model import Model
+
+Array = NDArray[np.float64]
+NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
+
+
+def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
+    """Dataset of a transient; attrs are added to the provenance."""
+    torques = result.torques.copy()
+    torques[:, -1] = -result.output_torque  # the brake's, as it acts on the member
+    speeds = result.masters[:, :, 1]
+    arrays = {
+        "master_speed": speeds,
+        "stage_speed": _stage_rates(model, speeds),
+        "output_speed": result.output_speed,
+    }
+    return _dataset(model, "time", result.time, result, torques, arrays, attrs)
+
+
+def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:
+    """Dataset of equilibria, one position after the other."""
+    count, arrays = np.arange(len(result.masters)), {"closure": result.closure}
+    return _dataset(model, "position", count, result, result.torques, arrays, attrs)
+
+
+def _stage_rates(model: Model, speeds: Array) -> Array:
+    """Speeds (t, stages) of the stages' angles at those (t, F) of the independent rotations."""
+    system = model.system
+    return np.asarray(speeds @ (system.angles @ system.rolling).T)[:, _stage_angles(model)]
+
+
+def _stage_angles(model: Model) -> list[int]:
+    """Which of the system's angles each stage turns by."""
+    labels, angle = model.system.gear_meshes, model.system.pairs.angle
+    first = {label.stage: int(angle[m]) for m, label in reversed(list(enumerate(labels)))}
+    return [first[number] for number in range(len(model.case.stages))]
+
+
+def _dataset(
+    model: Model,
+    dim: str,
+    samples: ArrayLike,
+    result: Equilibrium | Transient,
+    torques: Array,
+    arrays: dict[str, Any],
+    attrs: dict[str, Any],
+) -> xr.Dataset:
+    force = model.gear_meshes.forces(result.pair_load)
+    masters = result.masters if result.masters.ndim == 2 else result.masters[:, :, 0]
+    motions, labels = _motions(model, result)
+    return train_dataset(
+        dim,
+        samples,
+        {
+            "master_angle": masters,
+            "stage_angle": result.theta[:, _stage_angles(model)],
+            "port_torque": torques,
+            "gear_mesh_force": force,
+            "rated_gear_mesh_force": model.rated,
+            **sharing_histories(force, model.rated, model.gear_meshes.names),
+            **_pairs(model, result),
+            **motions,
+            **arrays,
+        },
+        train_attrs(model, **model.modal.figures, **model.system.header, **attrs),
+        {**train_labels(model), **_flanks(model), **labels},
+        model.gear_meshes.names,
+    )
+
+
+def _pairs(model: Model, result: Equilibrium | Transient) -> dict[str, Array]:
+    """Tooth pairs of every flank, where single pairs (or their sum) are what carries."""
+    if np.all(model.system.pairs.model == WAVE):
+        return {}
+    return {
+        "pair_load": result.pair_load,
+        "pair_tooth": (result.pair_tooth + 1).astype(np.int16),
+        "pair_stiffness": result.pair_stiffness,
+        "pair_position": result.pair_position,
+    }
+
+
+def _flanks(model: Model) -> dict[str, list[Any]]:
+    """Labels of the flanks of all gear meshes, in the order of the system."""
+    drive = model.system.pairs.front
+    names = [flank_name(model.case, label) for label in model.system.gear_meshes]
+    sense = ["drive" if is_drive else "coast" for is_drive in drive]
+    return {
+        "flank": [f"{name.label} {s}" for name, s in zip(names, sense, strict=True)],
+        "flank_sense": sense,
+        **{
+            f"flank_{k}": [getattr(n, k) for n in names]
+            for k in ("stage", "kind", "side", "planet")
+        },
+    }
+
+
+def train_labels(model: Model) -> dict[str, list[str]]:
+    """Labels of axes that only depend on the train."""
+    return {
+        "master": given_speeds(model.case),
+        "turning_stage": [stage.name for stage in model.case.stages],
+        "port": [p.name for p in model.system.ports],
+        "definition": list(DEFINITIONS),
+    }
+
+
+def train_attrs(model: Model, **more: Any) -> dict[str, Any]:
+    """Provenance of a result."""
+    train = model.case
+    return provenance(
+        case=train.name,
+        variant=model.variant,
+        content_hash=train.content_hash(),
+        parameters=train.to_dict(),
+        **_laws(train),
+        **more,
+    )
+
+
+def _laws(case: Case) -> dict[str, str]:
+    """How gear meshes and ties are modelled, as one word each or stage by stage."""
+    found: dict[str, list[str]] = {
+        "contact_law": [s.gear_mesh.contact_law for s in case.stages],
+        "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
+        "tie": [f"{s.ring.tie}, {s.ring.tie_kind}" for s in case.flexible_stages.values()],
+    }
+    return {name: "; ".join(dict.fromkeys(words)) for name, words in found.items() if words}
+
+
+def result_name(body: str) -> str:
+    """Name of a body in results: the shaft of a flexible stage carries its sun."""
+    return body.replace(".shaft", ".sun")
+
+
+def body_rows(system: System) -> tuple[list[str], Array]:
+    """Names (n) and rows (6 n, d) of lumped bodies and of nodes that stand for those that bend."""
+    names, rows = [], []
+    for body in system.bodies:
+        part = body.name.rpartition(".")[2]
+        node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
+        if node not in body.node_names or part == "output":
+            continue
+        names.append(result_name(body.name))
+        rows.append(system.node_rows(body.name, node))
+    return names, np.vstack(rows)
+
+
+def _motions(
+    model: Model, result: Equilibrium | Transient
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Displacements of bodies and forces of links, with their labels."""
+    recovery, count = Recovery(result), len(result.theta)
+    names, rows = body_rows(model.system)
+    arrays = {"body_displacement": recovery.motion(rows).reshape(count, len(names), 6)}
+    labels: dict[str, Any] = {"body": names}
+    bearings = planet_bearings(model, recovery)
+    if bearings:
+        arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
+        labels["bearing"] = list(bearings)
+        rows = recovery.row_loads(list(bearings))
+        if rows.size:
+            arrays["planet_bearing_row_load"] = rows
+    for name, found in (("bolt", _bolts(model)), ("support", _supports(model))):
+        if found:
+            forces = np.stack([recovery.link_force(one) for one in found], axis=1)
+            arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
+                forces[:, :, :3] if name == "bolt" else forces
+            )
+            labels[name] = found
+    for name, nodes, dofs in (
+        ("tooth", _nodes(model, "ring", "tooth"), 3),
+        ("carrier_node", _nodes(model, "carrier"), 6),
+    ):
+        if nodes:
+            rows = np.vstack([model.system.node_rows(*node)[:dofs] for node in nodes])
+            motion = recovery.motion(rows).reshape(count, len(nodes), dofs)
+            arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
+            labels |= _node_labels(model, name, nodes)
+    return arrays, labels
+
+
+def _bolts(model: Model) -> list[str]:
+    return [link.name for link in model.system.links if ".bolt" in link.name]
+
+
+def _supports(model: Model) -> list[str]:
+    """Springs between two nodes beside bolts."""
+    bolts = _bolts(model)
+    return [x.name for x in model.system.links if len(x.rows) == 6 and x.name not in bolts]
+
+
+def _nodes(model: Model, part: str, start: str = "") -> list[tuple[str, str]]:
+    """(body, node) of the finite-element bodies of one kind, stage by stage."""
+    bodies = [f"{stage}.{part}" for stage in model.case.flexible_stages]
+    return [
+        (body, node)
+        for body in bodies
+        for node in model.system.body(body).node_names
+        if node.startswith(start)
+    ]
+
+
+def _node_labels(model: Model, name: str, nodes: list[tuple[str, str]]) -> dict[str, Any]:
+    stages = [body.rpartition(".")[0] for body, _ in nodes]
+    if name == "carrier_node":
+        return {name: [f"{stage}.{node}" for stage, (_, node) in zip(stages, nodes, strict=True)]}
+    place = np.array([model.system.body(body).position(node) for body, node in nodes])
+    return {
+        "tooth_stage": stages,
+        "tooth_number": [int(node.rpartition("_")[2]) for _, node in nodes],
+        "tooth_angle": np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi),
+    }
+
+
+def planet_bearings(model: Model, recovery: Recovery) -> dict[str, Array]:
+    """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
+    names = [link.name for link in model.system.links if ".planet_bearing_" in link.name]
+    # links pull the pin towards the planet: pin − planet is their motion
+    return {name: -recovery.link_force(name)[:, :3] for name in names}

@@ -1,0 +1,90 @@
+"""What is to be said about reductions whose errors are larger than promised."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from flexgear.coupling.system import Variant
+from flexgear.model.case import Case
+from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.solve.bodies import reduction_limit
+from flexgear.structures.reduced import ReducedBody
+
+PROMISED = 0.02  # error of a reduction (``structures.estimate``) without a warning
+_FINER = {"quick": "standard", "standard": "fine"}
+_OTHER_TIE = {"root": "flank", "flank": "root"}
+
+
+def reduction_warnings(
+    case: Case, bodies: Mapping[str, Iterable[ReducedBody]], variants: Mapping[str, Variant]
+) -> list[str]:
+    """A line for every body that bends and misses the promise; bodies, variants by stage."""
+    found = []
+    for name in bodies:
+        stage = case.flexible_stages[name]
+        at, keys = ("", "") if case.alone is not None else (f"{name}.", f"stages.{name}.flexible.")
+        limit = reduction_limit(case, name)
+        found += _warnings(stage, bodies[name], variants[name], limit, at, keys)
+    return found
+
+
+def _warnings(
+    case: FlexibleStage,
+    bodies: Iterable[ReducedBody],
+    bends: Variant,
+    wanted: float,
+    at: str,
+    keys: str,
+) -> list[str]:
+    """Lines about the bodies that bend; at: before their names, keys: before those of the case."""
+    found = []
+    for body in bodies:
+        if getattr(bends, body.name):
+            if said := _fault(body.report):
+                found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name, keys)}")
+            if said := _frequency_fault(body.report, wanted):
+                found.append(
+                    f"{at}{body.name}: {said}; raise {keys}{body.name}.fixed_interface_modes"
+                )
+    return found
+
+
+def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
+    """What is wrong with a reduction's frequencies, empty where nothing is."""
+    error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
+    if error > PROMISED:
+        return (
+            f"frequencies up to {to:.4g} Hz are up to {100 * error:.2g} % too high in the reduced "
+            f"body, above {100 * PROMISED:g} %"
+        )
+    if to < wanted * (1 - 1e-9):
+        return (
+            f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
+            f"{to:.4g} Hz, and {wanted:.4g} Hz are asked for"
+        )
+    return ""
+
+
+def _fault(report: Mapping[str, Any]) -> str:
+    """What is wrong with a reduction, empty where nothing is."""
+    error = report.get("static_error")
+    if error is None or error <= PROMISED:
+        return ""
+    cases = report.get("static_error_cases", {})
+    worst = f" (load: {max(cases, key=cases.__getitem__)})" if cases else ""
+    return f"static error {100 * error:.1f} %{worst}, above {100 * PROMISED:g} %"
+
+
+def _remedy(case: FlexibleStage, name: str, keys: str) -> str:
+    """What makes the error smaller, or shows how little it matters."""
+    part, ways = getattr(case, name), []
+    if part.fe_mesh == "file":
+        ways.append("refine its FE mesh")
+    elif finer := _FINER.get(case.solver.fidelity):
+        ways.append(f'set {keys}solver.fidelity = "{finer}"')
+    if name == "ring":
+        ways.append(f'try {keys}ring.tie = "{_OTHER_TIE[part.tie]}"')
+    ways.append(f"compare with {keys}{name}.flexible = false to see how much its bending matters")
+    return ", or ".join(ways)

@@ -1,0 +1,309 @@
+"""The whole job over one case: modes, equilibria, load sharing, transients, torque drops.
+
+Runs of different variants share nothing but constant data and go side by side in threads; the
+compiled time step lets go of the interpreter lock.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from flexgear.coupling.pace import too_coarse
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.results.sinks import DatasetSink
+from flexgear.results.summary import (
+    build_summary,
+    finite,
+    modes_summary,
+    sharing_summary_of,
+)
+from flexgear.results.version import version
+from flexgear.solve.angles import lead_speed, one_turn, stage_motions
+from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
+from flexgear.solve.deformed import bending_bodies, deformed
+from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
+from flexgear.solve.linear import why_not_linear
+from flexgear.solve.long_run import TimedRun, shelved
+from flexgear.solve.model import Model, assemble
+from flexgear.solve.modes import campbell, modes, usual_limit
+from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.run_figures import (
+    bodies_summary,
+    depth_name,
+    drops_summary,
+    flow_summary,
+    residual_of_run,
+    stages_summary,
+    transient_summary,
+)
+from flexgear.solve.sharing import shared_stages, sharing_attrs, train_sharing
+from flexgear.solve.static import static
+from flexgear.solve.transient import (
+    compile_transient,
+    constant_drive,
+    cut_short,
+    simulate,
+    torque_drop,
+)
+
+WORKERS = 2
+POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
+TURN = 120  # equilibria over one turn of the lead where rings bend
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run leaves: datasets by file name (without suffix), displacement fields by body,
+    figures, the power flow."""
+
+    case: Case
+    flow: PowerFlow
+    datasets: Mapping[str, xr.Dataset]
+    fields: Mapping[str, xr.Dataset]
+    summary: dict[str, Any]
+
+    def with_timing(self, **seconds: float) -> Run:
+        """A copy with further wall times in the summary."""
+        summary = {**self.summary, "timing_s": {**self.summary["timing_s"], **seconds}}
+        return replace(self, summary=summary)
+
+
+class Stopwatch:
+    """Wall times by stage, s; several spans of one stage add up."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time the block."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def models_of(
+    case: Case, progress: Progress = silent, bodies: Bodies | None = None
+) -> dict[str, Model]:
+    """The case as it is, with rigid bodies in place of those that bend, and without errors."""
+    own = assemble(case, progress=progress, bodies=bodies)
+    found = {own.variant: own}
+    if case.flexible_stages and own.variant != "rigid":
+        found["rigid"] = assemble(case, bodies=own.bodies, variants=all_rigid(case))
+    for model in found.values():
+        _ = model.modal  # made once, before threads share it
+    if own.has_errors:
+        clean = own.without_errors()
+        found[clean.variant] = clean
+    return found
+
+
+def is_still(model: Model) -> bool:
+    """Whether the train rolls in one equilibrium: linear, nothing turning, no errors."""
+    system = model.system
+    return (
+        why_not_linear(system) is None
+        and not model.has_errors
+        and not np.any(system.pairs.load_angle >= 0)
+    )
+
+
+def run(
+    case: Case,
+    progress: Progress = silent,
+    watch: Stopwatch | None = None,
+    *,
+    bodies: Bodies | None = None,
+    workers: int = WORKERS,
+    place: Path | None = None,
+) -> Run:
+    """Every analysis of a case, with and without errors, flexible and rigid, and the figures.
+
+    place: a folder that gets the transients as they come, so that none is in memory as a whole.
+    """
+    watch = watch or Stopwatch()
+    with watch.stage("coupled_systems"):
+        models = models_of(case, progress, bodies)
+    first = next(iter(models.values()))
+    ideal = first.without_errors() if case.flexible_stages else first
+    datasets: dict[str, xr.Dataset] = {}
+    with watch.stage("modes"):
+        progress("modes", 0.0)
+        limit = usual_limit(first)
+        datasets["modes"] = modes(first, limit_hz=limit)
+        progress("modes", 0.5)
+        datasets["campbell"] = campbell(first, limit_hz=limit)
+        progress("modes", 1.0)
+    fields = {}
+    with watch.stage("equilibria"):
+        datasets["equilibrium"] = static(first, _positions(first), progress=progress)
+        if case.flexible_stages:
+            still = static(ideal, _positions(first), progress=progress)
+            datasets["equilibrium_without_errors"] = still
+            fields = {name: deformed(ideal, name) for name in bending_bodies(first)}
+    with watch.stage("load_sharing"):
+        sharing = _sharing(models, progress)
+    datasets |= sharing
+    with watch.stage("transients"):
+        runs, drops = _transients(models, progress, workers, place)
+    datasets |= {_name("transient", label): one.data for label, one in runs.items()}
+    datasets |= {_drop_name(*key): one.data for key, one in drops.items()}
+    own = next(iter(runs.values()))
+    harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
+    if harmonic["reason"] is None:
+        with watch.stage("harmonic"):
+            data = harmonic_data(first, train_harmonic(first), own.data)
+        datasets["harmonic"] = data
+        harmonic = {**harmonic_figures(data), "load_sharing": sharing_summary_of(data)}
+    watch.seconds |= {f"transient_{label}": one.wall for label, one in runs.items()}
+    summary = build_summary(
+        case=case.name,
+        kind=case.kind,
+        result="run",
+        version=version(),
+        content_hash=case.content_hash(),
+        variant=first.variant,
+        system={
+            "bodies": len(first.system.bodies),
+            "coordinates": first.system.size,
+            **finite(first.modal.figures),
+        },
+        power_flow=flow_summary(first.flow),
+        stages=stages_summary(first),
+        modes=modes_summary(datasets["modes"]),
+        load_sharing={
+            "quasi_static": {n: _shared(sharing, n) for n in models},
+            "transient": {n: sharing_summary_of(one.data) for n, one in runs.items()},
+        },
+        transient=transient_summary(own),
+        harmonic=harmonic,
+        torque_steps=drops_summary(case, drops),
+        energy_residual=residual_of_run(first, runs, drops),
+        solver=first.pace.summary,
+        equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
+        warnings=[
+            *too_coarse(first.pace, case.solver),
+            *cut_short(case, first.flow),
+            *reduction_warnings(case, first.bodies, variants_of(case)),
+        ],
+        timing_s=watch.seconds,
+        # of one core, as several runs go side by side
+        realtime_factor=own.realtime_factor,
+        **bodies_summary(models, datasets, runs),
+    )
+    return Run(case, first.flow, datasets, fields, summary)
+
+
+def _positions(model: Model) -> NDArray[np.float64]:
+    """Lead angles over one gear-mesh cycle of the slowest stage, where rings bend over a whole turn
+    of the lead; one of a train at rest."""
+    if model.case.flexible_stages:
+        return np.linspace(0, 2 * np.pi, TURN, endpoint=False)
+    motions = stage_motions(model.case, model.flow)
+    turning = [m for m in motions if m.theta]
+    if not turning:
+        return np.zeros(1)
+    slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)
+    return one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
+
+
+def _name(what: str, label: str) -> str:
+    """File name of a dataset: "transient", "transient_rigid", "transient_without_errors"."""
+    if label.endswith("without errors"):
+        return f"{what}_without_errors"
+    return f"{what}_rigid" if label == "rigid" else what
+
+
+def _drop_name(torque: float, label: str) -> str:
+    return _name(f"torque_step_{depth_name(torque)}", label)
+
+
+def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:
+    """Quasi-static load sharing by stage and variant."""
+    found = {}
+    for label, model in variants.items():
+        for stage in shared_stages(model):
+            data = train_sharing(model, stage, progress=progress)
+            found[_name(f"sharing_{stage}", label)] = data
+    return found
+
+
+def _shared(sharing: Mapping[str, xr.Dataset], label: str) -> dict[str, Any]:
+    """Figures of one variant's quasi-static load sharing by stage."""
+    return {
+        str(data.attrs["stage"]): {**sharing_attrs(data), **sharing_summary_of(data)}
+        for data in sharing.values()
+        if data.attrs["variant"] == label
+    }
+
+
+def _transients(
+    models: Mapping[str, Model], progress: Progress, workers: int, place: Path | None
+) -> tuple[dict[str, TimedRun], dict[tuple[float, str], TimedRun]]:
+    """A transient of each variant in which anything moves, and the torque drops of those with
+    errors; the longest first, ``workers`` at a time."""
+    stop = threading.Event()
+
+    def watched(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise FlexgearError("interrupted")
+        progress(stage, share)
+
+    own = next(iter(models))
+    case = models[own].case
+    torques = case.drive.steps.torques
+    compile_transient(models[own], energy=bool(torques))
+    jobs: dict[Any, tuple[str, Callable[[DatasetSink | None], TimedRun]]] = {}
+    for label, model in models.items():
+        if label == own or not is_still(model):
+            job = partial(
+                _steady, model, progress=watched, label=f"transient, {label}",
+                energy=label == own and bool(case.flexible_stages) and not torques,
+            )  # fmt: skip
+            jobs[label] = (_name("transient", label), job)
+        for torque in () if model.ideal else torques:
+            name = _drop_name(torque, label)
+            job = partial(
+                _drop, model, torque, energy=label == own, progress=watched,
+                label=f"torque drop to {depth_name(torque)}, {label}",
+            )  # fmt: skip
+            jobs[torque, label] = (name, job)
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        waiting: dict[Any, Future[TimedRun]] = {
+            key: pool.submit(shelved, place, name, job) for key, (name, job) in jobs.items()
+        }
+        try:
+            found = {key: future.result() for key, future in waiting.items()}
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return (
+        {key: one for key, one in found.items() if isinstance(key, str)},
+        {key: one for key, one in found.items() if not isinstance(key, str)},
+    )
+
+
+def _steady(model: Model, sink: DatasetSink | None, **options: Any) -> TimedRun:
+    """Steady running: the drive at its rated torque, whatever its history."""
+    return simulate(model, drive=constant_drive(), sink=sink, **options)
+
+
+def _drop(model: Model, torque: float, sink: DatasetSink | None, **options: Any) -> TimedRun:
+    return torque_drop(model, torque, sink=sink, **options)

@@ -1,0 +1,184 @@
+"""Figures of a run, as ``summary.json`` has them: powers, stages, transients, torque drops."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
+from flexgear.coupling.pace import timed_drops
+from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.results.energy_balance import energy_account, largest_residual
+from flexgear.results.pieces import between, ranges_of
+from flexgear.results.summary import (
+    RPM,
+    distance_summary,
+    drop_summary,
+    finite,
+    force_ranges,
+    steady_summary,
+    torque_step_summary,
+)
+from flexgear.solve.angles import stage_motions
+from flexgear.solve.long_run import TimedRun
+from flexgear.solve.model import Model
+from flexgear.solve.transient import train_histories
+
+
+def depth_name(torque: float) -> str:
+    """Name of a torque drop by the torque it drops to: "0.4e6" for 4e5 N·m, "1200" for 1200."""
+    return f"{torque / 1e6:g}e6" if abs(torque) >= 1e5 else f"{torque:g}"
+
+
+def flow_summary(flow: PowerFlow) -> dict[str, Any]:
+    """Speeds, torques from outside and powers of all members."""
+    members = {
+        name: {
+            "speed_rpm": speed * RPM,
+            "torque_on_stage_nm": flow.branch_torque[name],
+            "power_into_stage_w": flow.branch_power[name],
+            **({"outside_torque_nm": flow.torque[name]} if name in flow.torque else {}),
+        }
+        for name, speed in flow.speed.items()
+    }
+    return {
+        "mobility": flow.mobility,
+        "input_power_w": flow.input_power,
+        "circulating_power_w": flow.circulating_power,
+        "members": members,
+    }
+
+
+def stages_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """Frequencies, mean forces and error cycles of the stages."""
+    flow, train = model.flow, model.case
+    motions, lives = stage_motions(train, flow), planet_bearing_life_hours(train, flow)
+    out: dict[str, dict[str, Any]] = {}
+    for stage, motion in zip(train.stages, motions, strict=True):
+        own = flow.stage(stage.name)
+        out[stage.name] = {
+            "kind": stage.kind,
+            "gear_mesh_frequency_hz": own.gear_mesh_frequency,
+            "rolling_power_w": own.stage_power,
+            "sun_gear_mesh_force_n": abs(own.sun_gear_mesh_force),
+            "error_cycle_gear_meshes": motion.cycle.gear_meshes,
+        }
+        if stage.kind == "planetary":
+            out[stage.name] |= {
+                "ring_gear_mesh_force_n": abs(own.ring_gear_mesh_force),
+                "planet_bearing_force_n": own.planet_bearing_force,
+                "planet_speed_in_carrier_rpm": own.planet_relative_speed * RPM,
+            }
+        if math.isfinite(lives.get(stage.name, math.inf)):
+            out[stage.name]["planet_bearing_life_h"] = lives[stage.name]
+    return out
+
+
+def transient_summary(run: TimedRun) -> dict[str, Any]:
+    rest = ranges_of(run.data, train_histories)
+    forces = (part["gear_mesh_force"] for part in (rest.least, rest.mean, rest.largest))
+    return {
+        "duration_s": run.simulated,
+        "settle_s": float(run.data.attrs["settle_s"]),
+        "steps": int(run.data.attrs["steps"]),
+        "gear_mesh_force": force_ranges(*forces),
+        "displacement_um_max": distance_summary(rest.largest["axis_distance"]),
+    }
+
+
+def bodies_summary(
+    models: Mapping[str, Model],
+    datasets: Mapping[str, xr.Dataset],
+    runs: Mapping[str, TimedRun],
+) -> dict[str, Any]:
+    """What only flexible stages have: FE meshes, reductions, steady running of rings."""
+    first = next(iter(models.values()))
+    case = first.case
+    if not case.flexible_stages:
+        return {}
+    alone = case.alone is not None
+    reports = {
+        part if alone else f"{stage}.{part}": getattr(first.bodies[stage], part).report
+        for stage in case.flexible_stages
+        for part in ("ring", "carrier")
+    }
+    compared = {n: one.data for n, one in runs.items() if not n.endswith("without errors")}
+    ends = ("drive", "output") if alone else tuple(port.member for port in case.ports)
+    inertias = {
+        end: case.port_inertia(port.member) for end, port in zip(ends, case.ports, strict=True)
+    }
+    steady = {
+        stage: {
+            **steady_summary(compared, datasets["equilibrium_without_errors"], stage),
+            "equilibrium_closure_max": datasets["equilibrium"].attrs["closure_max"],
+            "inertia_kg_m2": inertias,
+        }
+        for stage in case.flexible_stages
+    }
+    return {
+        "fe": {name: {"dofs": report["fe_dofs"]} for name, report in reports.items()},
+        "reduction": {name: _reduction(report) for name, report in reports.items()},
+        "second_reduction": {n: finite(m.modal.figures) for n, m in models.items() if not m.ideal},
+        "kinematics": _first_or_all({s: kinematics(first, s) for s in steady}, alone),
+        "steady": _first_or_all(steady, alone),
+    }
+
+
+def kinematics(model: Model, stage: str) -> dict[str, float]:
+    """Speeds, frequency, contact ratios and expected force of a flexible stage."""
+    flow, geometry = model.flow, stage_geometry(model.case.view(stage))
+    own = flow.stage(stage)
+    return {
+        "carrier_speed_rpm": flow.speed[f"{stage}.carrier"] * RPM,
+        "sun_speed_rpm": flow.speed[f"{stage}.sun"] * RPM,
+        "gear_mesh_frequency_hz": own.gear_mesh_frequency,
+        "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,
+        "contact_ratio_sun": geometry.sun_mesh.total_contact_ratio,
+        "expected_ring_mesh_force_n": abs(own.ring_gear_mesh_force),
+        "planet_bearing_force_n": own.planet_bearing_force,
+    }
+
+
+def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of a reduction: what was kept, error estimates, and the tie."""
+    return {k: v for k, v in report.items() if isinstance(v, (int, float, str)) and k != "fe_dofs"}
+
+
+def _first_or_all(by_stage: dict[str, Any], alone: bool) -> dict[str, Any]:
+    """Figures by stage; of the short form, which has one stage, its own."""
+    return next(iter(by_stage.values())) if alone else by_stage
+
+
+def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> dict[str, Any]:
+    """Figures of torque drops by depth and variant."""
+    found: dict[str, dict[str, Any]] = {}
+    for (torque, label), one in drops.items():
+        figures: dict[str, Any] = drop_summary(one.data)
+        rings = {stage: torque_step_summary(one.data, stage) for stage in case.flexible_stages}
+        if rings:
+            figures |= _first_or_all(rings, case.alone is not None)
+        found.setdefault(depth_name(torque), {})[label] = figures
+    return found
+
+
+def residual_of_run(
+    first: Model, runs: Mapping[str, TimedRun], drops: Mapping[tuple[float, str], TimedRun]
+) -> float | None:
+    """Largest energy residual over the torque drops, counted from the drop while steps are fine.
+
+    Without torque drops it is that of the steady revolution; None where no account was kept.
+    """
+    start, duration, _ = timed_drops(first.case).times
+    end = start + duration + first.pace.settling
+    balanced = [
+        between(one.data, start, end) for (_, label), one in drops.items() if label == first.variant
+    ]
+    own = runs[first.variant].data
+    balanced = balanced or ([own] if "energy_kinetic" in own else [])
+    residuals = [largest_residual(ranges_of(data, energy_account)) for data in balanced]
+    return max(residuals, default=None)

@@ -1,0 +1,99 @@
+"""Equilibria of a train: gear-mesh forces, planet bearings, floats of members."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
+from flexgear.model.train_member import PlanetBearing
+from flexgear.results.summary import CENTRAL, displacement_summary
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.model import Model, rated_rotations
+
+__all__ = ["CENTRAL", "bearing_loads", "position_figures", "static"]
+
+UNLOADED = 1e-9  # of the load or of the largest gear-mesh force, rounding
+
+
+def static(
+    model: Model,
+    carrier_angle: ArrayLike = 0.0,
+    torque: float | None = None,
+    progress: Progress = silent,
+    **attrs: Any,
+) -> xr.Dataset:
+    """Equilibria at rotations (p,) rad of the lead, the other rotations in rated proportion.
+
+    carrier_angle: of the lead, the first member of given speed that turns: a carrier mostly.
+
+    torque: N·m on the first input, the others in rated proportion; rated unless given.
+    """
+    system = model.system
+    given = system.rated_torque if torque is None else torque
+    found = revolution(
+        model.modal,
+        rated_rotations(system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))),
+        given,
+        lambda share: progress("equilibria", share),
+    )
+    return equilibrium_data(model, found, closure_max=float(found.closure.max()), **attrs)
+
+
+def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """Figures of one position of a dataset of equilibria, in the units their names end in."""
+    force, factor = data["gear_mesh_force"].to_numpy(), data["planet_load_factor"].to_numpy()
+    groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
+    at = {g: [g == one for one in groups] for g in dict.fromkeys(groups)}
+    figures: dict[str, Any] = {
+        "port_torque_nm": _by_label(data["port_torque"], "port"),
+        "gear_mesh_force_n": {g: force[own].tolist() for g, own in at.items()},
+        "planet_load_factor": {
+            g: factor[own].tolist() for g, own in at.items() if np.all(np.isfinite(factor[own]))
+        },
+        "distance_from_axis_um": displacement_summary(data),
+    }
+    if "planet_bearing_force" in data:
+        figures["planet_bearing"] = bearing_loads(model, data)
+    return figures
+
+
+def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:
+    return {
+        str(n): float(v) for n, v in zip(values[dim].to_numpy(), values.to_numpy(), strict=True)
+    }
+
+
+def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Size and direction (from radial outward, in the sense of rotation) of the force on every pin
+    at one position; its basic rating life under that load where the case gives a rating and the
+    bearing wears at all."""
+    out = {}
+    least = UNLOADED * float(np.abs(model.rated).max())
+    for name in map(str, data["bearing"].to_numpy()):
+        x, y, z = (float(v) for v in data["planet_bearing_force"].sel(bearing=name))
+        size = math.hypot(x, y)
+        size = size if size > least else 0.0
+        out[name] = {
+            "force_n": size,
+            "direction_deg": math.degrees(math.atan2(y, x)) if size else 0.0,
+            "axial_n": z if abs(z) > UNLOADED * size else 0.0,
+        }
+        stage = model.case.stage(name.partition(".")[0])
+        bearing = stage.planet_bearing
+        if isinstance(bearing, PlanetBearing) and bearing.dynamic_rating is not None:
+            life = rating_life_hours(
+                bearing.dynamic_rating,
+                size / bearing.count,
+                model.flow.stage(stage.name).planet_relative_speed,
+                BALL if bearing.rolling == "ball" else ROLLER,
+            )
+            if math.isfinite(life):
+                out[name]["life_h"] = life
+    return out

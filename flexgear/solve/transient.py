@@ -1,0 +1,270 @@
+"""Transients of a case: steady running, drive histories and torque drops."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.analysis.step_plan import FineWindow, Stepping
+from flexgear.analysis.transient import Collector, Drive, Steps, Transient
+from flexgear.analysis.transient import transient as step_through
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pace import case_pace, timed_drops
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.model.drive import TorqueHistory
+from flexgear.model.errors import InputError
+from flexgear.results.pieces import between
+from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
+from flexgear.results.summary import axis_distance
+from flexgear.results.train_dataset import variable
+from flexgear.results.train_sharing import SharingCoefficients
+from flexgear.solve.angles import stage_motions
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import train_labels, transient_data
+from flexgear.solve.long_run import LongRun, TimedRun
+from flexgear.solve.model import Model
+from flexgear.solve.stepping import adaptive_steps, step_attributes
+
+Array = NDArray[np.float64]
+SAMPLES_AT_REST = 100
+MOST_STEPS = 400_000  # of a run whose duration nobody gave
+
+
+def usual_duration(case: Case, flow: PowerFlow) -> float:
+    """Start-up and one turn of the slowest stage, s; cut short where that takes too many steps.
+
+    A train at rest is looked at for as long again as it settles, and for some samples.
+    """
+    if case.solver.duration is not None:
+        return case.solver.duration
+    pace, turn = case_pace(case), _slowest_turn(case, flow)
+    longest = max(MOST_STEPS * pace.time_step, 1.5 * pace.settling)
+    return min(pace.start_up + turn, longest)
+
+
+def cut_short(case: Case, flow: PowerFlow) -> list[str]:
+    """A line where nobody gave the duration and the usual one is less than a turn."""
+    span, turn = usual_duration(case, flow), _slowest_turn(case, flow)
+    if case.solver.duration is not None or span >= turn:
+        return []
+    return [
+        f"solver.duration_s is left out and cut to {span:.4g} s, {MOST_STEPS} steps, of the "
+        f"{turn:.4g} s that a turn of the slowest stage takes; give it, or a longer time step"
+    ]
+
+
+def _slowest_turn(case: Case, flow: PowerFlow) -> float:
+    pace, motions = case_pace(case), stage_motions(case, flow)
+    at_rest = max(pace.settling, SAMPLES_AT_REST * pace.output_interval)
+    return max((m.turn_period for m in motions if m.theta), default=at_rest)
+
+
+def start_up(model: Model, span: float) -> float:
+    """Start-up left out of load sharing, s: as given, else at most half the run."""
+    given, derived = model.case.solver.settle, model.pace.start_up
+    return min(derived, span / 2) if given is None else given
+
+
+def stepping_of(
+    case: Case,
+    flow: PowerFlow,
+    duration: float | None = None,
+    *,
+    drive: TorqueHistory | None = None,
+    output_interval: float | None = None,
+) -> Stepping:
+    """Steps and samples of a run under a drive (the case's), for ``usual_duration`` unless given.
+
+    Near a jump of the torque steps are fine until it has settled, in a given series everywhere.
+    """
+    pace, drive = case_pace(case), drive or case.drive
+    span = usual_duration(case, flow) if duration is None else duration
+    jumps = tuple(t for t in drive.change_times() if 0 <= t < span)
+    windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
+    if drive.kind in ("ramp", "csv"):  # may be steep anywhere
+        windows = [FineWindow(0.0, span, pace.step_time_step)]
+    return Stepping(
+        duration=span,
+        time_step=pace.time_step,
+        output_interval=min(output_interval or pace.output_interval, span),
+        jumps=jumps,
+        windows=tuple(windows),
+        adaptive=adaptive_steps(case.solver, pace),
+    )
+
+
+def simulate(
+    model: Model,
+    *,
+    duration: float | None = None,
+    drive: TorqueHistory | None = None,
+    torque_share: float = 1.0,
+    output_interval: float | None = None,
+    energy: bool = False,
+    progress: Progress = silent,
+    label: str = "transient",
+    sink: DatasetSink | None = None,
+) -> TimedRun:
+    """Transient under the case's drive (or another) times ``torque_share``, from equilibrium.
+
+    duration: s, ``usual_duration`` if left out. The brake's torque is scaled by ``torque_share``
+    too, so that the train keeps its rated speed. Load sharing coefficients are taken after
+    ``start_up``. sink: takes the samples as they come, so that the run's length does not count;
+    ``data`` is then empty. Raises InputError where the output drives, nothing is left after the
+    start-up or the run would not come to an end, FlexgearError where the time stepping runs away.
+    """
+    case = model.case
+    _require_brake(model)
+    drive = drive or case.drive
+    stepping = stepping_of(case, model.flow, duration, drive=drive, output_interval=output_interval)
+    span = stepping.duration
+    settle = start_up(model, span)
+    if span <= settle:
+        raise InputError(
+            case.source,
+            "solver.settle_s",
+            f"{settle:g} s of start-up leave nothing of a run of {span:g} s",
+            "lower it, or run for longer",
+        )
+    modal, rated = _braked(model.modal, torque_share), model.system.rated_torque
+    sharing = _Sharing(model, stepping.interval, torque_share)
+
+    def torque(time: ArrayLike) -> Array:
+        return torque_share * drive.torque_at(time, rated)
+
+    def labelled(found: Transient) -> xr.Dataset:
+        attrs = {"settle_s": settle, "torque_share": torque_share}
+        data = transient_data(model, found, **attrs)
+        if not energy:
+            return data
+        account = {f"energy_{name}": values for name, values in found.energy.items()}
+        return data.assign({name: variable(name, v, "time") for name, v in account.items()})
+
+    def last(steps: Steps) -> xr.Dataset:
+        said = {**step_attributes(steps), "solver": json.dumps(model.pace.summary)}
+        return sharing.coefficients().assign_attrs(said)
+
+    memory = Gathered()
+    run = LongRun(modal, Drive(torque), stepping, energy, labelled, last, case.source)
+    both = Several([sharing, sink or memory])
+    cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
+    return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
+
+
+def transient(model: Model, duration: float | None = None, **options: Any) -> xr.Dataset:
+    """Samples of ``simulate``, which says what the options are."""
+    return simulate(model, duration=duration, **options).data
+
+
+def torque_drop(
+    model: Model,
+    torque: float,
+    *,
+    energy: bool = False,
+    progress: Progress = silent,
+    label: str = "torque drop",
+    sink: DatasetSink | None = None,
+) -> TimedRun:
+    """Transient in which the drive's torque drops to ``torque`` (N m) as ``drive.steps`` says.
+
+    Its samples are twice as close as in steady running.
+    """
+    start, duration, after = timed_drops(model.case).times
+    return simulate(
+        model,
+        drive=model.case.drive.drop(torque, start, duration, model.system.rated_torque),
+        duration=start + duration + after,
+        output_interval=0.5 * model.pace.output_interval,
+        energy=energy,
+        progress=progress,
+        label=label,
+        sink=sink,
+    )
+
+
+def constant_drive() -> TorqueHistory:
+    """Rated torque for good."""
+    return TorqueHistory()
+
+
+class _Sharing:
+    """A sink that finds load sharing coefficients after settling."""
+
+    def __init__(self, model: Model, interval: float, share: float) -> None:
+        per_cycle = {
+            s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
+            for s in model.flow.stages
+        }
+        self._found = SharingCoefficients(model.gear_meshes.names, per_cycle)
+        self._sense = math.copysign(1.0, share)
+        self._definitions = train_labels(model)["definition"]
+
+    def begin(self, coming: Coming) -> None:
+        """Nothing is there yet."""
+
+    def append(self, data: xr.Dataset) -> None:
+        """Look at some samples more."""
+        self._found.append(self._sense * settled(data)["gear_mesh_force"].to_numpy())
+
+    def finish(self, last: xr.Dataset) -> None:
+        """Nothing is left to do."""
+
+    def coefficients(self) -> xr.Dataset:
+        """What was found up to now."""
+        found = {name: variable(name, value) for name, value in self._found.found().items()}
+        return xr.Dataset(found, {"definition": self._definitions})
+
+
+def compile_transient(model: Model, *, energy: bool = False) -> None:
+    """A run of a few steps, so that compilation does not count as simulation."""
+    system, step = model.system, model.pace.time_step
+    torque = system.rated_torque
+    for account in (False, True) if energy else (False,):
+        step_through(
+            model.modal,
+            Drive(lambda t: np.full(len(t), torque)),
+            duration=3 * step,
+            time_step=step,
+            output_interval=step,
+            sink=Collector(),
+            track_energy=account,
+        )
+
+
+def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
+    """The samples of a transient after its start-up; at most so many, the last ones."""
+    rest = between(data, data.attrs["settle_s"])
+    return rest if most is None else rest.isel(time=slice(-most, None))
+
+
+def train_histories(data: xr.Dataset) -> xr.Dataset:
+    """What of a transient the command line gives the range of, after its start-up."""
+    rest = settled(data)
+    names = ["master_speed", "port_torque", "gear_mesh_force"]
+    return rest[names].assign(axis_distance=axis_distance(rest))
+
+
+def _require_brake(model: Model) -> None:
+    output = model.case.ports[-1].member
+    if model.flow.power[output] > 0:
+        raise InputError(
+            model.case.source,
+            "output.member",
+            f"{output} gives {model.flow.power[output]:.6g} W to the train, but in a transient "
+            "the output brakes",
+            "name the member that takes the power, and the others as inputs",
+        )
+
+
+def _braked(modal: ModalSystem, share: float) -> ModalSystem:
+    """The same train with the brake's torque scaled."""
+    brake = modal.system.brake
+    scaled = replace(brake, rated_torque=abs(share) * brake.rated_torque)
+    return replace(modal, system=modal.system.with_(brake=scaled))

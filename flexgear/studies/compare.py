@@ -1,0 +1,104 @@
+"""Load sharing of a train by different analyses side by side, and two trains side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import xarray as xr
+
+from flexgear.gears.bearing_life import (
+    BALL,
+    ROLLER,
+    planet_bearing_life_hours,
+    planet_bearing_life_ratios,
+)
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.model.case import Case
+from flexgear.results.summary import RPM
+from flexgear.results.train_sharing import sharing_figures
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.harmonic import harmonic_data, train_harmonic
+from flexgear.solve.linear import why_not_linear
+from flexgear.solve.model import Model
+from flexgear.solve.run import is_still
+from flexgear.solve.sharing import shared_stages, train_sharing
+from flexgear.solve.transient import simulate
+
+Figures = dict[str, dict[str, Any]]
+
+
+def compare_sharing(
+    found: Mapping[str, Model],
+    *,
+    cycles: int | None = None,
+    transient: bool = True,
+    progress: Progress = silent,
+) -> dict[str, Figures]:
+    """Load sharing by "variant: analysis", then group of gear meshes and definition.
+
+    Analyses: quasi-static over the error cycle, harmonic where the train is linear, transient
+    where anything moves beside the rolling.
+    """
+    out: dict[str, Figures] = {}
+    for label, model in found.items():
+        quasi: Figures = {}
+        for stage in shared_stages(model):
+            data = train_sharing(model, stage, cycles=cycles, progress=progress)
+            quasi |= group_figures(data)
+        out[f"{label}: quasi-static"] = quasi
+        if is_still(model):
+            continue
+        if why_not_linear(model.system) is None:
+            data = harmonic_data(model, train_harmonic(model))
+            out[f"{label}: harmonic"] = group_figures(data)
+        if transient:
+            run = simulate(model, progress=progress, label=f"{label}: transient")
+            out[f"{label}: transient"] = group_figures(run.data)
+    return out
+
+
+def group_figures(data: xr.Dataset) -> Figures:
+    """Coefficients of every group of a dataset, by group and definition."""
+    if "group" not in data.dims:
+        return {}
+    return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
+
+
+def against(train: Case, reference: Case) -> Figures:
+    """Speeds, torques, mean forces and bearing life of a train beside those of another.
+
+    Life ratios are those of the same bearings in both; stages are matched by name. Lives in hours
+    are given where a case states its bearings' rating.
+    """
+    flow, other = power_flow(train), power_flow(reference)
+    second = reference.name if reference.name != train.name else f"{reference.name}, reference"
+    figures: Figures = {
+        train.name: _flow_figures(train, flow),
+        second: _flow_figures(reference, other),
+    }
+    ratios: dict[str, Any] = {}
+    for kind, exponent in (("ball", BALL), ("roller", ROLLER)):
+        found = planet_bearing_life_ratios(flow, other, exponent)
+        ratios |= {f"{stage}_{kind}": ratio for stage, ratio in found.items()}
+    figures["planet_bearing_life_ratio"] = ratios
+    return figures
+
+
+def _flow_figures(train: Case, flow: PowerFlow) -> dict[str, Any]:
+    rows: dict[str, Any] = {"input_power_w": flow.input_power}
+    hours = planet_bearing_life_hours(train, flow)
+    for s in flow.stages:
+        rows |= {
+            f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,
+            f"{s.name}_sun_gear_mesh_force_n": s.sun_gear_mesh_force,
+        }
+        if s.kind == "planetary":
+            rows |= {
+                f"{s.name}_ring_gear_mesh_force_n": s.ring_gear_mesh_force,
+                f"{s.name}_planet_bearing_force_n": s.planet_bearing_force,
+                f"{s.name}_planet_speed_in_carrier_rpm": s.planet_relative_speed * RPM,
+            }
+        if s.name in hours:
+            rows[f"{s.name}_planet_bearing_life_h"] = hours[s.name]
+    return rows

@@ -1,0 +1,201 @@
+"""Runs of any length: the same in a file as in memory, memory that does not grow, an end."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+import xarray as xr
+from stage_samples import cheap_stage
+from train_contexts import bundled, put_together
+
+from flexgear.analysis import step_plan
+from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
+from flexgear.analysis.transient import Collector, Drive, transient
+from flexgear.model.case import case_of_stage
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.load import load_stage
+from flexgear.results import dataset_file as files
+from flexgear.results.dataset import encoding_of, load, save
+from flexgear.results.dataset_file import dataset_file
+from flexgear.solve import long_run
+from flexgear.solve.transient import simulate
+
+STEP = 2e-5
+CHUNK = 512  # steps that are taken at once
+
+
+@pytest.fixture(scope="module")
+def train():
+    """A small train that saves every step."""
+    settings = {"time_step": STEP, "output_interval": STEP, "settle": 0.0}
+    solver = {f"solver.{key}": value for key, value in settings.items()}
+    return put_together(bundled("lin-parker").case.with_(**solver))
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    monkeypatch.setattr(long_run, "BUFFER", 2**16)
+    monkeypatch.setattr(step_plan, "CHUNK", CHUNK)
+
+
+def same_in_a_file(run, tmp_path, names=()):
+    """A run into memory, and loaded again from the file it was written to as it came."""
+    memory = run(None).data
+    with dataset_file(tmp_path / "streamed.nc", names) as sink:
+        empty = run(sink).data
+    assert empty.sizes["time"] == 0
+    save(memory, tmp_path / "saved.nc")
+    streamed, saved = load(tmp_path / "streamed.nc"), load(tmp_path / "saved.nc")
+    kept = [n for n in saved if not names or n in names or "time" not in saved[n].dims]
+    xr.testing.assert_identical(streamed, saved[kept])
+    assert {n: v.dtype for n, v in streamed.items()} == {n: saved[n].dtype for n in kept}
+    assert memory.sizes["time"] == streamed.sizes["time"]
+    return memory
+
+
+def test_a_train_is_the_same_in_a_file_as_in_memory(train, tmp_path):
+    def run(sink):
+        return simulate(train, duration=4000 * STEP, energy=True, sink=sink)
+
+    data = same_in_a_file(run, tmp_path)
+    assert data.sizes["time"] == 4000
+    assert np.isfinite(data["load_sharing_coefficient"]).all()
+    assert "energy_kinetic" in data and data.attrs["steps"] == 4000
+    same_in_a_file(run, tmp_path, ("gear_mesh_force", "master_speed"))
+
+
+def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
+    """With a drop of the torque, so that steps of two sizes meet."""
+    settings = {"drive.steps.start_s": "0.005", "drive.steps.duration_s": "0.01"}
+    stage = load_stage("wind-5mw", settings)
+    model = put_together(case_of_stage(stage), rigid=["all"], bodies={"stage": cheap_stage(stage)})
+    drop = stage.drive.drop(stage.drive.steps.torques[0], 0.005, 0.01, model.system.rated_torque)
+
+    def run(sink):
+        return simulate(model, drive=drop, duration=0.03, output_interval=1e-4, sink=sink)
+
+    data = same_in_a_file(run, tmp_path)
+    assert data.sizes["time"] > 200
+    torque = data["port_torque"].isel(port=0)
+    assert torque.min() < torque.max()
+
+
+def test_memory_does_not_grow_with_the_duration(train, tmp_path):
+    """Eight times the samples take no more memory on their way to a file, but do in memory."""
+
+    def peak(chunks, to_file):
+        duration = CHUNK * chunks * STEP
+        tracemalloc.start()
+        try:
+            if not to_file:
+                simulate(train, duration=duration)
+            else:
+                with dataset_file(tmp_path / "run.nc") as sink:
+                    simulate(train, duration=duration, sink=sink)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(1, True)  # whatever is loaded once
+    assert peak(8, True) < 1.05 * peak(1, True)
+    assert peak(8, False) > 2 * peak(1, False)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
+def test_a_stop_half_way_leaves_what_was_there(train, tmp_path, error):
+    target = tmp_path / "run.nc"
+    target.write_text("older")
+    seen = []
+
+    def stop(stage, share):
+        seen.append(share)
+        if share > 0.5:
+            raise error
+
+    def run():
+        with dataset_file(target) as sink:
+            simulate(train, duration=5 * CHUNK * STEP, sink=sink, progress=stop)
+
+    with pytest.raises((KeyboardInterrupt, FlexgearError), match=r"No space|^$"):
+        run()
+    assert len(seen) > 1
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+    assert target.read_text() == "older"
+
+
+def test_what_is_said_before_is_what_comes(train):
+    told = []
+
+    class Listener:
+        def begin(self, coming):
+            told.append(coming)
+
+        def append(self, data):
+            told.append(data.sizes["time"])
+
+        def finish(self, last):
+            told.append(last)
+
+    simulate(train, duration=4500 * STEP, sink=Listener())
+    coming, *sizes, last = told
+    assert sum(sizes) == coming.samples == 4500
+    assert 0 <= coming.seconds < 3600
+    assert last.attrs["steps"] == 4500
+    data = simulate(train, duration=4500 * STEP).data
+    single = [n for n, how in encoding_of(data).items() if how.get("dtype") == "float32"]
+    size = {str(n): v.nbytes for n, v in data.variables.items() if "time" in v.dims}
+    assert coming.size == sum(b // 2 if n in single else b for n, b in size.items())
+
+
+def test_a_disk_that_is_too_small_is_said_before(train, tmp_path, monkeypatch):
+    usage = type("usage", (), {"free": 1000})
+    monkeypatch.setattr(files.shutil, "disk_usage", lambda path: usage)
+    with (
+        pytest.raises(InputError, match=r"1e-06 GB are free.*--save"),
+        dataset_file(tmp_path / "run.nc") as sink,
+    ):
+        simulate(train, duration=100 * STEP, sink=sink)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_endless_run(train, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"1e\+15 steps, more than a month"):
+        long_run.refuse_endless(Stepping(1e6, 1e-9, 1e-3), "a case")
+    with pytest.raises(InputError, match="steps"):
+        long_run.refuse_endless(Stepping(1e300, 1e-300, 1.0), "a case")
+    long_run.refuse_endless(Stepping(1e5, 1e-6, 1e-3), "a case")
+    monkeypatch.setattr(long_run.LongRun, "_seconds", lambda self, start: 86400.0 * 31)
+    with (
+        pytest.raises(InputError, match=r"150 steps, about 31 days"),
+        dataset_file(tmp_path / "run.nc") as sink,
+    ):
+        simulate(train, duration=150 * STEP, sink=sink)
+
+
+@pytest.mark.parametrize(
+    "stepping",
+    [
+        Stepping(0.0123, 1e-4, 7e-4),
+        Stepping(0.0123, 1e-4, 7e-4, (0.004,), (FineWindow(0.004, 0.006, 3e-5),)),
+        Stepping(0.0123, 1e-4, 1.0, (0.004, 0.005)),
+        Stepping(0.01, 1e-4, 7e-4, (0.004,), (), Adaptive(1e9, 1e-5, 1e-4)),
+    ],
+)
+def test_steps_and_samples_are_counted_before(train, stepping):
+    """Of steps by a tolerance, the fewest."""
+    sink, modal = Collector(), train.modal
+    torque = modal.system.rated_torque
+    taken = transient(
+        modal, Drive(lambda t: np.full(len(t), torque), stepping.jumps), sink=sink,
+        duration=stepping.duration, time_step=stepping.time_step, windows=stepping.windows,
+        output_interval=stepping.output_interval, adaptive=stepping.adaptive,
+    )  # fmt: skip
+    time = sink.arrays()["time"]
+    assert len(time) == stepping.samples
+    np.testing.assert_allclose(time[0], stepping.interval)
+    if stepping.adaptive is None:
+        assert taken.taken == stepping.steps
+    else:
+        assert stepping.steps <= taken.taken

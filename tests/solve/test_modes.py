@@ -1,0 +1,150 @@
+"""Modes of trains with their energies, and the Campbell diagram."""
+
+import numpy as np
+import pytest
+from train_contexts import bundled, mixed, one_stage, put_together
+
+from flexgear.analysis.mode_types import strain_shares
+from flexgear.analysis.modes import modes as natural_modes
+from flexgear.model.load import load_case
+from flexgear.solve.modes import (
+    campbell,
+    contributions,
+    crossing_rows,
+    mode_rows,
+    modes,
+    top_shares,
+)
+
+
+def test_benchmark_types_and_multiplicities():
+    """Four planets: six rotational (with the rigid one), six pairs translational, three planet."""
+    data = modes(bundled("lin-parker"))
+    kinds = data["type"].values.tolist()
+    assert {k: kinds.count(k) for k in set(kinds)} == {
+        "rigid": 1, "rotational": 5, "translational": 12, "planet": 3,
+    }  # fmt: skip
+    planet = data["frequency"].values[data["type"].values == "planet"]
+    np.testing.assert_allclose(planet, [1808.2, 5963.8, 6981.7], rtol=5e-4)
+    pairs = data["multiplicity"].values[data["type"].values == "translational"]
+    assert pairs.tolist() == [2] * 12
+
+
+@pytest.mark.parametrize("name", ["lin-parker", "nrel-5mw", "herringbone", "pitch-drive"])
+def test_strain_energies_are_all_there_is(name):
+    """Σ φᵀ Rᵀ K R φ over all named springs is ω²: none is left out, none counts twice."""
+    model = bundled(name)
+    found = natural_modes(model.system)
+    springs = contributions(model)
+    total = sum(
+        np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
+        for rows, matrix in springs.values()
+    )
+    omega2 = (2 * np.pi * found.frequencies) ** 2
+    np.testing.assert_allclose(total, omega2, rtol=1e-7, atol=1e-7 * omega2.max())
+    shares = strain_shares(springs, found.shapes)
+    elastic = found.frequencies > 0
+    np.testing.assert_allclose(sum(shares.values())[elastic], 1.0)
+
+
+@pytest.mark.parametrize("change", [
+    {"stage.planet_bearing.clearance_um": "20"},
+    {"stage.carrier.support.radial_x_n_per_m": "1e8"},
+])  # fmt: skip
+def test_strain_energies_of_special_supports(tmp_path, change):
+    model = one_stage(tmp_path, planets=3, **change)
+    found, springs = natural_modes(model.system), contributions(model)
+    total = sum(
+        np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
+        for rows, matrix in springs.values()
+    )
+    omega2 = (2 * np.pi * found.frequencies) ** 2
+    np.testing.assert_allclose(total, omega2, rtol=1e-7, atol=1e-7 * omega2.max())
+
+
+def test_kinetic_energies_sum_to_one():
+    data = modes(bundled("nrel-5mw"))
+    np.testing.assert_allclose(data["kinetic_energy"].sum("inertia"), 1.0)
+    np.testing.assert_allclose(data["motion_energy"].sum("motion"), 1.0)
+
+
+def test_rows_are_what_programs_read():
+    rows = mode_rows(modes(bundled("lin-parker"), limit_hz=2000))
+    assert set(rows[0]) == {
+        "frequency_hz", "type", "multiplicity", "kinetic_energy", "strain_energy",
+    }  # fmt: skip
+    assert all(r["frequency_hz"] <= 2000 for r in rows)
+    planet = next(r for r in rows if r["type"] == "planet")
+    assert top_shares(planet["kinetic_energy"]) == [("stage.planet", pytest.approx(1.0))]
+    assert top_shares(planet["strain_energy"])[0][0] == "stage.planet_bearing"
+
+
+def test_campbell_starts_at_the_modes_at_rest():
+    model = bundled("herringbone")
+    data = campbell(model, factors=[0.0, 0.5, 1.0])
+    rest = modes(model)["frequency"].values
+    np.testing.assert_allclose(
+        np.sort(data["campbell_frequency"].values[0])[1:], rest[1:], rtol=1e-6
+    )
+    spread = np.ptp(data["campbell_frequency"].values, axis=0)
+    assert spread.max() > 0.1  # gyroscopic terms of the case
+    whirl = data["whirl"].values[-1]
+    assert np.nanmin(whirl) < -0.5 < 0.5 < np.nanmax(whirl)
+
+
+def test_crossings_lie_on_mode_and_order():
+    model = bundled("nrel-5mw")
+    data = campbell(model)
+    slope = dict(zip(data["excitation"].values, data["excitation_slope"].values, strict=True))
+    assert slope["stage_2 x 3"] == pytest.approx(
+        3 * model.flow.stage("stage_2").gear_mesh_frequency
+    )
+    rows = crossing_rows(data)
+    assert rows
+    factors, modes_over = data["speed_factor"].values, data["campbell_frequency"].values
+    for row in rows:
+        line = slope[row["excitation"]] * row["speed_factor"]
+        mode = np.interp(row["speed_factor"], factors, modes_over[:, row["mode"] - 1])
+        assert row["frequency_hz"] == pytest.approx(line, rel=1e-9)
+        assert row["frequency_hz"] == pytest.approx(mode, rel=1e-6)
+    assert data.attrs["gyroscopic"] == 0
+
+
+def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
+    """Bodies that bend have energies of their own, and they close with theirs."""
+    train, bodies = mixed(tmp_path)
+    model = put_together(train, bodies=bodies)
+    data = modes(model, limit_hz=500)
+    kinetic = data["kinetic_energy"]
+    assert {"first.ring", "first.sun", "second.gear"} <= set(kinetic.inertia.values)
+    np.testing.assert_allclose(kinetic.sum("inertia"), 1.0, rtol=1e-9)
+    assert kinetic.sel(inertia="first.ring").max() > 0.5
+    for row in mode_rows(data):
+        assert sum(row["kinetic_energy"].values()) == pytest.approx(1.0)
+    assert {"first.ring", "first.carrier"} <= set(data["spring"].values)
+    found, springs = natural_modes(model.system, limit_hz=500), contributions(model)
+    total = sum(
+        np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
+        for rows, matrix in springs.values()
+    )
+    omega2 = (2 * np.pi * found.frequencies) ** 2
+    np.testing.assert_allclose(total[1:], omega2[1:], rtol=1e-5)
+
+
+def test_an_inertia_on_two_ring_halves_couples_no_bodies():
+    """Half on each: the energy of every mode has its owner, and rolling the whole inertia."""
+    turning = {
+        "output.member": "stage.ring",
+        "held": '["stage.carrier"]',
+        "stage.carrier.support.tangential_n_per_m": "1e9",
+        "stage.ring.support.tangential_n_per_m": "0",
+    }
+    light, heavy = (
+        put_together(load_case("herringbone", {**turning, "output.inertia_kg_m2": str(inertia)}))
+        for inertia in (0.0, 50.0)
+    )
+    data = modes(heavy)
+    np.testing.assert_allclose(data["kinetic_energy"].sum("inertia"), 1.0)
+    rolling = heavy.system.rolling[:, 0]
+    added = rolling @ (heavy.system.mass - light.system.mass) @ rolling
+    assert added == pytest.approx(50.0 * (heavy.system.output @ rolling) ** 2)

@@ -1,0 +1,65 @@
+"""Reductions that miss the promised static error are said, with what to do."""
+
+import pytest
+from stage_samples import cheap_stage
+from stage_samples import missing_the_promise as wrong
+from train_contexts import mixed
+
+from flexgear.model.case import case_of_stage
+from flexgear.model.load import load_case, load_stage
+from flexgear.solve.bodies import variants_of
+from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
+
+
+@pytest.fixture(scope="module")
+def bodies(case):
+    return cheap_stage(case)
+
+
+def stage_warnings(stage, bodies, rigid=()):
+    case = case_of_stage(stage)
+    return reduction_warnings(case, {"stage": bodies}, variants_of(case, rigid))
+
+
+def test_a_promise_kept_is_not_spoken_of(case, bodies):
+    assert stage_warnings(case, bodies) == []
+    assert stage_warnings(case, [wrong(body, PROMISED) for body in bodies]) == []
+    held_nowhere = bodies[0].with_(report={**bodies[0].report, "static_error": None})
+    assert stage_warnings(case, (held_nowhere, bodies[1])) == []
+
+
+def test_the_line_says_body_load_and_remedy(case, bodies):
+    ring, carrier = map(wrong, bodies)
+    said = stage_warnings(case, (ring, carrier))
+    assert said[0] == (
+        'ring: static error 3.4 % (load: tip end -z), above 2 %; set solver.fidelity = "standard", '
+        'or try ring.tie = "flank", or compare with ring.flexible = false to see how much its '
+        "bending matters"
+    )
+    assert said[1].startswith("carrier: ")
+    assert "tie" not in said[1]
+    fine = case.with_(**{"solver.fidelity": "fine"})
+    assert "fidelity" not in "".join(stage_warnings(fine, (ring, carrier)))
+    own = case.with_(**{"carrier.fe_mesh": "file", "carrier.fe_mesh_file": "carrier.inp"})
+    assert "refine its FE mesh" in stage_warnings(own, (ring, carrier))[1]
+
+
+def test_what_does_not_bend_has_no_error(case, bodies):
+    both = tuple(map(wrong, bodies))
+    assert stage_warnings(case, both, ["ring"]) == stage_warnings(case, both)[1:]
+    assert stage_warnings(case.with_(**{"ring.flexible": False}), both)[0].startswith("carrier")
+
+
+def test_keys_are_those_of_the_train(tmp_path, bodies):
+    train, _ = mixed(tmp_path)
+    said = reduction_warnings(train, {"first": tuple(map(wrong, bodies))}, variants_of(train))
+    assert len(said) == 2
+    assert said[0].startswith("first.ring: static error 3.4 %")
+    assert 'stages.first.flexible.solver.fidelity = "fine"' in said[0]
+    finer = load_case(tmp_path / "train.toml", {"stages.first.flexible.solver.fidelity": "fine"})
+    assert finer.stages[0].flexible.solver.fidelity == "fine"

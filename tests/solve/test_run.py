@@ -1,0 +1,191 @@
+"""The whole job: of trains, and of a flexible stage on cheap bodies with figures of theory."""
+
+import threading
+
+import numpy as np
+import pytest
+from stage_samples import cheap_stage, missing_the_promise
+from train_contexts import put_together
+
+from flexgear.gears.kinematics import rated_flow
+from flexgear.model.errors import FlexgearError
+from flexgear.model.load import load_case
+from flexgear.results.contact_share import expected_contact_share
+from flexgear.results.stage_part import stage_part
+from flexgear.results.summary import lacking
+from flexgear.solve import run as solve
+from flexgear.solve.bodies import StageBodies, variants_of
+from flexgear.solve.run_figures import depth_name
+from flexgear.solve.static import static
+from flexgear.solve.transient import simulate
+
+FAST = {
+    "solver.time_step_s": "2e-4",
+    "solver.step_time_step_s": "5e-5",
+    "drive.steps.torques_nm": "[4e5]",
+    "drive.steps.start_s": "0.1",
+    "drive.steps.duration_s": "0.05",
+}
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_case("wind-5mw", FAST)
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return {}
+
+
+@pytest.fixture(scope="module")
+def run(case, seen):
+    made = cheap_stage(case.alone)
+    bodies = {"stage": StageBodies(missing_the_promise(made.ring), made.carrier)}
+    return solve.run(case, lambda stage, share: seen.update({stage: share}), bodies=bodies)
+
+
+def on_cheap_bodies(case, **options):
+    return put_together(case, bodies={"stage": cheap_stage(case.alone)}, **options)
+
+
+def test_datasets_of_both_variants(run):
+    assert set(run.datasets) == {
+        "modes", "campbell", "equilibrium", "equilibrium_without_errors",
+        "sharing_stage", "sharing_stage_rigid", "sharing_stage_without_errors",
+        "transient", "transient_rigid", "transient_without_errors",
+        "torque_step_0.4e6", "torque_step_0.4e6_rigid",
+    }  # fmt: skip
+    assert run.datasets["transient_rigid"].attrs["variant"] == "rigid"
+    assert set(run.fields) == {"stage.ring", "stage.carrier"}
+    assert run.summary["kind"] == "stage"
+    assert lacking(run.summary) == []
+
+
+def test_steady_figures_are_those_of_statics(run, case):
+    steady, motion = run.summary["steady"], rated_flow(case.alone)
+    assert steady["carrier_speed_rpm_mean"] == pytest.approx(11.27, rel=1e-3)
+    assert steady["ring_mesh_force_n_mean"] == pytest.approx(motion.ring_gear_mesh_force, rel=1e-3)
+    expected = expected_contact_share(run.summary["kinematics"]["contact_ratio_ring"])
+    shares = steady["ring_pairs_in_contact"]
+    assert {int(n) for n in shares} == set(expected)
+    for n, share in expected.items():
+        assert shares[str(n)] == pytest.approx(share, abs=0.01)
+
+
+def test_only_orders_that_the_planets_allow(run):
+    orders = np.array(run.summary["steady"]["radial_harmonics_um"])
+    others = [n for n in range(21) if n % 5]
+    assert orders[others].max() < 0.1 * orders[5]
+
+
+def test_speed_dips_in_the_drop(run):
+    step = run.summary["torque_steps"]["0.4e6"]
+    for variant in ("flexible", "rigid"):
+        assert 0 < step[variant]["carrier_speed_rpm_min"] < 11.2
+        assert step[variant]["tooth_load_n_min"] >= 0  # one-sided contact never pulls
+
+
+def test_a_reduction_that_misses_its_promise_stands_in_the_summary(run):
+    (said,) = run.summary["warnings"]
+    assert said.startswith("ring: static error 3.4 % (load: tip end -z), above 2 %; set ")
+
+
+def test_energy_closes(run):
+    assert 0 < run.summary["energy_residual"] < 0.01
+
+
+def test_every_stage_says_when_it_is_done(run, seen):
+    assert seen["transient, flexible"] == 1.0
+    assert seen["torque drop to 0.4e6, rigid"] == 1.0
+    assert set(run.summary["timing_s"]) >= {"coupled_systems", "equilibria", "transients"}
+
+
+def test_interrupt_stops_every_thread(case):
+    def stop(stage, share):
+        if stage.startswith("torque drop") and share > 0.2:
+            raise KeyboardInterrupt
+
+    before = set(threading.enumerate())  # other tests' Dask clients leave theirs behind
+    with pytest.raises((KeyboardInterrupt, FlexgearError)):
+        solve.run(case, stop, bodies={"stage": cheap_stage(case.alone)})
+    assert set(threading.enumerate()) <= before
+
+
+def test_gear_mesh_force_is_working_less_back_flank(case):
+    whole = static(on_cheap_bodies(case), [0.0, 0.1], -4e6)
+    data = stage_part(whole, "stage")
+    force = data["ring_gear_mesh_force"]
+    assert (force < 0).all()
+    assert (data["ring_pair_load"] == 0).all()
+    np.testing.assert_allclose(force, -data["ring_back_pair_load"].sum("slot"))
+    np.testing.assert_allclose(data["output_torque"], -9e5, rtol=1e-6)
+
+
+def test_rigid_parts_and_the_case_choose_the_variant():
+    assert variants_of(load_case("wind-5mw"), ("ring",))["stage"].label == "carrier+shaft"
+    stiff = load_case("wind-5mw", {"carrier.flexible": "false"})
+    assert variants_of(stiff, ("ring", "shaft"))["stage"].label == "rigid"
+
+
+def test_ramp_ends_where_the_brake_law_says(case):
+    """Half the torque, brake T ~ speed: half the speed."""
+    ramp = load_case(
+        "wind-5mw",
+        {
+            **FAST,
+            "solver.step_time_step_s": "2e-4",
+            "inertia.drive_kg_m2": "2e5",  # settles twelve times over before the last half second
+            "drive.kind": "ramp",
+            "drive.times_s": "[0.1, 0.5]",
+            "drive.torques_nm": "[4e6, 2e6]",
+        },
+    )
+    run = simulate(on_cheap_bodies(ramp), duration=4.0)
+    late = run.data.sel(time=slice(3.5, None))
+    assert float(late["stage_speed"].mean()) == pytest.approx(case.inputs[0].speed / 2, rel=1e-3)
+    assert run.core > 0
+
+
+@pytest.mark.parametrize(("torque", "name"), [(2e6, "2e6"), (4e5, "0.4e6"), (1200.0, "1200")])
+def test_depth_names(torque, name):
+    assert depth_name(torque) == name
+
+
+def test_a_run_shorter_than_the_output_interval_has_its_end(case):
+    data = simulate(on_cheap_bodies(case), duration=6e-4, output_interval=1.0).data
+    np.testing.assert_allclose(data["time"], [6e-4])
+
+
+def short(name, **changes):
+    return load_case(name, {"solver.settle_s": "0.02", "solver.duration_s": "0.06", **changes})
+
+
+def test_run_of_a_train_with_errors():
+    progress = []
+    result = solve.run(short("herringbone"), lambda stage, share: progress.append(stage))
+    assert lacking(result.summary) == []
+    assert set(result.datasets) == {
+        "modes", "campbell", "equilibrium", "sharing_stage", "sharing_stage_without_errors",
+        "transient", "harmonic",
+    }  # fmt: skip
+    sharing = result.summary["load_sharing"]["quasi_static"]
+    assert sharing["lumped"]["stage"]["complete"] is True
+    assert sharing["lumped"]["stage"]["stage ring left"]["instantaneous"] > 1.04
+    clean = sharing["lumped, without errors"]["stage"]["stage ring left"]
+    assert clean["instantaneous"] == pytest.approx(1.0)
+    assert result.summary["power_flow"]["members"]["stage.sun"]["speed_rpm"] == pytest.approx(100)
+    assert result.summary["transient"]["displacement_um_max"]["stage.sun"] > 1
+    assert result.with_timing(pictures=2.0).summary["timing_s"]["pictures"] == 2.0
+    assert {"modes", "transient, lumped"} <= set(progress)
+    for data in result.datasets.values():
+        assert data.attrs["content_hash"] == result.summary["content_hash"]
+
+
+def test_run_of_a_train_without_errors_and_with_two_inputs():
+    result = solve.run(short("double-rotor-5mw", **{"solver.time_step_s": "5e-5"}))
+    assert "transient_without_errors" not in result.datasets
+    assert result.summary["harmonic"]["largest_difference"] < 1e-5
+    stages = result.summary["stages"]
+    assert stages["stage_1"]["planet_bearing_life_h"] > 1e5
+    assert "ring_gear_mesh_force_n" not in stages["stage_3"]

@@ -1,0 +1,254 @@
+"""No number of one machine: a case λ times as large has λ times the results, of every unit."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from similarity import POWERS, differences, figures_apart, of_one_frequency, similar
+from train_contexts import bundled, put_together
+from trains import STAGE, STEEL, stage_train, write
+
+from flexgear.cli.check_sections import derived
+from flexgear.gears.kinematics import rated_flow
+from flexgear.model.load import load_case
+from flexgear.model.units import DIMENSIONS
+from flexgear.results.stage_part import stage_part
+from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.harmonic import harmonic_data, train_harmonic
+from flexgear.solve.linear import why_not_linear
+from flexgear.solve.modes import campbell, modes
+from flexgear.solve.run import run
+from flexgear.solve.run_figures import kinematics
+from flexgear.solve.sharing import train_sharing
+from flexgear.solve.static import position_figures, static
+from flexgear.solve.transient import simulate, torque_drop
+from flexgear.studies.measures import measures_of
+from flexgear.studies.sweep import failures, planned, run_sweep
+from flexgear.studies.sweep_keys import parse_values
+from flexgear.studies.tolerance import tolerance
+
+SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
+FACTOR = 1 / 16  # a power of two: rounding is no excuse
+ALIKE = 1e-6
+CHEAP = {
+    "solver.fidelity": "quick",
+    "ring.fixed_interface_modes": "8",
+    "carrier.fixed_interface_modes": "8",
+    "drive.steps.torques_nm": "[150]",
+    "brake.exponent": "2",
+    "errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
+}
+
+
+def test_every_dimension_has_its_power():
+    assert set(POWERS) | {"6 x 6 matrix"} == set(DIMENSIONS)
+
+
+@pytest.fixture(scope="module")
+def stages():
+    """The small stage sixteen times as large, and as it is."""
+    small = load_case(SMALL, CHEAP)
+    return [
+        put_together(case, bodies=reduced_bodies(case))
+        for case in (similar(small, 1 / FACTOR), small)
+    ]
+
+
+def apart(pair):
+    """Differences of two results, those that are too large; closure is nothing but rounding."""
+    found = differences(*pair, FACTOR)
+    return {k: v for k, v in found.items() if v > ALIKE and k != "closure"}
+
+
+def unsaid(train, **more):
+    """The train with nothing said of steps and times."""
+    data = train.model_dump(exclude_unset=True)
+    data["solver"] = {"positions_per_gear_mesh": 4}
+    for unasked in ("gravity", "tolerance"):
+        data.pop(unasked, None)
+    return type(train).model_validate(data | more)
+
+
+def every_analysis(contexts, modes=modes):
+    """What of the analyses of two similar trains is too far apart."""
+    for analysis in (modes, campbell, lambda c: static(c, [0.0, 1.0])):
+        assert apart([analysis(c) for c in contexts]) == {}
+    figures = [position_figures(c, static(c, [0.0]).isel(position=0)) for c in contexts]
+    assert {k: v for k, v in figures_apart(*figures, FACTOR).items() if v > ALIKE} == {}
+    stage = contexts[0].case.stages[0].name
+    assert apart([train_sharing(c, stage, cycles=1) for c in contexts]) == {}
+    runs = [simulate(c, duration=2 / c.pace.gear_mesh).data for c in contexts]
+    assert runs[0].sizes["time"] > 100
+    assert apart(runs) == {}
+    if why_not_linear(contexts[0].system) is None:
+        assert apart([harmonic_data(c, train_harmonic(c)) for c in contexts]) == {}
+
+
+def test_what_is_said_of_a_stage_scales(stages):
+    large, small = ({**derived(m.case), "run": kinematics(m, "stage")} for m in stages)
+    found = figures_apart(large, small, FACTOR)
+    assert len(found) > 60
+    assert {k: v for k, v in found.items() if v > ALIKE} == {}
+
+
+@pytest.mark.parametrize("name", ["ring", "carrier"])
+def test_fe_meshes_and_reduced_bodies_scale(stages, name):
+    large, small = (getattr(model.bodies["stage"], name) for model in stages)
+    np.testing.assert_allclose(FACTOR * large.points, small.points, rtol=0, atol=1e-9 * FACTOR)
+    assert np.array_equal(large.cells, small.cells)
+    for figure in ("frequency_error", "static_error", "frequencies_below_limit"):
+        assert small.report[figure] == pytest.approx(large.report[figure], rel=1e-6, abs=1e-8)
+    ours, theirs = (np.array(b.report["compared_frequencies_hz"]) for b in (small, large))
+    np.testing.assert_allclose(ours, theirs / FACTOR, rtol=ALIKE)
+
+
+def test_modes_equilibria_and_transients_of_a_stage_scale(stages):
+    modals = [model.modal for model in stages]
+    assert modals[0].figures["kept_modes"] == modals[1].figures["kept_modes"]
+    np.testing.assert_allclose(modals[0].omega / FACTOR, modals[1].omega, rtol=ALIKE, atol=1e-3)
+    still = [static(model, [0.0, 0.3]) for model in stages]
+    assert apart(still) == {}
+    runs = [simulate(m, duration=3 / m.pace.gear_mesh, energy=True).data for m in stages]
+    assert runs[0].sizes["time"] > 200
+    assert apart(runs) == {}
+
+
+def test_a_torque_drop_scales(stages):
+    runs = [torque_drop(model, model.case.drive.steps.torques[0]).data for model in stages]
+    assert float(runs[1]["pair_load"].max()) > 0
+    assert apart(runs) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "up"),
+    [
+        ("pitch-drive", 16),
+        ("lin-parker", 16),
+        ("herringbone", 1),
+        ("nrel-5mw", 1),
+        ("double-rotor-5mw", 1),
+    ],
+)
+def test_every_analysis_of_a_train_scales(name, up):
+    large = similar(unsaid(bundled(name).case), up)
+    trains = (large, similar(large, FACTOR))
+    found = figures_apart(*(derived(t) for t in trains), FACTOR)
+    assert {k: v for k, v in found.items() if v > ALIKE} == {}
+    every_analysis([put_together(train) for train in trains])
+
+
+GEARED_DOWN = """
+[[stages]]
+name = "first"
+case = "{case}"
+[[stages]]
+name = "second"
+kind = "parallel"
+normal_module_mm = 1.5
+pressure_angle_deg = 20
+helix_angle_deg = 10
+planet_hand = "right"
+face_width_mm = 20
+pinion = {{ teeth = 24, support = {{ {held} }} }}
+gear = {{ teeth = 36, support = {{ {held} }} }}
+[[joints]]
+first = "first.sun"
+second = "second.gear"
+torsion_nm_per_rad = 1e5
+axial_n_per_m = 1e7
+tilt_nm_per_rad = 1e4
+[[inputs]]
+member = "first.carrier"
+speed_rpm = 1500
+torque_nm = 300
+inertia_kg_m2 = 0.02
+[output]
+member = "second.pinion"
+inertia_kg_m2 = 0.002
+"""
+
+
+def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
+    head = 'kind = "train"\nkinematics = "spatial"\n'
+    held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"
+    path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL, held=held), head)
+    small = load_case(path, {f"stages.0.flexible.{k}": v for k, v in CHEAP.items()})
+    trains = (similar(small, 1 / FACTOR), small)
+    assert [t.stages[0].flexible.stage for t in trains] == [m.case.alone.stage for m in stages]
+    contexts = [
+        put_together(train, bodies={"first": model.bodies["stage"]})
+        for train, model in zip(trains, stages, strict=True)
+    ]
+    every_analysis(contexts, lambda c: of_one_frequency(modes(c)))
+
+
+def test_sweeps_of_a_train_scale(tmp_path):
+    head = 'kind = "train"\n'
+    path = write(tmp_path, STAGE.format(planets=4, sun="0", helix=0), head)
+    plan = planned(
+        path,
+        {"stage.planets": parse_values("stage.planets", "3,4")},
+        settings={"solver.positions_per_gear_mesh": "4"},
+        measures=list(measures_of(load_case(path))),
+    )
+    assert_sweeps_scale(plan)
+
+
+def test_sweeps_of_a_stage_scale(stages):
+    key = "ring.flexible"
+    values = parse_values(key, "true,false")
+    plan = planned(
+        SMALL, {key: values}, settings=CHEAP, measures=list(measures_of(load_case(SMALL)))
+    )
+    assert_sweeps_scale(plan)
+
+
+def assert_sweeps_scale(plan):
+    """Every measure at every point of a sweep over a key without unit."""
+    up = 1 / FACTOR
+    large = replace(
+        plan, base=similar(plan.base, up), models=tuple(similar(m, up) for m in plan.models)
+    )
+    found = [run_sweep(p, workers=1) for p in (large, plan)]
+    assert [failures(data) for data in found] == [[], []]
+    assert apart(found) == {}
+
+
+def test_tolerance_studies_scale(stages, tmp_path):
+    drawn = {
+        "tolerance.samples": "20",
+        "tolerance.errors.pin_tangential.standard_deviation_um": "10",
+    }
+    train = stage_train(tmp_path, sun="2e8", **drawn)
+    for small in (
+        unsaid(train, tolerance=train.tolerance.model_dump(exclude_unset=True)),
+        load_case(SMALL, CHEAP | drawn),
+    ):
+        assert apart([tolerance(c, workers=1) for c in (similar(small, 1 / FACTOR), small)]) == {}
+
+
+def test_a_small_stage_runs_with_the_defaults(stages):
+    """No supported mode of its ring lies below the 2 000 Hz that once were everybody's limit."""
+    model = stages[1]
+    assert model.bodies["stage"].ring.report["supported_frequency_min_hz"] > 2000
+    rated = model.case.with_(**{"drive.steps.torques": ()})
+    summary = run(rated, bodies=model.bodies).summary
+    assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
+    forces = summary["steady"]["ring_mesh_force_n_mean"]
+    assert forces == pytest.approx(rated_flow(rated.alone).ring_gear_mesh_force, rel=0.01)
+
+
+def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
+    """At times one pair of teeth carries all the load of a planet; samples must not miss it."""
+    model = stages[1]
+    span = 4 / model.pace.gear_mesh
+    step = 1 / (40 * 8 * 18_000)
+    case = model.case.with_(**{"solver.time_step": step, "solver.output_interval": step})
+    fine = put_together(case, bodies=model.bodies)
+    usual, exact = (
+        float(stage_part(simulate(m, duration=span).data, "stage")["ring_pair_load"].max())
+        for m in (model, fine)
+    )
+    assert usual > rated_flow(case.alone).ring_gear_mesh_force
+    assert usual == pytest.approx(exact, rel=0.02)

@@ -1,0 +1,194 @@
+"""Transients of trains: steady where nothing disturbs, harmonic where errors do."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from train_contexts import bundled, mixed, one_stage, put_together
+
+from flexgear.analysis.mode_types import is_planet
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.pace import ACCURACY
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.load import load_case
+from flexgear.results.energy_balance import energy_residual
+from flexgear.solve.harmonic import fitted_amplitudes, harmonic_data, train_harmonic
+from flexgear.solve.static import static
+from flexgear.solve.transient import settled, simulate, usual_duration
+
+
+def with_(train, **solver):
+    """The same train with other numbers of its solver."""
+    return train.with_(**{f"solver.{k}": v for k, v in solver.items()})
+
+
+@pytest.mark.parametrize("name", ["double-rotor-5mw", "nrel-5mw", "lin-parker"])
+def test_perfect_trains_roll_in_equilibrium(name):
+    """Rated speed, rated torques, forces of the power flow, from the first sample to the last."""
+    train = bundled(name).case
+    model = put_together(with_(train, settle=0.0, duration=200 * train.solver.time_step))
+    data = simulate(model).data
+    still = static(model, [0.0])
+    np.testing.assert_allclose(
+        data["gear_mesh_force"], still["gear_mesh_force"].values * np.ones((data.sizes["time"], 1)),
+        rtol=1e-5,
+    )  # fmt: skip
+    rated = model.system.rated_master_speeds
+    np.testing.assert_allclose(data["master_speed"].values / rated, 1.0, rtol=1e-7)
+    for port in data.port.values:
+        np.testing.assert_allclose(
+            data["port_torque"].sel(port=port), model.flow.torque[port], rtol=1e-6
+        )
+
+
+def test_chosen_modes_of_a_train_that_bends_carry_the_loads_of_all(tmp_path):
+    """The case says no accuracy: few modes are kept, and a torque drop loads teeth as with all."""
+    train, bodies = mixed(tmp_path)
+    train = train.with_(**{"solver.modes_band": 500.0})
+    chosen = put_together(train, bodies=bodies).modal
+    every = put_together(train.with_(**{"solver.modes_to": 1e9}), bodies=bodies).modal
+    assert every.dropped == 0
+    assert len(chosen.omega) < 0.2 * len(every.omega)
+    assert chosen.choice.estimate <= chosen.choice.accuracy == ACCURACY
+    drop = Drive(lambda t: np.where(t > 0.01, 0.3, 1.0) * chosen.system.rated_torque, (0.01,))
+
+    def loads(modal):
+        sink = Collector()
+        steps = transient(
+            modal, drive=drop, duration=0.03, time_step=1e-4, output_interval=1e-4, sink=sink
+        )
+        return collected(modal, sink.arrays(), steps).pair_load
+
+    full, kept = loads(every), loads(chosen)
+    assert full.max(axis=0).max() > 0
+    assert np.abs(kept.max(axis=0) - full.max(axis=0)).max() < ACCURACY * full.max()
+    assert np.abs(kept - full).max() < ACCURACY * full.max()
+
+
+def test_all_modes_of_rigid_bodies_are_kept():
+    assert bundled("nrel-5mw").modal.dropped == 0
+
+
+def test_torque_scales_forces_and_keeps_the_speed():
+    train = bundled("lin-parker").case
+    model = put_together(with_(train, duration=2e-3))
+    a, b = (simulate(model, torque_share=s).data for s in (1.0, 1.5))
+    np.testing.assert_allclose(b["gear_mesh_force"], 1.5 * a["gear_mesh_force"], rtol=1e-6)
+    np.testing.assert_allclose(b["master_speed"], a["master_speed"], rtol=1e-7)
+    assert b["port_torque"][-1, -1] == pytest.approx(1.5 * a["port_torque"][-1, -1])
+
+
+@pytest.fixture(scope="module")
+def herringbone():
+    """Herringbone stage with its errors after start-up."""
+    train = with_(bundled("herringbone").case, time_step=1e-4, duration=2.0)
+    model = put_together(train)
+    return model, simulate(model, energy=True)
+
+
+def test_time_stepping_is_the_harmonic_steady_state(herringbone):
+    """Runouts and gear-mesh errors at constant stiffness, gyroscopic terms included: 0.1 %."""
+    model, run = herringbone
+    data = harmonic_data(model, train_harmonic(model), run.data)
+    assert data.attrs["largest_difference"] < 1e-3
+    fitted, exact = data["stepped_force_amplitude"].values, data["force_amplitude"].values
+    np.testing.assert_allclose(fitted, exact, atol=2e-4 * model.rated.max())
+    assert data["harmonic"].values[0] == 0
+    assert data["harmonic"].values[-1] == pytest.approx(27.3125, rel=1e-4)  # gear-mesh frequency
+    # the carrier's eccentricity stands in its frame, so that planets differ in the mean
+    assert exact[0].mean() == pytest.approx(model.rated.mean(), rel=1e-5)
+
+
+def test_transient_load_sharing_is_taken_after_start_up(herringbone):
+    model, run = herringbone
+    rest = settled(run.data)
+    assert float(rest["time"][0]) >= model.case.solver.settle
+    k = run.data["load_sharing_coefficient"].sel(definition="instantaneous").values
+    np.testing.assert_allclose(k, rest["load_sharing"].max("time"), rtol=1e-9)
+
+
+def test_energy_is_accounted_for(herringbone):
+    _, run = herringbone
+    assert np.abs(energy_residual(run.data)).max() < 0.02
+    assert run.realtime_factor > 0
+
+
+def test_planets_are_displaced_in_their_own_axes(herringbone):
+    """Torque pushes every pin back against the sense in which the carrier drives or is driven."""
+    _, run = herringbone
+    planets = [b for b in run.data.body.values if is_planet(b)]
+    assert len(planets) == 3
+    tangential = run.data["planet_bearing_force"].sel(direction="tangential").mean("time")
+    assert (tangential.values > 0).all()  # driven by the sun: pins are pushed ahead
+
+
+def test_a_wave_of_stiffness_has_no_steady_state_of_one_harmonic(tmp_path):
+    model = one_stage(tmp_path, planets=4, **{"stage.gear_mesh.model": "fourier"})
+    with pytest.raises(FlexgearError, match="no harmonic steady state: the stiffness"):
+        train_harmonic(model)
+
+
+def test_errors_that_come_with_weight_are_harmonic_too(tmp_path):
+    """Weight turns against the carrier: a harmonic of the carrier's speed."""
+    head = 'kind = "train"\ngravity_m_per_s2 = [0, -50, 0]\n'
+    model = one_stage(
+        tmp_path, planets=4, sun="2e8", head=head,
+        **{"solver.time_step_s": "1e-4", "solver.settle_s": "0.3", "solver.duration_s": "0.9",
+           "damping.ratio": "0.05"},
+    )  # fmt: skip
+    run = simulate(model)
+    data = harmonic_data(model, train_harmonic(model), run.data)
+    assert data["harmonic"].values.tolist() == pytest.approx([0.0, 100 / 60], rel=1e-6)
+    assert data.attrs["largest_difference"] < 2e-3
+    assert data["force_amplitude"].values[1].max() > 5 * data.attrs["largest_difference"]
+
+
+def test_fit_finds_amplitudes():
+    time = np.linspace(0, 3, 700)
+    omega = np.array([0.0, 4.0, 11.0])
+    values = 5 + 2 * np.cos(4 * time + 0.3) - 0.5 * np.sin(11 * time)
+    found = fitted_amplitudes(time, values[:, None], omega)
+    np.testing.assert_allclose(found[:, 0], [5, 2, 0.5], rtol=1e-10)
+
+
+def test_usual_duration_is_one_turn_of_the_slowest_stage_after_settling():
+    model = bundled("pitch-drive")
+    slowest = 2 * np.pi / abs(model.flow.speed["stage_3.carrier"])
+    assert usual_duration(model.case, model.flow) == pytest.approx(0.2 + slowest)
+    fine = put_together(with_(model.case, time_step=1e-6))
+    assert usual_duration(fine.case, fine.flow) == pytest.approx(
+        0.4
+    )  # bounded by the number of steps
+
+
+def test_an_output_that_drives_is_refused():
+    """A generator named as input and a rotor as output."""
+    train = load_case(
+        "lin-parker", {"output.member": "stage.sun", "inputs.0.member": "stage.carrier",
+                       "inputs.0.torque_nm": "-100"}
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"output\.member: stage\.sun gives .* W to the train"):
+        simulate(put_together(train))
+
+
+def test_settling_longer_than_the_run_is_refused():
+    train = with_(bundled("lin-parker").case, settle=1.0, duration=0.5)
+    with pytest.raises(InputError, match=r"leave nothing of a run of 0\.5 s"):
+        simulate(put_together(train))
+
+
+def test_a_train_with_a_flexible_stage_runs(tmp_path):
+    train, bodies = mixed(tmp_path)
+    model = put_together(train, bodies=bodies)
+    run = simulate(model, duration=0.1)
+    force = run.data["gear_mesh_force"].isel(gear_mesh=run.data.stage.values == "second")
+    assert float(force.mean()) == pytest.approx(
+        model.flow.stage("second").sun_gear_mesh_force, rel=0.1
+    )
+    assert np.isfinite(run.data["load_sharing_coefficient"].sel(definition="instantaneous")).all()
+
+
+def test_what_is_settled_begins_at_a_time_or_is_the_end_of_a_long_run():
+    data = xr.Dataset({"time": np.arange(11) / 10}, attrs={"settle_s": 0.5})
+    assert settled(data)["time"].to_numpy() == pytest.approx(0.1 * np.arange(5, 11))
+    assert settled(data, 100).sizes["time"] == 6
+    assert settled(data, 2)["time"].to_numpy() == pytest.approx([0.9, 1.0])

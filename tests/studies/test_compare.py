@@ -1,0 +1,63 @@
+"""Analyses of one case side by side, and two cases side by side."""
+
+import pytest
+from train_contexts import bundled, mixed, one_stage
+
+from flexgear.model.load import load_case
+from flexgear.solve.modes import usual_limit
+from flexgear.solve.run import is_still, models_of
+from flexgear.studies.compare import against, compare_sharing
+
+
+def test_mixed_train_has_a_rigid_variant(tmp_path):
+    """Flexible and rigid bodies side by side: the gear meshes carry the same in the mean."""
+    train, bodies = mixed(tmp_path)
+    found = models_of(train, bodies=bodies)
+    assert list(found) == ["flexible", "rigid", "flexible, without errors"]
+    # modes are listed as far as they are judged, and all of rigid bodies
+    assert usual_limit(found["flexible"]) == found["flexible"].modal.choice.band_hz
+    assert usual_limit(found["rigid"]) is None
+    figures = compare_sharing(found, cycles=2, transient=False)
+    assert "flexible: harmonic" not in figures
+    first, second = (figures[f"{v}: quasi-static"]["first ring"] for v in ("flexible", "rigid"))
+    assert first["instantaneous"] != pytest.approx(second["instantaneous"], rel=1e-6)
+
+
+def test_comparison_of_analyses_agrees_where_it_must(tmp_path):
+    """Slow running: quasi-static and harmonic load sharing are the same; clean gears share."""
+    context = one_stage(
+        tmp_path, planets=4, sun="3e8",
+        **{"stage.errors.planet_eccentricity_um": "[20, 0, 0, 0]", "inputs.0.speed_rpm": "0.5"},
+    )  # fmt: skip
+    figures = compare_sharing({"lumped": context}, transient=False)
+    quasi, harmonic = figures["lumped: quasi-static"], figures["lumped: harmonic"]
+    for group, by in quasi.items():
+        assert by["instantaneous"] > 1.01
+        assert by["instantaneous"] == pytest.approx(harmonic[group]["instantaneous"], rel=1e-5)
+        assert by["hu-2023"] == pytest.approx(harmonic[group]["hu-2023"], rel=1e-5)
+    assert not is_still(context)
+    assert is_still(bundled("lin-parker"))
+
+
+def test_two_trains_side_by_side():
+    """The double rotor turns planets faster under half the load: life by (P'/P)^p ω'/ω."""
+    figures = against(load_case("double-rotor-5mw"), load_case("nrel-5mw"))
+    double, single = figures["double-rotor-5mw"], figures["nrel-5mw"]
+    load = single["stage_1_planet_bearing_force_n"] / double["stage_1_planet_bearing_force_n"]
+    speed = (
+        single["stage_1_planet_speed_in_carrier_rpm"]
+        / double["stage_1_planet_speed_in_carrier_rpm"]
+    )
+    ratio = figures["planet_bearing_life_ratio"]
+    assert ratio["stage_1_ball"] == pytest.approx(load**3 * speed)
+    assert ratio["stage_1_roller"] == pytest.approx(load ** (10 / 3) * speed)
+    hours = double["stage_1_planet_bearing_life_h"] / single["stage_1_planet_bearing_life_h"]
+    assert hours == pytest.approx(ratio["stage_1_roller"])
+
+
+def test_a_train_against_itself_under_another_torque():
+    figures = against(
+        load_case("lin-parker", {"inputs.0.torque_nm": "50"}), load_case("lin-parker")
+    )
+    assert list(figures) == ["lin-parker", "lin-parker, reference", "planet_bearing_life_ratio"]
+    assert figures["planet_bearing_life_ratio"]["stage_ball"] == pytest.approx(8.0)
