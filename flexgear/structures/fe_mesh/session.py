@@ -60,9 +60,11 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
 
 @contextmanager
 def _own_signals() -> Iterator[None]:
-    """What this process does at a signal is the same after the block: gmsh makes SIGTERM and SIGHUP
-    kill it, even where they were ignored. Python sets them in the main thread only."""
-    names = ("SIGTERM", "SIGHUP") if threading.current_thread() is threading.main_thread() else ()
+    """What this process does at a signal is the same after the block: gmsh makes SIGTERM, SIGHUP
+    and SIGPIPE kill it, even where they were ignored, so that it died without a word where a pipe
+    had no reader any more. Python sets them in the main thread only."""
+    main = threading.current_thread() is threading.main_thread()
+    names = ("SIGTERM", "SIGHUP", "SIGPIPE") if main else ()
     numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
     before = {n: signal.getsignal(n) for n in numbers}
     try:
