@@ -147,8 +147,6 @@ name = "second"
 kind = "parallel"
 normal_module_mm = 1.5
 pressure_angle_deg = 20
-helix_angle_deg = 10
-planet_hand = "right"
 face_width_mm = 20
 pinion = {{ teeth = 24, support = {{ {held} }} }}
 gear = {{ teeth = 36, support = {{ {held} }} }}
