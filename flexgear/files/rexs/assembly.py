@@ -1,0 +1,269 @@
+"""What turns together in a REXS model, and how stiff in torsion it is between two places.
+
+Shafts carry parts (assembly); couplings, fits, keys and splines join an inner with an outer part
+(side); carriers consist of shafts, pins and side plates. Bearings join nothing in rotation. What
+turns with the casing is held.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from itertools import pairwise
+from math import pi
+
+from flexgear.files.rexs.document import Component, Document, number, vector
+
+COUPLINGS = (
+    "coupling", "switchable_coupling", "fixed_coupling", "cylindrical_interference_fit",
+    "tapered_interference_fit", "feather_key_connection", "involute_spline_connection",
+)  # fmt: skip
+BEARINGS = (
+    "concept_bearing", "rolling_bearing_with_catalog_geometry", "slide_bearing",
+    "rolling_bearing_with_detailed_geometry", "hydrodynamic_radial_plain_bearing",
+)  # fmt: skip
+_WHOLES = ("shaft", "planet_carrier", "gear_casing", "ring_gear", "cylindrical_gear")
+_STEEL = 210e9  # Pa, of shafts whose material is not in the file
+_POISSON = 0.3
+_SLICES = 8  # of a section over which 1/J is integrated
+
+
+@dataclass(frozen=True)
+class Link:
+    """Two components that turn together; places along them in mm, compliance rad/(N m)."""
+
+    first: int
+    second: int
+    at_first: float | None
+    at_second: float | None
+    compliance: float = 0.0
+    coupling: int | None = None
+
+
+class Assembly:
+    """Bodies: sets of components that turn together."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.links: list[Link] = []
+        self._parent = {number: number for number in document.components}
+        self._of_parts()
+        self._of_carriers()
+        self._of_couplings()
+
+    def body(self, component: Component) -> int:
+        """A number that all components of a body share."""
+        number = component.id
+        while self._parent[number] != number:
+            number = self._parent[number]
+        return number
+
+    def held(self, component: Component) -> bool:
+        """Whether it turns with the casing, that is not at all."""
+        mine = self.body(component)
+        return any(self.body(c) == mine for c in self.document.kind("gear_casing"))
+
+    def shaft(self, part: Component) -> Component | None:
+        """The shaft that a part sits on."""
+        for relation in self.document.related("assembly"):
+            whole = self.document.at(relation, "assembly")
+            if relation.of("part") == part.id and whole is not None and whole.kind == "shaft":
+                return whole
+        return None
+
+    def sense(self, component: Component) -> float:
+        """+1 or −1: direction of the u axis of the component's shaft against the main one's.
+
+        The main one is the gear unit's, else that of the first shaft.
+        """
+        shafts = [*self.document.kind("gear_unit"), *self.document.kind("shaft")]
+        main = next((a for s in shafts if (a := vector(s, "u_axis_vector"))), None)
+        own = component if component.kind == "shaft" else self.shaft(component)
+        axis = vector(own, "u_axis_vector") if own is not None else None
+        if main is None or axis is None:
+            return 1.0
+        return -1.0 if sum(a * b for a, b in zip(main, axis, strict=True)) < 0 else 1.0
+
+    def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]] | None:
+        """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.
+
+        Series of shaft sections and couplings along the shortest way; None where there is none.
+        """
+        way = self._way(first.id, second.id)
+        if way is None:
+            return None
+        compliance = sum(link.compliance for link, _ in way)
+        passed = [k for link, _ in way if (k := link.coupling) is not None]
+        for (before, turned), (after, turned_next) in pairwise(way):
+            enter = before.at_first if turned else before.at_second
+            leave = after.at_second if turned_next else after.at_first
+            middle = before.first if turned else before.second
+            compliance += self._between(self.document.components[middle], enter, leave)
+        stiffness = 1.0 / compliance if compliance > 0 else float("inf")
+        return stiffness, [self.document.components[k] for k in passed]
+
+    def way_length(self, first: Component, second: Component) -> tuple[int, float]:
+        """Links between two parts of a body, and the distance (mm) along the first one's shaft."""
+        way = self._way(first.id, second.id)
+        ends = [number([c], "u_coordinate_on_shaft", "mm") for c in (first, second)]
+        apart = [0.0 if end is None else end.value for end in ends]
+        return 10**9 if way is None else len(way), abs(apart[0] - apart[1])
+
+    def _way(self, first: int, second: int) -> list[tuple[Link, bool]] | None:
+        """Links from one component to another; True for one walked from second to first."""
+        came: dict[int, tuple[int, tuple[Link, bool]] | None] = {first: None}
+        waiting = deque([first])
+        while waiting and second not in came:
+            here = waiting.popleft()
+            for link in self.links:
+                for a, b, turned in (
+                    (link.first, link.second, False),
+                    (link.second, link.first, True),
+                ):
+                    if a == here and b not in came:
+                        came[b] = (here, (link, turned))
+                        waiting.append(b)
+        if second not in came:
+            return None
+        way = []
+        step = came[second]
+        while step is not None:
+            way.append(step[1])
+            step = came[step[0]]
+        return way[::-1]
+
+    def _between(self, shaft: Component, a: float | None, b: float | None) -> float:
+        """Torsional compliance ∫ du/(G J) of a shaft between two places, rad/(N m)."""
+        if shaft.kind != "shaft" or a is None or b is None or a == b:
+            return 0.0
+        modulus = self._shear_modulus(shaft)
+        total, low, high = 0.0, min(a, b), max(a, b)
+        for part in self.document.parts(shaft, "shaft_section"):
+            section = section_of(part)
+            if section is None:
+                continue
+            start, end = max(low, section.start), min(high, section.start + section.length)
+            for k in range(_SLICES if end > start else 0):
+                step = (end - start) / _SLICES
+                outer, inner = section.diameters(start + (k + 0.5) * step)
+                polar = pi / 32 * (outer**4 - inner**4) * 1e-12  # mm⁴ to m⁴
+                total += step * 1e-3 / (modulus * polar) if polar > 0 else 0.0
+        return total
+
+    def _shear_modulus(self, shaft: Component) -> float:
+        material = self.document.references(shaft, "material")
+        young = number(material, "elastic_modulus", "Pa")
+        poisson = number(material, "poisson_ratio", "none")
+        ratio = _POISSON if poisson is None else poisson.value
+        return (_STEEL if young is None else young.value) / (2.0 * (1.0 + ratio))
+
+    def _of_parts(self) -> None:
+        for relation in self.document.related("assembly"):
+            whole, part = self.document.at(relation, "assembly"), self.document.at(relation, "part")
+            relation.used |= whole is not None and whole.kind == "gear_unit"
+            if whole is None or part is None or whole.kind not in _WHOLES:
+                continue
+            place = number([part], "u_coordinate_on_shaft", "mm")
+            self._join(whole.id, part.id, None if place is None else place.value, None)
+            relation.used = True
+
+    def _of_carriers(self) -> None:
+        """A carrier is one body: its frame, its shafts and its pins."""
+        for stage in self.document.kind("planetary_stage"):
+            mine = carrier_parts(self.document, stage)
+            for part in mine[1:]:
+                self._join(mine[0].id, part.id, None, None)
+
+    def _of_couplings(self) -> None:
+        for relation in self.document.related("side"):
+            joint = self.document.at(relation, "assembly")
+            inner, outer = relation.of("inner_part"), relation.of("outer_part")
+            if joint is None or joint.kind not in COUPLINGS or inner is None or outer is None:
+                continue
+            engaged = self._engaged(joint)
+            stiffness = number([joint], "rotational_stiffness", "N m / rad")
+            if not engaged or (stiffness is not None and stiffness.value <= 0):
+                continue
+            at = [
+                None if place is None else place.value
+                for side in ("inner", "outer")
+                for place in [number([joint], f"u_coordinate_on_shaft_{side}_side", "mm")]
+            ]
+            compliance = 0.0 if stiffness is None else 1.0 / stiffness.value
+            self._join(inner, outer, at[0], at[1], compliance, joint.id)
+            relation.used, joint.role = True, "a joint"
+
+    def _engaged(self, joint: Component) -> bool:
+        """Whether a coupling is closed, in the gear that the gear unit is shifted to."""
+        attribute = joint.attributes.get("is_engaged")
+        if attribute is None or attribute.value is None:
+            return True
+        attribute.used = True
+        states = attribute.value if isinstance(attribute.value, tuple) else (attribute.value,)
+        shifted = number(self.document.kind("gear_unit"), "gear_shift_index", "none")
+        index = 0 if shifted is None else int(shifted.value) - 1
+        state = states[index] if 0 <= index < len(states) else next(iter(states), "true")
+        return state.strip().lower() not in ("false", "0")
+
+    def _join(
+        self,
+        first: int,
+        second: int,
+        at_first: float | None,
+        at_second: float | None,
+        compliance: float = 0.0,
+        coupling: int | None = None,
+    ) -> None:
+        self.links.append(Link(first, second, at_first, at_second, compliance, coupling))
+        for number_of in (first, second):
+            part = self.document.components[number_of]
+            part.role = part.role or ("a part of a body" if part.kind == "shaft" else "")
+        roots = [self.body(self.document.components[k]) for k in (first, second)]
+        self._parent[roots[1]] = roots[0]
+
+
+def carrier_parts(document: Document, stage: Component) -> list[Component]:
+    """Frame, shafts and pins of a planetary stage's carrier."""
+    found = document.parts(stage, "planet_carrier")
+    for relation in document.related("planet_carrier_shaft", "planet_pin"):
+        shaft = document.at(relation, "shaft")
+        if relation.of("planetary_stage") == stage.id and shaft is not None:
+            relation.used = True
+            found.append(shaft)
+    return found
+
+
+@dataclass(frozen=True)
+class ShaftSection:
+    """A section of a shaft, all in mm: where it starts, its length, diameters at both ends."""
+
+    start: float
+    length: float
+    outer: tuple[float, float]
+    inner: tuple[float, float]
+
+    def diameters(self, u: float) -> tuple[float, float]:
+        """Outer and inner diameter at a place, linear between the ends."""
+        share = (u - self.start) / self.length
+        outer, inner = (a + share * (b - a) for a, b in (self.outer, self.inner))
+        return outer, inner
+
+
+def section_of(part: Component) -> ShaftSection | None:
+    """The measures of a shaft_section; None if it has no length or diameter."""
+    length = number([part], "length", "mm")
+    ends = ("begin", "end")
+    outer = [number([part], f"outer_diameter_{end}", "mm") for end in ends]
+    inner = [number([part], f"inner_diameter_{end}", "mm") for end in ends]
+    start = number([part], "u_coordinate_on_shaft", "mm")
+    if length is None or length.value <= 0 or outer[0] is None:
+        return None
+    part.role = "a section"
+    a, b = outer[0], outer[1] or outer[0]
+    bores = [0.0 if d is None else d.value for d in inner]
+    return ShaftSection(
+        0.0 if start is None else start.value,
+        length.value,
+        (a.value, b.value),
+        (bores[0], bores[1]),
+    )

@@ -1,0 +1,108 @@
+"""A case as TOML in which every key says where it comes from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from flexgear.files.rexs.document import Datum
+
+Value = float | int | str | bool | list[float] | list[str]
+_COLUMN = 42  # of the comments
+
+
+@dataclass
+class Section:
+    """Lines below one header, "" for the top of the file."""
+
+    header: str
+    lines: list[tuple[str, Value, str]] = field(default_factory=list)
+
+    def put(self, key: str, value: Value, why: str) -> None:
+        """A key and why it has its value."""
+        self.lines.append((key, value, why))
+
+    def take(self, key: str, datum: Datum | None) -> bool:
+        """A key from the file, if it is there; whether it was."""
+        if datum is not None:
+            self.put(key, datum.value, datum.source)
+        return datum is not None
+
+    def holds(self, key: str) -> bool:
+        """Whether the key has been put."""
+        return any(found == key for found, _, _ in self.lines)
+
+    def share(self, part: float, keys: Iterable[str], why: str) -> None:
+        """Multiply values of these keys."""
+        wanted = {*keys}
+        self.lines = [
+            (key, float(value) * part, f"{old}; {why}") if key in wanted else (key, value, old)  # type: ignore[arg-type]
+            for key, value, old in self.lines
+        ]
+
+    def text(self) -> str:
+        """The section as TOML."""
+        rows = [self.header] if self.header else []
+        for key, value, why in self.lines:
+            said = f"{key} = {toml(value)}"
+            rows.append(f"{said:<{_COLUMN}}# {why}" if why else said)
+        return "\n".join(rows) + "\n"
+
+
+@dataclass
+class CaseText:
+    """Sections in their order, and what was assumed or needs an eye: each in one sentence.
+
+    stage: name of the one that is being written.
+    """
+
+    sections: list[Section] = field(default_factory=list)
+    assumed: list[str] = field(default_factory=list)
+    stage: str = ""
+
+    def section(self, header: str) -> Section:
+        """A new section: behind those of the table it belongs to, if the last stage has such."""
+        made, place = Section(header), len(self.sections)
+        parent = header.rpartition(".")[0]
+        for k in range(len(self.sections) - 1, -1, -1):
+            before = self.sections[k].header
+            if parent.count(".") and (before == f"{parent}]" or before.startswith(f"{parent}.")):
+                place = k + 1
+                break
+            if before.startswith("[["):
+                break
+        self.sections.insert(place, made)
+        return made
+
+    def assume(self, section: Section, key: str, value: Value, why: str) -> None:
+        """A key that the file does not give."""
+        section.put(key, value, f"assumed: {why}")
+        place = section.header.strip("[]").replace("stages", f"stages.{self.stage}", 1)
+        self.assumed.append(f"{f'{place}.' if place else ''}{key} = {toml(value)}: {why}")
+
+    def warn(self, text: str) -> None:
+        """Something of the file that does not fit, and what was made of it."""
+        self.assumed.append(text)
+
+    def text(self) -> str:
+        """The TOML without what stands above and below it."""
+        return "\n".join(s.text() for s in self.sections if s.lines or s.header.startswith("[["))
+
+
+def toml(value: Value) -> str:
+    """A value as TOML; floats with all their digits, whole ones without a point."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (int, str)):
+        return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(toml(v) for v in value)}]"
+    whole = value == int(value) and abs(value) < 1e6
+    return str(int(value)) if whole else repr(float(value))
+
+
+def commented(lines: list[str]) -> str:
+    """Lines as comments; what cannot be printed is left out."""
+    shown = ("".join(c if c.isprintable() else " " for c in line) for line in lines)
+    return "".join(f"# {line}".rstrip() + "\n" for line in shown)

@@ -1,0 +1,212 @@
+"""What stands in a REXS file: components with attributes, relations between them, load cases.
+
+Every attribute remembers whether something of the case came from it, so that the rest can be
+listed: nothing of a file is dropped unseen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from flexgear.files.rexs.units import SCHEMA_UNITS, factor
+
+SAME = 1e-9  # relative difference of two numbers that say the same
+_SHOWN = 40  # characters of a component's name in comments
+
+
+@dataclass(eq=False)
+class Attribute:
+    """One attribute as text (scalar), texts (array), or None where it is a matrix or the like.
+
+    where: of which load case it is, "" for one of the model itself. used: whether the case has it.
+    """
+
+    id: str
+    unit: str
+    value: str | tuple[str, ...] | None
+    where: str = ""
+    used: bool = False
+
+
+@dataclass(eq=False)
+class Component:
+    """A component: type, number and name of the file, attributes by id.
+
+    role: what it became in the case, "" for one that stands for nothing there. overridden:
+    attributes in whose place those of the chosen load case stand.
+    """
+
+    id: int
+    kind: str
+    name: str
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    role: str = ""
+    overridden: list[Attribute] = field(default_factory=list)
+
+    @property
+    def label(self) -> str:
+        """Type, id and name, printable."""
+        name = " ".join("".join(c if c.isprintable() else " " for c in self.name).split())
+        name = name if len(name) <= _SHOWN else f"{name[: _SHOWN - 1]}…"
+        return f"{self.kind} {self.id}" + (f' "{name}"' if name else "")
+
+
+@dataclass(eq=False)
+class Relation:
+    """A relation: type, order among its like, (role, component's id) of each reference."""
+
+    id: int
+    kind: str
+    order: int
+    refs: tuple[tuple[str, int], ...]
+    used: bool = False
+
+    def of(self, role: str) -> int | None:
+        """Id of the component in that role, None if there is none."""
+        return next((number for found, number in self.refs if found == role), None)
+
+
+@dataclass
+class LoadCase:
+    """Attributes of components in one load case, (component's id, attribute)."""
+
+    spectrum: int
+    id: int
+    attributes: list[tuple[int, Attribute]]
+
+
+@dataclass
+class Document:
+    """A REXS model. ``other``: what stands in it besides, in words, to be listed."""
+
+    version: str
+    application: str
+    components: dict[int, Component]
+    relations: list[Relation]
+    load_cases: list[LoadCase] = field(default_factory=list)
+    other: list[str] = field(default_factory=list)
+
+    def kind(self, *kinds: str) -> list[Component]:
+        """Components of these types, in the order of the file."""
+        return [c for c in self.components.values() if c.kind in kinds]
+
+    def related(self, *kinds: str) -> Iterator[Relation]:
+        """Relations of these types."""
+        return (r for r in self.relations if r.kind in kinds)
+
+    def at(self, relation: Relation, role: str) -> Component | None:
+        """The component in a role of a relation."""
+        number = relation.of(role)
+        return None if number is None else self.components.get(number)
+
+    def parts(self, whole: Component, *kinds: str) -> list[Component]:
+        """Sub-components of these types (all, if none is named) of a component."""
+        found = []
+        for relation in self.related("assembly", "ordered_assembly"):
+            part = self.at(relation, "part")
+            mine = relation.of("assembly") == whole.id and part is not None
+            if mine and (not kinds or part.kind in kinds):
+                relation.used = True
+                found.append(part)
+        return found
+
+    def references(self, origin: Component, *kinds: str) -> list[Component]:
+        """Components of these types that ``origin`` refers to."""
+        found = []
+        for relation in self.related("reference", "ordered_reference"):
+            target = self.at(relation, "referenced")
+            if relation.of("origin") == origin.id and target is not None and target.kind in kinds:
+                relation.used = True
+                found.append(target)
+        return found
+
+    def take_load_case(self, chosen: LoadCase) -> None:
+        """Put the attributes of a load case in the place of the model's own."""
+        for number, attribute in chosen.attributes:
+            component = self.components[number]
+            before = component.attributes.get(attribute.id)
+            if before is not None:
+                component.overridden.append(before)
+            component.attributes[attribute.id] = attribute
+
+
+@dataclass(frozen=True)
+class Datum:
+    """A number of the file and the place it comes from, as a comment says it."""
+
+    value: float
+    source: str
+
+
+def number(components: Sequence[Component], ids: str | Iterable[str], unit: str) -> Datum | None:
+    """The first of these attributes that these components have, in ``unit``; None without one.
+
+    Components are alike (both flanks, all planets): the first that has the attribute counts, and
+    what the others say the same is used, too. What cannot be converted stays unused.
+    """
+    for name in (ids,) if isinstance(ids, str) else ids:
+        for k, component in enumerate(components):
+            value = _converted(component, name, unit)
+            if value is None:
+                continue
+            attribute = component.attributes[name]
+            attribute.used = True
+            for twin in components[k + 1 :]:
+                other = _converted(twin, name, unit)
+                if other is not None and math.isclose(other, value, rel_tol=SAME, abs_tol=SAME):
+                    twin.attributes[name].used = True
+            source = ", ".join(filter(None, (component.label, name, attribute.where)))
+            return Datum(value, source)
+    return None
+
+
+def text(components: Sequence[Component], name: str) -> str | None:
+    """A word (enumeration, boolean, name) of the first component that has it."""
+    for component in components:
+        attribute = component.attributes.get(name)
+        if attribute is None or not isinstance(attribute.value, str):
+            continue
+        attribute.used = True
+        for twin in components:
+            same = twin.attributes.get(name)
+            if same is not None and same.value == attribute.value:
+                same.used = True
+        return attribute.value.strip()
+    return None
+
+
+def flag(components: Sequence[Component], name: str) -> bool | None:
+    """A boolean, None where it is not given."""
+    said = text(components, name)
+    return None if said is None else said.lower() in ("true", "1", "1.0")
+
+
+def vector(component: Component, name: str) -> tuple[float, float, float] | None:
+    """Three lengths in mm, None where they are missing."""
+    attribute = component.attributes.get(name)
+    if attribute is None or not isinstance(attribute.value, tuple) or len(attribute.value) != 3:
+        return None
+    scale = factor(attribute.unit or SCHEMA_UNITS.get(name, ""), "mm")
+    try:
+        x, y, z = (float(v) * (1.0 if scale is None else scale) for v in attribute.value)
+    except ValueError:
+        return None
+    attribute.used = True
+    return x, y, z
+
+
+def _converted(component: Component, name: str, unit: str) -> float | None:
+    attribute = component.attributes.get(name)
+    if attribute is None or not isinstance(attribute.value, str):
+        return None
+    said = attribute.unit.strip()
+    if said in ("", "none"):
+        said = SCHEMA_UNITS.get(name, said)
+    scale = factor(said, unit)
+    try:
+        value = float(attribute.value)
+    except ValueError:
+        return None
+    return value * scale if scale is not None and math.isfinite(value) else None

@@ -1,0 +1,252 @@
+"""Keys of one gear: teeth, profile shift, tip and root, blank, tip relief.
+
+REXS states diameters and the basic rack of the tool; a case has coefficients of the normal module:
+
+    external   d_a = d + 2 m_n (h_a + x),   d_f = d − 2 m_n (h_f − x)
+    internal   d_a = d − 2 m_n (h_a + x),   d_f = d + 2 m_n (h_f − x)
+
+with x of ISO 21771 (the ring's tooth number negative: x > 0 makes every tooth thicker). Relief
+that starts at the diameter d_s takes √(r_a² − r_b²) − √(r_s² − r_b²) of the path of contact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexgear.files.rexs.assembly import Assembly, section_of
+from flexgear.files.rexs.case_text import CaseText, Section
+from flexgear.files.rexs.document import Component, Datum, Document, number, text
+
+FLANKS = ("cylindrical_gear_flank", "flank_geometry")
+TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
+# what Gear takes, model/stage.py; a coefficient outside is no dimension of a tooth
+_RANGES = {"addendum": (0.3, 2.0), "dedendum": (0.5, 2.5), "root_fillet": (0.02, 0.6)}
+_STANDARD = {"addendum": 1.0, "dedendum": 1.25, "root_fillet": 0.38}  # ISO 53 profile A
+_NO_NOTE = 1e-9
+
+
+@dataclass(frozen=True)
+class Rack:
+    """What the gears of a stage share: normal module (mm), angles (rad)."""
+
+    module: float
+    pressure_angle: float
+    helix: float
+
+    @property
+    def transverse_angle(self) -> float:
+        """α_t, rad."""
+        return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix))
+
+    def reference(self, teeth: int) -> float:
+        """Reference diameter, mm."""
+        return self.module * teeth / math.cos(self.helix)
+
+    def base(self, teeth: int) -> float:
+        """Base diameter, mm."""
+        return self.reference(teeth) * math.cos(self.transverse_angle)
+
+
+class GearReader:
+    """Reads gears of a document into sections of a case."""
+
+    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = document, assembly, case
+
+    def flanks(self, gears: list[Component]) -> list[Component]:
+        """Flanks of gears, left ones first."""
+        found: list[Component] = []
+        for gear in gears:
+            for relation in self.document.related("flank"):
+                if relation.of("gear") != gear.id:
+                    continue
+                relation.used = True
+                sides = (self.document.at(relation, side) for side in ("left", "right"))
+                found += [flank for flank in sides if flank is not None]
+        for flank in found:
+            flank.role = "flanks"
+        return found
+
+    def tools(self, gears: list[Component]) -> list[Component]:
+        """Racks and cutters that made gears, or their flanks."""
+        found = []
+        for flank in [*gears, *self.flanks(gears)]:
+            found += self.document.references(flank, *TOOLS)
+            for relation in self.document.related("manufacturing_step"):
+                tool = self.document.at(relation, "tool")
+                if relation.of("workpiece") == flank.id and tool is not None and tool.kind in TOOLS:
+                    relation.used = True
+                    found.append(tool)
+        for tool in found:
+            tool.role = "a basic rack"
+        return found
+
+    def teeth(self, gears: list[Component]) -> Datum | None:
+        """Number of teeth, positive."""
+        found = number(gears, "number_of_teeth", "none")
+        return None if found is None else Datum(abs(round(found.value)), found.source)
+
+    def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
+        """Profile shift coefficient as it stands in the file."""
+        flanks = self.flanks(gears)
+        names = ("addendum_modification_coefficient", "generated_addendum_modification_coefficient",
+                 "addendum_modification_coefficient_after_finishing")  # fmt: skip
+        found = number(flanks, names[0], "none")
+        if found is None:
+            length = number(flanks, "addendum_modification", "mm")
+            if length is not None:
+                found = Datum(length.value / rack.module, f"{length.source} / normal module")
+        return found or number(flanks, names[1:], "none")
+
+    def write(self, section: Section, gears: list[Component], rack: Rack, shift: float) -> None:
+        """Tip, root, fillet, blank and relief; teeth and profile shift stand there already."""
+        found = self.teeth(gears)
+        internal = section.header.endswith("ring]")
+        teeth = 0 if found is None else int(found.value)
+        tools = self.tools(gears)
+        out = -1.0 if internal else 1.0
+        reference = rack.reference(teeth)
+        tip = number(gears, "tip_diameter", "mm")
+        root = number(gears, "root_diameter", "mm")
+        heights = {
+            "addendum": _coefficient(tip, lambda d: out * (d - reference) / 2, rack, -shift),
+            "dedendum": _coefficient(root, lambda d: out * (reference - d) / 2, rack, shift),
+        }
+        heights["dedendum"] = self._or_tool(heights["dedendum"], "dedendum", tools, rack)
+        heights["root_fillet"] = self._or_tool(None, "root_fillet", tools, rack)
+        for key, datum in heights.items():
+            self._coefficient(section, key, datum)
+        self._blank(section, gears, internal, rack, teeth, shift)
+        self._relief(section, gears, rack.base(teeth), tip)
+
+    def _or_tool(
+        self, found: Datum | None, key: str, tools: list[Component], rack: Rack
+    ) -> Datum | None:
+        """A height of the tooth from the tool that made it, where its diameter is not given."""
+        if found is not None and _within(key, found.value):
+            return found
+        names = {
+            "dedendum": ("addendum_coefficient_reference_profile", "addendum_reference_profile"),
+            "root_fillet": ("tip_corner_radius_factor_reference_profile", "tip_radius_factor",
+                            "tip_corner_radius_reference_profile", "tip_radius"),
+        }[key]  # fmt: skip
+        for name in names:
+            length = name in ("addendum_reference_profile", "tip_corner_radius_reference_profile",
+                              "tip_radius")  # fmt: skip
+            read = number(tools, name, "mm" if length else "none")
+            if read is not None:
+                source = f"{read.source} of the tool" + (" / normal module" if length else "")
+                return Datum(read.value / (rack.module if length else 1.0), source)
+        return found
+
+    def _coefficient(self, section: Section, key: str, datum: Datum | None) -> None:
+        if datum is not None and _within(key, datum.value):
+            section.put(key, datum.value, datum.source)
+            return
+        why = "ISO 53 profile A"
+        if datum is not None:
+            low, high = _RANGES[key]
+            why += (
+                f"; {datum.source} would make it {datum.value:.4g}, which is not between {low:g}"
+                f" and {high:g}"
+            )
+        self.case.assume(section, key, _STANDARD[key], why)
+
+    def _blank(
+        self,
+        section: Section,
+        gears: list[Component],
+        internal: bool,
+        rack: Rack,
+        teeth: int,
+        shift: float,
+    ) -> None:
+        """Bore or rim, from the gear, its body, or the shaft below it."""
+        bodies = [b for gear in gears for b in self.document.parts(gear, "gear_body")]
+        for body in bodies:
+            body.role = "a blank"
+        if not internal:
+            bore = number([*gears, *bodies], "inner_diameter", "mm") or self._hollow(
+                gears[0], False
+            )
+            height = next(v for key, v, _ in section.lines if key == "dedendum")
+            root = rack.reference(teeth) - 2 * rack.module * (float(height) - shift)  # type: ignore[arg-type]
+            if bore is not None and 0 < bore.value < root:
+                section.put("bore_diameter_mm", bore.value, f"{bore.source}; for mass and inertia")
+            return
+        rim = number(bodies, "gear_body_rim_thickness", "mm")
+        if rim is None:
+            outer = number(bodies, "outer_diameter", "mm") or self._hollow(gears[0], True)
+            height = next(v for key, v, _ in section.lines if key == "dedendum")
+            root = rack.reference(teeth) + 2 * rack.module * (float(height) - shift)  # type: ignore[arg-type]
+            if outer is not None and outer.value > root:
+                rim = Datum((outer.value - root) / 2, f"{outer.source}, less the root circle, / 2")
+        if rim is not None and rim.value > 0:
+            section.put("rim_thickness_mm", rim.value, f"{rim.source}; for mass and inertia")
+
+    def _hollow(self, gear: Component, outside: bool) -> Datum | None:
+        """Outer or inner diameter (mm) of the shaft where the gear sits."""
+        shaft = self.assembly.shaft(gear)
+        place = number([gear], "u_coordinate_on_shaft", "mm")
+        if shaft is None:
+            return None
+        at = 0.0 if place is None else place.value
+        for part in self.document.parts(shaft, "shaft_section"):
+            section = section_of(part)
+            if (
+                section is not None
+                and section.start - _NO_NOTE <= at < section.start + section.length
+            ):
+                value = section.diameters(at)[0 if outside else 1]
+                return Datum(value, f"{part.label}, {'outer' if outside else 'inner'} diameter")
+        return None
+
+    def _relief(
+        self, section: Section, gears: list[Component], base: float, tip: Datum | None
+    ) -> None:
+        flanks = self.flanks(gears)
+        reliefs = [r for flank in flanks for r in self.document.references(flank, "tip_relief")]
+        if not reliefs:
+            return
+        amount, length = number(reliefs, "tip_relief_depth", "mm"), self._length(reliefs, base, tip)
+        said = text(reliefs, "shape_of_relief")
+        where = section.header
+        if amount is None or length is None or not (0 < amount.value <= 1 and length.value > 0):
+            self.case.warn(f"{where}: {reliefs[0].label} has no depth and length that can be used")
+            return
+        for relief in reliefs:
+            relief.role = "tip relief"
+        if len(reliefs) < len(flanks):
+            self.case.warn(f"{where}: {reliefs[0].label} is of one flank; both have it here")
+        form = "linear" if said in (None, "linear") else "parabolic"
+        relief_section = self.case.section(f"{where[:-1]}.tip_relief]")
+        relief_section.put("amount_um", 1e3 * amount.value, amount.source)
+        relief_section.put("length_mm", length.value, length.source)
+        if said in ("linear", "parabolic"):
+            relief_section.put("form", form, f"{reliefs[0].label}, shape_of_relief")
+        else:
+            self.case.assume(relief_section, "form", form, f"the file says {said or 'nothing'}")
+
+    def _length(self, reliefs: list[Component], base: float, tip: Datum | None) -> Datum | None:
+        """Length of relief along the path of contact, mm."""
+        given = number(reliefs, "tip_relief_datum_length", "mm")
+        if given is not None:
+            return given
+        start = number(reliefs, "tip_relief_datum_diameter", "mm")
+        if start is None or tip is None or min(start.value, tip.value) <= base:
+            return None
+        ends = [math.sqrt(d**2 - base**2) / 2 for d in (start.value, tip.value)]
+        return Datum(abs(ends[1] - ends[0]), f"from {start.source}")
+
+
+def _coefficient(datum: Datum | None, height: object, rack: Rack, add: float) -> Datum | None:
+    """A height of the tooth over the module, with the profile shift taken off."""
+    if datum is None:
+        return None
+    return Datum(height(datum.value) / rack.module + add, f"from {datum.source}")  # type: ignore[operator]
+
+
+def _within(key: str, value: float) -> bool:
+    low, high = _RANGES[key]
+    return low <= value <= high

@@ -1,0 +1,370 @@
+"""Keys of one stage: gears' common measures, hand, centre distance, profile shifts, backlash."""
+
+from __future__ import annotations
+
+import math
+
+from flexgear.files.rexs.case_text import CaseText, Section
+from flexgear.files.rexs.document import Component, Datum, Document, number, vector
+from flexgear.files.rexs.gears import GearReader, Rack
+from flexgear.files.rexs.stages import FoundStage
+from flexgear.gears.tooth import involute
+from flexgear.model.errors import InputError
+
+AGREES = 1e-3  # modules, or rad, by which redundant values of a file may be rounded
+_NO_SHIFT = 1e-6
+_NO_BACKLASH = 1e-9  # modules
+GEAR_DATA = ("cylindrical_stage_gear_data", "stage_gear_data")
+
+
+class StageWriter:
+    """Writes one stage into a case."""
+
+    def __init__(self, document: Document, gears: GearReader, case: CaseText, where: str) -> None:
+        self.document, self.gears, self.case, self.where = document, gears, case, where
+
+    def write(self, stage: FoundStage, name: str) -> Rack:
+        """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
+        self.case.stage = name
+        section = self.case.section("[[stages]]")
+        section.put("name", name, stage.component.label)
+        section.put("kind", stage.kind, f"{stage.component.kind} with {', '.join(stage.slots)}")
+        if stage.kind == "planetary":
+            count = len(stage.halves["planet"][0])
+            section.put("planets", count, f"planet gears of {stage.component.label}")
+        rack = self._rack(section, stage)
+        self._widths(section, stage, rack)
+        teeth = {slot: self._teeth(stage, slot) for slot in stage.slots}
+        distance = self._distance(section, stage)
+        self._angles(section, stage, rack, teeth, distance)
+        if stage.kind == "planetary":
+            self._positions(section, stage)
+            self._assembly(section, stage, teeth)
+        else:
+            self._direction(section, stage)
+        shifts = self._shifts(stage, rack, teeth, distance)
+        self._backlash(section, stage, rack, _wanted(stage, rack, teeth, distance), shifts)
+        for slot in stage.slots:
+            self._gear(stage, slot, rack, teeth[slot], shifts[slot])
+        return rack
+
+    def _missing(self, what: Component, attribute: str) -> InputError:
+        return InputError(
+            self.where, f"{what.label}, {attribute}", "is missing or no number in a known unit",
+            "write it in the program that the file comes from",
+        )  # fmt: skip
+
+    def _teeth(self, stage: FoundStage, slot: str) -> Datum:
+        found = self.gears.teeth(stage.gears(slot))
+        if found is None:
+            raise self._missing(stage.gears(slot)[0], "number_of_teeth")
+        return found
+
+    def _rack(self, section: Section, stage: FoundStage) -> Rack:
+        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        module = number(every, "normal_module", "mm")
+        if module is None or module.value <= 0:
+            raise self._missing(every[0], "normal_module")
+        section.put("normal_module_mm", module.value, module.source)
+        flanks = self.gears.flanks(every)
+        tools = self.gears.tools(every)
+        pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
+        if not section.take("pressure_angle_deg", pressure):
+            self.case.assume(section, "pressure_angle_deg", 20, "usual")
+        helix = self._helix(section, stage)
+        degrees = 20.0 if pressure is None else pressure.value
+        return Rack(module.value, math.radians(degrees), helix)
+
+    def _helix(self, section: Section, stage: FoundStage) -> float:
+        """Helix angle, rad; hand and halves are written, too."""
+        slot = "planet" if stage.kind == "planetary" else "gear"
+        key = "helix_angle_reference_diameter"
+        found = number(stage.halves[slot][0], key, "deg")
+        for half in (h for s in stage.slots for h in stage.halves[s]):
+            number(half, key, "deg")  # read, so that it is not listed; hands are compared below
+        if found is None:
+            self.case.assume(section, "helix_angle_deg", 0, "no helix angle in the file: spur")
+            return 0.0
+        section.put("helix_angle_deg", abs(found.value), found.source)
+        if found.value == 0:
+            return 0.0
+        hand = "right" if found.value > 0 else "left"
+        section.put(
+            "planet_hand", hand, f"its sign, positive right-handed (ISO 21771); of the {slot}"
+        )
+        mate = number(stage.halves["sun" if slot == "planet" else "pinion"][0], key, "deg")
+        if mate is not None and mate.value * found.value > 0:
+            self.case.warn(
+                f"{mate.source}: has the hand of its mate, {found.source}; external gears cannot"
+                " mesh so, the mate's hand was turned"
+            )
+        if len(stage.halves[slot]) == 2:
+            section.put("double_helical", True, "two gears of opposite hand on each shaft")
+        return math.radians(abs(found.value))
+
+    def _widths(self, section: Section, stage: FoundStage, rack: Rack) -> None:
+        meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
+        gears = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        width = number(meshes, "common_face_width", "mm")
+        own = [w for gear in gears if (w := number([gear], "face_width", "mm")) is not None]
+        if width is None and own:
+            width = min(own, key=lambda w: w.value)
+            if any(w.value != width.value for w in own):
+                width = Datum(width.value, f"{width.source}; the narrowest of the stage's gears")
+        if width is None or width.value <= 0:
+            raise self._missing(gears[0], "face_width")
+        section.put("face_width_mm", width.value, width.source)
+        slot = stage.slots[0]
+        if len(stage.halves[slot]) == 2:
+            left, right = (
+                number(half, "u_coordinate_on_shaft", "mm") for half in stage.halves[slot]
+            )
+            if left is not None and right is not None:
+                gap = abs(right.value - left.value) - width.value
+                why = f"{right.source} and of its left half, less the face width"
+                section.put("half_gap_mm", max(gap, 0.0), why)
+            else:
+                self.case.assume(section, "half_gap_mm", rack.module, "one module")
+
+    def _distance(self, section: Section, stage: FoundStage) -> Datum | None:
+        meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
+        found = number(meshes, "center_distance", "mm")
+        if found is not None and found.value != 0:
+            found = Datum(
+                abs(found.value), found.source
+            )  # negative of internal pairs in some files
+        else:
+            found = self._apart(stage)
+        if found is not None:
+            section.put("center_distance_mm", found.value, found.source)
+        return found
+
+    def _apart(self, stage: FoundStage) -> Datum | None:
+        """Distance of two axes from their places."""
+        ends = [stage.gears(slot)[0] for slot in (*stage.slots[:2],)]
+        places = [vector(self.gears.assembly.shaft(g) or g, "support_vector") for g in ends]
+        if places[0] is None or places[1] is None:
+            return None
+        apart = math.hypot(places[1][1] - places[0][1], places[1][2] - places[0][2])
+        source = f"places of {ends[0].label} and {ends[1].label}"
+        return Datum(apart, source) if apart > 0 else None
+
+    def _angles(
+        self,
+        section: Section,
+        stage: FoundStage,
+        rack: Rack,
+        teeth: dict[str, Datum],
+        distance: Datum | None,
+    ) -> None:
+        """Working angles of the file where they do not follow from the gears' geometry."""
+        for slot, meshes in stage.meshes.items():
+            numbers = {mesh.stage.id for mesh in meshes}
+            data = [
+                component
+                for relation in self.document.related("stage_gear_data")
+                if relation.of("stage") in numbers
+                and (component := self.document.at(relation, "stage_gear_data")) is not None
+            ]
+            for relation in self.document.related("stage_gear_data"):
+                relation.used |= relation.of("stage") in numbers
+            for component in data:
+                component.role = "a gear mesh"
+            found = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
+            if found is None:
+                continue
+            arm = _arm(stage, slot, rack, teeth)
+            follows = None
+            if distance is not None and arm < distance.value:
+                follows = math.acos(arm / distance.value)
+            if follows is None or abs(follows - math.radians(found.value)) > AGREES:
+                section.put(f"{slot}_pressure_angle_deg", found.value, found.source)
+
+    def _positions(self, section: Section, stage: FoundStage) -> None:
+        """Angles of planets, from the first one, where they are not equally spaced."""
+        angles = self._planet_angles(stage)
+        if angles is None:
+            return
+        count, sense = len(angles), 1.0
+        turned = [math.remainder(sense * (a - angles[0]), 360.0) % 360.0 for a in angles]
+        order = sorted(range(count), key=lambda k: turned[k])
+        exact = all(
+            abs(math.remainder(turned[k] - 360.0 * n / count, 360.0)) < 1e-6
+            for n, k in enumerate(order)
+        )
+        if not exact:
+            values = [turned[k] for k in order]
+            why = "angles of the planets' shafts from the first one, from v to w"
+            section.put("planet_positions_deg", values, why)
+
+    def _planet_angles(self, stage: FoundStage) -> list[float] | None:
+        found = []
+        for planet in stage.halves["planet"][0]:
+            shaft = self.gears.assembly.shaft(planet) or planet
+            place = vector(shaft, "support_vector") or vector(planet, "support_vector")
+            centre = vector(stage.gears("ring")[0], "support_vector") or (0.0, 0.0, 0.0)
+            if place is None or math.hypot(place[1] - centre[1], place[2] - centre[2]) == 0:
+                break
+            found.append(math.degrees(math.atan2(place[2] - centre[2], place[1] - centre[1])))
+        if len(found) == len(stage.halves["planet"][0]):
+            return found
+        turns = [
+            number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
+            for planet in stage.halves["planet"][0]
+            for mesh in stage.meshes["sun"]
+            if planet in mesh.gears
+        ]
+        return None if None in turns else [90.0 - t.value for t in turns if t is not None]
+
+    def _assembly(self, section: Section, stage: FoundStage, teeth: dict[str, Datum]) -> None:
+        count = len(stage.halves["planet"][0])
+        total = round(teeth["sun"].value + teeth["ring"].value)
+        if total % count and not section.holds("planet_positions_deg"):
+            self.case.assume(
+                section, "allow_unassemblable", True,
+                f"({teeth['sun'].value:g} + {teeth['ring'].value:g})/{count} is not whole",
+            )  # fmt: skip
+
+    def _direction(self, section: Section, stage: FoundStage) -> None:
+        """Direction from pinion to gear, from v to w about u."""
+        ends = [stage.gears(slot)[0] for slot in stage.slots]
+        places = [
+            vector(self.gears.assembly.shaft(gear) or gear, "support_vector") for gear in ends
+        ]
+        if None not in places:
+            dy, dz = (places[1][k] - places[0][k] for k in (1, 2))  # type: ignore[index]
+            if math.hypot(dy, dz) > 0:
+                why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
+                section.put("position_deg", math.degrees(math.atan2(dz, dy)), why)
+                return
+        mesh = stage.meshes["sun"][0]
+        turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
+        if turn is not None:
+            degrees = 90.0 - turn.value + (0.0 if mesh.gears[0] is ends[0] else 180.0)
+            section.put("position_deg", math.remainder(degrees, 360.0), turn.source)
+
+    def _backlash(
+        self,
+        section: Section,
+        stage: FoundStage,
+        rack: Rack,
+        wanted: dict[str, float | None],
+        shifts: dict[str, Datum],
+    ) -> None:
+        """Normal backlash that is asked for beside what thicknesses leave at the centre distance,
+
+        2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself.
+        """
+        for slot, meshes in stage.meshes.items():
+            total = self._total_backlash([mesh.stage for mesh in meshes])
+            sum_of_shifts = sum(shifts[end].value for end in _pair(stage, slot))
+            free = wanted[slot]
+            left = 0.0 if free is None else free - sum_of_shifts
+            left *= 2 * rack.module * math.sin(rack.pressure_angle)
+            key = f"backlash_{slot}_mm"
+            if total is not None and total.value - left >= -AGREES * rack.module:
+                asked = max(total.value - left, 0.0)
+                if asked > _NO_BACKLASH * rack.module:
+                    section.put(key, asked, f"{total.source}, less what profile shifts leave")
+            elif left < -_NO_BACKLASH * rack.module:
+                self.case.assume(
+                    section, key, -left, "at the centre distance of the file teeth overlap by that"
+                )
+
+    def _total_backlash(self, stages: list[Component]) -> Datum | None:
+        mean = number(stages, "mean_normal_backlash", "mm")
+        ends = [number(stages, f"{end}_normal_backlash", "mm") for end in ("minimum", "maximum")]
+        given = [end for end in ends if end is not None]
+        if mean is None and given:
+            value = sum(end.value for end in given) / len(given)
+            mean = Datum(value, " and ".join(end.source for end in given) + ", mean")
+        return mean if mean is not None and mean.value >= 0 else None
+
+    def _shifts(
+        self, stage: FoundStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
+    ) -> dict[str, Datum]:
+        """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is
+        missing follows from it without backlash, or is 0."""
+        found = {slot: self.gears.shift(stage.gears(slot), rack) for slot in stage.slots}
+        hub = "planet" if stage.kind == "planetary" else "gear"
+        sums = _wanted(stage, rack, teeth, distance)
+        ring, wanted = found.get("ring"), sums.get("ring")
+        planet = found.get(hub)
+        if ring is not None and planet is not None and wanted is not None:
+            fits = [abs(sign * ring.value + planet.value - wanted) for sign in (1, -1)]
+            if fits[1] < fits[0] - AGREES:
+                found["ring"] = Datum(
+                    -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
+                )
+        for slot in stage.meshes:
+            self._fill(stage, found, _pair(stage, slot), sums[slot], distance)
+        for slot in stage.slots:
+            if found[slot] is None:
+                found[slot] = Datum(0.0, "assumed: none in the file")
+                self.case.warn(f"{stage.gears(slot)[0].label}: profile_shift = 0: none in the file")
+        return {slot: datum for slot, datum in found.items() if datum is not None}
+
+    def _fill(
+        self,
+        stage: FoundStage,
+        found: dict[str, Datum | None],
+        pair: tuple[str, str],
+        wanted: float | None,
+        distance: Datum | None,
+    ) -> None:
+        lacking = [slot for slot in pair if found[slot] is None]
+        if not lacking or wanted is None or distance is None:
+            return
+        given = sum(d.value for slot in pair if (d := found[slot]) is not None)
+        for slot in lacking:
+            value = (wanted - given) / len(lacking)
+            value = 0.0 if abs(value) < _NO_SHIFT else value
+            why = f"not in the file; without backlash at {distance.source}"
+            found[slot] = Datum(value, f"assumed: {why}")
+            self.case.warn(f"{stage.gears(slot)[0].label}: profile_shift = {value:g}: {why}")
+
+    def _gear(self, stage: FoundStage, slot: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
+        gears = stage.gears(slot)
+        section = self.case.section(f"[stages.{slot}]")
+        section.put("teeth", int(teeth.value), teeth.source)
+        section.put("profile_shift", shift.value, shift.source)
+        base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
+        if (
+            base is not None
+            and abs(abs(base.value) - rack.base(int(teeth.value))) > AGREES * rack.module
+        ):
+            section.put(
+                "base_diameter_mm", abs(base.value), f"{base.source}; not that of its teeth"
+            )
+        self.gears.write(section, gears, rack, shift.value)
+
+
+def _pair(stage: FoundStage, slot: str) -> tuple[str, str]:
+    """The two gears of a gear mesh, planet or gear first."""
+    return ("planet", slot) if stage.kind == "planetary" else ("gear", "pinion")
+
+
+def _arm(stage: FoundStage, slot: str, rack: Rack, teeth: dict[str, Datum]) -> float:
+    """r_b1 ± r_b2 of a gear mesh, mm."""
+    hub, mate = (rack.base(int(teeth[key].value)) / 2 for key in _pair(stage, slot))
+    return mate - hub if slot == "ring" else mate + hub
+
+
+def _wanted(
+    stage: FoundStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
+) -> dict[str, float | None]:
+    """Sum of profile shifts without backlash, by gear mesh:
+
+    Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
+    """
+    found: dict[str, float | None] = {}
+    for slot in stage.meshes:
+        arm = _arm(stage, slot, rack, teeth)
+        if distance is None or not 0 < arm < distance.value:
+            found[slot] = None
+            continue
+        hub, mate = (teeth[key].value for key in _pair(stage, slot))
+        gain = involute(math.acos(arm / distance.value)) - involute(rack.transverse_angle)
+        total = hub + (-mate if slot == "ring" else mate)
+        found[slot] = total * gain / (2 * math.tan(rack.pressure_angle))
+    return found

@@ -1,0 +1,229 @@
+"""Planetary and cylindrical stages of a REXS model: which gear is what.
+
+A REXS gear mesh is a cylindrical_stage with two gears. A planetary stage collects those of every
+planet with sun and ring: the ring is the internal gear, planets mesh with it, suns with planets.
+Double-helical stages are pairs of gears of opposite hand on the same shafts.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+from flexgear.files.rexs.assembly import Assembly, carrier_parts
+from flexgear.files.rexs.document import Component, Document, number
+
+GEARS = ("cylindrical_gear", "ring_gear")
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A gear mesh: its cylindrical_stage and its two gears, gear_1 first."""
+
+    stage: Component
+    gears: tuple[Component, Component]
+
+    def mate(self, gear: Component) -> Component:
+        """The other gear."""
+        return self.gears[1] if self.gears[0] is gear else self.gears[0]
+
+
+@dataclass
+class FoundStage:
+    """A stage: gears by "sun", "planet", "ring" (or "pinion", "gear").
+
+    halves: of each slot a list of twins (the planets) for each half, left (−u) half first; one half
+    unless double-helical. meshes: by "sun" and "ring", or "sun" alone if parallel.
+    """
+
+    component: Component
+    kind: str
+    halves: dict[str, list[list[Component]]]
+    meshes: dict[str, list[Mesh]]
+    carrier: list[Component] = field(default_factory=list)
+
+    def gears(self, slot: str) -> list[Component]:
+        """All gears of a slot, those of the left half first."""
+        return [gear for half in self.halves[slot] for gear in half]
+
+    @property
+    def slots(self) -> tuple[str, ...]:
+        """Names of the gears."""
+        return tuple(self.halves)
+
+
+class Unfit(Exception):
+    """A stage that no case of ours can hold; says why."""
+
+
+def is_internal(gear: Component) -> bool:
+    """A ring: by its type, or by a negative number of teeth."""
+    teeth = number([gear], "number_of_teeth", "none")
+    return gear.kind == "ring_gear" or (teeth is not None and teeth.value < 0)
+
+
+def stages_of(document: Document, assembly: Assembly) -> tuple[list[FoundStage], list[str]]:
+    """All stages in the order of their ids, and in words those that cannot be carried over."""
+    meshes, refused = _meshes(document), []
+    found, inside = [], set()
+    for planetary in document.kind("planetary_stage"):
+        own = {s.id for s in document.parts(planetary, "cylindrical_stage")}
+        mine = [mesh for mesh in meshes if mesh.stage.id in own]
+        inside |= own
+        try:
+            found.append(_planetary(document, assembly, planetary, mine))
+        except Unfit as why:
+            refused.append(f"{planetary.label}: not carried over, {why}")
+    groups = defaultdict(list)
+    for mesh in meshes:
+        if mesh.stage.id not in inside:
+            bodies = tuple(assembly.body(g) for g in mesh.gears)
+            groups[frozenset(bodies)].append(mesh)
+    for group in groups.values():
+        for pair in _halves_of_pairs(group):
+            try:
+                found.append(_parallel(pair, assembly))
+            except Unfit as why:
+                refused.append(f"{pair[0].stage.label}: not carried over, {why}")
+    for other in document.kind("bevel_stage", "worm_stage", "general_stage"):
+        refused.append(f"{other.label}: not carried over, only cylindrical gears are")
+    found.sort(key=lambda stage: stage.component.id)
+    for stage in found:
+        _mark(stage)
+    return found, refused
+
+
+def _meshes(document: Document) -> list[Mesh]:
+    found = []
+    for relation in document.related("stage"):
+        stage = document.at(relation, "stage")
+        first, second = document.at(relation, "gear_1"), document.at(relation, "gear_2")
+        if stage is None or first is None or second is None:
+            continue
+        if stage.kind == "cylindrical_stage" and {first.kind, second.kind} <= {*GEARS}:
+            relation.used = True
+            found.append(Mesh(stage, (first, second)))
+    return found
+
+
+def _mark(stage: FoundStage) -> None:
+    stage.component.role = "a stage"
+    for slot in stage.slots:
+        for gear in stage.gears(slot):
+            gear.role = slot
+    for meshes in stage.meshes.values():
+        for mesh in meshes:
+            mesh.stage.role = "a gear mesh"
+    for part in stage.carrier:
+        part.role = "the carrier"
+
+
+def _planetary(
+    document: Document, assembly: Assembly, planetary: Component, meshes: list[Mesh]
+) -> FoundStage:
+    rings = _unique(g for mesh in meshes for g in mesh.gears if is_internal(g))
+    planets = _unique(mesh.mate(g) for mesh in meshes for g in mesh.gears if g in rings)
+    suns = _unique(
+        mesh.mate(g) for mesh in meshes for g in mesh.gears
+        if g in planets and mesh.mate(g) not in rings
+    )  # fmt: skip
+    if not rings or not planets or not suns:
+        lacks = "ring" if not rings else "sun"
+        raise Unfit(f"it has no gear mesh of planets with a {lacks}")
+    if any(gear in planets for gear in suns):
+        raise Unfit("its planets mesh with one another")
+    if any(g not in rings and g not in planets and g not in suns for m in meshes for g in m.gears):
+        raise Unfit("some of its gears mesh with neither sun nor ring")
+    if any(not any(m.mate(p) in suns for m in meshes if p in m.gears) for p in planets):
+        raise Unfit("its planets have one gear for the sun and another for the ring")
+    by_shaft = defaultdict(list)
+    for planet in planets:
+        by_shaft[assembly.body(planet)].append(planet)
+    counts = {len(gears) for gears in by_shaft.values()}
+    if counts not in ({1}, {2}) or {len(rings), len(suns)} - counts:
+        raise Unfit(f"it has {len(suns)} suns, {len(rings)} rings and planets of {counts} gears")
+    twins = [_along(gears, assembly) for gears in by_shaft.values()]
+    halves = {
+        "sun": [[gear] for gear in _along(suns, assembly)],
+        "planet": [[gears[k] for gears in twins] for k in range(max(counts))],
+        "ring": [[gear] for gear in _along(rings, assembly)],
+    }
+    if max(counts) == 2:
+        _require_opposite(halves["planet"][0][0], halves["planet"][1][0])
+    for relation in document.related("planet_shaft", "central_shaft"):
+        relation.used |= relation.of("planetary_stage") == planetary.id
+    return FoundStage(
+        planetary,
+        "planetary",
+        halves,
+        {
+            "sun": [m for m in meshes if any(g in suns for g in m.gears)],
+            "ring": [m for m in meshes if any(g in rings for g in m.gears)],
+        },
+        carrier_parts(document, planetary),
+    )
+
+
+def _halves_of_pairs(group: list[Mesh]) -> list[list[Mesh]]:
+    """Gear meshes of the same two bodies: those of opposite hand belong together."""
+    rest, found = list(group), []
+    while rest:
+        mesh = rest.pop(0)
+        mate = next((m for m in rest if _opposite(mesh.gears[0], m.gears[0])), None)
+        if mate is not None:
+            rest.remove(mate)
+        found.append([mesh] if mate is None else [mesh, mate])
+    return found
+
+
+def _parallel(meshes: list[Mesh], assembly: Assembly) -> FoundStage:
+    if any(is_internal(gear) for mesh in meshes for gear in mesh.gears):
+        raise Unfit("an internal gear pair with fixed axes")
+    first, second = ([mesh.gears[k] for mesh in meshes] for k in (0, 1))
+    teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
+    if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
+        first, second = second, first
+    return FoundStage(
+        meshes[0].stage,
+        "parallel",
+        {
+            "pinion": [[gear] for gear in _along(first, assembly)],
+            "gear": [[gear] for gear in _along(second, assembly)],
+        },
+        {"sun": meshes},
+    )
+
+
+def _opposite(first: Component, second: Component) -> bool:
+    same = all(
+        _value(first, key, unit) == _value(second, key, unit)
+        for key, unit in (("number_of_teeth", "none"), ("normal_module", "mm"))
+    )
+    helix = [_value(gear, "helix_angle_reference_diameter", "deg") for gear in (first, second)]
+    return same and helix[0] is not None and helix[0] != 0 and helix[0] == -(helix[1] or 0)
+
+
+def _require_opposite(first: Component, second: Component) -> None:
+    if not _opposite(first, second):
+        raise Unfit("its planets have two gears that are no halves of a double helix")
+
+
+def _value(gear: Component, key: str, unit: str) -> float | None:
+    found = number([gear], key, unit)
+    return None if found is None else found.value
+
+
+def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
+    """Gears of a shaft from −u to +u of the gear unit, as they stand where that is not said."""
+    return sorted(
+        gears,
+        key=lambda g: assembly.sense(g) * (_value(g, "u_coordinate_on_shaft", "mm") or 0.0),
+    )
+
+
+def _unique(gears: object) -> list[Component]:
+    found: list[Component] = []
+    for gear in gears:  # type: ignore[attr-defined]
+        if gear not in found:
+            found.append(gear)
+    return found

@@ -1,0 +1,230 @@
+"""Springs of a case from bearings and couplings of a file, and the blank of a carrier.
+
+Bearings of one member act side by side on a rigid shaft: with radial stiffness k_i at z_i they are
+Σ k_i at their centre z_c = Σ k_i z_i/Σ k_i, with the tilt stiffness Σ k_i (z_i − z_c)² beside their
+own. What a file calls rigid, or leaves out, gets a stiffness of the size of the machine: E b is
+about ten times the stiffness of a gear mesh of face width b (ISO 6336-1: c_γ ≈ 20 N/(mm µm)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+from flexgear.files.rexs.assembly import Assembly, section_of
+from flexgear.files.rexs.case_text import CaseText, Section
+from flexgear.files.rexs.document import Component, Datum, Document, flag, number, text
+from flexgear.files.rexs.members import Member, axial_place
+
+_UNITS = {"radial": "N / m", "axial": "N / m", "tilt": "N m / rad", "torsion": "N m / rad"}
+_NAMES = {"radial": "radial_stiffness", "axial": "axial_stiffness", "tilt": "bending_stiffness",
+          "torsion": "rotational_stiffness"}  # fmt: skip
+_KEYS = {"radial": "radial_n_per_m", "axial": "axial_n_per_m", "tilt": "tilt_nm_per_rad",
+         "torsion": "torsion_nm_per_rad"}  # fmt: skip
+RIGID = 10.0  # of E b: a hundred gear meshes
+UNKNOWN = 0.1  # of E b: about a gear mesh
+CLEARANCES = ("operating_radial_bearing_clearance", "radial_bearing_clearance", "radial_clearance",
+              "radial_backlash")  # fmt: skip
+RATINGS = ("radial_dynamic_load_rating", "dynamic_capacity")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Size of a stage: E b (N/m), a radius (m) for stiffness against turning."""
+
+    stiffness: float
+    radius: float
+
+    def limit(self, direction: str) -> float:
+        """What counts as rigid in a direction."""
+        lever = self.radius**2 if direction in ("tilt", "torsion") else 1.0
+        return RIGID * self.stiffness * lever
+
+    def guess(self, direction: str) -> float:
+        """What stands for a stiffness that is not known."""
+        return self.limit(direction) * UNKNOWN / RIGID
+
+
+class SupportWriter:
+    """Writes supports and planet bearings of stages into a case."""
+
+    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = document, assembly, case
+
+    def support(self, member: Member, scale: Scale, needs: tuple[str, ...]) -> None:
+        """Section of a member's support. needs: directions that must have a stiffness."""
+        joints = [*member.bearings, *member.couplings]
+        if not joints and not needs:
+            return
+        section = self.case.section(f"[stages.{member.slot}.support]")
+        torsion = bool(member.couplings) or "torsion" in needs
+        directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
+        self._springs(section, joints, scale, directions, needs, member.z)
+        if member.slot == "ring" and len(member.stage.halves["ring"]) == 2:
+            section.share(0.5, _KEYS.values(), "half of it for each ring half")
+
+    def planet(self, bearings: list[list[Component]], scale: Scale, z: float | None) -> None:
+        """Section of the planet bearing: that of the first planet, others where they differ."""
+        section = self.case.section("[stages.planet_bearing]")
+        first = bearings[0] if bearings else []
+        if not first:
+            self.case.warn("[stages.planet_bearing]: no bearing of a planet in the file")
+        for others in bearings[1:]:
+            for twin, own in zip(others, first, strict=False):
+                for name in _NAMES.values():
+                    number([own, twin], name, "N / m")  # alike ones are used, others get listed
+                    number([own, twin], name, "N m / rad")
+        self._springs(section, first, scale, ("radial", "axial", "tilt"), ("radial", "axial"), z)
+        self._clearance(section, first)
+        self._rating(section, first)
+
+    def _springs(
+        self,
+        section: Section,
+        joints: list[Component],
+        scale: Scale,
+        directions: tuple[str, ...],
+        needs: tuple[str, ...],
+        z: float | None,
+    ) -> None:
+        radial: list[tuple[float, float]] = []
+        for direction in directions:
+            total = 0.0
+            sources: list[str] = []
+            guesses: list[str] = []
+            for joint in joints:
+                datum = self._stiffness(joint, direction, scale)
+                if datum is None:
+                    continue
+                total += datum.value
+                (guesses if datum.source.startswith("assumed") else sources).append(datum.source)
+                place = axial_place(self.assembly, joint)
+                if direction == "radial" and place is not None and z is not None:
+                    radial.append((datum.value, place - z))
+            if direction == "tilt":
+                total, place_text = self._spread(section, radial, total)
+                sources += place_text
+            key = _KEYS[direction]
+            if guesses:
+                why = "; ".join(g.removeprefix("assumed: ") for g in [*guesses, *sources])
+                self.case.assume(section, key, total, why)
+            elif total > 0:
+                section.put(key, total, " + ".join(sources))
+            elif direction in needs:
+                why = "nothing in the file holds it; about the stiffness of a gear mesh"
+                self.case.assume(section, key, scale.guess(direction), why)
+
+    def _spread(
+        self, section: Section, radial: list[tuple[float, float]], tilt: float
+    ) -> tuple[float, list[str]]:
+        """Tilt stiffness with what radial springs at a distance add; their centre is written."""
+        total = sum(k for k, _ in radial)
+        if not radial or total <= 0:
+            return tilt, []
+        centre = sum(k * z for k, z in radial) / total
+        lever = sum(k * (z - centre) ** 2 for k, z in radial) * 1e-6
+        if centre and abs(centre) <= 1e3:
+            section.put("z_mm", centre, "centre of the radial springs, from the middle of the gear")
+        return tilt + lever, ["distance of the radial springs"] if lever > 0 else []
+
+    def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
+        """Of one bearing or coupling; None where it does not act."""
+        if direction == "tilt" or (direction == "torsion" and not _turns(joint)):
+            found = number([joint], _NAMES[direction], _UNITS[direction])
+            limit = scale.limit(direction)
+            if found is not None and found.value > limit:
+                return Datum(limit, f"{found.source} (rigid in the file)")
+            return found if found is not None and found.value > 0 else None
+        found = number([joint], _NAMES[direction], _UNITS[direction])
+        absorbs = self._absorbs(joint, direction)
+        if found is not None and found.value > scale.limit(direction):
+            return Datum(scale.limit(direction), f"{found.source} (rigid in the file)")
+        if absorbs is False:
+            return None
+        if found is not None and (found.value > 0 or absorbs is None):
+            return found if found.value > 0 else None
+        if _turns(joint):
+            return Datum(scale.limit(direction), f"assumed: {joint.label} is rigid")
+        if absorbs is None and joint.kind == "concept_bearing":
+            return None
+        why = f"{joint.label} has no {_NAMES[direction]}; about the stiffness of a gear mesh"
+        return Datum(scale.guess(direction), f"assumed: {why}")
+
+    def _absorbs(self, joint: Component, direction: str) -> bool | None:
+        """Whether a bearing takes force in a direction, None where that is not said."""
+        if direction == "radial":
+            said = flag([joint], "radial_force_absorption")
+            rolling = joint.kind.startswith("rolling")
+            return True if said is None and rolling else said
+        word = text([joint], "axial_force_absorption")
+        if word is None or direction != "axial":
+            return None
+        if word in ("positive", "negative"):
+            self.case.warn(f"{joint.label}: takes axial force in one direction, here in both")
+        return word != "no_direction"
+
+    def _clearance(self, section: Section, bearings: list[Component]) -> None:
+        found = number(bearings, CLEARANCES, "mm")
+        if found is not None and found.value > 0:
+            source = f"{found.source}, half the diametral clearance"
+            section.put("clearance_mm", found.value / 2, source)
+
+    def _rating(self, section: Section, bearings: list[Component]) -> None:
+        rating = number(bearings, RATINGS, "kN")
+        if rating is None or rating.value <= 0:
+            return
+        section.put("dynamic_rating_kn", rating.value, rating.source)
+        said = text(bearings, "bearing_type")
+        kind = "ball" if said is not None and "ball" in said else "roller"
+        if said is None:
+            self.case.assume(section, "rolling", kind, "bearing_type is not in the file")
+        else:
+            section.put("rolling", kind, f"{bearings[0].label}, bearing_type {said}")
+        if len(bearings) > 1:
+            section.put("count", min(len(bearings), 8), "bearings of one planet")
+
+    def carrier_blank(self, member: Member, density: float, arm: float) -> None:
+        """Mass and inertia of a carrier from its frame, or from its side plates and pins.
+
+        density: kg/m³; arm: centre distance, m.
+        """
+        section = self.case.section("[stages.carrier]")
+        given = number(member.stage.carrier, "mass_of_component", "kg")
+        frames = [c for c in member.stage.carrier if c.kind == "planet_carrier"]
+        plates = [p for frame in frames for p in self.document.parts(frame, "side_plate")]
+        mass = inertia = 0.0
+        for plate in plates:
+            outer, inner, length = (
+                number([plate], key, "m") for key in ("outer_diameter", "inner_diameter", "length")
+            )
+            if outer is None or length is None:
+                continue
+            plate.role = "the carrier"
+            a, b = outer.value / 2, 0.0 if inner is None else inner.value / 2
+            own = density * pi * (a**2 - b**2) * length.value
+            mass, inertia = mass + own, inertia + own * (a**2 + b**2) / 2
+        for relation in self.document.related("planet_pin"):
+            pin = self.document.at(relation, "shaft")
+            if relation.of("planetary_stage") != member.stage.component.id or pin is None:
+                continue
+            for part in self.document.parts(pin, "shaft_section"):
+                if (piece := section_of(part)) is None:
+                    continue
+                outer_d, inner_d = piece.diameters(piece.start + piece.length / 2)
+                own = density * pi / 4 * (outer_d**2 - inner_d**2) * piece.length * 1e-9
+                lever = arm**2 + (outer_d**2 + inner_d**2) * 1e-6 / 8
+                mass, inertia = mass + own, inertia + own * lever
+        if given is not None:
+            section.put("mass_kg", given.value, given.source)
+        if plates and mass > 0:
+            if given is None:
+                section.put("mass_kg", mass, "derived: side plates and pins of the file")
+            scale = 1.0 if given is None else given.value / mass
+            section.put(
+                "inertia_kg_m2", inertia * scale, "derived: side plates and pins of the file"
+            )
+
+
+def _turns(joint: Component) -> bool:
+    """A coupling rather than a bearing."""
+    return "bearing" not in joint.kind

@@ -1,0 +1,291 @@
+"""The commented case of a REXS model.
+
+Members are lumped. Every key of the case says which component and attribute it comes from, or why
+it was assumed; what the case does not hold is listed below it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from flexgear.files.rexs.assembly import Assembly
+from flexgear.files.rexs.case_text import CaseText, Section, commented
+from flexgear.files.rexs.document import Component, Document, flag, number
+from flexgear.files.rexs.gears import GearReader, Rack
+from flexgear.files.rexs.left_out import left_out
+from flexgear.files.rexs.members import Member, assign_bearings, members_of, planet_bearings
+from flexgear.files.rexs.ports import PortWriter
+from flexgear.files.rexs.stage_keys import StageWriter
+from flexgear.files.rexs.stages import FoundStage, stages_of
+from flexgear.files.rexs.supports import Scale, SupportWriter
+from flexgear.model.errors import InputError
+
+_STEEL = {"young_modulus_gpa": 210.0, "poisson_ratio": 0.3, "density_kg_per_m3": 7850.0}
+_GRAVITY = 9.80665
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A case as text; in sentences what was assumed or did not fit, and what is not in it."""
+
+    text: str
+    assumed: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+def case_of_document(document: Document, where: str, load_case: int | None = None) -> Imported:
+    """The case of a model. InputError where it has no stage that a case can hold."""
+    return _Conversion(document, where, load_case).run()
+
+
+class _Conversion:
+    def __init__(self, document: Document, where: str, load_case: int | None) -> None:
+        self.document, self.where = document, where
+        self.case = CaseText()
+        self.lost: list[str] = []
+        self._choose(load_case)
+        self.assembly = Assembly(document)
+        self.material = dict(_STEEL)
+
+    def run(self) -> Imported:
+        stages, refused = stages_of(self.document, self.assembly)
+        self.lost += refused
+        if not stages:
+            why = refused[0] if refused else "it has no cylindrical or planetary stage with gears"
+            raise InputError(self.where, "stages", f"none can be carried over: {why}",
+                             "name a model with cylindrical gears")  # fmt: skip
+        named = dict(zip(_names(stages), stages, strict=True))
+        members = members_of(named, self.assembly)
+        self.lost += assign_bearings(self.document, self.assembly, members)
+        top = self.case.section("")
+        self._material([g for s in stages for slot in s.slots for g in s.gears(slot)])
+        ports = PortWriter(self.document, self.assembly, self.case, members)
+        joined = self._joined(members)
+        held = self._held(members, ports)
+        racks = self._stages(named, members, held, joined)
+        self._top(top, stages, racks, held)
+        self._joints(joined, racks, held)
+        damping = self.case.section("[damping]")
+        self.case.assume(damping, "kind", "modal", "damping is not in REXS")
+        self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
+        ports.write(self.where)
+        listed = tuple(self.lost + left_out(self.document))
+        return Imported(self._text(listed), tuple(self.case.assumed), listed)
+
+    def _choose(self, wanted: int | None) -> None:
+        cases = self.document.load_cases
+        if wanted is None and not cases:
+            return
+        chosen = next((c for c in cases if wanted in (None, c.id)), None)
+        if chosen is None:
+            known = ", ".join(str(c.id) for c in cases) or "none"
+            raise InputError(
+                self.where, "load case", f"{wanted} is not there", f"there are: {known}"
+            )
+        self.document.take_load_case(chosen)
+        for other in cases:
+            if other is not chosen:
+                self.lost.append(
+                    f"load case {other.id} (spectrum {other.spectrum}), {len(other.attributes)}"
+                    f" attributes: --load-case {other.id} takes it in place of {chosen.id}"
+                )
+
+    def _material(self, gears: list[Component]) -> None:
+        found = [m for gear in gears for m in self.document.references(gear, "material")]
+        shafts = [s for g in gears if (s := self.assembly.shaft(g)) is not None]
+        found += [m for shaft in shafts for m in self.document.references(shaft, "material")]
+        section = self.case.section("[material]")
+        for key, name, unit in (
+            ("young_modulus_gpa", "elastic_modulus", "GPa"),
+            ("poisson_ratio", "poisson_ratio", "none"),
+            ("density_kg_per_m3", "density", "kg / m^3"),
+        ):
+            datum = number(found, name, unit)
+            if datum is not None and datum.value > 0:
+                self.material[key] = datum.value
+                section.take(key, datum)
+            else:
+                self.case.assume(section, key, _STEEL[key], "steel")
+        for material in found:
+            material.role = "the material"
+
+    def _stages(
+        self,
+        named: dict[str, FoundStage],
+        members: list[Member],
+        held: dict[Member, str],
+        joined: list[tuple[Member, Member]],
+    ) -> dict[str, Rack]:
+        """Write all stages with supports; racks by the stage's name."""
+        gears = GearReader(self.document, self.assembly, self.case)
+        writer = StageWriter(self.document, gears, self.case, self.where)
+        supports = SupportWriter(self.document, self.assembly, self.case)
+        racks = {}
+        axial = any(self._helical(stage) for stage in named.values())
+        for name, stage in named.items():
+            racks[name] = writer.write(stage, name)
+            scale = self._scale(stage, racks[name])
+            own = [m for m in members if m.stage is stage]
+            if stage.kind == "planetary":
+                carrier = next(m for m in own if m.slot == "carrier")
+                supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
+            for member in own:
+                needs = self._needs(member, held, joined, axial)
+                supports.support(member, scale, needs)
+            if stage.kind == "planetary":
+                carrier = next(m for m in own if m.slot == "carrier")
+                supports.planet(
+                    planet_bearings(self.document, self.assembly, stage), scale, carrier.z
+                )
+        return racks
+
+    def _helical(self, stage: FoundStage) -> bool:
+        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        found = number(every, "helix_angle_reference_diameter", "deg")
+        return found is not None and found.value != 0
+
+    def _scale(self, stage: FoundStage, rack: Rack) -> Scale:
+        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        width = min(w.value for g in every if (w := number([g], "face_width", "m")) is not None)
+        teeth = [abs(t.value) for g in every if (t := number([g], "number_of_teeth", "none"))]
+        young = 1e9 * self.material["young_modulus_gpa"]
+        return Scale(young * width, 1e-3 * rack.reference(round(sum(teeth) / len(teeth))) / 2)
+
+    def _needs(
+        self,
+        member: Member,
+        held: dict[Member, str],
+        joined: list[tuple[Member, Member]],
+        axial: bool,
+    ) -> tuple[str, ...]:
+        """Directions in which a member must not be free.
+
+        A sun may float between its planets. Members of one body hold one another axially.
+        """
+        body = [m for m in {x for pair in joined for x in pair} if m.body == member.body] or [
+            member
+        ]
+        floats = member.slot == "sun" and len(member.stage.halves["planet"][0]) >= 3
+        needs = [] if floats or member.bearings else ["radial"]
+        if axial and not any(m.bearings for m in body) and member is body[0]:
+            needs.append("axial")
+        if member in held:
+            needs = ["radial", "axial", "torsion"] if axial else ["radial", "torsion"]
+        return tuple(needs)
+
+    def _joined(self, members: list[Member]) -> list[tuple[Member, Member]]:
+        """Neighbours along the axis among the members of one body."""
+        casing = {self.assembly.body(c) for c in self.document.kind("gear_casing")}
+        pairs: list[tuple[Member, Member]] = []
+        for body in dict.fromkeys(m.body for m in members):
+            mine = [m for m in members if m.body == body]
+            if body is not None and body not in casing:
+                if all(m.z is not None for m in mine):
+                    mine.sort(key=lambda m: m.z or 0.0)
+                pairs += pairwise(mine)
+        return pairs
+
+    def _held(self, members: list[Member], ports: PortWriter) -> dict[Member, str]:
+        """Members that do not turn, and why."""
+        held, used = {}, ports.bodies
+        for member in members:
+            if member.anchor is not None and self.assembly.held(member.anchor):
+                held[member] = f"{member.anchor.label} is coupled to the casing"
+        for member in members:
+            stage = [m for m in members if m.stage is member.stage]
+            alone = sum(m.body == member.body for m in members) == 1
+            free = alone and member.body not in used and not any(m in held for m in stage)
+            if member.slot == "ring" and free:
+                why = f"nothing drives {member.anchor.label if member.anchor else 'the ring'}"
+                held[member] = f"assumed: {why}"
+                self.case.warn(f"{member.name} is held: {why}")
+        return held
+
+    def _top(
+        self,
+        top: Section,
+        stages: list[FoundStage],
+        racks: dict[str, Rack],
+        held: dict[Member, str],
+    ) -> None:
+        top.put("kind", "train", "")
+        units = self.document.kind("gear_unit")
+        title = next((u.name for u in units if u.name.strip()), "")
+        shown = "".join(c if c.isprintable() else " " for c in title)[:80]
+        top.put("title", shown or "Imported from REXS", units[0].label if shown else "")
+        helical = any(rack.helix for rack in racks.values())
+        why = "helical stages push along the axis" if helical else "spur gears alone"
+        self.case.assume(top, "kinematics", "axial" if helical else "planar", why)
+        if held:
+            names = [member.name for member in held]
+            top.put("held", names, "; ".join(held.values()))
+        self._gravity(top, units)
+        for unit in units:
+            unit.role = "the case"
+        for casing in self.document.kind("gear_casing"):
+            casing.role = "what holds"
+
+    def _gravity(self, top: Section, units: list[Component]) -> None:
+        if flag(units, "account_for_gravity") is not True:
+            return
+        u, v, w = (number(units, f"direction_vector_gravity_{a}", "none") for a in "uvw")
+        size = number(units, "gravitational_acceleration", "m / s^2")
+        parts = [0.0 if p is None else p.value for p in (v, w, u)]
+        length = sum(p * p for p in parts) ** 0.5
+        if length == 0:
+            self.case.warn(f"{units[0].label}: accounts for gravity, but gives no direction")
+            return
+        value = _GRAVITY if size is None else size.value
+        why = f"{units[0].label}, direction_vector_gravity: x, y, z are v, w, u"
+        why += "" if size is not None else "; size assumed"
+        top.put("gravity_m_per_s2", [value * p / length for p in parts], why)
+
+    def _joints(
+        self,
+        joined: list[tuple[Member, Member]],
+        racks: dict[str, Rack],
+        held: dict[Member, str],
+    ) -> None:
+        for first, second in joined:
+            if first in held and second in held:
+                continue
+            assert first.anchor is not None and second.anchor is not None
+            scale = self._scale(first.stage, racks[first.stage_name])
+            section = self.case.section("[[joints]]")
+            section.put("first", first.name, first.anchor.label)
+            section.put("second", second.name, second.anchor.label)
+            found = self.assembly.torsion(first.anchor, second.anchor)
+            limit = scale.limit("torsion")
+            stiffness, passed = found if found is not None else (float("inf"), [])
+            labels = ["shaft sections between them", *(c.label for c in passed)]
+            if stiffness < limit:
+                section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))
+            else:
+                why = f"rigid in the file ({', '.join(labels[1:]) or 'same body'})"
+                self.case.assume(section, "torsion_nm_per_rad", limit, why)
+            why = "one body along the axis; its bending is not carried over"
+            self.case.assume(section, "axial_n_per_m", scale.limit("axial"), why)
+
+    def _text(self, listed: tuple[str, ...]) -> str:
+        file, by = Path(self.where).name, self.document.application
+        head = [
+            f"From {file}: REXS {self.document.version}" + (f", written by {by}" if by else ""),
+            "",
+            "Behind each key stands the component and attribute it is from, or why it is assumed.",
+            "Frame: z is the u axis of the gear unit, x is v, y is w.",
+        ]
+        tail = ["", "Not in this case" + (":" if listed else ": nothing of the file.")]
+        tail += [f"  {line}" for line in listed]
+        return commented(head) + "\n" + self.case.text() + "\n" + commented(tail[1:])
+
+
+def _names(stages: list[FoundStage]) -> list[str]:
+    """Names of stages: the file's where they are plain words of their own, else stage_1, …"""
+    own = [stage.component.name.strip() for stage in stages]
+    plain = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in own)
+    if plain and len({*own}) == len(own):
+        return own
+    return [f"stage_{k}" for k in range(1, len(stages) + 1)]

@@ -1,0 +1,115 @@
+"""Units of REXS attributes: names as the schema writes them, and their factors to SI.
+
+A file states the unit of each attribute; where it does not, the schema's holds. Names and units
+are those of the public REXS schemas 1.0 to 2.0 (rexs.info, FVA).
+"""
+
+from __future__ import annotations
+
+import math
+
+_TURN = 2.0 * math.pi
+# name without spaces -> (dimension, factor to SI)
+_UNITS: dict[str, tuple[str, float]] = {
+    "none": ("number", 1.0),
+    "": ("number", 1.0),
+    "%": ("number", 1e-2),
+    "mm": ("length", 1e-3),
+    "mum": ("length", 1e-6),
+    "um": ("length", 1e-6),
+    "m": ("length", 1.0),
+    "deg": ("angle", math.pi / 180.0),
+    "rad": ("angle", 1.0),
+    "1/min": ("speed", _TURN / 60.0),
+    "rad/s": ("speed", 1.0),
+    "N": ("force", 1.0),
+    "kN": ("force", 1e3),
+    "Nm": ("torque", 1.0),
+    "kW": ("power", 1e3),
+    "W": ("power", 1.0),
+    "N/m": ("stiffness", 1.0),
+    "N/mm": ("stiffness", 1e3),
+    "Nmm/rad": ("rotational stiffness", 1e-3),
+    "Nm/rad": ("rotational stiffness", 1.0),
+    "N/(mmmum)": ("stiffness per face width", 1e9),
+    "MPa": ("stress", 1e6),
+    "N/mm^2": ("stress", 1e6),
+    "Pa": ("stress", 1.0),
+    "kg": ("mass", 1.0),
+    "GPa": ("stress", 1e9),
+    "kg/dm^3": ("density", 1e3),
+    "kg/m^3": ("density", 1.0),
+    "kgm^2": ("inertia", 1.0),
+    "m/s^2": ("acceleration", 1.0),
+}
+
+# what is read or written here, by attribute; a file of any version may leave its units out
+SCHEMA_UNITS: dict[str, str] = {
+    **dict.fromkeys(
+        (
+            "normal_module", "face_width", "common_face_width", "center_distance", "tip_diameter",
+            "root_diameter", "base_diameter", "base_circle_diameter",
+            "reference_diameter_cylindrical_gear",
+            "addendum_modification", "inner_diameter", "outer_diameter", "length", "pitch_diameter",
+            "gear_body_rim_thickness", "tip_corner_radius_reference_profile", "tip_radius",
+            "addendum_reference_profile", "inner_diameter_begin", "inner_diameter_end",
+            "outer_diameter_begin", "outer_diameter_end", "u_coordinate_on_shaft",
+            "u_coordinate_on_shaft_inner_side", "u_coordinate_on_shaft_outer_side",
+            "support_vector", "u_axis_vector", "w_axis_vector", "tip_relief_depth",
+            "tip_relief_datum_length", "tip_relief_datum_diameter", "minimum_normal_backlash",
+            "mean_normal_backlash", "maximum_normal_backlash",
+        ),
+        "mm",
+    ),
+    **dict.fromkeys(
+        (
+            "helix_angle_reference_diameter", "normal_pressure_angle",
+            "rotating_angle_around_neg_u_axis",
+            "operating_pressure_angle_in_the_transverse_section",
+        ),
+        "deg",
+    ),
+    **dict.fromkeys(("rotational_speed", "rolling_rotational_speed"), "1 / min"),
+    **dict.fromkeys(("torque_around_u_axis", "torque_around_v_axis", "torque_around_w_axis",
+                     "torque", "torque_acting_on_shaft_u"), "N m"),
+    **dict.fromkeys(("force_u_direction", "force_v_direction", "force_w_direction",
+                     "nominal_tangential_force_at_base_diameter"), "N"),
+    **dict.fromkeys(("radial_dynamic_load_rating", "dynamic_capacity"), "kN"),
+    "power": "kW",
+    "power_for_rotational_speed": "W",
+    **dict.fromkeys(("radial_stiffness", "axial_stiffness"), "N / m"),
+    **dict.fromkeys(("bending_stiffness", "rotational_stiffness"), "N mm / rad"),
+    **dict.fromkeys(("radial_clearance", "radial_bearing_clearance",
+                     "operating_radial_bearing_clearance", "radial_backlash"), "mum"),
+    **dict.fromkeys(("operating_time_fraction", "load_duration_fraction"), "%"),
+    "mass_of_component": "kg",
+    **dict.fromkeys(("moment_of_inertia_u_axis", "moment_of_inertia_v_axis",
+                     "moment_of_inertia_w_axis"), "kg m^2"),
+    "elastic_modulus": "MPa",
+    "density": "kg / dm^3",
+    "gravitational_acceleration": "m / s^2",
+}  # fmt: skip
+
+
+def _plain(name: str) -> str:
+    """A unit's name without spaces, with its degree and micro signs spelled out."""
+    text = "".join(name.split())
+    return text.replace("°", "deg").replace("µ", "mu").replace("μ", "mu")
+
+
+def known(name: str) -> bool:
+    """Whether the unit of that name can be converted."""
+    return _plain(name) in _UNITS
+
+
+def factor(found: str, wanted: str) -> float | None:
+    """What a number in the unit ``found`` is multiplied with to be in ``wanted``.
+
+    None for an unknown unit or one of another dimension; 1 exactly for the same unit.
+    """
+    a, b = _plain(found), _plain(wanted)
+    if a == b:
+        return 1.0
+    if a not in _UNITS or b not in _UNITS or _UNITS[a][0] != _UNITS[b][0]:
+        return None
+    return _UNITS[a][1] / _UNITS[b][1]

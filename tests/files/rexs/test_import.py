@@ -1,0 +1,312 @@
+"""REXS files become cases: closed forms of geometry, springs, speeds; nothing is lost unseen."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from rexs_samples import ARM, DEG, HELIX, MM, NM, RPM, at, bearing, planetary, three_stages
+
+from flexgear.files.rexs.reading import VERSIONS, read_rexs
+from flexgear.files.rexs.to_case import case_of_document
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.radii import stage_radii
+from flexgear.gears.tooth import involute, tooth_geometry, transverse_angle
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+
+TURNS = 60 / (2 * math.pi)
+
+
+@pytest.fixture
+def imported(tmp_path):
+    """Function: model -> (case, what was assumed, what was left out)."""
+
+    def run(model, suffix=".rexs", load_case_id=None):
+        path = model.write(tmp_path / f"model{suffix}")
+        made = case_of_document(read_rexs(path), str(path), load_case_id)
+        target = tmp_path / "case.toml"
+        target.write_text(made.text, encoding="utf-8")
+        return load_case(target), made
+
+    return run
+
+
+def test_planetary_stage(imported):
+    case, made = imported(planetary())
+    stage = case.stages[0]
+    assert (stage.name, stage.planets, stage.sun.teeth, stage.ring.teeth) == ("low", 3, 20, 70)
+    assert stage.planet_hand == "right" and stage.helix_angle == pytest.approx(math.radians(HELIX))
+    assert stage.center_distance == pytest.approx(1e-3 * ARM / math.cos(stage.helix_angle))
+    assert case.held_members() == ("low.ring",) and stage.planet_positions is None
+    flow = power_flow(case)
+    assert flow.speed["low.sun"] * TURNS == pytest.approx(12 * (1 + 70 / 20))
+    assert flow.torque["low.sun"] == pytest.approx(-3000 / (1 + 70 / 20))
+    assert case.material.young_modulus == pytest.approx(206e9)
+    assert not any("lost" in line for line in made.left_out)
+
+
+def test_springs_side_by_side(imported):
+    """Two radial springs: sum, centre of stiffness, and what their distance adds against tilt."""
+    stage = imported(planetary())[0].stages[0]
+    k, z = np.array([2e9, 3e9]), np.array([-0.2, -0.1])  # from the gears' middle at u = 50 mm
+    centre = k @ z / k.sum()
+    support = stage.carrier.support
+    assert support.radial == k.sum() and support.axial == 4e8
+    assert support.z == pytest.approx(centre)
+    assert support.tilt == pytest.approx(k @ (z - centre) ** 2)
+    assert stage.planet_bearing.radial == 2e9
+    assert stage.planet_bearing.tilt == pytest.approx(2e9 * 0.02**2)
+    assert stage.ring.support.torsion == pytest.approx(5e8)
+
+
+def test_train_of_three(imported):
+    """Speeds by tooth numbers; torsion of the shaft between sun and wheel is G J / L."""
+    case, _ = imported(three_stages())
+    flow = power_flow(case)
+    sun = 12 * (1 + 70 / 20)
+    assert flow.speed["stage_3.pinion"] * TURNS == pytest.approx(sun * 78 / 30 * 62 / 26)
+    assert case.output.member == "stage_3.pinion"
+    joint = next(j for j in case.joints if j.first == "stage_1.sun")
+    shear = 206e9 / (2 * 1.29)
+    polar = math.pi / 32 * (0.08**4 - 0.02**4)
+    assert joint.stiffness[5] == pytest.approx(shear * polar / 0.25)
+    hands = [stage.planet_hand for stage in case.stages[1:]]
+    assert hands == ["left", "right"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_versions_say_the_same(imported, version):
+    cases = [imported(make(v))[0] for make in (three_stages,) for v in (version, "2.0")]
+    assert cases[0].content_hash() == cases[1].content_hash()
+
+
+@pytest.mark.parametrize("suffix", [".rexsj", ".rexsz"])
+def test_forms_say_the_same(imported, suffix):
+    wanted, text = imported(planetary())
+    found, other = imported(planetary(), suffix)
+    assert found.content_hash() == wanted.content_hash()
+    assert other.left_out == text.left_out and other.assumed == text.assumed
+
+
+def test_units_of_the_file_count(imported):
+    """Another unit with the number that belongs to it is the same; so is none at all."""
+    wanted, _ = imported(planetary())
+    m = planetary()
+    for number in m.of("cylindrical_gear") + m.of("ring_gear"):
+        m.set(number, face_width=(0.06, "m"), normal_module=(4.0, ""))
+    m.set(m.drive, rotational_speed=(12 * 2 * math.pi / 60, "rad / s"))
+    m.set(m.fixed, rotational_stiffness=(5e8, "N m / rad"))
+    m.set(m.load, torque_around_u_axis=None, power=(3000 * 12 / TURNS * 1e-3, "kW"))
+    found, _ = imported(m)
+    assert found.stages[0].face_width == pytest.approx(wanted.stages[0].face_width, rel=1e-12)
+    assert found.stages[0].ring.support == wanted.stages[0].ring.support
+    a, b = power_flow(found), power_flow(wanted)
+    assert a.speed == pytest.approx(b.speed, rel=1e-12)
+    assert a.torque == pytest.approx(b.torque, rel=1e-12)
+
+
+def test_axis_that_points_the_other_way_turns_signs(imported):
+    m = planetary()
+    m.set(m.drive, u_axis_vector=((-1.0, 0.0, 0.0), MM))
+    flow = power_flow(imported(m)[0])
+    assert flow.speed["low.carrier"] * TURNS == pytest.approx(-12)
+    assert flow.torque["low.carrier"] == pytest.approx(-3000)
+
+
+def test_diameters_become_coefficients(imported):
+    """Tip and root circles of the case are those of the file, with profile shift, on every gear."""
+    m = planetary()
+    shifts = {m.sun: 0.3, m.ring: 0.3, **dict.fromkeys(m.planets, -0.3)}
+    tips = {m.sun: 91.9, m.ring: 276.1, **dict.fromkeys(m.planets, 106.9)}
+    roots = {m.sun: 74.0, m.ring: 294.0, **dict.fromkeys(m.planets, 89.0)}
+    for number, x in shifts.items():
+        m.set(number, tip_diameter=(tips[number], MM), root_diameter=(roots[number], MM))
+        for kind, roles in list(m.relations):
+            if kind == "flank" and roles["gear"] == number:
+                for side in ("left", "right"):
+                    m.set(roles[side], addendum_modification_coefficient=(x, "none"))
+    stage = imported(m)[0].stages[0]
+    for name, number in (("sun", m.sun), ("planet", m.planets[0]), ("ring", m.ring)):
+        tooth = tooth_geometry(stage.member(name), stage, internal=name == "ring")
+        assert 2e3 * tooth.tip_radius == pytest.approx(tips[number], rel=1e-12)
+        assert 2e3 * tooth.root_radius == pytest.approx(roots[number], rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_ring_shift_of_either_sign_convention(imported, sign):
+    """Programs differ in the sign of a ring's profile shift; the centre distance decides."""
+    m = planetary()
+    module, beta, alpha = 4.0, math.radians(HELIX), math.radians(20)
+    at_ = math.atan(math.tan(alpha) / math.cos(beta))
+    distance = ARM / math.cos(beta) + 0.8
+    working = math.acos(ARM * math.cos(at_) / math.cos(beta) / distance)
+    total = 45 * (involute(working) - involute(at_)) / (2 * math.tan(alpha))
+    shift = {"sun": total - 0.1, "planet": 0.1, "ring": -(total + 0.1)}
+    gears = {m.sun: "sun", m.ring: "ring", **dict.fromkeys(m.planets, "planet")}
+    for kind, roles in list(m.relations):
+        if kind == "flank":
+            name = gears[roles["gear"]]
+            x = shift[name] * (sign if name == "ring" else 1)
+            for side in ("left", "right"):
+                m.set(roles[side], addendum_modification_coefficient=(x, "none"))
+    for number in m.of("cylindrical_stage"):
+        m.set(number, center_distance=(distance, MM))
+    case, made = imported(m)
+    found = case.stages[0]
+    assert found.ring.profile_shift == pytest.approx(shift["ring"], rel=1e-12)
+    assert ("sign turned" in made.text) == (sign == -1)
+    assert module and stage_radii(case.view("low")).center_distance == pytest.approx(
+        1e-3 * distance, rel=1e-12
+    )
+
+
+def test_missing_shift_follows_from_the_centre_distance(imported):
+    m = planetary()
+    for number in m.of("cylindrical_stage"):
+        m.set(number, center_distance=(ARM / math.cos(math.radians(HELIX)) + 0.5, MM))
+    for number in m.of("cylindrical_gear_flank"):
+        m.set(number, addendum_modification_coefficient=None)
+    case, made = imported(m)
+    stage = case.stages[0]
+    alpha = transverse_angle(stage)
+    radii = stage_radii(case.view("low"))
+    total = (
+        45 * (involute(radii.sun_angle) - involute(alpha)) / (2 * math.tan(stage.pressure_angle))
+    )
+    assert stage.sun.profile_shift + stage.planet.profile_shift == pytest.approx(total)
+    assert stage.planet.profile_shift + stage.ring.profile_shift == pytest.approx(-total)
+    assert sum("profile_shift" in line for line in made.assumed) == 3
+
+
+def test_tip_relief_by_diameter(imported):
+    """Relief from a diameter takes the difference of the roll lengths; other shapes are said."""
+    m = planetary()
+    m.set(m.sun, tip_diameter=(89.0, MM))
+    flanks = next(r for k, r in m.relations if k == "flank" and r["gear"] == m.sun)
+    for side in ("left", "right"):
+        relief = m.add(
+            "tip_relief",
+            tip_relief_depth=(30.0, "mum"),
+            tip_relief_datum_diameter=(86.0, MM),
+            shape_of_relief=("linear", ""),
+        )
+        m.relate("reference", origin=flanks[side], referenced=relief)
+    stage = imported(m)[0].stages[0]
+    base = 2 * tooth_geometry(stage.sun, stage).base_radius
+    wanted = (math.sqrt(0.089**2 - base**2) - math.sqrt(0.086**2 - base**2)) / 2
+    assert stage.sun.tip_relief.amount == pytest.approx(30e-6)
+    assert stage.sun.tip_relief.length == pytest.approx(wanted)
+    assert stage.sun.tip_relief.form == "linear"
+
+
+def test_double_helical(imported):
+    m = planetary()
+    gears = [(m.sun, -1), (m.ring, 1), *((p, 1) for p in m.planets)]
+    shaft_of = {r["part"]: r["assembly"] for k, r in m.relations if k == "assembly"}
+    mates = [(r["gear_1"], r["gear_2"]) for k, r in m.relations if k == "stage"]
+    twins = {}
+    for number, _ in gears:
+        kind, name, attributes = m.components[number]
+        helix = -attributes["helix_angle_reference_diameter"][0]
+        twins[number] = m.part(shaft_of[number], kind, name)
+        m.set(twins[number], **{**attributes, "u_coordinate_on_shaft": (140.0, MM),
+                                "helix_angle_reference_diameter": (helix, DEG)})  # fmt: skip
+    for first, second in mates:
+        pair = m.part(
+            m.stage, "cylindrical_stage", center_distance=(ARM / math.cos(math.radians(10)), MM)
+        )
+        m.relate("stage", stage=pair, gear_1=twins[first], gear_2=twins[second])
+    stage = imported(m)[0].stages[0]
+    assert stage.double_helical and stage.half_gap == pytest.approx(0.03)
+    assert stage.planet_hand == "right" and stage.ring.support.radial == 2e9  # of each half
+
+
+def test_load_cases(imported):
+    m = planetary()
+    m.load_cases = {
+        4: {m.load: {"torque_around_u_axis": (2000.0, NM)}},
+        9: {
+            m.load: {"torque_around_u_axis": (1000.0, NM)},
+            m.drive: {"rotational_speed": (6.0, RPM)},
+        },
+    }
+    first, made = imported(m)
+    assert first.inputs[0].torque == 2000 and first.inputs[0].speed * TURNS == pytest.approx(12)
+    assert any("load case 9" in line and "--load-case 9" in line for line in made.left_out)
+    assert any("the load case's counts" in line for line in made.left_out)
+    second, _ = imported(m, load_case_id=9)
+    assert second.inputs[0].torque == 1000 and second.inputs[0].speed * TURNS == pytest.approx(6)
+    with pytest.raises(InputError, match="there are: 4, 9"):
+        imported(m, load_case_id=5)
+
+
+def test_load_and_speed_on_different_shafts(imported):
+    """A speed that is given at the other end counts; a torque against its speed brakes."""
+    m = planetary()
+    m.set(m.drive, rotational_speed=None, defines_speed=None)
+    m.set(m.sun_shaft, rotational_speed=(54.0, RPM), defines_speed=(True, "none"))
+    case, _ = imported(m)
+    flow = power_flow(case)
+    assert flow.speed["low.carrier"] * TURNS == pytest.approx(12)
+    assert case.output.member == "low.sun"
+    m.set(m.load, torque_around_u_axis=(-3000.0, NM))
+    assert imported(m)[0].output.member == "low.carrier"
+
+
+def test_without_loads_it_is_a_case_of_free_vibration(imported):
+    m = planetary()
+    m.set(m.load, torque_around_u_axis=None)
+    case, made = imported(m)
+    assert case.output is None and any("free vibration" in line for line in made.assumed)
+
+
+def test_every_attribute_is_used_or_listed(tmp_path):
+    """What stands in a file, known or not, is in the case's comments or in the list below it."""
+    m = three_stages()
+    odd = {}
+    for k, number in enumerate(list(m.components)):
+        odd[number] = f"custom_thing_{k}"
+        m.set(number, **{odd[number]: (float(k), "furlong")})
+    strange = m.add("flux_capacitor", "strange", charge=(1.21, "GW"))
+    m.relate("entanglement", one=strange, two=m.sun)
+    path = m.write(tmp_path / "odd.rexs")
+    document = read_rexs(path)
+    made = case_of_document(document, str(path))
+    listed = "\n".join(made.left_out)
+    assert listed in made.text.replace("#   ", "")
+    for name in odd.values():
+        assert re.search(rf"\b{name}\b", listed)
+    assert "flux_capacitor" in listed and "charge" in listed
+    assert "1 relations of type entanglement" in listed
+    for component in document.components.values():
+        for attribute in component.attributes.values():
+            assert attribute.used or re.search(
+                rf"^{component.kind} .*\b{attribute.id}\b", listed, re.M
+            )
+
+
+def test_every_key_says_where_it_is_from(imported):
+    _, made = imported(three_stages())
+    keys = [line for line in made.text.splitlines() if re.match(r"[a-z_]+ = ", line)]
+    assert len(keys) > 60
+    assert all("# " in line or line == 'kind = "train"' for line in keys)
+
+
+def test_rigid_and_unknown_stiffness_scale_with_the_machine(imported):
+    """1e20 N/m becomes ten times E b; a rolling bearing without data a tenth of it."""
+    m = planetary()
+    m.set(m.main[0], **bearing(1e20, 1e20, -150.0))
+    m.components[m.main[1]] = ("rolling_bearing_with_catalog_geometry", "610", {**at(-50)})
+    case, made = imported(m)
+    size = 206e9 * 0.06
+    assert case.stages[0].carrier.support.radial == pytest.approx(10.1 * size)
+    assert any("has no radial_stiffness" in line for line in made.assumed)
+
+
+def test_meshing_planets_are_said_not_to_fit(imported):
+    m = planetary()
+    pair = m.part(m.stage, "cylindrical_stage")
+    m.relate("stage", stage=pair, gear_1=m.planets[0], gear_2=m.planets[1])
+    with pytest.raises(InputError, match="mesh with one another"):
+        imported(m)
