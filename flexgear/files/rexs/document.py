@@ -106,8 +106,9 @@ class Document:
         found = []
         for relation in self.related("assembly", "ordered_assembly"):
             part = self.at(relation, "part")
-            mine = relation.of("assembly") == whole.id and part is not None
-            if mine and (not kinds or part.kind in kinds):
+            if part is None or relation.of("assembly") != whole.id:
+                continue
+            if not kinds or part.kind in kinds:
                 relation.used = True
                 found.append(part)
         return found
