@@ -26,3 +26,14 @@ def test_bad_file_is_one_line(flexgear, tmp_path):
     code, out, err = flexgear("import", tmp_path / "bad.rexs", "--out", tmp_path / "x.toml")
     assert (code, out, err.count("\n")) == (2, "", 1) and " -- " in err
     assert not (tmp_path / "x.toml").exists()
+
+
+def test_export(flexgear, tmp_path):
+    target = tmp_path / "nrel.rexs"
+    code, out, err = flexgear("export", "nrel-5mw", "--rexs", target)
+    assert (code, err) == (0, "") and "REXS does not hold" in out
+    code, out, err = flexgear("import", target, "--out", tmp_path / "back.toml")
+    assert code == 0, err
+    for wrong in (["--rexs", target], ["--rexs", tmp_path / "x.xml"], []):
+        code, out, err = flexgear("export", "nrel-5mw", *wrong)
+        assert (code, out, err.count("\n")) == (2, "", 1) and " -- " in err

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
 
-from flexgear.files.rexs.document import Component, Document, number, vector
+from flexgear.files.rexs.document import Component, Document, number
+from flexgear.files.rexs.frames import Frames
 
 COUPLINGS = (
     "coupling", "switchable_coupling", "fixed_coupling", "cylindrical_interference_fit",
@@ -45,6 +46,7 @@ class Assembly:
 
     def __init__(self, document: Document) -> None:
         self.document = document
+        self.frames = Frames(document)
         self.links: list[Link] = []
         self._parent = {number: number for number in document.components}
         self._of_parts()
@@ -62,27 +64,6 @@ class Assembly:
         """Whether it turns with the casing, that is not at all."""
         mine = self.body(component)
         return any(self.body(c) == mine for c in self.document.kind("gear_casing"))
-
-    def shaft(self, part: Component) -> Component | None:
-        """The shaft that a part sits on."""
-        for relation in self.document.related("assembly"):
-            whole = self.document.at(relation, "assembly")
-            if relation.of("part") == part.id and whole is not None and whole.kind == "shaft":
-                return whole
-        return None
-
-    def sense(self, component: Component) -> float:
-        """+1 or −1: direction of the u axis of the component's shaft against the main one's.
-
-        The main one is the gear unit's, else that of the first shaft.
-        """
-        shafts = [*self.document.kind("gear_unit"), *self.document.kind("shaft")]
-        main = next((a for s in shafts if (a := vector(s, "u_axis_vector"))), None)
-        own = component if component.kind == "shaft" else self.shaft(component)
-        axis = vector(own, "u_axis_vector") if own is not None else None
-        if main is None or axis is None:
-            return 1.0
-        return -1.0 if sum(a * b for a, b in zip(main, axis, strict=True)) < 0 else 1.0
 
     def torsion(self, first: Component, second: Component) -> tuple[float, list[Component]] | None:
         """Stiffness between two parts of a body (N m/rad, inf if rigid) and the couplings passed.

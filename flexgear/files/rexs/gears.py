@@ -117,6 +117,7 @@ class GearReader:
         heights["root_fillet"] = self._or_tool(None, "root_fillet", tools, rack)
         for key, datum in heights.items():
             self._coefficient(section, key, datum)
+        self._mass(section, gears, internal)
         self._blank(section, gears, internal, rack, teeth, shift)
         self._relief(section, gears, rack.base(teeth), tip)
 
@@ -153,6 +154,15 @@ class GearReader:
             )
         self.case.assume(section, key, _STANDARD[key], why)
 
+    def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
+        """Mass of the gear: of both halves together, but of one half of a ring."""
+        found = number(gears, "mass_of_component", "kg")
+        if found is None or found.value <= 0:
+            return
+        places = {self.assembly.body(gear) for gear in gears}
+        halves = 1 if internal else len(gears) // len(places)
+        section.put("mass_kg", found.value * halves, found.source)
+
     def _blank(
         self,
         section: Section,
@@ -187,7 +197,7 @@ class GearReader:
 
     def _hollow(self, gear: Component, outside: bool) -> Datum | None:
         """Outer or inner diameter (mm) of the shaft where the gear sits."""
-        shaft = self.assembly.shaft(gear)
+        shaft = self.assembly.frames.shaft(gear)
         place = number([gear], "u_coordinate_on_shaft", "mm")
         if shaft is None:
             return None

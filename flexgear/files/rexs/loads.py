@@ -59,7 +59,7 @@ def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> l
         load.role = f"the load on {member.name}"
         port = found.setdefault(assembly.body(load), Port(member, []))
         port.loads.append(load)
-        turn = assembly.sense(load)
+        turn = assembly.frames.sense(load)
         port.torque = _add(port.torque, _signed(number([load], _TORQUE, "N m"), turn))
         port.power = _add(port.power, number([load], _POWER, "kW"))
         port.defines_torque |= flag([load], "defines_torque") is True
@@ -80,7 +80,7 @@ def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum 
         if found is not None:
             for twin in mine:
                 number([component, twin], "rotational_speed", "1 / min")
-            return _signed(found, assembly.sense(component))
+            return _signed(found, assembly.frames.sense(component))
     return None
 
 

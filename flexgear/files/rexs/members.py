@@ -6,7 +6,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 from flexgear.files.rexs.assembly import BEARINGS, COUPLINGS, Assembly
-from flexgear.files.rexs.document import Component, Document, number, vector
+from flexgear.files.rexs.document import Component, Document
 from flexgear.files.rexs.stages import FoundStage
 
 SLOTS = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")}
@@ -32,21 +32,11 @@ class Member:
 
 
 def axial_place(assembly: Assembly, component: Component | None) -> float | None:
-    """Place along the gear unit's u axis, mm: of the component, or of its shaft and place on it."""
+    """Place along the gear unit's u axis, mm."""
     if component is None:
         return None
-    mains = [*assembly.document.kind("gear_unit"), *assembly.document.kind("shaft")]
-    axis = next((a for c in mains if (a := vector(c, "u_axis_vector"))), (1.0, 0.0, 0.0))
-    own = vector(component, "support_vector")
-    if own is None:
-        shaft = assembly.shaft(component)
-        base = vector(shaft, "support_vector") if shaft is not None else None
-        along = number([component], "u_coordinate_on_shaft", "mm")
-        if base is None or along is None or shaft is None:
-            return None
-        turn = assembly.sense(shaft)
-        return sum(a * b for a, b in zip(base, axis, strict=True)) + turn * along.value
-    return sum(a * b for a, b in zip(own, axis, strict=True))
+    frame = assembly.frames.of(component)
+    return None if frame is None else float(frame.origin[0])
 
 
 def members_of(stages: dict[str, FoundStage], assembly: Assembly) -> list[Member]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from flexgear.files.rexs.case_text import CaseText, Section
-from flexgear.files.rexs.document import Component, Datum, Document, number, vector
+from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import FoundStage
 from flexgear.gears.tooth import involute
@@ -142,10 +142,10 @@ class StageWriter:
     def _apart(self, stage: FoundStage) -> Datum | None:
         """Distance of two axes from their places."""
         ends = [stage.gears(slot)[0] for slot in (*stage.slots[:2],)]
-        places = [vector(self.gears.assembly.shaft(g) or g, "support_vector") for g in ends]
-        if places[0] is None or places[1] is None:
+        across = self._across(ends[0], ends[1])
+        if across is None:
             return None
-        apart = math.hypot(places[1][1] - places[0][1], places[1][2] - places[0][2])
+        apart = math.hypot(*across)
         source = f"places of {ends[0].label} and {ends[1].label}"
         return Datum(apart, source) if apart > 0 else None
 
@@ -197,15 +197,27 @@ class StageWriter:
             why = "angles of the planets' shafts from the first one, from v to w"
             section.put("planet_positions_deg", values, why)
 
+    def _across(self, first: Component, second: Component) -> tuple[float, float] | None:
+        """From one gear's axis to another's, v and w in mm; None where one has no place.
+
+        A gear without its own place has that of its shaft; a ring's may lack both: the origin.
+        """
+        frames = self.gears.assembly.frames
+        ends = [
+            frames.of(frames.shaft(gear) or gear) or frames.of(gear) for gear in (first, second)
+        ]
+        if ends[1] is None or (ends[0] is None and first.kind != "ring_gear"):
+            return None
+        start = (0.0, 0.0, 0.0) if ends[0] is None else ends[0].origin
+        return float(ends[1].origin[1] - start[1]), float(ends[1].origin[2] - start[2])
+
     def _planet_angles(self, stage: FoundStage) -> list[float] | None:
         found = []
         for planet in stage.halves["planet"][0]:
-            shaft = self.gears.assembly.shaft(planet) or planet
-            place = vector(shaft, "support_vector") or vector(planet, "support_vector")
-            centre = vector(stage.gears("ring")[0], "support_vector") or (0.0, 0.0, 0.0)
-            if place is None or math.hypot(place[1] - centre[1], place[2] - centre[2]) == 0:
+            across = self._across(stage.gears("ring")[0], planet)
+            if across is None or math.hypot(*across) == 0:
                 break
-            found.append(math.degrees(math.atan2(place[2] - centre[2], place[1] - centre[1])))
+            found.append(math.degrees(math.atan2(across[1], across[0])))
         if len(found) == len(stage.halves["planet"][0]):
             return found
         turns = [
@@ -228,15 +240,11 @@ class StageWriter:
     def _direction(self, section: Section, stage: FoundStage) -> None:
         """Direction from pinion to gear, from v to w about u."""
         ends = [stage.gears(slot)[0] for slot in stage.slots]
-        places = [
-            vector(self.gears.assembly.shaft(gear) or gear, "support_vector") for gear in ends
-        ]
-        if None not in places:
-            dy, dz = (places[1][k] - places[0][k] for k in (1, 2))  # type: ignore[index]
-            if math.hypot(dy, dz) > 0:
-                why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
-                section.put("position_deg", math.degrees(math.atan2(dz, dy)), why)
-                return
+        across = self._across(ends[0], ends[1])
+        if across is not None and math.hypot(*across) > 0:
+            why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
+            section.put("position_deg", math.degrees(math.atan2(across[1], across[0])), why)
+            return
         mesh = stage.meshes["sun"][0]
         turn = number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
         if turn is not None:

@@ -217,7 +217,7 @@ def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
     """Gears of a shaft from −u to +u of the gear unit, as they stand where that is not said."""
     return sorted(
         gears,
-        key=lambda g: assembly.sense(g) * (_value(g, "u_coordinate_on_shaft", "mm") or 0.0),
+        key=lambda g: assembly.frames.sense(g) * (_value(g, "u_coordinate_on_shaft", "mm") or 0.0),
     )
 
 

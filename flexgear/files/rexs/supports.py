@@ -63,7 +63,9 @@ class SupportWriter:
         if member.slot == "ring" and len(member.stage.halves["ring"]) == 2:
             section.share(0.5, _KEYS.values(), "half of it for each ring half")
 
-    def planet(self, bearings: list[list[Component]], scale: Scale, z: float | None) -> None:
+    def planet(
+        self, bearings: list[list[Component]], scale: Scale, z: float | None, needs: tuple[str, ...]
+    ) -> None:
         """Section of the planet bearing: that of the first planet, others where they differ."""
         section = self.case.section("[stages.planet_bearing]")
         first = bearings[0] if bearings else []
@@ -74,7 +76,7 @@ class SupportWriter:
                 for name in _NAMES.values():
                     number([own, twin], name, "N / m")  # alike ones are used, others get listed
                     number([own, twin], name, "N m / rad")
-        self._springs(section, first, scale, ("radial", "axial", "tilt"), ("radial", "axial"), z)
+        self._springs(section, first, scale, ("radial", "axial", "tilt"), needs, z)
         self._clearance(section, first)
         self._rating(section, first)
 

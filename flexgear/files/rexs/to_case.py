@@ -65,6 +65,9 @@ class _Conversion:
         ports = PortWriter(self.document, self.assembly, self.case, members)
         joined = self._joined(members)
         held = self._held(members, ports)
+        for gear in (g for s in stages for slot in s.slots for g in s.gears(slot)):
+            if not self.assembly.frames.is_parallel(gear):
+                self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
         racks = self._stages(named, members, held, joined)
         self._top(top, stages, racks, held)
         self._joints(joined, racks, held)
@@ -95,7 +98,7 @@ class _Conversion:
 
     def _material(self, gears: list[Component]) -> None:
         found = [m for gear in gears for m in self.document.references(gear, "material")]
-        shafts = [s for g in gears if (s := self.assembly.shaft(g)) is not None]
+        shafts = [s for g in gears if (s := self.assembly.frames.shaft(g)) is not None]
         found += [m for shaft in shafts for m in self.document.references(shaft, "material")]
         section = self.case.section("[material]")
         for key, name, unit in (
@@ -137,9 +140,9 @@ class _Conversion:
                 supports.support(member, scale, needs)
             if stage.kind == "planetary":
                 carrier = next(m for m in own if m.slot == "carrier")
-                supports.planet(
-                    planet_bearings(self.document, self.assembly, stage), scale, carrier.z
-                )
+                needs = ("radial", "axial") if axial else ("radial",)
+                bearings = planet_bearings(self.document, self.assembly, stage)
+                supports.planet(bearings, scale, carrier.z, needs)
         return racks
 
     def _helical(self, stage: FoundStage) -> bool:

@@ -1,0 +1,380 @@
+"""A case as a REXS model: gears, shafts, carriers, bearings, joints, loads; steady results.
+
+Frame: u is the case's z, v its x, w its y. Speeds, torques and powers of the steady flow stand in a
+load case.
+"""
+
+from __future__ import annotations
+
+import math
+
+from flexgear.files.rexs.outgoing_gears import MM, GearsOut, axes, halves, middle
+from flexgear.files.rexs.writing import Outgoing, Written
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.radii import stage_radii
+from flexgear.model.case import Case
+from flexgear.model.joint import Joint
+from flexgear.model.ports import Input, Output
+from flexgear.model.springs import Springs
+from flexgear.model.train_member import Support
+from flexgear.model.train_stage import TrainStage
+
+RPM = 60.0 / (2.0 * math.pi)
+_NOT_WRITTEN = (
+    "errors", "gear_mesh", "tolerance", "solver", "damping", "drive", "housing", "loads",
+)  # fmt: skip
+
+
+def model_of_case(case: Case) -> Outgoing:
+    """The REXS model of a case. InputError for a train without one answer for its speeds."""
+    return _Export(case).model
+
+
+def not_written(case: Case) -> list[str]:
+    """What the model does not say of the case, in words."""
+    default = {name: field.default for name, field in type(case).model_fields.items()}
+    found = [key for key in _NOT_WRITTEN if key in default and getattr(case, key) != default[key]]
+    for stage in case.stages:
+        keys = ("errors", "gear_mesh")
+        own = {k: type(stage).model_fields[k].default for k in keys}
+        found += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != own[k]]
+        for name in (*stage.members, "planet"):
+            member = getattr(stage, name, None)
+            if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
+                found.append(f"stages.{stage.name}.{name}: its moment of inertia")
+        if stage.flexible is not None:
+            found.append(
+                f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
+            )
+    return found
+
+
+class _Export:
+    def __init__(self, case: Case) -> None:
+        self.case, self.model = case, Outgoing()
+        self.flow = power_flow(case)
+        self.places = _places(case)
+        self.shafts: dict[str, int] = {}
+        self.unit = self._gear_unit()
+        self.casing = self.model.part(self.unit, "gear_casing", "casing")
+        self.material = self.model.add(
+            "material",
+            "material",
+            elastic_modulus=case.material.young_modulus * 1e-6,
+            poisson_ratio=case.material.poisson_ratio,
+            density=case.material.density * 1e-3,
+        )
+        for stage in case.stages:
+            _StageOut(self, stage).add()
+        for joint in case.joints:
+            self._joint(joint)
+        self._speeds()
+        for port in case.ports:
+            self._port(port)
+
+    def _gear_unit(self) -> int:
+        size = math.sqrt(sum(g * g for g in self.case.gravity))
+        x, y, z = (g / size if size else 0.0 for g in self.case.gravity)
+        gravity: dict[str, Written | None] = {"account_for_gravity": size > 0}
+        if size:
+            gravity |= {
+                "direction_vector_gravity_u": z,
+                "direction_vector_gravity_v": x,
+                "direction_vector_gravity_w": y,
+                "gravitational_acceleration": size,
+            }
+        name = self.case.title or self.case.name
+        return self.model.add(
+            "gear_unit", name, support_vector=(0.0, 0.0, 0.0), **axes(), **gravity
+        )
+
+    def shaft(
+        self, member: str, place: tuple[float, float, float], whole: int | None = None
+    ) -> int:
+        """The shaft of a member (or a planet), which begins at ``place``."""
+        port = self.case.port_at(member)
+        defines = None if port is None else port.speed is not None
+        number = self.model.part(
+            self.unit if whole is None else whole,
+            "shaft",
+            member,
+            support_vector=place,
+            **axes(),
+            defines_speed=defines,
+        )
+        self.shafts[member] = number
+        return number
+
+    def _joint(self, joint: Joint) -> None:
+        stage = self.case.stage(joint.first)
+        radii = stage_radii(self.case.view(stage.name))
+        part = joint.first.partition(".")[2]
+        slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+        torsion = joint.stiffness[5] + joint.tangential * getattr(radii, slot) ** 2
+        radial = axial = tilt = 0.0
+        if joint.is_shaft:
+            assert joint.length is not None and joint.outer_diameter is not None
+            polar = math.pi / 32 * (joint.outer_diameter**4 - joint.inner_diameter**4)
+            material = self.case.material
+            shear = material.young_modulus / (2 * (1 + material.poisson_ratio))
+            torsion = shear * polar / joint.length
+        else:
+            radial, _, axial, tilt, _, _ = joint.stiffness
+        self.model.side(
+            "coupling",
+            self.shafts[joint.first],
+            self.shafts[joint.second],
+            f"{joint.first} – {joint.second}",
+            rotational_stiffness=torsion * MM,
+            radial_stiffness=radial,
+            axial_stiffness=axial,
+            bending_stiffness=tilt * MM,
+        )
+
+    def _speeds(self) -> None:
+        if self.case.ports:
+            for member, speed in self.flow.speed.items():
+                self.model.result(self.shafts[member], rotational_speed=speed * RPM)
+
+    def _port(self, port: Input | Output) -> None:
+        shaft = self.shafts[port.member]
+        number = self.model.part(
+            shaft,
+            "external_load",
+            port.member,
+            u_coordinate_on_shaft=0.0,
+            transmits_torque=True,
+            defines_torque=port.given_torque is not None,
+        )
+        if self.case.output is not None:
+            self.model.result(
+                number,
+                torque_around_u_axis=self.flow.torque[port.member],
+                power=self.flow.power[port.member] * 1e-3,
+            )
+        inertia = self.case.port_inertia(port.member)
+        if inertia > 0:
+            self.model.part(
+                shaft,
+                "additional_mass",
+                u_coordinate_on_shaft=0.0,
+                moment_of_inertia_u_axis=inertia,
+            )
+
+
+class _StageOut:
+    """Adds one stage to a model."""
+
+    def __init__(self, whole: _Export, stage: TrainStage) -> None:
+        self.whole, self.stage, self.model = whole, stage, whole.model
+        self.geometry = stage_geometry(whole.case.view(stage.name))
+        self.gears = GearsOut(self.model, stage, self.geometry)
+        width = MM * stage.face_width
+        self.reach = width / 2 - middle(stage, halves(stage)[0])  # of the stage from its middle
+        self.at = whole.places
+
+    def add(self) -> None:
+        """Stage, shafts, gears, gear meshes, supports and results."""
+        if self.stage.kind == "planetary":
+            self._planetary()
+        else:
+            self._parallel()
+        for part in self.stage.members:
+            self._support(part)
+        if self.whole.case.ports:
+            self._results()
+
+    def _results(self) -> None:
+        """Speeds of the gears; forces in the gear meshes, of one planet and half each."""
+        flow = self.whole.flow.stage(self.stage.name)
+        speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
+        for slot, number in self.gears.gears:
+            self.model.result(number, rotational_speed=speed[slot] * RPM)
+        if self.whole.case.output is not None:
+            for slot, number in self.gears.meshes:
+                force = abs(flow.gear_mesh_forces[slot]) * math.cos(self.geometry.base_helix_angle)
+                self.model.result(number, nominal_tangential_force_at_base_diameter=force)
+
+    def _gears(
+        self, slot: str, shaft: int, name: str, place: tuple[float, float, float]
+    ) -> list[int]:
+        """One gear for each half; place: of the stage's middle on the gear's axis."""
+        u, v, w = place
+        return [
+            self.gears.add(
+                slot, shaft, self.reach, name, (u + middle(self.stage, half), v, w), half,
+                self.whole.material,
+            )
+            for half in halves(self.stage)
+        ]  # fmt: skip
+
+    def _shaft(
+        self, member: str, place: tuple[float, float, float], whole: int | None = None
+    ) -> int:
+        u, v, w = place
+        return self.whole.shaft(member, (u - self.reach, v, w), whole)
+
+    def _planetary(self) -> None:
+        name, model = self.stage.name, self.model
+        place = self.at[f"{name}.sun"]
+        number = model.part(self.whole.unit, "planetary_stage", name)
+        assert self.stage.carrier is not None
+        frame = model.part(
+            number, "planet_carrier", f"{name}.carrier", mass_of_component=self.stage.carrier.mass
+        )
+        drive = self._shaft(f"{name}.carrier", place, frame)
+        model.relate("planet_carrier_shaft", planetary_stage=number, shaft=drive)
+        central = {}
+        for slot in ("sun", "ring"):
+            shaft = self._shaft(f"{name}.{slot}", place)
+            model.relate("central_shaft", planetary_stage=number, shaft=shaft)
+            central[slot] = self._gears(slot, shaft, f"{name}.{slot}", place)
+        for k, angle in enumerate(self.stage.planet_angles):
+            self._planet(number, frame, central, k, angle, place)
+
+    def _planet(
+        self,
+        number: int,
+        frame: int,
+        central: dict[str, list[int]],
+        k: int,
+        angle: float,
+        place: tuple[float, float, float],
+    ) -> None:
+        name, arm = f"{self.stage.name}.planet_{k + 1}", MM * self.geometry.center_distance
+        u, v, w = place
+        own = (u, v + arm * math.cos(angle), w + arm * math.sin(angle))
+        shaft = self._shaft(name, own)
+        pin = self.model.part(
+            frame, "shaft", f"{name} pin", support_vector=(own[0] - self.reach, *own[1:]), **axes()
+        )
+        self.model.relate("planet_shaft", planetary_stage=number, shaft=shaft)
+        self.model.relate("planet_pin", planetary_stage=number, shaft=pin)
+        planet = self._gears("planet", shaft, name, own)
+        bearing = self.stage.planet_bearing
+        for _ in range(bearing.count):
+            self._bearing(pin, shaft, f"{name} bearing", bearing, own, 1.0 / bearing.count)
+        for slot, gears in central.items():
+            for mate, gear in zip(gears, planet, strict=True):
+                label = f"{self.stage.name}.{slot} – {name}"
+                self.gears.mesh(number, slot, (mate, gear), label)
+
+    def _parallel(self) -> None:
+        name, gears = self.stage.name, []
+        for slot, part in (("sun", "pinion"), ("planet", "gear")):
+            place = self.at[f"{name}.{part}"]
+            shaft = self._shaft(f"{name}.{part}", place)
+            gears.append(self._gears(slot, shaft, f"{name}.{part}", place))
+        for pinion, gear in zip(*gears, strict=True):
+            self.gears.mesh(self.whole.unit, "sun", (pinion, gear), name)
+
+    def _support(self, part: str) -> None:
+        """Springs to the casing; of a held member a coupling, which takes its torque."""
+        member = f"{self.stage.name}.{part}"
+        support = self.stage.member(part).support
+        shaft, place = self.whole.shafts[member], self.at[member]
+        if member in self.whole.case.held_members():
+            self._coupling(member, shaft, support, place)
+        elif support.matrix.any():
+            copies = 2 if part == "ring" and self.stage.double_helical else 1
+            self._bearing(shaft, self.whole.casing, f"{member} bearing", support, place, copies)
+
+    def _coupling(
+        self, member: str, shaft: int, support: Support, place: tuple[float, float, float]
+    ) -> None:
+        part = member.partition(".")[2]
+        radii = self.geometry.radii
+        slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+        torsion = support.stiffness[5] + support.tangential * getattr(radii, slot) ** 2
+        copies = 2 if part == "ring" and self.stage.double_helical else 1
+        springs = _springs(support, copies)
+        if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness
+            springs["rotational_stiffness"] = torsion * MM * copies
+        place = (place[0] + MM * support.z, *place[1:])
+        self.model.side(
+            "coupling", shaft, self.whole.casing, f"{member} held", support_vector=place, **axes(),
+            **springs,
+        )  # fmt: skip
+
+    def _bearing(
+        self,
+        inner: int,
+        outer: int,
+        name: str,
+        springs: Support,
+        place: tuple[float, float, float],
+        share: float,
+    ) -> None:
+        rating = getattr(springs, "dynamic_rating", None)
+        more: dict[str, Written | None] = {}
+        kind = "concept_bearing"
+        if rating is not None:
+            kind = "rolling_bearing_with_catalog_geometry"
+            ball = getattr(springs, "rolling", None) == "ball"
+            more["radial_dynamic_load_rating"] = rating * 1e-3
+            more["bearing_type"] = (
+                "radial_grooved_ball_bearing" if ball else "radial_roller_bearing"
+            )
+        clearance = "radial_clearance" if rating is None else "radial_bearing_clearance"
+        if springs.clearance > 0:
+            more[clearance] = 2e6 * springs.clearance  # of the diameter, µm
+        own = (place[0] + MM * springs.z, *place[1:])
+        self.model.side(
+            kind,
+            inner,
+            outer,
+            name,
+            support_vector=own,
+            **axes(),
+            **_springs(springs, share),
+            **more,
+        )
+
+
+def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
+    """Stiffness attributes; what is zero stays out, which a coupling would take for rigid."""
+    x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
+    found = {
+        "radial_stiffness": share * (x + y) / 2,
+        "axial_stiffness": share * axial,
+        "bending_stiffness": share * MM * (tilt_x + tilt_y) / 2,
+    }
+    return dict(found)
+
+
+def _places(case: Case) -> dict[str, tuple[float, float, float]]:
+    """Place of every member (u, v, w in mm): stages side by side along u, joined ones coaxial."""
+    across: dict[str, tuple[float, float]] = {}
+    offset: dict[tuple[str, str], tuple[float, float]] = {}
+    for stage in case.stages:
+        first = f"{stage.name}.{stage.members[0]}"
+        radii = stage_radii(case.view(stage.name))
+        arm, angle = MM * radii.center_distance, stage.position
+        for part in stage.members[1:]:
+            apart = (0.0, 0.0)
+            if stage.kind == "parallel":
+                apart = (arm * math.cos(angle), arm * math.sin(angle))
+            offset[first, f"{stage.name}.{part}"] = apart
+    offset |= {(j.first, j.second): (0.0, 0.0) for j in case.joints}
+    for start in case.member_names():
+        waiting = [] if start in across else [start]
+        across.setdefault(start, (0.0, 0.0))
+        while waiting:
+            here = waiting.pop()
+            v, w = across[here]
+            for (a, b), (dv, dw) in offset.items():
+                for end, other, sign in ((a, b, 1.0), (b, a, -1.0)):
+                    if end == here and other not in across:
+                        across[other] = (v + sign * dv, w + sign * dw)
+                        waiting.append(other)
+    places, u = {}, 0.0
+    for stage in case.stages:
+        width = MM * (
+            2 * stage.face_width + stage.half_gap if stage.double_helical else stage.face_width
+        )
+        for part in stage.members:
+            name = f"{stage.name}.{part}"
+            places[name] = (u + width / 2, *across[name])
+        u += 2 * width
+    return places

@@ -1,0 +1,197 @@
+"""Cases become REXS 2.0 that is valid, and that read again is the same case."""
+
+import os
+import xml.etree.ElementTree as ET
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from rexs_2_0 import ATTRIBUTES, RELATIONS
+from rexs_samples import planetary, three_stages
+from train_contexts import BUNDLED
+
+from flexgear.files.rexs.from_case import model_of_case, not_written
+from flexgear.files.rexs.reading import read_rexs
+from flexgear.files.rexs.to_case import case_of_document
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
+
+CASES = (*BUNDLED, "wind-5mw")
+DATE = "2026-01-01T00:00:00+00:00"
+RELIEF = {"stage.sun.tip_relief.amount_um": "30", "stage.sun.tip_relief.length_mm": "12"}
+
+
+def exported(case, path):
+    path.write_bytes(model_of_case(case).xml("flexgear", "0", DATE))
+    return path
+
+
+def again(case, folder):
+    """The case written and read."""
+    path = exported(case, folder / "out.rexs")
+    made = case_of_document(read_rexs(path), str(path))
+    target = folder / "again.toml"
+    target.write_text(made.text, encoding="utf-8")
+    return load_case(target)
+
+
+def imported(model, folder):
+    path = model.write(folder / "sample.rexs")
+    target = folder / "sample.toml"
+    target.write_text(case_of_document(read_rexs(path), str(path)).text, encoding="utf-8")
+    return load_case(target)
+
+
+def require_same_gears(first, second):
+    for old, new in zip(first.stages, second.stages, strict=True):
+        a, b = stage_geometry(first.view(old.name)), stage_geometry(second.view(new.name))
+        assert (new.planets, new.planet_hand, new.double_helical) == (
+            old.planets, old.planet_hand, old.double_helical
+        )  # fmt: skip
+        assert new.planet_angles == pytest.approx(old.planet_angles, abs=1e-12)
+        assert vars(b.radii) == pytest.approx(vars(a.radii), rel=1e-12)
+        for slot, tooth in a.gears.items():
+            assert _numbers(b.gears[slot]) == pytest.approx(_numbers(tooth), rel=1e-12)
+        for slot, mesh in a.gear_meshes.items():
+            scale = old.normal_module * 1e-12
+            assert _numbers(b.gear_meshes[slot]) == pytest.approx(
+                _numbers(mesh), rel=1e-11, abs=scale
+            )
+
+
+def _numbers(values):
+    return {k: v for k, v in vars(values).items() if isinstance(v, (int, float))}
+
+
+def renamed(values, old, new):
+    """Values by member, with the other case's names of stages."""
+    names = {a.name: b.name for a, b in zip(old.stages, new.stages, strict=True)}
+    return {f"{names[k.split('.')[0]]}.{k.split('.')[1]}": v for k, v in values.items()}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_round_trip(tmp_path, name):
+    case = load_case(name)
+    found = again(case, tmp_path)
+    require_same_gears(case, found)
+    a, b = power_flow(case), power_flow(found)
+    assert b.speed == pytest.approx(renamed(a.speed, case, found), rel=1e-9, abs=1e-9)
+    assert b.torque == pytest.approx(renamed(a.torque, case, found), rel=1e-9, abs=1e-6)
+    assert {p.member for p in found.inputs} == {
+        *renamed({p.member: 0 for p in case.inputs}, case, found)
+    }
+
+
+def test_tip_relief_gravity_and_inertia_come_back(tmp_path):
+    settings = {**RELIEF, "gravity_m_per_s2": "[0.5, -9, 1]", "inputs.0.inertia_kg_m2": "12.5"}
+    case = load_case("herringbone", settings)
+    found = again(case, tmp_path)
+    assert found.stages[0].sun.tip_relief.amount == pytest.approx(30e-6)
+    assert found.stages[0].sun.tip_relief.length == pytest.approx(12e-3)
+    assert found.gravity == pytest.approx(case.gravity, rel=1e-12)
+    assert found.inputs[0].inertia == 12.5
+    masses = [
+        s.member(m).mass
+        for s in (case.stages[0], found.stages[0])
+        for m in ("sun", "planet", "ring")
+    ]
+    assert masses[3:] == pytest.approx(masses[:3])
+
+
+@pytest.mark.parametrize("make", [planetary, three_stages])
+def test_what_was_imported_survives(tmp_path, make):
+    """Springs, held members and joints of an imported case are the same after another turn."""
+    case = imported(make(), tmp_path)
+    found = again(case, tmp_path)
+    require_same_gears(case, found)
+    assert found.held_members() == case.held_members()
+    for stage, other in zip(case.stages, found.stages, strict=True):
+        parts = [*stage.members, "planet_bearing"]
+        for part in parts:
+            a, b = (
+                s.planet_bearing if part == "planet_bearing" else s.member(part).support
+                for s in (stage, other)
+            )
+            if getattr(a, "count", 1) == 1:
+                assert b.matrix == pytest.approx(a.matrix, rel=1e-9, abs=1e-3), part
+    for a, b in zip(case.joints, found.joints, strict=True):
+        assert (a.first, a.second) == (b.first, b.second)
+        assert b.stiffness[5] == pytest.approx(a.stiffness[5], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", [*CASES, "with relief"])
+def test_valid_by_the_schema(tmp_path, name):
+    """Order of elements, ids, references, attributes of each component, their units, relations."""
+    relief = {**RELIEF, "gravity_m_per_s2": "[0, -9.81, 0]"}
+    case = load_case("lin-parker", relief) if name == "with relief" else load_case(name)
+    root = ET.parse(exported(case, tmp_path / "out.rexs")).getroot()
+    assert root.tag == "model" and root.get("version") == "2.0"
+    assert {"applicationId", "applicationVersion", "date"} <= set(root.keys())
+    assert [e.tag for e in root][:2] == ["relations", "components"]
+    kinds = {c.get("id"): c.get("type") for c in root.find("components")}
+    assert len(kinds) == len(root.find("components"))
+    assert max(Counter(r.get("id") for r in root.find("relations")).values()) == 1
+    for component in root.iter("component"):
+        allowed = ATTRIBUTES[kinds[component.get("id")]]
+        for attribute in component:
+            assert attribute.get("unit") == allowed[attribute.get("id")]
+        assert max(Counter(a.get("id") for a in component).values(), default=1) == 1
+    for relation in root.find("relations"):
+        roles = frozenset((ref.get("role"), kinds[ref.get("id")]) for ref in relation)
+        assert (relation.get("type"), roles) in RELATIONS
+        assert (relation.get("type") == "manufacturing_step") == (relation.get("order") is not None)
+
+
+@pytest.mark.skipif(
+    "REXS_FILE_XSD" not in os.environ, reason="REXS_FILE_XSD names no rexs-file.xsd"
+)
+@pytest.mark.parametrize("name", CASES)
+def test_valid_by_the_public_xsd(tmp_path, name):
+    xmlschema = pytest.importorskip("xmlschema")
+    xmlschema.XMLSchema(os.environ["REXS_FILE_XSD"]).validate(
+        str(exported(load_case(name), tmp_path / "out.rexs"))
+    )
+
+
+def test_results_balance(tmp_path):
+    """Power of the loads sums to that of what is held, zero; speeds are those of the flow."""
+    case = load_case("nrel-5mw")
+    document = read_rexs(exported(case, tmp_path / "out.rexs"))
+    document.take_load_case(document.load_cases[0])
+    powers = [float(c.attributes["power"].value) for c in document.kind("external_load")]
+    assert sum(powers) == pytest.approx(0, abs=1e-9 * max(powers))
+    assert max(powers) == pytest.approx(5000)
+    force = next(c for c in document.kind("cylindrical_stage")).attributes
+    wanted = abs(power_flow(case).stages[0].sun_gear_mesh_force)  # spur: along the tangent
+    assert float(force["nominal_tangential_force_at_base_diameter"].value) == pytest.approx(wanted)
+
+
+def test_what_the_format_does_not_hold_is_said():
+    said = not_written(load_case("pitch-drive"))
+    assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*said}
+    assert any("FE bodies" in line for line in not_written(load_case("wind-5mw")))
+
+
+def test_place_relative_to_another_component(tmp_path):
+    """Places that a file gives in a turned and shifted component's frame mean the same machine."""
+    wanted = imported(planetary(), tmp_path)
+    m = planetary()
+    m.set(m.unit, support_vector=((0.0, 0.0, 0.0), "mm"), u_axis_vector=((1.0, 0.0, 0.0), "mm"))
+    base = m.add(
+        "gear_casing", "turned", support_vector=((10.0, 20.0, 30.0), "mm"),
+        u_axis_vector=((-1.0, 0.0, 0.0), "mm"), w_axis_vector=((0.0, 0.0, 1.0), "mm"),
+    )  # fmt: skip
+    for number, (kind, _, attributes) in list(m.components.items()):
+        if kind in ("shaft", "cylindrical_gear", "ring_gear", "concept_bearing", "coupling"):
+            u, v, w = attributes["support_vector"][0]
+            # rows of the base's axes: u = −x, w = z, v = w × u = −y
+            m.set(
+                number,
+                support_vector=((10.0 - u, 20.0 - v, w - 30.0), "mm"),
+                u_axis_vector=((-1.0, 0.0, 0.0), "mm"),
+                reference_component_for_position=(base, "none"),
+            )
+    found = imported(m, tmp_path)
+    assert found.content_hash() == wanted.content_hash()
+    assert Path(tmp_path / "sample.toml").exists()
