@@ -11,7 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from flexgear.analysis.modes import row_vectors
-from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.analysis.start import start_state
+from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import modal_system

@@ -28,29 +28,30 @@ def at_rest(data: StepData) -> StepData:
 
 
 def accelerate(
-    modal: ModalSystem, resting: StepData, state: State, drive: Array, space: Space
+    modal: ModalSystem, resting: StepData, state: State, told: Array, space: Space
 ) -> int:
     """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
 
-    drive (P − 1,): given torques. Returns 0, or 1 without a solution.
+    told (P,): of the machines, rates rad/s² of given speeds. Returns 0, or 1 without a solution.
     """
     status, _ = advance(
-        resting, functions(), drive[None], 0, state, space, empty_samples(modal, 0),
+        resting, functions(), told[None], 0, state, space, empty_samples(modal, 0),
         control(1, every=NEVER),
     )  # fmt: skip
     return int(status)
 
 
 def consistent_acceleration(
-    modal: ModalSystem, data: StepData, state: State, drive: Array, space: Space
+    modal: ModalSystem, data: StepData, state: State, told: Array, space: Space
 ) -> int:
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
-    drive (P − 1,): given torques. A jump of the torque moves the quasi-static part at once; the
-    ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for ``data``.
+    told (P,): of the machines, rates rad/s² of given speeds. A jump of a torque moves the
+    quasi-static part at once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is
+    then ready for ``data``.
     """
     resting = at_rest(data)
     begin(space, resting)
-    status = accelerate(modal, resting, state, drive, space)
+    status = accelerate(modal, resting, state, told, space)
     begin(space, data)
     return status

@@ -9,6 +9,7 @@ couple rows of one element only,
 
     (I + K D + C W) F = F₀ + K (δ* − δ₀) + C (δ̇* − δ̇₀).
 
+A row that is held has no law to obey: its line has 0 in the place of I, and says 0 = law(δ, δ̇).
 Elements whose law disagrees with its answer are linearised anew about it: that is Newton's method
 where laws are smooth, and an active set where they have branches, as tooth pairs have, which
 settles with the exact answer. Laws rise with δ, and δ̇ with δ within a step, so that the answer is
@@ -28,12 +29,14 @@ from flexgear.analysis.static_contact import solve_dense
 from flexgear.analysis.vectors import add_two, dot, fill, rounded_up, wide
 from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.elements import PLACES, places, widest
+from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.pair_data import BEARING, PairData
 
 Array = NDArray[np.float64]
 TRIES = 60  # linear problems until all laws agree
 CAUTIOUS = 20  # tries after which one element changes at a time
 AGREES = 1e-10  # of the largest force, by which a law and its answer may differ
+ROUNDING = 1e-13  # of a rate times its tangent: steep laws give no force more exactly
 # m: the motion about which elements are linearised that were not there before; next to nothing,
 # for F₀ − k δ₀ is rounding that small loads must stand out of
 TOUCHING = 1e-30
@@ -101,12 +104,12 @@ def linearise(laws, rows, e, motion, space):
 
 @njit(**INNER)
 def start_guess(laws, rows, count, memory, space):
-    """Linearise all elements about their motion at the last step; memory (places, 2, r)."""
+    """Linearise all elements about their motion at the last step, memory (places, 2, r); those
+    without a place there about the motion that ``space`` has already."""
     for e in range(count):
-        element = rows.element[e]
-        own, known = space.motion[e], memory[element.place]
-        for a in range(element.rows):
-            own[0, a], own[1, a] = known[0, a], known[1, a]
+        element, own = rows.element[e], space.motion[e]
+        for a in range(element.rows if element.place >= 0 else 0):
+            own[0, a], own[1, a] = memory[element.place, 0, a], memory[element.place, 1, a]
         laws[element.law](rows.parameters[e], own, space.force[e], space.tangent[e])
 
 
@@ -138,7 +141,7 @@ def _assemble(rows, count, n, space, problem):
                 add_two(line, k, problem.displacement[first + b], c, problem.rate[first + b])
                 total += k * (free[0, first + b] - space.motion[e, 0, b])
                 total += c * (free[1, first + b] - space.motion[e, 1, b])
-            line[i] += 1.0
+            line[i] += 0.0 if element.law == HELD_RATE_LAW else 1.0
             force[i] = total
 
 
@@ -173,16 +176,20 @@ def disagree(laws, work, count, x, least, share):
 
 @njit(**INNER)
 def _disagrees(laws, rows, e, problem, space, least):
-    """Whether the law of an element gives another force at the answer than the answer has."""
+    """Whether the law of an element gives another force at the answer than the answer has; what is
+    held agrees as it is."""
     spare = space.motion.shape[0] - 1
     element = rows.element[e]
+    if element.law == HELD_RATE_LAW:
+        return False
     own, force = space.motion[spare], space.force[spare]
     for a in range(element.rows):
         own[0, a] = problem.motion[0, element.first + a]
         own[1, a] = problem.motion[1, element.first + a]
     laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
     for a in range(element.rows):
-        if abs(force[0, a] - problem.force[element.first + a]) > least:
+        steep = ROUNDING * abs(space.tangent[spare, 1, a, a] * own[1, a])
+        if abs(force[0, a] - problem.force[element.first + a]) > least + steep:
             return True
     return False
 

@@ -1,9 +1,10 @@
 """Energy account of a time step.
 
 Kinetic and elastic energy of modes, ½ fᵀ R f of the residual flexibility and the potentials of the
-force elements change by the work of the drive, the brake, modal damping and what in the elements
-has no potential, and by *parametric work*: stiffness and contact vectors change with the carrier
-angle, which the small-motion model imposes. With E(rows, u) the potential of a set of rows at
+force elements change by the work of the machines at the ports, of modal damping and of what in the
+elements has no potential, and by *parametric work*: stiffness and contact vectors change with the
+carrier angle, which the small-motion model imposes. What a controller remembers is no energy of the
+train; all that it does is in its torque. With E(rows, u) the potential of a set of rows at
 motion u, the parametric work of a step is
 
     ½ [E(new, u⁺) + E(new, u) − E(old, u⁺) − E(old, u)] ,
@@ -161,11 +162,13 @@ def settle(laws, modal, count, n, state, work, ledger):
     for i in range(n):
         lost[FRESH, i] = work.problem.force[i] - lost[FRESH, i]
     if booked.rows >= 0:
-        ports = state.torques.shape[0]
-        for t in range(ports):
-            way = dofs.motion[t] - dofs.before[t]
-            moved = 0.5 * (work.modes.torques[t] + state.torques[t]) * way
-            energy[INPUT if t < ports - 1 else BRAKE] += moved
+        ports, torque = state.ports, work.modes.ports.torque
+        for t in range(ports.shape[0]):
+            moved = 0.5 * (torque[t] + ports[t].torque) * (dofs.motion[t] - dofs.before[t])
+            if t < ports.shape[0] - 1:
+                energy[INPUT] += moved
+            else:
+                energy[BRAKE] -= moved
         energy[DAMPING] += taken
         _approach(rows, work.on_dofs, n, dofs.before, before)
         energy[LOST] += 0.5 * _work(lost[FRESH], now, before, n)

@@ -51,7 +51,6 @@ def channel_forces(result: Result) -> Array:
         out,
     )
     out[:, -ports:] = result.torques
-    out[:, -1] = -result.output_torque
     return out
 
 

@@ -10,7 +10,7 @@ so unit channel forces move the channels by G = Φ βh² D Φᵀ + R and change 
 
     predicts the motion without contact forces and the angles of the new time   (``_predict``),
     builds the rows of the force elements at these angles                       (``_build``),
-    solves one small contact problem for their forces, the brake's among them   (``_contact``),
+    solves one small contact problem for their forces and the machines' torques (``_contact``),
     projects these on the modes, and is taken again where it errs too much      (``_accelerate``),
     looks whether unloaded flanks come near, books energy, saves a sample       (``_finish``).
 
@@ -34,20 +34,25 @@ from flexgear.analysis.active_dofs import (
     row_receptances,
     row_value,
 )
-from flexgear.analysis.brake import brake_line
 from flexgear.analysis.coast_flanks import look_after_step
 from flexgear.analysis.contact_newton import remember, solve_contact, start_guess
 from flexgear.analysis.energy import motion_before, settle
+from flexgear.analysis.machines import (
+    add_machines,
+    hold_speeds,
+    keep_machines,
+    moved_energy,
+    note_torques,
+    tell_machines,
+)
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
-from flexgear.coupling.laws import LINEAR_RATE_LAW
 from flexgear.coupling.pairs import fill_rows
 
 BETA, GAMMA = 0.25, 0.5
 LOOK = 4  # steps between two looks at unloaded flanks; twice as many while all are far
 RUNAWAY = 1e3  # times the energy that a train had and was given: motion that comes from nowhere
-BRAKE_LAW = LINEAR_RATE_LAW
 
 
 @njit(**INNER, fastmath=FAST)
@@ -64,11 +69,11 @@ def _rotating_forces(h, modal, state, modes):
 
 @njit(**INNER, fastmath=FAST)
 def _predict(h, level, modal, active, state, modes):
-    """Motion without contact forces and brake; angles of the new time; guess of output speed.
+    """Motion under given torques alone; angles of the new time; guess of the ports' speeds.
 
     Plain loops of one statement or two: these are vectorised.
     """
-    n, ports = modal.omega2.shape[0], modes.torques.shape[0]
+    n, ports = modal.omega2.shape[0], modes.ports
     free, rate, a = modes.free, modes.free_rate, modes.acceleration
     eta, velocity, before = state.eta, state.velocity, state.acceleration
     _rotating_forces(h, modal, state, modes)
@@ -77,90 +82,80 @@ def _predict(h, level, modal, active, state, modes):
         rate[j] = velocity[j] + (1.0 - GAMMA) * h * before[j]
     for j in range(n):
         a[j] = -modal.damping[j] * rate[j] - modal.omega2[j] * free[j] - modes.rotating[j]
-    for t in range(ports - 1):
-        add(a[:n], modes.torques[t], active.modes[t])
+    for t in range(ports.given.shape[0]):
+        if ports.given[t] != 0.0:
+            add(a[:n], ports.given[t], active.modes[t])
     for j in range(n):
         a[j] *= modal.inverse[level, j]
         free[j] += BETA * h * h * a[j]
         rate[j] += GAMMA * h * a[j]
     # elastic accelerations would carry the rule's own oscillation into the geometry
-    output, guess = active.modes[ports - 1], 0.0
     for j in range(n):
         rigid = h * before[j] if modal.omega2[j] == 0.0 else 0.0
+        modes.push[j] = velocity[j] + rigid
         modes.spare[j] = eta[j] + h * (velocity[j] + 0.5 * rigid)
-        guess += output[j] * (velocity[j] + rigid)
+    for t in range(ports.guess.shape[0]):
+        ports.guess[t] = dot(modes.push[:n], active.modes[t])
     for t in range(modes.theta.shape[0]):
         modes.theta[t] = dot(modal.angles[t], modes.spare)
-    return guess
 
 
 @njit(**PART)
-def _add_brake(brake, guess, rows, n, count, ports, on_dofs):
-    """The brake as row n and element ``count``: its torque and slope about a speed."""
-    torque, slope = brake_line(brake[0], brake[1], brake[2], guess)
-    rows.row[n].offset = 0.0
-    element = rows.element[count]
-    element.law, element.first, element.rows, element.place = BRAKE_LAW, n, 1, -1
-    parameters = rows.parameters[count]
-    parameters[0], parameters[1], parameters[2] = torque, slope, guess
-    t = on_dofs.first[n]
-    on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = ports - 1, 1.0, t + 1
-
-
-@njit(**PART)
-def _build(data, state, work, ledger, level, guess):
-    """Rows and elements at the new angles, the brake last, on active dofs; their numbers."""
+def _build(data, state, work, ledger, level):
+    """Rows and elements at the new angles on active dofs; their numbers."""
     rows, active = work.rows, work.active
     n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows)
     last = ledger.booked[0].rows
     gather(active, data.channels, rows, n, ledger.rows, last)
     gather_receptance(active, data.channels, level)
     place_rows(active, rows, n, work.on_dofs)
-    _add_brake(data.brake, guess, rows, n, count, state.torques.shape[0], work.on_dofs)
     return n, count, pairs
 
 
 @njit(**PART)
-def _contact(laws, share, level, n, count, state, work):
-    """Forces of all elements, in ``work.problem`` and on the active dofs; −1 without a solution.
-
-    share: γ/(βh), by which a displacement within a step is a rate; 0 in a step of no duration.
-    """
-    dofs, problem, on_dofs = work.dofs, work.problem, work.on_dofs
+def _contact(laws, data, level, n, count, state, work):
+    """Forces of n rows of ``count`` elements and of the machines' behind them, in ``work.problem``
+    and on the active dofs; the rows, or −1 without a solution."""
+    dofs, problem, on_dofs, h = work.dofs, work.problem, work.on_dofs, data.modal.h[level]
+    # by which a displacement within a step is a rate; a step of no duration changes none
+    share = GAMMA / (BETA * h) if h > 0.0 else 0.0
+    total, elements = add_machines(h, data.machines, state, work, n, count)
     motions(work.active, work.modes.free, work.modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
     fill(dofs.force[: work.active.counts[0].dofs], 0.0)
-    given = state.torques.shape[0] - 1
-    put(dofs.force, work.modes.torques[:given])
+    put(dofs.force, work.modes.ports.given)
     add_residual(work.active, level, dofs.force, dofs.image, dofs.free)
-    for i in range(n + 1):
+    for i in range(total):
         problem.free[0, i] = work.rows.row[i].offset + row_value(on_dofs, i, dofs.free)
         problem.free[1, i] = row_value(on_dofs, i, dofs.free_rate)
     row_receptances(
-        work.active, level, share, on_dofs, n + 1, dofs.image, problem.displacement, problem.rate
+        work.active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
     )
-    start_guess(laws, work.rows, count, state.memory, work.space)
-    solved = solve_contact(laws, work.rows, count + 1, n + 1, work.space, problem)
-    for i in range(n + 1):
+    hold_speeds(h, total, count, elements, work)
+    start_guess(laws, work.rows, elements, state.memory, work.space)
+    if solve_contact(laws, work.rows, elements, total, work.space, problem) < 0:
+        return -1
+    for i in range(total):
         if problem.force[i] != 0.0:
             add_row(on_dofs, i, -problem.force[i], dofs.force)
-    return solved
+    return total
 
 
 @njit(**PART)
 def _accelerate(level, modal, given, work):
-    """Modal accelerations by contact forces and brake; given torques are in the prediction."""
+    """Modal accelerations by contact forces and machines; given torques are in the prediction."""
     dofs, push = work.dofs, work.modes.push
-    put(dofs.image, dofs.force[:given])
-    fill(dofs.force[:given], 0.0)
+    for t in range(given.shape[0]):
+        dofs.force[t] -= given[t]
     modal_forces(work.active, dofs.force, push)
-    put(dofs.force, dofs.image[:given])
+    for t in range(given.shape[0]):
+        dofs.force[t] += given[t]
     for j in range(modal.omega2.shape[0]):
         push[j] *= modal.inverse[level, j]
 
 
 @njit(**PART)
-def _advance_motion(h, work, state):
+def _advance_motion(h, machines, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
     modes = work.modes
     n = state.eta.shape[0]
@@ -168,9 +163,7 @@ def _advance_motion(h, work, state):
         modes.free[j] += BETA * h * h * modes.push[j]
         modes.free_rate[j] += GAMMA * h * modes.push[j]
         modes.acceleration[j] += modes.push[j]
-    for t in range(modes.torques.shape[0] - 1):
-        speed = dot(modes.free_rate[:n], work.active.modes[t])
-        state.given[0] += h * abs(modes.torques[t] * speed)
+    state.given[0] += moved_energy(h, machines, n, work)
     return 0.5 * dot(modes.free_rate[:n], modes.free_rate) <= RUNAWAY * state.given[0]
 
 
@@ -195,14 +188,15 @@ def _book(laws, data, level, n, count, state, work, ledger):
 @njit(**PART)
 def _save(samples, at, modal, work, n, pairs, state):
     """Copy one sample; pairs that are not in contact stay as they were made."""
-    rows, force, output = work.rows, work.problem.force, state.torques.shape[0] - 1
+    rows, force = work.rows, work.problem.force
     put(samples.eta[at], state.eta)
     put(samples.theta[at], work.modes.theta)
     for f in range(modal.inputs.shape[0]):
         samples.masters[at, f, 0] = dot(modal.inputs[f], state.eta)
         samples.masters[at, f, 1] = dot(modal.inputs[f], state.velocity)
-    put(samples.torques[at], state.torques)
-    samples.output_speed[at] = dot(state.velocity, work.active.modes[output])
+    for t in range(state.ports.shape[0]):
+        samples.torques[at, t] = state.ports[t].torque
+        samples.speeds[at, t] = dot(state.velocity, work.active.modes[t])
     for q in range(pairs):
         pair = rows.pair[q]
         m, slot = pair.mesh, pair.slot
@@ -218,19 +212,20 @@ def _save(samples, at, modal, work, n, pairs, state):
 
 
 @njit(**PART)
-def _finish(state, work, count, output, n):
+def _finish(h, machines, state, work, count):
     """Make the new motion the state."""
     modes = work.modes
     put(state.acceleration, modes.acceleration[: state.eta.shape[0]])
     put(state.eta, modes.free[: state.eta.shape[0]])
     put(state.velocity, modes.free_rate[: state.eta.shape[0]])
-    put(state.torques, modes.torques)
+    keep_machines(h, machines, state, work)
     remember(work.rows, count, work.problem.motion, state.memory)
 
 
 @njit(**UNCOUNTED, nogil=True)
-def advance(data, laws, torque, first, state, space, samples, control):
-    """Go len(torque) ticks of h₀ on with the given torques (ticks, P − 1) of each new time.
+def advance(data, laws, told, first, state, space, samples, control):
+    """Go len(told) ticks of h₀ on; told (ticks, P): what the ports' machines follow at each new
+    time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake.
 
     A sample is saved at every ``control.every``-th tick, counted from ``first`` ticks before.
     Returns (status, samples saved): status 0, the 1-based tick of a step without a solution, or
@@ -238,24 +233,24 @@ def advance(data, laws, torque, first, state, space, samples, control):
     (see ``consistent_acceleration``) finds accelerations and looks nowhere.
     """
     work, ledger, counts = space.work, space.ledger, control.counts[0]
-    modal, output = data.modal, state.torques.shape[0] - 1
+    modal, machines, ports = data.modal, data.machines, space.work.modes.ports
     saved = tick = np.int64(0)
-    while tick < torque.shape[0]:
-        level = choose_level(control, first + tick, torque.shape[0] - tick)
+    while tick < told.shape[0]:
+        level = choose_level(control, first + tick, told.shape[0] - tick)
         h, end = modal.h[level], tick + (1 << level)
-        share = GAMMA / (BETA * h) if h > 0.0 else 0.0
-        put(work.modes.torques, torque[end - 1])
-        guess = _predict(h, level, modal, work.active, state, work.modes)
-        n, count, pairs = _build(data, state, work, ledger, level, guess)
-        if _contact(laws, share, level, n, count, state, work) < 0:
+        tell_machines(machines, told[end - 1], ports)
+        _predict(h, level, modal, work.active, state, work.modes)
+        n, count, pairs = _build(data, state, work, ledger, level)
+        total = _contact(laws, data, level, n, count, state, work)
+        if total < 0:
             return end, saved
-        _accelerate(level, modal, output, work)
+        _accelerate(level, modal, ports.given, work)
         if control.tolerance > 0.0:
             error = step_error(h, level, modal, state, work, n, control.load)
             if not after_step(control, level, error):
                 continue  # the same step again
-        work.modes.torques[output] = work.problem.force[n]
-        if not _advance_motion(h, work, state):
+        note_torques(work.problem.force, n, total, work)
+        if not _advance_motion(h, machines, work, state):
             return -end, saved
         if data.elements.gears.mesh.shape[0] > 0 and h > 0.0:
             now = first + tick
@@ -265,7 +260,7 @@ def advance(data, laws, torque, first, state, space, samples, control):
                 counts.next_look = now + 2 * LOOK if margins > 2.0 else 0
         if ledger.booked[0].tracked == 1:
             _book(laws, data, level, n, count, state, work, ledger)
-        _finish(state, work, count, output, n)
+        _finish(h, machines, state, work, count)
         counts.taken += 1
         control.by_level[level] += 1
         tick = end

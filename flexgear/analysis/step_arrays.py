@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofRows, DofVectors
 from flexgear.analysis.contact_newton import ContactProblem, LawSpace
 from flexgear.analysis.energy import Ledger
+from flexgear.analysis.machines import PortSpace
 from flexgear.coupling.elements import Elements, Rows
 
 Array = NDArray[np.float64]
@@ -29,12 +30,12 @@ class ModalData(NamedTuple):
 
 
 class StepData(NamedTuple):
-    """What does not change in a run. The braked port is the last one."""
+    """What does not change in a run. The output is the last port."""
 
     modal: ModalData
     channels: Channels
     elements: Elements
-    brake: Array  # (3,) rated torque N·m, rated speed rad/s, exponent
+    machines: Any  # (P,) MACHINE
 
 
 class State(NamedTuple):
@@ -45,7 +46,7 @@ class State(NamedTuple):
     acceleration: Array  # (n,)
     memory: Array  # (places, 2, r) δ and δ̇ of elements at the last step; see ``contact_newton``
     active_flanks: NDArray[np.int64]  # (M,) gear meshes to look at
-    torques: Array  # (P,) given torques and the brake's of the last step
+    ports: Any  # (P,) PORT: torque, and what a controller carries on
     energy: Array  # (8,) in the order of ENERGIES
     given: Array  # (1,) energy that the train began with and that given torques moved, J
 
@@ -53,14 +54,14 @@ class State(NamedTuple):
 class ModalSpace(NamedTuple):
     """Work space in modes (n,) and at ports and angles."""
 
-    free: Array  # motion without contact forces and brake
+    free: Array  # motion without contact forces and machines but given torques
     free_rate: Array
     acceleration: Array  # and its acceleration
-    push: Array  # what contact forces and brake add to it
+    push: Array  # what contact forces and machines add to it
     rotating: Array  # G v − C q of a rotating frame
     spare: Array
     theta: Array  # (A,) angles of the new time
-    torques: Array  # (P,)
+    ports: PortSpace
 
 
 class Work(NamedTuple):
@@ -82,8 +83,8 @@ class Samples(NamedTuple):
     eta: Array
     theta: Array  # (…, A) angles used for the pairs' geometry
     masters: Array  # (…, F, 2) independent rotations and their speeds
-    torques: Array  # (…, P) given torques, and the brake's
-    output_speed: Array
+    torques: Array  # (…, P) from outside on the ports
+    speeds: Array  # (…, P) of the ports
     pair_load: Array  # (…, M, SLOTS)
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array

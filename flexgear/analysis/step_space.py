@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.active_dofs import active_dofs, channels, dof_rows, dof_vectors
 from flexgear.analysis.contact_newton import contact_problem, law_space
 from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
+from flexgear.analysis.machines import packed_machines, port_space
 from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
 from flexgear.analysis.vectors import rounded_up
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
     """Constant arrays of one step size or several (s): modal factors, receptances, elements."""
     h = np.atleast_1d(np.asarray(sizes, dtype=float))
-    omega2, brake = modal.omega**2, modal.system.brake
+    omega2 = modal.omega**2
     inverse = 1.0 / (1.0 + GAMMA * h[:, None] * modal.damping + BETA * h[:, None] ** 2 * omega2)
     return StepData(
         modal=ModalData(
@@ -36,18 +37,21 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
         ),
         channels=channels(modal, h, inverse, BETA),
         elements=packed(modal.system.pairs),
-        brake=np.array([brake.rated_torque, brake.rated_speed, brake.exponent]),
+        machines=packed_machines(modal.system),
     )
 
 
 def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -> Space:
     """Empty work space for so many step sizes, with the account of energy or without."""
     pairs, active = modal.system.pairs, active_dofs(modal, sizes)
-    rows, last = pair_rows(pairs), pair_rows(pairs)
+    ports = len(modal.system.ports)
+    rows, last = pair_rows(pairs, ports), pair_rows(pairs, ports)
     count, n = len(rows.row), rounded_up(modal.modes.shape[1])
-    angles, torques = np.zeros(len(modal.angles)), np.zeros(len(modal.system.ports))
+    angles = np.zeros(len(modal.angles))
     free, free_rate, acceleration, push, rotating, spare = np.zeros((6, n))
-    space = ModalSpace(free, free_rate, acceleration, push, rotating, spare, angles, torques)
+    space = ModalSpace(
+        free, free_rate, acceleration, push, rotating, spare, angles, port_space(ports)
+    )
     work = Work(
         modes=space,
         rows=rows,
@@ -94,7 +98,7 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
         theta=np.zeros((count, len(system.angles))),
         masters=np.zeros((count, len(system.masters), 2)),
         torques=np.zeros((count, len(system.ports))),
-        output_speed=np.zeros(count),
+        speeds=np.zeros((count, len(system.ports))),
         pair_load=np.zeros(shape),
         pair_tooth=np.full(shape, -1, dtype=np.int16),
         pair_stiffness=np.zeros(shape),

@@ -1,7 +1,7 @@
-"""Transient under a drive torque: plans steps, runs them in chunks, hands samples on.
+"""Transient under machines at the ports: plans steps, runs them in chunks, hands samples on.
 
-The run starts from static equilibrium at the starting torque plus rigid rolling. At every jump of
-the torque the step sequence restarts with a consistent acceleration, so that the average-
+The run starts from static equilibrium plus rigid rolling (``start``). At every jump of what the
+machines are told the step sequence restarts with a consistent acceleration, so that the average-
 acceleration rule keeps its order; windows around jumps may use a finer step.
 """
 
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.consistent_acceleration import consistent_acceleration
-from flexgear.analysis.contact_newton import first_memory
 from flexgear.analysis.energy import ENERGIES
-from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.gained import Gained, undamped_contact
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step import RUNAWAY, advance
 from flexgear.analysis.step_arrays import Samples, State, StepData
 from flexgear.analysis.step_plan import (
@@ -31,23 +31,28 @@ from flexgear.analysis.step_plan import (
 )
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
 from flexgear.coupling.laws import functions
+from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.system import System
 from flexgear.gears.kinematics import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
-Torque = Callable[[Array], Array]
-BESIDE = 1e-3  # of a step: how far beside a jump its two torques are read
+Told = Callable[[Array], Array]
+BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it is read
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Given torques over time: torque(t) with t (k,) s -> (k,) N·m on the first port, or (k, P − 1)
-    on all ports but the braked one; and the times they jump."""
+    """What the machines at the ports are told over time, with t (k,) s.
 
-    torque: Torque
+    told(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques N·m or
+    speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque jumps
+    or a given speed has a kink; rates(t): (k, P) rad/s² of given speeds, none without.
+    """
+
+    told: Told
     jumps: tuple[float, ...] = ()
+    rates: Told | None = None
 
 
 class Sink(Protocol):
@@ -79,8 +84,8 @@ class Transient:
     """Samples of one run, first axis time.
 
     time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; masters (t, F, 2)
-    independent rotations, rad, and their speeds, rad/s; torques (t, P) given torques and the
-    brake's, N·m; output_speed rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
+    independent rotations, rad, and their speeds, rad/s; torques (t, P) from outside on the ports,
+    N·m, and their speeds (t, P) rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
     pair_tooth 0-based, −1 none; support_load (t, extra rows); active_flanks
     (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of which size.
     """
@@ -91,7 +96,7 @@ class Transient:
     theta: Array
     masters: Array
     torques: Array
-    output_speed: Array
+    speeds: Array
     pair_load: Array
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
@@ -118,77 +123,21 @@ class Transient:
 
     @property
     def output_torque(self) -> Array:
-        """Torque the brake takes (t,), N·m."""
-        return np.asarray(self.torques[:, -1])
+        """Torque the last port gives off (t,), N·m."""
+        return np.asarray(-self.torques[:, -1])
+
+    @property
+    def output_speed(self) -> Array:
+        """Speed of the last port (t,), rad/s."""
+        return np.asarray(self.speeds[:, -1])
 
 
-def start_state(
-    modal: ModalSystem,
-    torque: float | Array,
-    *,
-    carrier_angle: float = 0.0,
-    carrier_speed: float | None = None,
-) -> State:
-    """Equilibrium under given torques at ``carrier_angle`` plus rolling, rad and rad/s.
-
-    torque: of the first port, or (P,) of all. The speed is that of the first independent
-    rotation; it defaults to the one at which the brake law takes the torque, the others then
-    follow in their rated proportion. The train's output torque of equilibrium and the brake's at
-    that speed are then equal.
-    """
-    system = modal.system
-    given = np.asarray(torque, dtype=float)
-    at_rest = revolution(modal, np.array([carrier_angle]), given[None] if given.ndim else given)
-    speeds = _start_speeds(system, float(at_rest.output_torque[0]), carrier_speed)
-    eta = at_rest.eta[0] + modal.rolling @ at_rest.masters[0]
-    velocity = modal.rolling @ speeds
-    return State(
-        eta=eta,
-        velocity=velocity,
-        acceleration=np.zeros(modal.modes.shape[1]),
-        memory=first_memory(system.pairs),
-        active_flanks=at_rest.active_flanks[0].copy(),
-        torques=np.zeros(len(system.ports)),
-        energy=np.zeros(len(ENERGIES)),
-        given=np.array([_first_energy(modal, at_rest, velocity)]),
-    )
-
-
-def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
-    """Energy of an equilibrium and of its speed, at least the rated one, J."""
-    rated = modal.rolling @ modal.system.rated_master_speeds
-    kinetic = 0.5 * max(float(velocity @ velocity), float(rated @ rated))
-    elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
-    stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)
-    return kinetic + elastic + 0.5 * float(np.sum(found.pair_load[0] ** 2 / stiffness))
-
-
-def _start_speeds(system: System, output_torque: float, first: float | None) -> Array:
-    """Speeds (F,) of the independent rotations in rated proportion, rad/s: with ``first`` of the
-    first of them, or so that the brake takes the output torque, N·m. At rest as rated at rest."""
-    speeds, brake = system.rated_master_speeds, system.brake
-    if first is not None:
-        return speeds * (first / speeds[0]) if speeds[0] else first * np.eye(len(speeds))[0]
-    output = float(system.output @ system.rolling @ speeds)
-    if brake.rated_torque == 0.0 or brake.exponent == 0.0 or output == 0.0:
-        return speeds
-    ratio = output_torque / brake.rated_torque
-    size = abs(ratio) ** (1 / brake.exponent) * brake.rated_speed / output
-    return np.asarray(speeds * (np.sign(ratio) * size))
-
-
-def given_torques(modal: ModalSystem, drive: Drive, times: Array) -> Array:
-    """(k, P − 1) torques on all ports but the braked one; a single one scales the rated others."""
-    torque = np.asarray(drive.torque(times), dtype=np.float64)
-    if torque.ndim == 1:
-        torque = modal.system.proportional_torques(torque)[:, :-1]
-    return np.ascontiguousarray(torque)
-
-
-def start_torque(modal: ModalSystem, drive: Drive) -> float | Array:
-    """Torque at t = 0, as ``start_state`` takes it."""
-    torque = np.asarray(drive.torque(np.array([0.0])), dtype=float)[0]
-    return float(torque) if np.ndim(torque) == 0 else np.append(torque, 0.0)
+def told_machines(modal: ModalSystem, drive: Drive, times: Array) -> Array:
+    """(k, P) what the machines of all ports are told; a single torque scales the rated others."""
+    told = np.asarray(drive.told(times), dtype=np.float64)
+    if told.ndim == 1:
+        told = modal.system.proportional_torques(told)
+    return np.ascontiguousarray(told)
 
 
 def largest_rated_load(modal: ModalSystem, angle: float = 0.0) -> float:
@@ -228,7 +177,7 @@ def transient(
     of the gear-mesh period (``gears.kinematics.longest_time_step``).
     """
     if start is None:
-        start = start_state(modal, start_torque(modal, drive))
+        start = start_state(modal, told_machines(modal, drive, np.zeros(1))[0])
     _refuse_start(modal, start, time_step if adaptive is None else adaptive.longest)
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
@@ -300,18 +249,18 @@ class _Run:
         if key not in self.known:
             self.known[key] = step_data(self.modal, plan.sizes)
         data = self.known[key]
-        first = given_torques(self.modal, self.drive, np.array([plan.start + BESIDE * h]))
-        if consistent_acceleration(self.modal, data, self.state, first[0], self.space):
+        first = self._told_at(plan.start + BESIDE * h)
+        if consistent_acceleration(self.modal, data, self.state, first, self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
             times = plan.start + h * np.arange(begin + 1, end + 1, dtype=np.float64)
             before = times.copy()
             if end == plan.ticks:
-                before[-1] -= BESIDE * h  # the torque just before the next jump
+                before[-1] -= BESIDE * h  # just before the next jump
             samples = empty_samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
-                data, laws, given_torques(self.modal, self.drive, before), begin, self.state,
+                data, laws, told_machines(self.modal, self.drive, before), begin, self.state,
                 self.space, samples, plan.control,
             )  # fmt: skip
             if status < 0:
@@ -327,6 +276,16 @@ class _Run:
                 self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
                 self.sink.append(_named(at, samples))
             yield end - begin
+
+    def _told_at(self, time: float) -> Array:
+        """What machines are told in a step of no duration: rates in the place of given speeds."""
+        at = np.array([time])
+        told: Array = told_machines(self.modal, self.drive, at)[0]
+        held = [isinstance(one, GivenSpeed) for one in self.modal.system.machines]
+        if any(held):
+            rates = None if self.drive.rates is None else self.drive.rates(at)[0]
+            told[held] = 0.0 if rates is None else rates[held]
+        return told
 
     def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
         """FlexgearError where steps make energy from nothing; no account where none is wanted."""

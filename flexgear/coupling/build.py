@@ -20,6 +20,7 @@ from flexgear.coupling.links import behind_spline
 from flexgear.coupling.loads import frame_forces, given_loads
 from flexgear.coupling.lumped_bodies import LumpedMember, lumped_members
 from flexgear.coupling.lumped_stage import StageFrame, lumped_sets, tie_lumped_stage
+from flexgear.coupling.port_machines import port_machines
 from flexgear.coupling.stage_parts import (
     Stiffening,
     pin_rotation,
@@ -30,7 +31,6 @@ from flexgear.coupling.stage_parts import (
     tie_stage,
 )
 from flexgear.coupling.system import (
-    Brake,
     Damping,
     Port,
     System,
@@ -236,10 +236,6 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
     rolling, masters, speeds = _rolling(b, rigid, contact)
     gyroscopic, centripetal = frame_forces(b, rolling, masters)
-    torque, speed = (
-        flow.torque.get(train.brake_member, 0.0),
-        flow.speed.get(train.brake_member, 1.0),
-    )
     d, modal = train.damping, train.damping.kind == "modal"
     lead = train.inputs[0].member if train.inputs else ""
     inertias = {f"{p.member}_inertia_kg_m2": train.port_inertia(p.member) for p in train.ports}
@@ -270,7 +266,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
-        brake=_brake(train, torque, speed),
+        machines=port_machines(train, flow),
         rated_torque=flow.torque.get(lead, 0.0),
         rated_speed=flow.speed.get(lead, 0.0),
         master_speeds=speeds,
@@ -299,13 +295,6 @@ def _loose_motions(b: UnderWay) -> Array:
     turning = b.a.rotation("stage.shaft") + b.a.rotation("stage.output")
     known = np.column_stack([orbit, *spins, turning])
     return known if loose.shape == known.shape else loose
-
-
-def _brake(train: Case, torque: float, speed: float) -> Brake:
-    """Of the output: its rated torque as given, else that of statics, N m; rated speed, rad/s."""
-    given = None if train.output is None else train.output.brake_torque
-    size = given or abs(torque)
-    return Brake(size if speed else -torque, abs(speed), train.brake_exponent)
 
 
 def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:

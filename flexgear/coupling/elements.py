@@ -26,6 +26,7 @@ Records = Any  # a structured array: numba reads its fields by name
 
 PLACES = 2 * SLOTS  # of a gear mesh in what a step carries on: more than pairs in contact
 BLOCKS = SLOTS + 1  # most blocks of a row
+RATE_PARAMETERS = 5  # of the law of machines at ports
 
 
 def _record(ints: str, reals: str) -> np.dtype[Any]:
@@ -201,7 +202,7 @@ def _fixed_rows(data: PairData) -> FixedRows:
     vector[at, 0] = -data.load_vector  # a row acts as −V F: its F is 1
     laws += [(GIVEN_FORCE_LAW, n + i, 1, [1.0]) for i in range(forces)]
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
-    parameters = np.zeros((len(laws), max([3, *(len(x[3]) for x in laws)])))
+    parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
     for i, (law, first, rows, given) in enumerate(laws):
         element[i] = law, first, rows
         parameters[i, : len(given)] = given
@@ -216,17 +217,17 @@ def _turned_axis(component: int, angle: float) -> Array:
     return out
 
 
-def pair_rows(data: PairData) -> Rows:
-    """Empty work space for ``data``, with room for one more row and element: the brake."""
-    pairs = max(1, len(data.s0) * SLOTS)
-    extra, fixed = extra_rows(data), _fixed_rows(data)
+def pair_rows(data: PairData, machines: int = 0) -> Rows:
+    """Empty work space for ``data``, with room for so many rows and elements more at ports."""
+    pairs, fixed = max(1, len(data.s0) * SLOTS), _fixed_rows(data)
+    rows, elements = (pairs + count + machines for count in (extra_rows(data), len(fixed.element)))
     return Rows(
-        row=np.zeros(pairs + extra + 1, dtype=ROW),
-        blocks=np.zeros((pairs + extra + 1, BLOCKS), dtype=np.int64),
-        coef=np.zeros((pairs + extra + 1, BLOCKS, 6)),
+        row=np.zeros(rows, dtype=ROW),
+        blocks=np.zeros((rows, BLOCKS), dtype=np.int64),
+        coef=np.zeros((rows, BLOCKS, 6)),
         pair=np.zeros(pairs, dtype=PAIR),
-        element=np.zeros(pairs + len(fixed.element) + 1, dtype=ELEMENT),
-        parameters=np.zeros((pairs + len(fixed.element) + 1, fixed.parameters.shape[1])),
+        element=np.zeros(elements, dtype=ELEMENT),
+        parameters=np.zeros((elements, fixed.parameters.shape[1])),
     )
 
 

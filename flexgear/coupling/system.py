@@ -15,6 +15,7 @@ from scipy import linalg
 
 from flexgear.coupling.bearings import LawBearing
 from flexgear.coupling.gear_meshes import GearMeshLabel
+from flexgear.coupling.machines import Brake, Machine
 from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import Body
@@ -68,16 +69,6 @@ class TurningSupport:
 
 
 @dataclass(frozen=True)
-class Brake:
-    """Output torque T = rated_torque · sign(ω) |ω/rated_speed|^exponent, N·m at the sun shaft;
-    T = rated_torque, of either sign, where the rated speed is zero."""
-
-    rated_torque: float
-    rated_speed: float
-    exponent: float
-
-
-@dataclass(frozen=True)
 class Damping:
     """Of the assembled system without gear meshes: 2ζω = 2·ratio·ω, or α + β ω²."""
 
@@ -114,9 +105,9 @@ class System:
     independent rotations when the train rolls without deflection; masters: (F, d) rows that give
     those rotations; angles: (A, d) rows that give the angles on which gear meshes and turning
     supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
-    ports: where torque acts, the braked one last; master_speeds: rated, rad/s; gear_meshes: label
-    of every gear mesh m; gyroscopic, centripetal: (d, d) at rated speed, for
-    M q̈ + G q̇ + (K − C) q, or None; variants: what bends, by flexible stage.
+    ports: where torque acts, inputs before the output; machines: what hangs there; master_speeds:
+    rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
+    speed, for M q̈ + G q̇ + (K − C) q, or None; variants: what bends, by flexible stage.
     """
 
     variants: dict[str, Variant]
@@ -134,7 +125,7 @@ class System:
     links: tuple[Link, ...]
     turning: tuple[TurningSupport, ...]
     damping: Damping
-    brake: Brake
+    machines: tuple[Machine, ...]
     rated_torque: float
     rated_speed: float
     planets: int
@@ -164,8 +155,16 @@ class System:
 
     @property
     def output(self) -> Array:
-        """Row (d,) of the braked port."""
+        """Row (d,) of the last port, the output."""
         return self.ports[-1].row
+
+    @property
+    def brake(self) -> Brake:
+        """Law of the output; FlexgearError where another machine is there."""
+        last = self.machines[-1]
+        if not isinstance(last, Brake):
+            raise FlexgearError(f"no brake is at {self.ports[-1].name}")
+        return last
 
     @property
     def port_rows(self) -> Array:

@@ -61,7 +61,7 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
     ),
     "stage_speed": Quantity((S, "turning_stage"), "rad/s", "its speed when the train rolls"),
-    "output_speed": Quantity((S,), "rad/s", "speed of the braked member"),
+    "output_speed": Quantity((S,), "rad/s", "speed of the output"),
     "closure": QUANTITIES["closure"],
     "pair_load": Quantity(
         (S, "flank", "slot"), "N", "load of a tooth pair; compressive is positive"
@@ -78,6 +78,7 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "bolt_force": QUANTITIES["bolt_force"],
     "bearing_force": Quantity((S, "support", "dof"), "N, N m", QUANTITIES["bearing_force"].meaning),
     "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
+    "port_speed": Quantity((S, "port"), "rad/s", "speed of the member, elastic motion included"),
     "gear_mesh_force": Quantity(
         (S, "gear_mesh"),
         "N",

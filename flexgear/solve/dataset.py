@@ -32,15 +32,14 @@ NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a
 
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     """Dataset of a transient; attrs are added to the provenance."""
-    torques = result.torques.copy()
-    torques[:, -1] = -result.output_torque  # the brake's, as it acts on the member
     speeds = result.masters[:, :, 1]
     arrays = {
         "master_speed": speeds,
         "stage_speed": _stage_rates(model, speeds),
+        "port_speed": result.speeds,
         "output_speed": result.output_speed,
     }
-    return _dataset(model, "time", result.time, result, torques, arrays, attrs)
+    return _dataset(model, "time", result.time, result, result.torques, arrays, attrs)
 
 
 def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step_arrays import State
 from flexgear.analysis.step_plan import Stepping
 from flexgear.analysis.step_space import empty_samples
@@ -26,8 +27,7 @@ from flexgear.analysis.transient import (
     Steps,
     Transient,
     collected,
-    start_state,
-    start_torque,
+    told_machines,
     transient,
 )
 from flexgear.coupling.modal import ModalSystem
@@ -104,7 +104,7 @@ class LongRun:
         """Run it. tried: tell the sink how long it takes, which a few steps show. InputError where
         that is more than a month."""
         refuse_endless(self.stepping, self.source)
-        start = start_state(self.modal, start_torque(self.modal, self.drive))
+        start = start_state(self.modal, told_machines(self.modal, self.drive, np.zeros(1))[0])
         seconds = self._seconds(start) if tried else math.nan
         if seconds > LONGEST:
             raise _endless(self.stepping, self.source, f"about {seconds / 86400:.3g} days")
@@ -125,7 +125,7 @@ class LongRun:
     ) -> Steps:
         return transient(
             self.modal,
-            Drive(self.drive.torque, stepping.jumps),
+            replace(self.drive, jumps=stepping.jumps),
             duration=stepping.duration,
             time_step=stepping.time_step,
             output_interval=stepping.output_interval,

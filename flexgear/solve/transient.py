@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.analysis.step_plan import FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Drive, Steps, Transient
 from flexgear.analysis.transient import transient as step_through
+from flexgear.coupling.machines import Brake
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
@@ -264,7 +265,9 @@ def _require_brake(model: Model) -> None:
 
 
 def _braked(modal: ModalSystem, share: float) -> ModalSystem:
-    """The same train with the brake's torque scaled."""
-    brake = modal.system.brake
-    scaled = replace(brake, rated_torque=abs(share) * brake.rated_torque)
-    return replace(modal, system=modal.system.with_(brake=scaled))
+    """The same train with the torque of its brakes scaled."""
+    machines = tuple(
+        replace(one, rated_torque=abs(share) * one.rated_torque) if isinstance(one, Brake) else one
+        for one in modal.system.machines
+    )
+    return replace(modal, system=modal.system.with_(machines=machines))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from two_gears import TORQUE, evenly_stiff, exact_after, reversal, stepped, two_gears
 
-from flexgear.analysis.transient import Drive, start_state
+from flexgear.analysis.start import start_state
+from flexgear.analysis.transient import Drive
 from flexgear.model.errors import FlexgearError
 
 STEADY = Drive(lambda t: np.full(len(t), TORQUE))

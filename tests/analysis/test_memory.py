@@ -7,10 +7,11 @@ from trains import stage_train
 
 from flexgear.analysis.consistent_acceleration import consistent_acceleration
 from flexgear.analysis.refinement import control
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step import advance
 from flexgear.analysis.step_arrays import Space
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
-from flexgear.analysis.transient import largest_rated_load, start_state
+from flexgear.analysis.transient import largest_rated_load
 from flexgear.coupling.build import build_system
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import modal_system

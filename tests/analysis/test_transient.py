@@ -6,14 +6,9 @@ from coupled import TORQUE, make_system, shaped
 
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.reference import reference_transient
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import FineWindow, plan_segments
-from flexgear.analysis.transient import (
-    Collector,
-    Drive,
-    collected,
-    start_state,
-    transient,
-)
+from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import KINDS
 

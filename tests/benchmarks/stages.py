@@ -8,8 +8,9 @@ from functools import cache
 import numpy as np
 from coupled import CLEAN, TORQUE, make_bodies, stage_system
 
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Adaptive
-from flexgear.analysis.transient import Collector, Drive, State, start_state, transient
+from flexgear.analysis.transient import Collector, Drive, State, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.model.flexible_stage import FlexibleStage

@@ -13,8 +13,8 @@ from benchmarks.integrators import Integrator
 from benchmarks.record import Comparison, Report
 from benchmarks.stages import Run, cheap_system, real_case, real_system, steady_run
 from benchmarks.timing import interleaved
+from flexgear.analysis.start import start_state
 from flexgear.analysis.step_plan import Adaptive
-from flexgear.analysis.transient import start_state
 from flexgear.coupling.modal import ModalSystem, chosen_modal, modal_system
 from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import System

@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.transient import Collector, Drive, collected, start_state, transient
+from flexgear.analysis.start import start_state
+from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry

@@ -8,7 +8,8 @@ carries the force F_i, which acts as −V_i F_i on the train. Its *law* is one c
 parameters (p,): of the element; motion (2, r): δ and δ̇. It fills force (2, r): F, and the part of
 it that has a potential; tangent (2, r, r): ∂F/∂δ and ∂F/∂δ̇; and returns the potential, J. Tangents
 need not be symmetric; r rows may be coupled. A law knows no rows, and the solvers know no law: they
-call it by its address, so that adding one compiles nothing else anew.
+call it by its address, so that adding one compiles nothing else anew. Only rows under the law
+"held_rate" are held: what it gives is not their force but zero, and their force is what that takes.
 
 Laws of bearings also say on which of the six components of the relative motion of inner and outer
 ring their rows act. To add one: write its file, and enter it in ``LAWS``.
@@ -23,7 +24,13 @@ import numpy as np
 from numba import njit
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
-from flexgear.coupling.laws.basic import GIVEN_FORCE, LINEAR, LINEAR_RATE, ONE_SIDED
+from flexgear.coupling.laws.basic import (
+    GIVEN_FORCE,
+    HELD_RATE,
+    LINEAR,
+    LINEAR_RATE,
+    ONE_SIDED,
+)
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.law import Array, Law
 from flexgear.coupling.laws.rollers import ROLLERS
@@ -32,10 +39,11 @@ from flexgear.model.errors import FlexgearError
 # numba's word for calling functions by address, which works since 0.49
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
-LAWS: tuple[Law, ...] = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, CLEARANCE, ROLLERS)
+BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
+LAWS: tuple[Law, ...] = (*BASIC, CLEARANCE, ROLLERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
-LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW = range(4)
+LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW = range(len(BASIC))
 
 
 def functions() -> tuple[object, ...]:

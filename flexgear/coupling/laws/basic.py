@@ -1,4 +1,4 @@
-"""Laws of tooth pairs, of rows with a constant stiffness, of given forces and of the brake.
+"""Laws of tooth pairs, of rows with a constant stiffness, of given forces and of machines at ports.
 
 One-sided contact:
 
@@ -54,10 +54,11 @@ def _given_force(parameters, motion, force, tangent):
 
 @compiled_law
 def _linear_rate(parameters, motion, force, tangent):
-    """F = F₀ + c (δ̇ − δ̇₀): the brake about its speed."""
-    force[0, 0] = parameters[0] + parameters[1] * (motion[1, 0] - parameters[2])
-    force[1, 0] = 0.0
-    tangent[0, 0, 0], tangent[1, 0, 0] = 0.0, parameters[1]
+    """F = F₀ + c (δ̇ − δ̇₀) from F₁ to F₂: a machine at a port. Parameters: F₀, c, δ̇₀, F₁, F₂."""
+    f = parameters[0] + parameters[1] * (motion[1, 0] - parameters[2])
+    force[0, 0], force[1, 0] = min(max(f, parameters[3]), parameters[4]), 0.0
+    tangent[0, 0, 0] = 0.0
+    tangent[1, 0, 0] = parameters[1] if force[0, 0] == f else 0.0
     return 0.0
 
 
@@ -65,3 +66,4 @@ LINEAR = Law("linear", _linear)
 ONE_SIDED = Law("one_sided", _one_sided)
 GIVEN_FORCE = Law("given_force", _given_force)
 LINEAR_RATE = Law("linear_rate", _linear_rate)
+HELD_RATE = Law("held_rate", _linear_rate)  # of a row that is held: what the law gives is zero

@@ -1,0 +1,192 @@
+"""The machines at the ports as rows of a step's contact problem.
+
+A given torque is part of the prediction. Every other machine is a row V with force F = −T on its
+port, linear in the rate δ̇ = ω of the new time:
+
+    brake        F = T_b(ω₀) + T_b'(ω₀) (ω − ω₀),   ω₀ the extrapolated speed
+    controller   F = −(I + h/2 k_i e₀) + (k_p + h/2 k_i)(ω − ω_s),   cut off at its limits
+    given speed  0 = ω − ω_s,   in a step of no duration 0 = ω̇ − ω̇_s
+
+The integral I of a controller follows by the trapezoidal rule, which is how average acceleration
+integrates speeds: I⁺ = I + h/2 k_i (e₀ + e⁺) with the errors e = ω_s − ω before and after the step.
+It stands while the torque is at a limit that the error pushes against.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flexgear.analysis.active_dofs import motions, row_value
+from flexgear.analysis.vectors import dot
+from flexgear.coupling.compiled import INNER, PART
+from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
+from flexgear.coupling.system import System
+
+Array = NDArray[np.float64]
+STICK = 1e-3  # share of rated speed below which a constant brake torque fades
+TORQUE, SPEED, BRAKE, CONTROLLER = range(4)
+MACHINE = np.dtype(
+    [("kind", np.int64)]
+    + [(n, float) for n in ("torque", "speed", "exponent")]
+    + [(n, float) for n in ("proportional", "integral", "least", "most")]
+)
+PORT = np.dtype([(n, float) for n in ("torque", "integral", "error")])
+
+
+class PortSpace(NamedTuple):
+    """What is told the machines at the new time, and what they do then, (P,)."""
+
+    told: Array  # N·m or rad/s; rad/s² of a given speed in a step of no duration
+    given: Array  # torques that are given, zero at the other ports, N·m
+    torque: Array  # torques of all, N·m
+    guess: Array  # extrapolated speeds, rad/s
+
+
+def packed_machines(system: System) -> Any:
+    """Records (P,) MACHINE of the ports."""
+    out = np.zeros(len(system.ports), dtype=MACHINE)
+    for one, machine in zip(out, system.machines, strict=True):
+        one["least"], one["most"] = -math.inf, math.inf
+        if isinstance(machine, Brake):
+            one["kind"], one["torque"] = BRAKE, machine.rated_torque
+            one["speed"], one["exponent"] = machine.rated_speed, machine.exponent
+        elif isinstance(machine, Controller):
+            one["kind"], one["proportional"] = CONTROLLER, machine.proportional
+            one["integral"] = machine.integral
+            one["least"], one["most"] = machine.least, machine.most
+        elif isinstance(machine, GivenSpeed):
+            one["kind"] = SPEED
+    return out
+
+
+def port_space(count: int) -> PortSpace:
+    """Work space for so many ports."""
+    return PortSpace(*np.zeros((4, count)))
+
+
+@njit(**INNER)
+def brake_line(brake, speed):
+    """Torque that a brake takes and its slope at a speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
+
+    A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
+    never drives a train at rest. Rated to stand still (ω_r = 0) it is what holds the train, T_r.
+    """
+    if brake.speed == 0.0:
+        return brake.torque, 0.0
+    if brake.exponent == 1.0:
+        slope = brake.torque / brake.speed
+        return slope * speed, slope
+    ratio = abs(speed) / brake.speed
+    sign = 1.0 if speed >= 0.0 else -1.0
+    if brake.exponent == 0.0 and ratio < STICK:
+        slope = brake.torque / (STICK * brake.speed)
+        return slope * speed, slope
+    torque = sign * brake.torque * ratio**brake.exponent
+    slope = 0.0
+    if ratio != 0.0:
+        slope = brake.exponent * brake.torque / brake.speed * ratio ** (brake.exponent - 1.0)
+    return torque, slope
+
+
+@njit(**INNER)
+def machine_line(machine, h, told, guess, port, line):
+    """F₀, c, δ̇₀, least and most F of a machine's law; see above. A given speed has c = 1."""
+    line[0], line[1], line[2] = 0.0, 1.0, told
+    line[3], line[4] = -machine.most, -machine.least
+    if machine.kind == BRAKE:
+        line[0], line[1] = brake_line(machine, guess)
+        line[2] = guess
+    elif machine.kind == CONTROLLER:
+        half = 0.5 * h * machine.integral
+        line[0], line[1] = -(port.integral + half * port.error), machine.proportional + half
+
+
+@njit(**PART)
+def tell_machines(machines, told, ports):
+    """Note what is told, and the torques that are given."""
+    for p in range(told.shape[0]):
+        ports.told[p] = told[p]
+        if machines[p].kind == TORQUE:
+            ports.given[p] = told[p]
+
+
+@njit(**PART)
+def add_machines(h, machines, state, work, n, count):
+    """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both."""
+    rows, on_dofs, ports, space = work.rows, work.on_dofs, work.modes.ports, work.space
+    for p in range(machines.shape[0]):
+        if machines[p].kind == TORQUE:
+            continue
+        rows.row[n].offset = 0.0
+        element = rows.element[count]
+        element.law = HELD_RATE_LAW if machines[p].kind == SPEED else LINEAR_RATE_LAW
+        element.first, element.rows, element.place = n, 1, -1
+        space.motion[count, 0, 0], space.motion[count, 1, 0] = 0.0, ports.guess[p]
+        machine_line(
+            machines[p], h, ports.told[p], ports.guess[p], state.ports[p], rows.parameters[count]
+        )
+        t = on_dofs.first[n]
+        on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = p, 1.0, t + 1
+        on_dofs.since[n + 1] = on_dofs.since[n]
+        n, count = n + 1, count + 1
+    return n, count
+
+
+@njit(**INNER)
+def hold_speeds(h, n, first, last, work):
+    """Rows of given speeds among the elements from ``first`` to before ``last``: of one row's own
+    receptance as unit; in a step of no duration by their accelerations, which n rows change."""
+    problem, rows, on_dofs, dofs = work.problem, work.rows, work.on_dofs, work.dofs
+    for e in range(first, last):
+        if rows.element[e].law != HELD_RATE_LAW:
+            continue
+        i = rows.element[e].first
+        if h == 0.0:
+            port = work.active.modes[np.int64(on_dofs.dof[on_dofs.first[i]])]
+            motions(work.active, port, port, dofs.image, dofs.image)
+            for j in range(n):
+                problem.rate[i, j] = row_value(on_dofs, j, dofs.image)
+            problem.free[1, i] = dot(port, work.modes.acceleration)
+        rows.parameters[e, 1] = 1.0 / problem.rate[i, i]
+
+
+@njit(**PART)
+def note_torques(force, n, total, work):
+    """Torques of all ports from the given ones and the forces of rows n … ``total``."""
+    ports, on_dofs = work.modes.ports, work.on_dofs
+    for p in range(ports.given.shape[0]):
+        ports.torque[p] = ports.given[p]
+    for i in range(n, total):
+        ports.torque[np.int64(on_dofs.dof[on_dofs.first[i]])] = -force[i]
+
+
+@njit(**PART)
+def keep_machines(h, machines, state, work):
+    """Torques, errors and integrals of the new time become the state."""
+    ports = work.modes.ports
+    for p in range(machines.shape[0]):
+        machine, port = machines[p], state.ports[p]
+        port.torque = ports.torque[p]
+        if machine.kind == CONTROLLER:
+            error = ports.told[p] - dot(state.velocity, work.active.modes[p])
+            above = port.torque >= machine.most and error > 0.0
+            if not above and not (port.torque <= machine.least and error < 0.0):
+                port.integral += 0.5 * h * machine.integral * (port.error + error)
+            port.error = error
+
+
+@njit(**PART)
+def moved_energy(h, machines, n, work):
+    """Energy that machines beside brakes moved in a step of n modes, either way, J."""
+    ports, total = work.modes.ports, 0.0
+    for p in range(machines.shape[0]):
+        if machines[p].kind != BRAKE:
+            speed = dot(work.modes.free_rate[:n], work.active.modes[p])
+            total += h * abs(ports.torque[p] * speed)
+    return total

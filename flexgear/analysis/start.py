@@ -1,0 +1,144 @@
+"""The state a transient starts from: static equilibrium plus rigid rolling, all machines content.
+
+Speeds of the F independent rotations: ports with a given or a controlled speed turn at theirs; what
+is left of the motion keeps its rated proportion, at the size at which a brake takes the torque that
+equilibrium asks of it. Torques: ports of given torque have theirs, brakes what their law says at
+that speed, and F ports hold the balance; a controller's integral starts at its share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.contact_newton import first_memory
+from flexgear.analysis.energy import ENERGIES
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.machines import PORT
+from flexgear.analysis.step_arrays import State
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.system import System
+
+Array = NDArray[np.float64]
+AGREES = 1e-12  # of the torques of brakes that hold no balance, found in turns with the speeds
+
+
+def start_state(
+    modal: ModalSystem,
+    told: float | Array,
+    *,
+    carrier_angle: float = 0.0,
+    carrier_speed: float | None = None,
+) -> State:
+    """Equilibrium at ``carrier_angle``, rad, plus rolling.
+
+    told: torque of the first port, the others then as rated, or (P,) what every machine is told
+    (``transient.Drive``). carrier_speed: of the first independent rotation, rad/s, the others in
+    rated proportion; as the machines want it if left out.
+    """
+    system = modal.system
+    ends = np.asarray(told, dtype=float)
+    ends = system.proportional_torques(ends[None])[0] if ends.ndim == 0 else ends
+    held = replace(modal, system=_balanced(system))
+    speeds, settled = _given_speeds(system, ends, 1.0), False
+    while not settled:
+        known = _known_torques(held.system, ends, speeds)
+        at_rest = revolution(held, np.array([carrier_angle]), known[None])
+        speeds = _speeds(held.system, ends, at_rest.torques[0])
+        now = _known_torques(held.system, ends, speeds)
+        settled = bool(np.abs(now - known).max() <= AGREES * np.abs(now).max())
+    if carrier_speed is not None:
+        rated = system.rated_master_speeds
+        first = carrier_speed * np.eye(len(rated))[0]
+        speeds = rated * (carrier_speed / rated[0]) if rated[0] else first
+    velocity = modal.rolling @ speeds
+    return State(
+        eta=at_rest.eta[0] + modal.rolling @ at_rest.masters[0],
+        velocity=velocity,
+        acceleration=np.zeros(modal.modes.shape[1]),
+        memory=first_memory(system.pairs),
+        active_flanks=at_rest.active_flanks[0].copy(),
+        ports=_ports(system, ends, at_rest.torques[0], _port_rolling(system) @ speeds),
+        energy=np.zeros(len(ENERGIES)),
+        given=np.array([_first_energy(modal, at_rest, velocity)]),
+    )
+
+
+def _port_rolling(system: System) -> Array:
+    """Rotation (P, F) of the ports per radian of each independent rotation."""
+    return np.asarray(system.port_rows @ system.rolling)
+
+
+def _follow_speed(system: System) -> list[int]:
+    """Ports with a given or controlled speed."""
+    kinds = (GivenSpeed, Controller)
+    return [p for p, one in enumerate(system.machines) if isinstance(one, kinds)]
+
+
+def _balanced(system: System) -> System:
+    """The system with those ports as reactions whose torque is free at the start: first those with
+    a speed, then brakes, then those that are reactions at rated load."""
+    own, turns = _follow_speed(system), _port_rolling(system)
+    brakes = [p for p, one in enumerate(system.machines) if isinstance(one, Brake)]
+    chosen: list[int] = []
+    for p in dict.fromkeys([*own, *reversed(brakes), *system.reactions]):
+        if np.linalg.matrix_rank(turns[[*chosen, p]]) > len(chosen):
+            chosen.append(p)
+    ports = tuple(replace(x, reaction=p in chosen) for p, x in enumerate(system.ports))
+    return system.with_(ports=ports)
+
+
+def _given_speeds(system: System, told: Array, share: float) -> Array:
+    """Speeds (F,) with ports that follow a speed at theirs, else ``share`` of the rated ones."""
+    own, rated = _follow_speed(system), share * system.rated_master_speeds
+    if not own:
+        return np.asarray(rated)
+    turns = _port_rolling(system)[own]
+    return np.asarray(rated + np.linalg.pinv(turns) @ (told[own] - turns @ rated))
+
+
+def _speeds(system: System, told: Array, torques: Array) -> Array:
+    """The same with the share at which the last brake among the reactions takes its torque."""
+    turns = _port_rolling(system)
+    for p in reversed(system.reactions):
+        machine = system.machines[p]
+        wanted = machine.speed(-torques[p]) if isinstance(machine, Brake) else None
+        if wanted is None:
+            continue
+        none, all_of_it = (turns[p] @ _given_speeds(system, told, x) for x in (0.0, 1.0))
+        if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_master_speeds):
+            return _given_speeds(system, told, (wanted - none) / (all_of_it - none))
+    return _given_speeds(system, told, 1.0)
+
+
+def _known_torques(system: System, told: Array, speeds: Array) -> Array:
+    """Torques (P,) of ports that follow one, and at these speeds of brakes that are no reactions,
+    N·m."""
+    out, turned = told.copy(), _port_rolling(system) @ speeds
+    for p, machine in enumerate(system.machines):
+        if isinstance(machine, Brake) and p not in system.reactions:
+            out[p] = -machine.torque(turned[p])
+    return out
+
+
+def _ports(system: System, told: Array, torques: Array, speeds: Array) -> Any:
+    """What controllers carry on so that the start is stationary, (P,) PORT."""
+    out = np.zeros(len(system.ports), dtype=PORT)
+    for p, machine in enumerate(system.machines):
+        if isinstance(machine, Controller):
+            out[p]["error"] = told[p] - speeds[p]
+            out[p]["integral"] = torques[p] - machine.proportional * out[p]["error"]
+    return out
+
+
+def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
+    """Energy of an equilibrium and of its speed, at least the rated one, J."""
+    rated = modal.rolling @ modal.system.rated_master_speeds
+    kinetic = 0.5 * max(float(velocity @ velocity), float(rated @ rated))
+    elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
+    stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)
+    return kinetic + elastic + 0.5 * float(np.sum(found.pair_load[0] ** 2 / stiffness))
