@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import motions, row_value
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER, PART
+from flexgear.coupling.compiled import INNER
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.system import System
@@ -107,7 +107,7 @@ def machine_line(machine, h, told, guess, port, line):
         line[0], line[1] = -(port.integral + half * port.error), machine.proportional + half
 
 
-@njit(**PART)
+@njit(**INNER)
 def tell_machines(machines, told, ports):
     """Note what is told, and the torques that are given."""
     for p in range(told.shape[0]):
@@ -116,10 +116,12 @@ def tell_machines(machines, told, ports):
             ports.given[p] = told[p]
 
 
-@njit(**PART)
-def add_machines(h, machines, state, work, n, count):
-    """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both."""
-    rows, on_dofs, ports, space = work.rows, work.on_dofs, work.modes.ports, work.space
+@njit(**INNER)
+def add_machines(h, machines, ports, carried, rows, on_dofs, motion, n, count):
+    """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both.
+
+    carried (P,) PORT: of the last step; motion (E, 2, r): what elements are linearised about.
+    """
     for p in range(machines.shape[0]):
         if machines[p].kind == TORQUE:
             continue
@@ -127,9 +129,9 @@ def add_machines(h, machines, state, work, n, count):
         element = rows.element[count]
         element.law = HELD_RATE_LAW if machines[p].kind == SPEED else LINEAR_RATE_LAW
         element.first, element.rows, element.place = n, 1, -1
-        space.motion[count, 0, 0], space.motion[count, 1, 0] = 0.0, ports.guess[p]
+        motion[count, 0, 0], motion[count, 1, 0] = 0.0, ports.guess[p]
         machine_line(
-            machines[p], h, ports.told[p], ports.guess[p], state.ports[p], rows.parameters[count]
+            machines[p], h, ports.told[p], ports.guess[p], carried[p], rows.parameters[count]
         )
         t = on_dofs.first[n]
         on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = p, 1.0, t + 1
@@ -139,54 +141,45 @@ def add_machines(h, machines, state, work, n, count):
 
 
 @njit(**INNER)
-def hold_speeds(h, n, first, last, work):
-    """Rows of given speeds among the elements from ``first`` to before ``last``: of one row's own
-    receptance as unit; in a step of no duration by their accelerations, which n rows change."""
-    problem, rows, on_dofs, dofs = work.problem, work.rows, work.on_dofs, work.dofs
-    for e in range(first, last):
-        if rows.element[e].law != HELD_RATE_LAW:
-            continue
-        i = rows.element[e].first
-        if h == 0.0:
-            port = work.active.modes[np.int64(on_dofs.dof[on_dofs.first[i]])]
-            motions(work.active, port, port, dofs.image, dofs.image)
-            for j in range(n):
-                problem.rate[i, j] = row_value(on_dofs, j, dofs.image)
-            problem.free[1, i] = dot(port, work.modes.acceleration)
-        rows.parameters[e, 1] = 1.0 / problem.rate[i, i]
+def hold_at_instant(n, i, active, acceleration, on_dofs, image, problem):
+    """In a step of no duration: row i of a given speed in terms of accelerations, which n rows
+    change by Φ Φᵀ; image (2 C,): work."""
+    port = active.modes[np.int64(on_dofs.dof[on_dofs.first[i]])]
+    motions(active, port, port, image, image)
+    for j in range(n):
+        problem.rate[i, j] = row_value(on_dofs, j, image)
+    problem.free[1, i] = dot(port, acceleration)
 
 
-@njit(**PART)
-def note_torques(force, n, total, work):
-    """Torques of all ports from the given ones and the forces of rows n … ``total``."""
-    ports, on_dofs = work.modes.ports, work.on_dofs
-    for p in range(ports.given.shape[0]):
-        ports.torque[p] = ports.given[p]
-    for i in range(n, total):
-        ports.torque[np.int64(on_dofs.dof[on_dofs.first[i]])] = -force[i]
-
-
-@njit(**PART)
-def keep_machines(h, machines, state, work):
-    """Torques, errors and integrals of the new time become the state."""
-    ports = work.modes.ports
+@njit(**INNER)
+def machine_torques(machines, force, n, ports):
+    """Torques of all ports from the given ones and the forces of their rows, from row n on."""
     for p in range(machines.shape[0]):
-        machine, port = machines[p], state.ports[p]
+        ports.torque[p] = ports.given[p]
+        if machines[p].kind != TORQUE:
+            ports.torque[p] = -force[n]
+            n += 1
+
+
+@njit(**INNER)
+def moved_energy(h, machines, ports, velocity, modes):
+    """Energy that machines beside brakes move in a step at modal velocities, either way, J."""
+    total = 0.0
+    for p in range(machines.shape[0]):
+        if machines[p].kind != BRAKE:
+            total += h * abs(ports.torque[p] * dot(velocity, modes[p]))
+    return total
+
+
+@njit(**INNER)
+def carry_on(h, machines, ports, velocity, modes, carried):
+    """Torques, errors and integrals of the new time; carried (P,) PORT."""
+    for p in range(machines.shape[0]):
+        machine, port = machines[p], carried[p]
         port.torque = ports.torque[p]
         if machine.kind == CONTROLLER:
-            error = ports.told[p] - dot(state.velocity, work.active.modes[p])
+            error = ports.told[p] - dot(velocity, modes[p])
             above = port.torque >= machine.most and error > 0.0
             if not above and not (port.torque <= machine.least and error < 0.0):
                 port.integral += 0.5 * h * machine.integral * (port.error + error)
             port.error = error
-
-
-@njit(**PART)
-def moved_energy(h, machines, n, work):
-    """Energy that machines beside brakes moved in a step of n modes, either way, J."""
-    ports, total = work.modes.ports, 0.0
-    for p in range(machines.shape[0]):
-        if machines[p].kind != BRAKE:
-            speed = dot(work.modes.free_rate[:n], work.active.modes[p])
-            total += h * abs(ports.torque[p] * speed)
-    return total

@@ -39,15 +39,16 @@ from flexgear.analysis.contact_newton import remember, solve_contact, start_gues
 from flexgear.analysis.energy import motion_before, settle
 from flexgear.analysis.machines import (
     add_machines,
-    hold_speeds,
-    keep_machines,
+    carry_on,
+    hold_at_instant,
+    machine_torques,
     moved_energy,
-    note_torques,
     tell_machines,
 )
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
+from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.pairs import fill_rows
 
 BETA, GAMMA = 0.25, 0.5
@@ -119,7 +120,10 @@ def _contact(laws, data, level, n, count, state, work):
     dofs, problem, on_dofs, h = work.dofs, work.problem, work.on_dofs, data.modal.h[level]
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
-    total, elements = add_machines(h, data.machines, state, work, n, count)
+    total, elements = add_machines(
+        h, data.machines, work.modes.ports, state.ports, work.rows, on_dofs, work.space.motion,
+        n, count,
+    )  # fmt: skip
     motions(work.active, work.modes.free, work.modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
     fill(dofs.force[: work.active.counts[0].dofs], 0.0)
@@ -131,7 +135,13 @@ def _contact(laws, data, level, n, count, state, work):
     row_receptances(
         work.active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
     )
-    hold_speeds(h, total, count, elements, work)
+    for e in range(count, elements):
+        i = n + e - count
+        if work.rows.element[e].law == HELD_RATE_LAW:
+            if h == 0.0:
+                acceleration = work.modes.acceleration
+                hold_at_instant(total, i, work.active, acceleration, on_dofs, dofs.image, problem)
+            work.rows.parameters[e, 1] = 1.0 / problem.rate[i, i]  # its forces are torques
     start_guess(laws, work.rows, elements, state.memory, work.space)
     if solve_contact(laws, work.rows, elements, total, work.space, problem) < 0:
         return -1
@@ -163,7 +173,8 @@ def _advance_motion(h, machines, work, state):
         modes.free[j] += BETA * h * h * modes.push[j]
         modes.free_rate[j] += GAMMA * h * modes.push[j]
         modes.acceleration[j] += modes.push[j]
-    state.given[0] += moved_energy(h, machines, n, work)
+    velocity = modes.free_rate[:n]
+    state.given[0] += moved_energy(h, machines, modes.ports, velocity, work.active.modes)
     return 0.5 * dot(modes.free_rate[:n], modes.free_rate) <= RUNAWAY * state.given[0]
 
 
@@ -218,7 +229,7 @@ def _finish(h, machines, state, work, count):
     put(state.acceleration, modes.acceleration[: state.eta.shape[0]])
     put(state.eta, modes.free[: state.eta.shape[0]])
     put(state.velocity, modes.free_rate[: state.eta.shape[0]])
-    keep_machines(h, machines, state, work)
+    carry_on(h, machines, modes.ports, state.velocity, work.active.modes, state.ports)
     remember(work.rows, count, work.problem.motion, state.memory)
 
 
@@ -249,7 +260,7 @@ def advance(data, laws, told, first, state, space, samples, control):
             error = step_error(h, level, modal, state, work, n, control.load)
             if not after_step(control, level, error):
                 continue  # the same step again
-        note_torques(work.problem.force, n, total, work)
+        machine_torques(machines, work.problem.force, n, ports)
         if not _advance_motion(h, machines, work, state):
             return -end, saved
         if data.elements.gears.mesh.shape[0] > 0 and h > 0.0:
