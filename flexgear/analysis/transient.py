@@ -239,6 +239,8 @@ class _Run:
     ) -> None:
         self.modal, self.drive, self.state, self.sink = modal, drive, state, sink
         self.energy, self.gained = energy, Gained() if undamped_contact(modal) else None
+        machines = enumerate(modal.system.machines)
+        self.held = [p for p, one in machines if isinstance(one, GivenSpeed)]
         self.space = work_space(modal, energy or self.gained is not None, sizes)
         self.known: dict[tuple[float, ...], StepData] = {}
 
@@ -255,13 +257,10 @@ class _Run:
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
             times = plan.start + h * np.arange(begin + 1, end + 1, dtype=np.float64)
-            before = times.copy()
-            if end == plan.ticks:
-                before[-1] -= BESIDE * h  # just before the next jump
+            told = self._told_until(times, BESIDE * h if end == plan.ticks else 0.0)
             samples = empty_samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
-                data, laws, told_machines(self.modal, self.drive, before), begin, self.state,
-                self.space, samples, plan.control,
+                data, laws, told, begin, self.state, self.space, samples, plan.control,
             )  # fmt: skip
             if status < 0:
                 raise _ran_away(self.modal, times[-status - 1], float(plan.sizes[-1]))
@@ -279,12 +278,19 @@ class _Run:
 
     def _told_at(self, time: float) -> Array:
         """What machines are told in a step of no duration: rates in the place of given speeds."""
-        at = np.array([time])
+        at, held = np.array([time]), self.held
         told: Array = told_machines(self.modal, self.drive, at)[0]
-        held = [isinstance(one, GivenSpeed) for one in self.modal.system.machines]
-        if any(held):
-            rates = None if self.drive.rates is None else self.drive.rates(at)[0]
-            told[held] = 0.0 if rates is None else rates[held]
+        told[held] = 0.0 if self.drive.rates is None else self.drive.rates(at)[0, held]
+        return told
+
+    def _told_until(self, times: Array, early: float) -> Array:
+        """What machines are told at the end of steps; ``early`` s before a jump at the last one,
+        where given speeds do not jump."""
+        before = times.copy()
+        before[-1] -= early
+        told = told_machines(self.modal, self.drive, before)
+        if early and self.held:
+            told[-1, self.held] = told_machines(self.modal, self.drive, times[-1:])[0, self.held]
         return told
 
     def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
