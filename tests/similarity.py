@@ -21,6 +21,7 @@ from flexgear.model.section import Section, quantity_of, section_of
 POWERS = {
     "length": 1, "angle": 0, "time": 1, "frequency": -1, "rate": -1, "speed": -1, "torque": 3,
     "force": 2, "power": 2, "acceleration": -1, "stiffness": 1, "rotational stiffness": 3,
+    "rotational damping": 4,
     "stiffness per face width": 0, "modulus": 0, "density": 0, "mass": 3, "inertia": 5,
 }  # fmt: skip
 UNITS = {

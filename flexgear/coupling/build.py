@@ -20,7 +20,7 @@ from flexgear.coupling.links import behind_spline
 from flexgear.coupling.loads import frame_forces, given_loads
 from flexgear.coupling.lumped_bodies import LumpedMember, lumped_members
 from flexgear.coupling.lumped_stage import StageFrame, lumped_sets, tie_lumped_stage
-from flexgear.coupling.port_machines import port_machines
+from flexgear.coupling.port_machines import port_machines, require_free_speeds
 from flexgear.coupling.stage_parts import (
     Stiffening,
     pin_rotation,
@@ -236,6 +236,8 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
     rolling, masters, speeds = _rolling(b, rigid, contact)
     gyroscopic, centripetal = frame_forces(b, rolling, masters)
+    rotations = np.array([rotation(b, p.member) for p in train.ports]).reshape(-1, a.size)
+    require_free_speeds(train, rotations @ rolling)
     d, modal = train.damping, train.damping.kind == "modal"
     lead = train.inputs[0].member if train.inputs else ""
     inertias = {f"{p.member}_inertia_kg_m2": train.port_inertia(p.member) for p in train.ports}
@@ -252,11 +254,11 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         ports=tuple(
             Port(
                 p.member,
-                rotation(b, p.member),
+                row,
                 flow.torque[p.member],
                 reaction=p.given_torque is None,
             )
-            for p in train.ports
+            for p, row in zip(train.ports, rotations, strict=True)
         ),
         pairs=pairs,
         gear_meshes=labels(b.sets),

@@ -2,20 +2,54 @@
 
 from __future__ import annotations
 
-from flexgear.coupling.machines import Brake, GivenTorque, Machine
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
+from flexgear.coupling.machines import Machine as Law
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.model.machine import Machine, machines_of
+
+Array = NDArray[np.float64]
 
 
-def port_machines(case: Case, flow: PowerFlow) -> tuple[Machine, ...]:
-    """One for each port: inputs give torque, the output brakes."""
-    inputs = [GivenTorque()] * len(case.inputs)
-    return (*inputs, *([_brake(case, flow)] if case.output is not None else []))
+def port_machines(case: Case, flow: PowerFlow) -> tuple[Law, ...]:
+    """The law of each port, brakes at their rated torque N m and speed rad/s."""
+    ports = [port.member for port in case.ports]
+    pairs = zip(machines_of(case), ports, strict=True)
+    return tuple(_law(one, flow.torque[at], flow.speed[at]) for one, at in pairs)
 
 
-def _brake(case: Case, flow: PowerFlow) -> Brake:
-    """Of the output: its rated torque as given, else that of statics, N m; rated speed, rad/s."""
-    torque, speed = flow.torque[case.brake_member], flow.speed[case.brake_member]
-    given = None if case.output is None else case.output.brake_torque
-    size = given or abs(torque)
-    return Brake(size if speed else -torque, abs(speed), case.brake_exponent)
+def _law(machine: Machine | None, torque: float, speed: float) -> Law:
+    if machine is None or machine.law == "torque":
+        return GivenTorque()
+    if machine.law == "speed":
+        return GivenSpeed()
+    if machine.law == "brake":
+        size = machine.brake_torque or abs(torque)
+        return Brake(size if speed else -torque, abs(speed), machine.brake_exponent)
+    least = -math.inf if machine.least_torque is None else machine.least_torque
+    most = math.inf if machine.most_torque is None else machine.most_torque
+    return Controller(machine.kp or 0.0, machine.ki, least, most)
+
+
+def require_free_speeds(case: Case, turns: Array) -> None:
+    """InputError where ports that follow a speed say the same motion twice. turns (P, F): rotation
+    of the ports per radian of each independent rotation of the train."""
+    found = machines_of(case)
+    own = [p for p, one in enumerate(found) if one is not None and one.follows_speed]
+    for count in range(1, len(own) + 1):
+        if np.linalg.matrix_rank(turns[own[:count]]) < count:
+            last = own[count - 1]
+            key = f"inputs[{last}]" if last < len(case.inputs) else "output"
+            others = " and ".join(case.ports[p].member for p in own[: count - 1])
+            raise InputError(
+                case.source,
+                f"{key}.machine.law",
+                f"the speed of {case.ports[last].member} follows from that of {others} already",
+                'let it follow law = "torque" or "brake"',
+            )

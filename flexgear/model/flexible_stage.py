@@ -15,6 +15,7 @@ from flexgear.model.content import content_hash, file_digest
 from flexgear.model.drive import Drive
 from flexgear.model.faults import input_error
 from flexgear.model.gear_mesh import Damping, GearMesh
+from flexgear.model.history_files import read_histories
 from flexgear.model.housing import Housing
 from flexgear.model.inertia import Inertias
 from flexgear.model.material import Material
@@ -28,7 +29,6 @@ from flexgear.model.springs import Bearings
 from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import StageTolerance
-from flexgear.model.torque_series import read_torque_series
 from flexgear.model.train_errors import TrainErrors
 from flexgear.model.units import Acceleration
 
@@ -128,13 +128,7 @@ def resolve_files(data: dict[str, Any], folder: Path) -> None:
         inside = data.get(section)
         if isinstance(inside, dict) and isinstance(inside.get(key), str):
             inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
-    drive = data.get("drive")
-    if (
-        isinstance(drive, dict)
-        and drive.get("kind") == "csv"
-        and isinstance(drive.get("file"), str)
-    ):
-        drive["times"], drive["torques"] = read_torque_series(Path(drive["file"]))
+    read_histories(data, folder)
 
 
 def validated_stage(data: dict[str, Any], where: str, written: Written) -> FlexibleStage:

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from flexgear.model.machine import Machine
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Force, Inertia, Power, Speed, Torque
 
@@ -16,7 +17,8 @@ class Input(Section):
     power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
     and torques over inputs and output exactly as many are given as the train leaves free.
     inertia: polar, of what hangs on the member; where it is left out, that of the flexible stage's
-    case at this end, or none at a lumped member.
+    case at this end, or none at a lumped member. machine: in transients; [drive] is another name
+    for that of the first input.
     """
 
     member: str
@@ -24,6 +26,7 @@ class Input(Section):
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     power: Power | None = Field(default=None, ge=-1e9, le=1e9)
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
+    machine: Machine | None = None
 
     @property
     def given_torque(self) -> float | None:
@@ -49,7 +52,7 @@ class Output(Section):
 
     brake_exponent: T ~ |ω|^exponent in transients; that of the flexible stage's case at this end if
     left out, 1 at a lumped member. brake_torque: T at rated speed in transients, that of
-    statics if left out. inertia: as of an input.
+    statics if left out. inertia: as of an input. machine: in transients, in the place of the brake.
     """
 
     member: str
@@ -58,6 +61,7 @@ class Output(Section):
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
     brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
     brake_exponent: float | None = Field(default=None, ge=0.0, le=5.0)
+    machine: Machine | None = None
 
     @property
     def given_torque(self) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from flexgear.model.errors import echo
+from flexgear.model.machine import check_machines
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal
 
@@ -18,6 +19,7 @@ def check_train(train: Case) -> None:
     _check_members(train)
     _check_ports(train)
     _check_held(train)
+    check_machines(train)
 
 
 def _check_stage_names(train: Case) -> None:

@@ -33,6 +33,7 @@ _SUFFIXES: dict[str, dict[str, tuple[float, float]]] = {
         "gn_per_m": (1e9, 1),
     },
     "rotational stiffness": {"nm_per_rad": (1, 1), "knm_per_rad": (1e3, 1)},
+    "rotational damping": {"nm_s_per_rad": (1, 1), "knm_s_per_rad": (1e3, 1)},
     "stiffness per face width": {"n_per_mm_um": (1e9, 1), "n_per_m2": (1, 1), "gpa": (1e9, 1)},
     "modulus": {"gpa": (1e9, 1), "mpa": (1e6, 1), "pa": (1, 1)},
     "density": {"kg_per_m3": (1, 1), "g_per_cm3": (1e3, 1), "t_per_m3": (1e3, 1)},
@@ -88,6 +89,8 @@ _PRINTED = {
     "si": "",
     "nm_per_rad": "N m/rad",
     "knm_per_rad": "kN m/rad",
+    "nm_s_per_rad": "N m s/rad",
+    "knm_s_per_rad": "kN m s/rad",
     "kg_m2": "kg m²",
     "t_m2": "t m²",
     "n_per_m": "N/m",
@@ -121,6 +124,7 @@ Power = Annotated[float, Quantity("power")]
 Acceleration = Annotated[float, Quantity("acceleration")]
 Stiffness = Annotated[float, Quantity("stiffness")]
 RotationalStiffness = Annotated[float, Quantity("rotational stiffness")]
+RotationalDamping = Annotated[float, Quantity("rotational damping")]
 StiffnessPerWidth = Annotated[float, Quantity("stiffness per face width")]
 Modulus = Annotated[float, Quantity("modulus")]
 Density = Annotated[float, Quantity("density")]

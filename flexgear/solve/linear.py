@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import WAVE, PairData
 from flexgear.coupling.system import System
@@ -39,6 +40,8 @@ def why_not_linear(system: System) -> str | None:
         return "supports or joints change direction as it turns"
     if len(pairs.bearing_law):
         return "bearings have clearance"
+    if any(isinstance(one, (GivenSpeed, Controller)) for one in system.machines):
+        return "a speed is given or controlled at a port"
     return None
 
 
@@ -214,13 +217,14 @@ def steady_harmonics(modal: ModalSystem, share: float = 1.0) -> SteadyState:
 
 
 def _damping(modal: ModalSystem, share: float) -> Array:
-    """Modal damping of the structure, and the brake's slope at rated speed, (d, d)."""
-    system, brake = modal.system, modal.system.brake
+    """Modal damping of the structure, and the slopes of brakes at rated speed, (d, d)."""
+    system = modal.system
     momentum = system.mass @ modal.modes
     out = (momentum * modal.damping) @ momentum.T
-    if brake.rated_speed > 0:
-        slope = share * brake.exponent * brake.rated_torque / brake.rated_speed
-        out = out + slope * np.outer(system.output, system.output)
+    for port, brake in zip(system.ports, system.machines, strict=True):
+        if isinstance(brake, Brake) and brake.rated_speed > 0:
+            slope = share * brake.exponent * brake.rated_torque / brake.rated_speed
+            out = out + slope * np.outer(port.row, port.row)
     return np.asarray(out)
 
 

@@ -125,7 +125,7 @@ class LongRun:
     ) -> Steps:
         return transient(
             self.modal,
-            replace(self.drive, jumps=stepping.jumps),
+            self.drive if stepping.jumps else replace(self.drive, jumps=()),
             duration=stepping.duration,
             time_step=stepping.time_step,
             output_interval=stepping.output_interval,

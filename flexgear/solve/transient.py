@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from flexgear.analysis.step_plan import FineWindow, Stepping
-from flexgear.analysis.transient import Collector, Drive, Steps, Transient
+from flexgear.analysis.transient import Collector, Steps, Transient
 from flexgear.analysis.transient import transient as step_through
-from flexgear.coupling.machines import Brake
-from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pace import case_pace, timed_drops
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -30,6 +27,7 @@ from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import train_labels, transient_data
 from flexgear.solve.long_run import LongRun, TimedRun
+from flexgear.solve.machines import braked, ends_of, require_brakes
 from flexgear.solve.model import Model
 from flexgear.solve.stepping import adaptive_steps, step_attributes
 
@@ -81,15 +79,15 @@ def stepping_of(
     drive: TorqueHistory | None = None,
     output_interval: float | None = None,
 ) -> Stepping:
-    """Steps and samples of a run under a drive (the case's), for ``usual_duration`` unless given.
+    """Steps and samples of a run, for ``usual_duration`` unless given; drive: see ``simulate``.
 
-    Near a jump of the torque steps are fine until it has settled, in a given series everywhere.
+    Near a jump of a torque steps are fine until it has settled, in a given series everywhere.
     """
-    pace, drive = case_pace(case), drive or case.drive
+    pace, ends = case_pace(case), ends_of(case, flow, drive)
     span = usual_duration(case, flow) if duration is None else duration
-    jumps = tuple(t for t in drive.change_times() if 0 <= t < span)
+    jumps = tuple(t for t in ends.jumps if 0 <= t < span)
     windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
-    if drive.kind in ("ramp", "csv"):  # may be steep anywhere
+    if ends.steep:
         windows = [FineWindow(0.0, span, pace.step_time_step)]
     return Stepping(
         duration=span,
@@ -113,17 +111,18 @@ def simulate(
     label: str = "transient",
     sink: DatasetSink | None = None,
 ) -> TimedRun:
-    """Transient under the case's drive (or another) times ``torque_share``, from equilibrium.
+    """Transient under the machines at the ports, torques times ``torque_share``, from equilibrium.
 
-    duration: s, ``usual_duration`` if left out. The brake's torque is scaled by ``torque_share``
-    too, so that the train keeps its rated speed. Load sharing coefficients are taken after
-    ``start_up``. sink: takes the samples as they come, so that the run's length does not count;
-    ``data`` is then empty. Raises InputError where the output drives, nothing is left after the
-    start-up or the run would not come to an end, FlexgearError where the time stepping runs away.
+    duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
+    what the case says, all other machines then at rated torque or speed. The torque of brakes is
+    scaled by ``torque_share`` too, so that the train keeps its rated speed. Load sharing
+    coefficients are taken after ``start_up``. sink: takes the samples as they come, so that the
+    run's length does not count; ``data`` is then empty. Raises InputError where a brake drives,
+    nothing is left after the start-up or the run would not come to an end, FlexgearError where the
+    time stepping runs away.
     """
     case = model.case
-    _require_brake(model)
-    drive = drive or case.drive
+    require_brakes(model)
     stepping = stepping_of(case, model.flow, duration, drive=drive, output_interval=output_interval)
     span = stepping.duration
     settle = start_up(model, span)
@@ -134,11 +133,8 @@ def simulate(
             f"{settle:g} s of start-up leave nothing of a run of {span:g} s",
             "lower it, or run for longer",
         )
-    modal, rated = _braked(model.modal, torque_share), model.system.rated_torque
+    modal, ends = braked(model.modal, torque_share), ends_of(case, model.flow, drive, torque_share)
     sharing = _Sharing(model, stepping.interval, torque_share)
-
-    def torque(time: ArrayLike) -> Array:
-        return torque_share * drive.torque_at(time, rated)
 
     def labelled(found: Transient) -> xr.Dataset:
         attrs = {"settle_s": settle, "torque_share": torque_share}
@@ -153,7 +149,7 @@ def simulate(
         return sharing.coefficients().assign_attrs(said)
 
     memory = Gathered()
-    run = LongRun(modal, Drive(torque), stepping, energy, labelled, last, case.source)
+    run = LongRun(modal, ends.drive(stepping.jumps), stepping, energy, labelled, last, case.source)
     both = Several([sharing, sink or memory])
     cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
     return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
@@ -191,7 +187,7 @@ def torque_drop(
 
 
 def constant_drive() -> TorqueHistory:
-    """Rated torque for good."""
+    """Rated torque for good, and with it rated torques and speeds at all other ports."""
     return TorqueHistory()
 
 
@@ -225,12 +221,11 @@ class _Sharing:
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:
     """A run of a few steps, so that compilation does not count as simulation."""
-    system, step = model.system, model.pace.time_step
-    torque = system.rated_torque
+    step, ends = model.pace.time_step, ends_of(model.case, model.flow, constant_drive())
     for account in (False, True) if energy else (False,):
         step_through(
             model.modal,
-            Drive(lambda t: np.full(len(t), torque)),
+            ends.drive(()),
             duration=3 * step,
             time_step=step,
             output_interval=step,
@@ -250,24 +245,3 @@ def train_histories(data: xr.Dataset) -> xr.Dataset:
     rest = settled(data)
     names = ["master_speed", "port_torque", "gear_mesh_force"]
     return rest[names].assign(axis_distance=axis_distance(rest))
-
-
-def _require_brake(model: Model) -> None:
-    output = model.case.ports[-1].member
-    if model.flow.power[output] > 0:
-        raise InputError(
-            model.case.source,
-            "output.member",
-            f"{output} gives {model.flow.power[output]:.6g} W to the train, but in a transient "
-            "the output brakes",
-            "name the member that takes the power, and the others as inputs",
-        )
-
-
-def _braked(modal: ModalSystem, share: float) -> ModalSystem:
-    """The same train with the torque of its brakes scaled."""
-    machines = tuple(
-        replace(one, rated_torque=abs(share) * one.rated_torque) if isinstance(one, Brake) else one
-        for one in modal.system.machines
-    )
-    return replace(modal, system=modal.system.with_(machines=machines))

@@ -190,8 +190,8 @@ def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():
     for h in (1e-4, 1e-8):
         start, stop = drop.change_times()
         beside = np.array([start - BESIDE * h, start + BESIDE * h, stop - BESIDE * h])
-        assert drop.torque_at(beside, TORQUE) == pytest.approx([TORQUE, 4e5, 4e5])
-        assert drop.torque_at(np.array([stop + BESIDE * h]), TORQUE) == pytest.approx([TORQUE])
+        assert drop.at(beside, TORQUE) == pytest.approx([TORQUE, 4e5, 4e5])
+        assert drop.at(np.array([stop + BESIDE * h]), TORQUE) == pytest.approx([TORQUE])
 
 
 @pytest.mark.parametrize("exponent", [0, 2])

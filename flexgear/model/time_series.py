@@ -1,4 +1,4 @@
-"""A torque history from a CSV file with the columns time_s and torque_nm.
+"""A history from a CSV file with the columns time_s and torque_nm, or time_s and speed_rpm.
 
 Columns stand between commas, or between semicolons or tabs; then numbers may have decimal commas,
 as spreadsheets write them where the comma is the decimal sign.
@@ -10,28 +10,29 @@ import csv
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.input_file import MOST_SERIES, read_text
 from flexgear.model.units import Quantity
 
-_COLUMNS = {"time": Quantity("time"), "torque": Quantity("torque")}
-_WHAT = "torque series"
+Followed = Literal["torque", "speed"]
 Row = tuple[int, list[str]]  # number of its line, cells
 
 
-def read_torque_series(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Times (s) and torques (N m) of a CSV file; other columns are left alone."""
-    where = str(path)
-    text = read_text(path, _WHAT, MOST_SERIES)
+def read_time_series(path: Path, what: Followed) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Times (s) and torques (N m) or speeds (rad/s) of a CSV file; other columns are left alone."""
+    where, series = str(path), f"{what} series"
+    text = read_text(path, series, MOST_SERIES)
     separator = _separator(text)
     rows = _rows(text, separator, where)
     header = [h.strip().lower() for h in next(rows, (0, []))[1]]
     if not header:
-        raise InputError(where, _WHAT, "is empty", "give columns time_s, torque_nm")
-    columns = {name: _column(header, name, where) for name in _COLUMNS}
+        usual = f"{what}_{Quantity(what).suffixes[0]}"
+        raise InputError(where, series, "is empty", f"give columns time_s, {usual}")
+    columns = {name: _column(header, name, where) for name in ("time", what)}
     times: list[float] = []
-    torques: list[float] = []
+    found: list[float] = []
     for number, row in rows:
         if any(cell.strip() for cell in row[len(header) :]):
             raise InputError(
@@ -41,7 +42,7 @@ def read_torque_series(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]
         values = {}
         for name, (at, suffix) in columns.items():
             cell = row[at].strip() if at < len(row) else ""
-            values[name] = _COLUMNS[name].to_si(_number(cell, separator), suffix)
+            values[name] = Quantity(name).to_si(_number(cell, separator), suffix)
             if not math.isfinite(values[name]):
                 raise InputError(
                     where,
@@ -55,10 +56,10 @@ def read_torque_series(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]
                 "put the rows in order of time, each time once",
             )  # fmt: skip
         times.append(values["time"])
-        torques.append(values["torque"])
+        found.append(values[what])
     if len(times) < 2:
-        raise InputError(where, _WHAT, f"has {len(times)} rows", "give at least two")
-    return tuple(times), tuple(torques)
+        raise InputError(where, series, f"has {len(times)} rows", "give at least two")
+    return tuple(times), tuple(found)
 
 
 def _separator(text: str) -> str:
@@ -99,9 +100,9 @@ def _column(header: list[str], name: str, where: str) -> tuple[int, str]:
     """Index and unit of a column."""
     for at, title in enumerate(header):
         stem, _, suffix = title.partition("_")
-        if stem == name and suffix in _COLUMNS[name].suffixes:
+        if stem == name and suffix in Quantity(name).suffixes:
             return at, suffix
-    right = " or ".join(f"{name}_{s}" for s in _COLUMNS[name].suffixes)
+    right = " or ".join(f"{name}_{s}" for s in Quantity(name).suffixes)
     raise InputError(
         where, f"column {name}", f"is not among {echo(', '.join(header))}",
         f"head a column {right}",

@@ -1,0 +1,139 @@
+"""What hangs on a port in transients: the law of a drive, a generator, a brake or a test rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.history import TimeHistory
+from flexgear.model.section import Missing, Refusal
+from flexgear.model.time_series import Followed
+from flexgear.model.units import RotationalDamping, RotationalStiffness, Torque
+
+if TYPE_CHECKING:
+    from flexgear.model.case import Case
+
+_OWN = {
+    "controller": ("kp", "ki", "least_torque", "most_torque"),
+    "brake": ("brake_torque", "brake_exponent"),
+}
+
+
+class Machine(TimeHistory):
+    """Machine at a port; torques act on the member, torques and speeds are positive about +z.
+
+    torque      the torque of the history, whatever the speed
+    speed       the speed of the history, whatever torque it takes; a result is the torque
+    controller  T = kp (ω_s − ω) + ki ∫ (ω_s − ω) dt with the set speed ω_s of the history, from
+                least_torque to most_torque, where the integral stands; it starts where it has to
+    brake       T = −brake_torque sign(ω) |ω/ω_rated|^brake_exponent; brake_torque that of statics
+                if left out
+    """
+
+    law: Literal["torque", "speed", "controller", "brake"] = "torque"
+    kp: RotationalDamping | None = Field(default=None, ge=0.0, le=1e15)
+    ki: RotationalStiffness = Field(default=0.0, ge=0.0, le=1e15)
+    least_torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    most_torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
+    brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
+    brake_exponent: float = Field(default=1.0, ge=0.0, le=5.0)
+
+    @property
+    def followed(self) -> Followed:
+        """What its history is one of."""
+        return "speed" if self.follows_speed else "torque"
+
+    @property
+    def follows_speed(self) -> bool:
+        """Whether a speed is held or controlled."""
+        return self.law in ("speed", "controller")
+
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """A controller has a gain."""
+        lacks = data.get("law") == "controller" and data.get("kp") is None
+        return [Missing("kp", "is missing for a controller")] if lacks else []
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Machine:
+        for law, keys in _OWN.items():
+            for key in keys:
+                if key in self.model_fields_set and self.law != law and _said(self, key):
+                    raise Refusal(key, f"is given, but law is {self.law!r}", f'set law = "{law}"')
+        if self.law == "speed" and self.kind == "steps":
+            raise Refusal(
+                "kind", "a speed cannot jump: no torque is large enough", 'use kind = "ramp"'
+            )
+        least, most = self.least_torque, self.most_torque
+        if least is not None and most is not None and not least < most:
+            raise Refusal("least_torque", "is not below most_torque", "lower it")
+        if 0.0 < self.brake_exponent < 1.0:
+            raise Refusal(
+                "brake_exponent",
+                "between 0 and 1 the torque rises infinitely fast at rest",
+                "0 or ≥ 1",
+            )
+        return self
+
+
+def _said(machine: Machine, key: str) -> bool:
+    """Whether a key has another value than when it is left out."""
+    return bool(getattr(machine, key) != Machine.model_fields[key].default)
+
+
+def machine_of(drive: TimeHistory) -> Machine:
+    """The machine that follows a torque history."""
+    return Machine(**{name: getattr(drive, name) for name in TimeHistory.model_fields})
+
+
+def machines_of(case: Case) -> tuple[Machine | None, ...]:
+    """Machines at the ports of a case; None: one that follows the first input's torque in the rated
+    proportion, or has its own rated torque where the first input follows no torque.
+
+    ``drive`` is another name for the first input's; the output brakes unless it says otherwise.
+    """
+    found = [port.machine for port in case.inputs]
+    if found and found[0] is None:
+        found[0] = machine_of(case.drive)
+    if case.output is None:
+        return tuple(found)
+    brake = Machine(
+        law="brake",
+        brake_torque=case.output.brake_torque,
+        brake_exponent=case.brake_exponent,
+    )
+    return (*found, case.output.machine or brake)
+
+
+def check_machines(case: Case) -> None:
+    """Each end has one machine, and one end at least follows a torque or a law."""
+    first = case.inputs[0].machine if case.inputs else None
+    said = [key for key, field in TimeHistory.model_fields.items()
+            if getattr(case.drive, key) != field.default]  # fmt: skip
+    if first is not None and said:
+        raise Refusal(f"drive.{said[0]}", "is given beside inputs.0.machine", "keep one of them")
+    if first is not None and first.law != "torque" and case.drive.steps.torques:
+        raise Refusal(
+            "drive.steps.torques",
+            f"are drops of a torque, but the first input follows the law {first.law!r}",
+            'take them out, or set its law = "torque"',
+        )
+    output = case.output
+    if output is None:
+        return
+    for key in ("brake_torque", "brake_exponent"):
+        if output.machine is not None and key in output.model_fields_set and _given(output, key):
+            raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
+    machines = machines_of(case)
+    if all(one is not None and one.follows_speed for one in machines):
+        raise Refusal(
+            "output.machine.law",
+            "all ports follow a speed, so nothing says how much torque goes through the train",
+            'let one of them follow law = "torque" or "brake"',
+        )
+
+
+def _given(output: Any, key: str) -> bool:
+    return bool(getattr(output, key) != type(output).model_fields[key].default)

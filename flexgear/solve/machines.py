@@ -1,0 +1,119 @@
+"""What the machines at the ports of a case are told over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.transient import Drive
+from flexgear.coupling.machines import Brake
+from flexgear.coupling.modal import ModalSystem
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.model.drive import TorqueHistory
+from flexgear.model.errors import InputError
+from flexgear.model.machine import Machine, machine_of, machines_of
+from flexgear.solve.model import Model
+
+Array = NDArray[np.float64]
+_STEADY = {
+    "kind": "constant", "torque": None, "speed": None, "times": (), "torques": (), "speeds": (),
+    "file": None,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Histories at the ports (P,): each with its machine, its rated torque N m or speed rad/s, and
+    by how much it is scaled. None: a torque in rated proportion to the first port's."""
+
+    machines: tuple[Machine | None, ...]
+    rated: Array
+    scale: Array
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Times at which a torque or a set speed jumps, or a given speed has a kink, s."""
+        found: set[float] = set()
+        for one in self.machines:
+            if one is not None and one.law != "brake":
+                found.update(one.kinks() if one.law == "speed" else one.change_times())
+        return tuple(sorted(found))
+
+    @property
+    def steep(self) -> bool:
+        """Whether one of them may change fast anywhere."""
+        return any(one is not None and one.kind in ("ramp", "csv") for one in self.machines)
+
+    def drive(self, jumps: tuple[float, ...]) -> Drive:
+        """For the time stepping."""
+        return Drive(self._told, jumps, self._rates)
+
+    def _told(self, time: Array) -> Array:
+        return self._columns(time, lambda one, rated: one.at(time, rated))
+
+    def _rates(self, time: Array) -> Array:
+        return self._columns(time, lambda one, rated: one.rate_at(time))
+
+    def _columns(self, time: Array, of: Callable[[Machine, float], Array]) -> Array:
+        """(k, P) at times (k,)."""
+        out = np.zeros((len(time), len(self.machines)))
+        for p, one in enumerate(self.machines):
+            if one is not None and one.law != "brake":
+                out[:, p] = self.scale[p] * of(one, float(self.rated[p]))
+        for p, one in enumerate(self.machines):
+            if one is None:
+                out[:, p] = out[:, 0] * self.rated[p] / self.rated[0]
+        return out
+
+
+def ends_of(
+    case: Case, flow: PowerFlow, drive: TorqueHistory | None = None, share: float = 1.0
+) -> Ends:
+    """Histories of a case's ports, torques scaled by ``share``.
+
+    drive: what the first input follows if it follows a torque; all other machines are then at their
+    rated torque or speed for good.
+    """
+    machines = list(machines_of(case))
+    if drive is not None:
+        machines = [None if one is None else one.model_copy(update=_STEADY) for one in machines]
+        if machines[0] is not None and machines[0].law == "torque":
+            machines[0] = machine_of(drive)
+    members = [port.member for port in case.ports]
+    rated = np.array([flow.torque[member] for member in members])
+    first = machines[0]
+    if first is None or first.law != "torque" or rated[0] == 0.0:
+        machines = [one or Machine() for one in machines]
+    speeds = [one is not None and one.follows_speed for one in machines]
+    rated[speeds] = np.array([flow.speed[member] for member in members])[speeds]
+    return Ends(tuple(machines), rated, np.where(speeds, 1.0, share))
+
+
+def require_brakes(model: Model) -> None:
+    """InputError where a port that gives power at rated load is said to brake."""
+    case = model.case
+    for p, one in enumerate(machines_of(case)):
+        member = case.ports[p].member
+        if one is None or one.law != "brake" or model.flow.power[member] <= 0:
+            continue
+        last = p == len(case.inputs)
+        raise InputError(
+            case.source,
+            "output.member" if last else f"inputs[{p}].machine.law",
+            f"{member} gives {model.flow.power[member]:.6g} W to the train, but in a transient "
+            f"{'the output' if last else 'it'} brakes",
+            "name the member that takes the power, and the others as inputs",
+        )
+
+
+def braked(modal: ModalSystem, share: float) -> ModalSystem:
+    """The same train with the torque of its brakes scaled."""
+    machines = tuple(
+        replace(one, rated_torque=abs(share) * one.rated_torque) if isinstance(one, Brake) else one
+        for one in modal.system.machines
+    )
+    return replace(modal, system=modal.system.with_(machines=machines))
