@@ -47,7 +47,7 @@ class Drive:
 
     told(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques N·m or
     speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque jumps
-    or a given speed has a kink; rates(t): (k, P) rad/s² of given speeds, none without.
+    or a given speed has a kink; rates(t): (k, P) their rates of change beside jumps, zero without.
     """
 
     told: Told
@@ -251,7 +251,7 @@ class _Run:
         if key not in self.known:
             self.known[key] = step_data(self.modal, plan.sizes)
         data = self.known[key]
-        first = self._told_at(plan.start + BESIDE * h)
+        first = self._told_at(plan.start, BESIDE * h)
         if consistent_acceleration(self.modal, data, self.state, first, self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):
@@ -276,22 +276,28 @@ class _Run:
                 self.sink.append(_named(at, samples))
             yield end - begin
 
-    def _told_at(self, time: float) -> Array:
-        """What machines are told in a step of no duration: rates in the place of given speeds."""
-        at, held = np.array([time]), self.held
-        told: Array = told_machines(self.modal, self.drive, at)[0]
-        told[held] = 0.0 if self.drive.rates is None else self.drive.rates(at)[0, held]
+    def _told_at(self, start: float, beside: float) -> Array:
+        """What machines are told (P,) in a step of no duration at ``start``, after a jump there:
+        rates in the place of given speeds."""
+        at, rates = np.array([start + beside]), self._rates(start + beside)
+        told: Array = told_machines(self.modal, self.drive, at)[0] - beside * rates
+        told[self.held] = rates[self.held]
         return told
 
-    def _told_until(self, times: Array, early: float) -> Array:
-        """What machines are told at the end of steps; ``early`` s before a jump at the last one,
-        where given speeds do not jump."""
+    def _told_until(self, times: Array, beside: float) -> Array:
+        """What machines are told (k, P) at the end of steps; at the last one that before a jump,
+        read ``beside`` s before it."""
         before = times.copy()
-        before[-1] -= early
+        before[-1] -= beside
         told = told_machines(self.modal, self.drive, before)
-        if early and self.held:
-            told[-1, self.held] = told_machines(self.modal, self.drive, times[-1:])[0, self.held]
+        told[-1] += beside * self._rates(before[-1])
         return told
+
+    def _rates(self, time: float) -> Array:
+        """Rates of change (P,) of what machines are told, as far as they are known."""
+        if self.drive.rates is None:
+            return np.zeros(len(self.modal.system.ports))
+        return np.asarray(self.drive.rates(np.array([time]))[0])
 
     def _refuse_gain(self, times: Array, energy: Array, step: float) -> None:
         """FlexgearError where steps make energy from nothing; no account where none is wanted."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.history import TimeHistory
-from flexgear.model.section import Missing, Refusal
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.time_series import Followed
 from flexgear.model.units import RotationalDamping, RotationalStiffness, Torque
 
@@ -78,9 +78,9 @@ class Machine(TimeHistory):
         return self
 
 
-def _said(machine: Machine, key: str) -> bool:
+def _said(section: Section, key: str) -> bool:
     """Whether a key has another value than when it is left out."""
-    return bool(getattr(machine, key) != Machine.model_fields[key].default)
+    return bool(getattr(section, key) != type(section).model_fields[key].default)
 
 
 def machine_of(drive: TimeHistory) -> Machine:
@@ -123,9 +123,10 @@ def check_machines(case: Case) -> None:
     output = case.output
     if output is None:
         return
-    for key in ("brake_torque", "brake_exponent"):
-        if output.machine is not None and key in output.model_fields_set and _given(output, key):
-            raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
+    if output.machine is not None and output.machine.law == "brake":
+        for key in _OWN["brake"]:
+            if key in output.model_fields_set and _said(output, key):
+                raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
     machines = machines_of(case)
     if all(one is not None and one.follows_speed for one in machines):
         raise Refusal(
@@ -133,7 +134,3 @@ def check_machines(case: Case) -> None:
             "all ports follow a speed, so nothing says how much torque goes through the train",
             'let one of them follow law = "torque" or "brake"',
         )
-
-
-def _given(output: Any, key: str) -> bool:
-    return bool(getattr(output, key) != type(output).model_fields[key].default)

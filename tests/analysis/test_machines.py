@@ -1,0 +1,282 @@
+"""Machines at the ports: closed forms, limits, energy, reversal of time."""
+
+from copy import deepcopy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh, expm
+from two_gears import TORQUE, Exact, stepped, two_gears
+
+from flexgear.analysis.consistent_acceleration import consistent_acceleration
+from flexgear.analysis.energy import LEFT_OVER
+from flexgear.analysis.start import start_state
+from flexgear.analysis.step_space import step_data, work_space
+from flexgear.analysis.transient import Drive, told_machines
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
+from flexgear.coupling.system import Damping
+
+INPUT, OUTPUT = 0, 1
+
+
+@pytest.fixture(scope="module")
+def gears(tmp_path_factory):
+    """Teeth of constant stiffness that also pull."""
+    return two_gears(tmp_path_factory.mktemp("gears"), law="linear")
+
+
+def with_ends(modal, first, last, **changes):
+    return replace(modal, system=modal.system.with_(machines=(first, last), **changes))
+
+
+def one_end(modal, port, machine, **changes):
+    """That machine at one port, a torque at the other."""
+    ends = [GivenTorque(), GivenTorque()]
+    ends[port] = machine
+    return with_ends(modal, *ends, **changes)
+
+
+def told(*columns, jumps=(), rates=None):
+    """A drive of one number or function of time for each port."""
+
+    def table(of):
+        return lambda t: np.column_stack([f(t) if callable(f) else np.full(len(t), f) for f in of])
+
+    return Drive(table(columns), jumps, None if rates is None else table(rates))
+
+
+def rated(modal, port):
+    """Torques of the ports at rated load with the speed of one of them in its place, and that."""
+    speed = float(modal.system.ports[port].row @ modal.system.rolling[:, 0])
+    out = list(modal.system.rated_port_torques)
+    out[port] = speed * modal.system.rated_master_speeds[0]
+    return out
+
+
+def inertia(modal, port):
+    """Of the whole train, referred to a port."""
+    rolling = modal.system.rolling[:, 0]
+    return rolling @ modal.system.mass @ rolling / (modal.system.ports[port].row @ rolling) ** 2
+
+
+def left_over(run):
+    """Energy that appears from nowhere, over the largest elastic energy."""
+    total = sum(LEFT_OVER[name] * values for name, values in run.energy.items())
+    return np.abs(total - total[0]).max() / np.abs(run.energy["elastic"]).max()
+
+
+@pytest.mark.parametrize("port", [INPUT, OUTPUT])
+def test_a_rotor_under_a_controller_is_a_damped_oscillator(gears, port):
+    """J ω̇ = ΔT − k_p ω − k_i ∫ω:  ω = ΔT/(J ω_d) e^(−ζω₀t) sin ω_d t."""
+    own, zeta, j = 8.0, 0.3, inertia(gears, port)
+    modal = one_end(gears, port, Controller(2 * zeta * own * j, own**2 * j))
+    ends = rated(modal, port)
+    other = 1 - port
+    step = 0.1 * ends[other]
+    ends[other] = lambda t: np.where(t > 0, 1.1, 1.0) * step / 0.1
+    run = stepped(modal, told(*ends, jumps=(0.0,)), 1.0, 5e-5, interval=1e-3)
+    rows = modal.system.port_rows @ modal.system.rolling[:, 0]
+    push, damped = step * rows[other] / rows[port], own * np.sqrt(1 - zeta**2)
+    wave = np.exp(-zeta * own * run.time) * np.sin(damped * run.time)
+    error = run.speeds[:, port] - ends[port] - push / (j * damped) * wave
+    exact = Exact(modal, 0.0)
+    stiffness = modal.system.stiffness + (exact.rows.T * exact.k) @ exact.rows
+    elastic = np.sqrt(eigh(stiffness, modal.system.mass, eigvals_only=True)[1])
+    assert elastic > 500 * own
+    # the gears swing on their teeth beside it, with the torque's jump as amplitude
+    assert np.abs(error).max() < 2 * abs(push) / (j * elastic)
+    held = -1.1 * step / 0.1 * rows[other] / rows[port]
+    assert run.torques[-1, port] == pytest.approx(held, rel=1e-2)
+
+
+@pytest.mark.parametrize("port", [INPUT, OUTPUT])
+def test_second_order_under_a_controller(gears, port):
+    """Against the exponential of the whole elastic train with its controller."""
+    j, own = inertia(gears, port), 2000.0
+    controller = Controller(own * j, own**2 * j)
+    modal, other = one_end(gears, port, controller), 1 - port
+    ends = rated(modal, port)
+    start = start_state(modal, np.array(ends))
+    low = ends[other] * 0.5
+    end = 2e-3
+    s, d, exact = modal.system, modal.system.size, Exact(modal, 0.0)
+    rows, at = s.port_rows, s.port_rows[port]
+    inverse = np.linalg.inv(s.mass)
+    state = np.zeros((2 * d + 2, 2 * d + 2))  # q, v, I, 1
+    state[:d, d : 2 * d] = np.eye(d)
+    state[d : 2 * d, :d] = -inverse @ (s.stiffness + (exact.rows.T * exact.k) @ exact.rows)
+    damping = (exact.rows.T * exact.c) @ exact.rows + controller.proportional * np.outer(at, at)
+    state[d : 2 * d, d : 2 * d] = -inverse @ damping
+    state[d : 2 * d, 2 * d] = inverse @ at
+    force = at * controller.proportional * ends[port] + rows[other] * low
+    state[d : 2 * d, -1] = inverse @ (force + (exact.rows.T * exact.k) @ exact.gap)
+    state[2 * d, d : 2 * d] = -controller.integral * at
+    state[2 * d, -1] = controller.integral * ends[port]
+    first = [modal.modes @ start.eta, modal.modes @ start.velocity]
+    y = np.concatenate([*first, [start.ports["integral"][port], 1.0]])
+    wanted = (expm(state * end) @ y)[d : 2 * d]
+    ends[other] = lambda t: np.where(t > 0, low, 2 * low)
+
+    def error(step):
+        run = deepcopy(start)
+        stepped(modal, told(*ends, jumps=(0.0,)), end, step, interval=end, start=run)
+        return np.linalg.norm(modal.modes @ run.velocity - wanted)
+
+    errors = [error(h) for h in (4e-6, 2e-6, 1e-6)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(np.abs(orders - 2) < 0.1), (errors, orders)
+
+
+@pytest.mark.parametrize("port", [INPUT, OUTPUT])
+def test_a_ramp_of_speed_takes_the_torque_that_turns_all_inertia(gears, port):
+    modal = one_end(gears, port, GivenSpeed(), damping=Damping(ratio=0.5))
+    modal = replace(modal, damping=modal.system.damping.rate(modal.omega))
+    ends, steep = rated(modal, port), 40.0 if port == INPUT else -80.0
+    first, load = ends[port], modal.system.rated_port_torques[port]
+    ends[port] = lambda t: first + steep * np.clip(t - 0.01, 0, 0.02)
+    rate = [0.0, 0.0]
+    rate[port] = lambda t: np.where((t > 0.01) & (t < 0.03), steep, 0.0)
+    drive = told(*ends, jumps=(0.01, 0.03), rates=rate)
+    run = stepped(modal, drive, 0.05, 1e-5, track_energy=True)
+    assert np.abs(run.speeds[:, port] - ends[port](run.time)).max() < 1e-12 * abs(first)
+    wanted = inertia(modal, port) * steep
+    late = (run.time > 0.029) & (run.time < 0.02999)
+    assert np.abs(run.torques[late, port] - load - wanted).max() < 1e-8 * abs(wanted)
+    assert np.abs(run.torques[run.time > 0.049, port] - load).max() < 1e-8 * abs(load)
+    assert left_over(run) < 1e-9
+
+
+def free_run(folder, **options):
+    """A run under a torque against the brake, through teeth that come and go; every step of it."""
+    modal = two_gears(folder, model="per_pair", speed=200, **options)
+    drive = told(lambda t: TORQUE * (1 + 0.3 * np.sin(300 * t)), 0.0,
+                 rates=(lambda t: 90 * TORQUE * np.cos(300 * t), 0.0))  # fmt: skip
+    return modal, stepped(modal, drive, 0.02, 2e-5)
+
+
+def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
+    modal, free = free_run(tmp_path)
+    start = start_state(modal, np.array([TORQUE, 0.0]))
+    data, space = step_data(modal, 2e-5), work_space(modal)
+    assert consistent_acceleration(modal, data, start, np.array([TORQUE, 0.0]), space) == 0
+    port = modal.channel_modes[-2]
+    times = np.concatenate([[0.0], free.time])
+    speeds = np.concatenate([[port @ start.velocity], free.speeds[:, 0]])
+    held = with_ends(modal, GivenSpeed(), modal.system.brake)
+    first, slope = float(port @ start.acceleration), np.diff(speeds) / np.diff(times)
+
+    def rate(t):
+        return np.where(t < times[1], first, slope[np.searchsorted(times, t) - 1])
+
+    drive = told(lambda t: np.interp(t, times, speeds), 0.0, rates=(rate, 0.0))
+    run = stepped(held, drive, 0.02, 2e-5)
+    assert np.abs(run.torques - free.torques).max() < 1e-6 * TORQUE
+    assert np.abs(run.pair_load - free.pair_load).max() < 1e-6 * free.pair_load.max()
+
+
+def test_a_stiff_controller_is_a_given_speed(tmp_path):
+    """What its speed is off falls as 1/k_p."""
+    modal, _ = free_run(tmp_path)
+    speed = float(modal.system.rated_master_speeds[0])
+    drive = told(lambda t: speed * (1 + 0.02 * np.sin(200 * t)), 0.0,
+                 rates=(lambda t: 4 * speed * np.cos(200 * t), 0.0))  # fmt: skip
+    held = stepped(with_ends(modal, GivenSpeed(), modal.system.brake), drive, 0.01, 2e-5)
+    errors = []
+    for size in (1e4, 1e6):
+        gain = size * inertia(modal, INPUT) / 2e-5
+        run = stepped(
+            with_ends(modal, Controller(gain, 0.0), modal.system.brake), drive, 0.01, 2e-5
+        )
+        errors.append(np.abs(run.speeds[:, 0] - held.speeds[:, 0]).max() / speed)
+    assert errors[0] < 1e-4
+    assert errors[1] < 0.02 * errors[0]
+
+
+def test_energy_closes_under_controllers_and_given_speeds(gears):
+    j, own = inertia(gears, INPUT), 300.0
+    brake = gears.system.brake
+    speed = float(gears.system.rated_master_speeds[0])
+    controlled = with_ends(gears, Controller(own * j, own**2 * j), brake)
+    drive = told(lambda t: np.where(t > 0.005, 1.2, 1.0) * speed, 0.0, jumps=(0.005,))
+    assert left_over(stepped(controlled, drive, 0.05, 2e-5, track_energy=True)) < 1e-9
+    held = with_ends(gears, GivenSpeed(), brake)
+    drive = told(lambda t: speed * (1 + np.sin(100 * t)), 0.0,
+                 rates=(lambda t: 100 * speed * np.cos(100 * t), 0.0))  # fmt: skip
+    run = stepped(held, drive, 0.05, 2e-5, track_energy=True)
+    assert left_over(run) < 1e-9
+    work = np.trapezoid(run.torques * run.speeds, run.time, axis=0)
+    done = run.energy["input_work"], -run.energy["brake_work"]
+    for a, b in zip(work, done, strict=True):
+        assert a == pytest.approx(b[-1] - b[0], rel=1e-3)
+
+
+def test_time_runs_backwards_with_a_given_speed(tmp_path):
+    """Average acceleration keeps the symmetry of undamped motion."""
+    modal = two_gears(tmp_path, law="linear", damping=0.0)
+    held = one_end(modal, INPUT, GivenSpeed())
+    speed, load = rated(held, INPUT)
+    start = start_state(held, np.array([speed, load]))
+    state, end = deepcopy(start), 4e-3
+
+    def at(t):
+        return speed + 30.0 * t + 4.0 * np.sin(1500 * t)
+
+    def rate(t):
+        return 30.0 + 6000.0 * np.cos(1500 * t)
+
+    stepped(held, told(at, load, rates=(rate, 0.0)), end, 1e-5, start=state)
+    state.velocity[:] *= -1
+    back = told(lambda t: -at(end - t), load, rates=(lambda t: rate(end - t), 0.0))
+    stepped(held, back, end, 1e-5, start=state)
+    moved = np.abs(state.eta - start.eta).max()
+    assert moved < 1e-6 * speed * end
+    assert np.abs(state.velocity + start.velocity).max() < 1e-6 * np.abs(start.velocity).max()
+
+
+def test_a_controller_at_its_limit_does_not_wind_up(gears):
+    """The integral stands while torque is at its limit; the speed then comes without overshoot."""
+    j, own = inertia(gears, INPUT), 20.0
+    speed, _ = rated(gears, INPUT)
+    most = 1.2 * TORQUE
+    drive = told(lambda t: np.where(t > 0, 200.0, 1.0) * speed,
+                 gears.system.rated_port_torques[1], jumps=(0.0,))  # fmt: skip
+    runs = {}
+    for name, limits in (("limited", (-most, most)), ("free", ())):
+        modal = one_end(gears, INPUT, Controller(2 * own * j, own**2 * j, *limits))
+        state = start_state(modal, told_machines(modal, drive, np.zeros(1))[0])
+        first = state.ports["integral"][INPUT]
+        runs[name] = stepped(modal, drive, 1.0, 5e-5, interval=1e-3, start=state)
+    limited, over = runs["limited"], runs["free"]
+    assert first == pytest.approx(TORQUE, rel=1e-9)
+    assert limited.torques[:, INPUT].max() == most
+    assert over.torques[:, INPUT].max() > most
+    assert limited.speeds[-1, INPUT] == pytest.approx(200 * speed, rel=1e-3)
+    late = limited.torques[:, INPUT] < most
+    assert late.any()
+    assert limited.speeds[:, INPUT].max() < over.speeds[:, INPUT].max()
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        lambda b, t, w: ((GivenTorque(), b), (t[0], 0.0)),
+        lambda b, t, w: ((GivenSpeed(), b), (w[0], 0.0)),
+        lambda b, t, w: ((Controller(5.0, 20.0), b), (w[0], 0.0)),
+        lambda b, t, w: ((GivenTorque(), GivenSpeed()), (t[0], w[1])),
+        lambda b, t, w: ((GivenSpeed(), GivenTorque()), (w[0], t[1])),
+        lambda b, t, w: ((GivenTorque(), Controller(5.0, 20.0)), (t[0], w[1])),
+        lambda b, t, w: ((GivenSpeed(), Brake(b.rated_torque, b.rated_speed, 2.0)), (w[0], 0.0)),
+    ],
+)
+@pytest.mark.parametrize("share", [1.0, 0.6])
+def test_runs_begin_stationary(gears, ends, share):
+    """Torques balance at the speed that machines want, so nothing changes."""
+    system = gears.system
+    rows = system.port_rows @ system.rolling[:, 0]
+    speeds = share * rows * system.rated_master_speeds[0]
+    machines, values = ends(system.brake, share * system.rated_port_torques, speeds)
+    modal = with_ends(gears, *machines)
+    run = stepped(modal, told(*values), 0.01, 1e-4)
+    assert np.abs(np.ptp(run.speeds, axis=0) / speeds).max() < 1e-9
+    assert np.abs(np.ptp(run.torques, axis=0) / system.rated_port_torques).max() < 1e-9
+    assert np.abs(run.torques @ rows).max() < 1e-9 * TORQUE

@@ -1,0 +1,143 @@
+"""Machines at the ports, as a user writes them."""
+
+import numpy as np
+import pytest
+from trains import STAGE, stage_train, write
+
+from flexgear.model.errors import InputError
+from flexgear.model.history import TimeHistory
+from flexgear.model.load import load_case
+from flexgear.model.machine import Machine, machines_of
+
+AT = "inputs.0.machine."
+OUT = "output.machine."
+
+
+def machine(folder, **keys):
+    """The first input's."""
+    case = stage_train(folder, **{AT + key: value for key, value in keys.items()})
+    return machines_of(case)[0]
+
+
+def test_without_a_word_the_inputs_drive_and_the_output_brakes(tmp_path):
+    case = stage_train(tmp_path, **{"output.brake_exponent": "2", "output.brake_torque_nm": "700"})
+    first, last = machines_of(case)
+    assert first == Machine()
+    assert last == Machine(law="brake", brake_torque=700.0, brake_exponent=2.0)
+
+
+def test_drive_is_another_name_of_the_first_machine(tmp_path):
+    keys = {"kind": "ramp", "times_s": "[0, 1]", "torques_knm": "[1, 3]"}
+    by_drive = stage_train(tmp_path, **{f"drive.{k}": v for k, v in keys.items()})
+    assert machines_of(by_drive)[0] == machine(tmp_path, **keys)
+
+
+@pytest.mark.parametrize("law", ["torque", "speed"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_a_series_comes_back_from_its_file(tmp_path, law, separator):
+    rng = np.random.default_rng(3)
+    times = np.cumsum(rng.uniform(0.01, 0.1, 50))
+    values = rng.uniform(50, 150, 50)
+    rows = [separator.join(map(repr, map(float, row))) for row in zip(times, values, strict=True)]
+    title = separator.join(["time_s", f"{law}_{'nm' if law == 'torque' else 'rad_per_s'}"])
+    (tmp_path / "series.csv").write_text("\n".join([title, *rows]), encoding="utf-8")
+    found = machine(tmp_path, law=law, kind="csv", file="series.csv")
+    assert np.array_equal(found.times, times)
+    assert np.array_equal(found.values, values)
+    assert found.at(times, 0.0) == pytest.approx(values, rel=1e-14)
+    assert found.file == str(tmp_path / "series.csv")
+
+
+def test_a_speed_from_a_file_has_no_kink_inside_and_does_not_overshoot(tmp_path):
+    (tmp_path / "s.csv").write_text("time_s,speed_rpm\n0,10\n1,20\n2,20\n3,5\n", encoding="utf-8")
+    found = machine(tmp_path, law="speed", kind="csv", file="s.csv")
+    t = np.linspace(0, 3, 3001)
+    speed = found.at(t, 0.0) * 30 / np.pi
+    assert speed.min() >= 5 - 1e-12
+    assert speed.max() <= 20 + 1e-12
+    rate = found.rate_at(t[1:-1])
+    assert np.abs(np.diff(rate)).max() < 0.01 * np.abs(rate).max()
+    assert rate == pytest.approx(np.gradient(found.at(t, 0.0), t)[1:-1], abs=2e-3)
+    assert found.kinks() == (0.0, 3.0)
+
+
+def test_rates_are_slopes():
+    ramp = TimeHistory(kind="ramp", times=(0.0, 1.0, 3.0), torques=(1.0, 3.0, 0.0))
+    assert ramp.rate_at([-1.0, 0.5, 1.5, 2.9, 3.1]) == pytest.approx([0, 2, -1.5, -1.5, 0])
+    assert ramp.kinks() == (0.0, 1.0, 3.0)
+    steps = TimeHistory(kind="steps", times=(0.0, 1.0), torques=(1.0, 3.0))
+    assert np.array_equal(steps.rate_at([0.5, 1.5]), [0, 0])
+    assert steps.change_times() == (1.0,)
+
+
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        ({AT + "law": "speed", AT + "kind": "steps", AT + "times_s": "[0, 1]",
+          AT + "speeds_rpm": "[1, 2]"},
+         r"inputs.0.machine.kind: a speed cannot jump.* -- use kind = \"ramp\""),
+        ({AT + "law": "speed", AT + "torque_nm": "5"},
+         r"machine.torque_nm: is given where a speed is followed -- give speed instead"),
+        ({AT + "speeds_rpm": "[1, 2]"}, "machine.speeds_rpm: is given where a torque is followed"),
+        ({AT + "law": "controller"}, "machine.kp_nm_s_per_rad: is missing for a controller"),
+        ({AT + "law": "controller", AT + "kp": "5"}, "has no unit.*kp_nm_s_per_rad"),
+        ({AT + "kp_nm_s_per_rad": "5"}, "kp.*is given, but law is 'torque' -- set law"),
+        ({AT + "law": "controller", AT + "kp_nm_s_per_rad": "5", AT + "least_torque_nm": "5",
+          AT + "most_torque_nm": "5"}, "least_torque_nm: is not below most_torque"),
+        ({AT + "law": "brake", AT + "brake_exponent": "0.5"}, "brake_exponent: between 0 and 1"),
+        ({AT + "law": "motor"}, "'motor' is unknown.*torque, speed, controller, brake"),
+        ({AT + "law": "speed", AT + "kind": "ramp", AT + "times_s": "[0, 1]",
+          AT + "speeds_rpm": "[1]"}, "2 times and 1 speeds"),
+        ({AT + "law": "speed", AT + "kind": "csv"}, "file: is missing.*time_s and speed_rpm"),
+        ({AT + "kind": "ramp", AT + "times_s": "[0]", AT + "torques_nm": "[1]",
+          "drive.torque_nm": "5"}, "drive.torque_nm: is given beside inputs.0.machine"),
+        ({AT + "law": "speed", "drive.steps.torques_nm": "[5]"},
+         "drive.steps.torques_nm: are drops of a torque, but the first input follows.*'speed'"),
+        ({OUT + "law": "brake", "output.brake_torque_nm": "5"},
+         "output.brake_torque_nm: is given beside output.machine"),
+        ({AT + "law": "speed", OUT + "law": "controller", OUT + "kp_nm_s_per_rad": "5"},
+         "output.machine.law: all ports follow a speed.* -- let one of them follow"),
+    ],
+)  # fmt: skip
+def test_machines_that_cannot_be_are_refused(tmp_path, over, words):
+    with pytest.raises(InputError, match=words) as caught:
+        stage_train(tmp_path, **over)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "speed series: is empty -- give columns time_s, speed_rpm"),
+        ("time_s,torque_nm\n0,1\n1,2\n", "column speed: is not among"),
+        ("time_s,speed_nm\n0,1\n1,2\n", "column speed: is not among.*speed_rpm"),
+        ("time_s,speed_rpm\n0,1\n1,two\n", "line 3, speed_rpm: 'two' is not a number"),
+        ("time_s,speed_rpm\n0,1\n0,2\n", "line 3, time_s: does not rise"),
+        ("time_s,speed_rpm\n0,1\n", "speed series: has 1 rows"),
+        ("time_s,speed_rpm\n0,1\n1,2000000\n", "are beyond 1e4 rad/s"),
+    ],
+)
+def test_a_broken_series_is_one_clear_line(tmp_path, text, words):
+    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        machine(tmp_path, law="speed", kind="csv", file="s.csv")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_machine_in_a_file(tmp_path):
+    text = (
+        STAGE.format(planets=4, sun="0", helix=0)
+        + """
+[output.machine]
+law = "controller"
+speed_rpm = 450
+kp_nm_s_per_rad = 3
+ki_nm_per_rad = 40
+most_torque_nm = 0
+"""
+    )
+    case = load_case(write(tmp_path, text))
+    last = machines_of(case)[-1]
+    assert last.steady(0.0) == pytest.approx(15 * np.pi)
+    assert (last.kp, last.ki, last.most_torque) == (3.0, 40.0, 0.0)
+    assert case.content_hash() != stage_train(tmp_path).content_hash()
