@@ -116,8 +116,8 @@ QUANTITIES: dict[str, Quantity] = {
     "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
     "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),
     "energy_pair_elastic": Quantity((S,), "J", "strain energy of the tooth pairs"),
-    "energy_input_work": Quantity((S,), "J", "work done by the drive"),
-    "energy_brake_work": Quantity((S,), "J", "work taken by the brake"),
+    "energy_input_work": Quantity((S,), "J", "work done by the machines at the inputs"),
+    "energy_brake_work": Quantity((S,), "J", "work taken by the machine at the output"),
     "energy_damping_work": Quantity((S,), "J", "work taken by damping of the structure"),
     "energy_pair_damping_work": Quantity((S,), "J", "work taken by damping of the tooth pairs"),
     "energy_parametric_work": Quantity(
