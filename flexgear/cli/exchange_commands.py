@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
-from flexgear.cli.display import as_json_text
-from flexgear.cli.options import AsJson, CaseName, Settings, read_case
-from flexgear.cli.outputs import file_option
-from flexgear.files.atomic import file_target, write_bytes
+from flexgear.cli.body_commands import BODIES, Component, components
+from flexgear.cli.display import as_json_text, progress
+from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
+from flexgear.cli.outputs import file_option, folder_named
+from flexgear.files.atomic import file_target, folder_target, staged_folder, write_bytes
+from flexgear.files.matrices.body import ReducedMatrices
+from flexgear.files.matrices.writing import FORMATS, write_reduced
 from flexgear.files.rexs.from_case import model_of_case, not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import Imported, case_of_document
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.version import version
+from flexgear.solve.bodies import named, reduction_limit
 
 
 def register(app: typer.Typer) -> None:
@@ -50,21 +57,87 @@ def import_rexs(
 
 def export(
     case: CaseName,
-    rexs: Annotated[Path | None, file_option("--rexs", "Write gears, loads, results.")] = None,
+    rexs: Annotated[Path | None, file_option("--rexs", "Gears, loads, results as REXS.")] = None,
+    reduced: Annotated[
+        Path | None,
+        typer.Option(
+            "--reduced",
+            metavar="DIR",
+            help="Reduced ring and carrier: stiffness, mass, table of nodes.",
+            parser=folder_named,
+        ),
+    ] = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="op4|mtx|npz", help="Of the reduced matrices.")
+    ] = "op4",
+    component: Component = "both",
+    recovery: Annotated[
+        bool, typer.Option("--recovery", help="The way back to the FE mesh's vertices, too.")
+    ] = False,
     settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Write a case for other programs: as a gearbox in REXS 2.0."""
-    if rexs is None:
-        raise InputError("export", "--rexs", "is missing", "say what to write: --rexs box.rexs")
+    """Write a case for other programs: as a gearbox in REXS 2.0, as reduced matrices."""
+    if rexs is None and reduced is None:
+        raise InputError(
+            "export", "--rexs", "is missing", "say what to write: --rexs box.rexs, --reduced DIR"
+        )
     found = read_case(case, settings, loaded=False)
+    if rexs is not None:
+        _write_rexs(found, rexs, force)
+    if reduced is not None:
+        _write_reduced(found, reduced, form, Wanted(component, recovery, force, quiet))
+
+
+def _write_rexs(case: Case, rexs: Path, force: bool) -> None:
     if rexs.suffix.lower() != ".rexs":
         raise InputError("--rexs", str(rexs), "does not end in .rexs", "name it so")
     _require_new(rexs, "--rexs", force)
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    write_bytes(rexs, model_of_case(found).xml("flexgear", version(), date))
-    left = not_written(found)
+    write_bytes(rexs, model_of_case(case).xml("flexgear", version(), date))
+    left = not_written(case)
     typer.echo(f"wrote {rexs}" + (f"; REXS does not hold: {', '.join(left)}" if left else ""))
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What of the reduced bodies is written, and how."""
+
+    component: str
+    recovery: bool
+    force: bool
+    quiet: bool
+
+
+def _write_reduced(case: Case, folder: Path, form: str, wanted: Wanted) -> None:
+    """Matrices of the bodies that are asked for, all of them or none."""
+    if form not in FORMATS:
+        raise InputError("--format", form, "is unknown", f"choose {', '.join(FORMATS)}")
+    target = folder_target(folder)
+    parts = components(case, wanted.component)
+    there = [f for part in parts for f in sorted(target.glob(f"{part.label}[._]*"))]
+    if there and not wanted.force:
+        raise InputError(
+            "--reduced", str(there[0]), "is there already", "name another folder, or --force"
+        )
+    written: list[str] = []
+    with staged_folder(folder) as stage, progress(wanted.quiet) as report:
+        for part in parts:
+            flexible = case.flexible_stages[part.stage]
+            limit = reduction_limit(case, part.stage)
+            body = BODIES[part.name](flexible, named(part.label, report), limit)
+            matrices = ReducedMatrices(
+                part.label,
+                body.node_names,
+                body.positions,
+                body.stiffness,
+                body.mass,
+                body.recovery.astype(np.float64) if wanted.recovery else None,
+                body.points if wanted.recovery else None,
+            )
+            written += [path.name for path in write_reduced(matrices, stage, form)]
+    typer.echo(f"wrote {', '.join(written)} to {folder}; N, m, kg")
 
 
 def _require_new(path: Path, option: str, force: bool) -> None:

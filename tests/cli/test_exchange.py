@@ -2,8 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
+from reduced_samples import beam, frequencies
 from rexs_samples import planetary, three_stages
+
+from flexgear.cli import exchange_commands
+from flexgear.files.matrices.reading import read_reduced
+from flexgear.structures.reduced import ReducedBody
 
 
 @pytest.mark.parametrize("make", [planetary, three_stages])
@@ -37,3 +43,32 @@ def test_export(flexgear, tmp_path):
     for wrong in (["--rexs", target], ["--rexs", tmp_path / "x.xml"], []):
         code, out, err = flexgear("export", "nrel-5mw", *wrong)
         assert (code, out, err.count("\n")) == (2, "", 1) and " -- " in err
+
+
+@pytest.mark.parametrize("form", ["op4", "mtx", "npz"])
+def test_export_of_reduced_bodies(flexgear, tmp_path, monkeypatch, form):
+    """Ring and carrier with their way back; the folder is not overwritten unasked."""
+    b, none = beam(), np.zeros((0, 3))
+    body = ReducedBody(
+        "ring", b.node_names, b.positions, b.mass, b.stiffness, b.modes, {}, b.points,
+        none.astype(int), b.recovery.astype(np.float32),
+    )  # fmt: skip
+    for name in ("ring", "carrier"):
+        monkeypatch.setitem(exchange_commands.BODIES, name, lambda *_: body)
+    command = ["export", "wind-5mw", "--reduced", tmp_path / "out", "--format", form, "-q"]
+    code, out, err = flexgear(*command, "--recovery")
+    assert (code, err) == (0, ""), err
+    for name in ("ring", "carrier"):
+        files = [f for f in (tmp_path / "out").glob(f"{name}*") if f.suffix != ".csv"]
+        found = read_reduced(files, tmp_path / "out" / f"{name}_nodes.csv")
+        assert found.recovery.shape == b.recovery.shape
+        assert frequencies(found.stiffness, found.mass) == pytest.approx(
+            frequencies(b.stiffness, b.mass), rel=1e-9
+        )
+    code, out, err = flexgear(*command)
+    assert code == 2 and "is there already" in err
+    for wrong in (["--format", "pdf"], ["--component", "sun"]):
+        code, out, err = flexgear("export", "wind-5mw", "--reduced", tmp_path / "x", *wrong)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+    code, out, err = flexgear("export", "nrel-5mw", "--reduced", tmp_path / "x")
+    assert code == 2 and "lumped members" in err

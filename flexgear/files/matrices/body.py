@@ -1,0 +1,197 @@
+"""Stiffness and mass of a reduced body on six-dof nodes, and what they must fulfil.
+
+Coordinates: ux, uy, uz (m), rx, ry, rz (rad) of each node in the order of the table, then modal
+ones. A free body has K R = 0 for its six rigid motions R, whose mass is Rᵀ M R.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from flexgear.model.errors import InputError
+
+Array = NDArray[np.float64]
+SYMMETRIC = 1e-6  # of the largest entry of the two rows, scaled by their diagonals
+RIGID = 1e-6  # of the energy that the coordinates alone would take; single precision leaves 1e-7
+FREE = 1e-9  # eigenvalue of the stiffness scaled to a unit diagonal that counts as zero
+SPREAD = 1e-2  # between the masses along three axes
+LENGTHS = {"m": 1.0, "mm": 1e-3}  # m; of node tables and systems of units
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedMatrices:
+    """A reduced body as arrays.
+
+    positions (n, 3) m; stiffness, mass (d, d), d ≥ 6 n, SI; recovery (3p, d) m per coordinate at
+    points (p, 3) m, or None.
+    """
+
+    name: str
+    node_names: tuple[str, ...]
+    positions: Array
+    stiffness: Array
+    mass: Array
+    recovery: Array | None = None
+    points: Array | None = None
+
+    @property
+    def modes(self) -> int:
+        """Number of modal coordinates."""
+        return len(self.stiffness) - 6 * len(self.node_names)
+
+    def rigid_motion(self) -> Array:
+        """Coordinates (d, 6) of unit rigid motion about the origin."""
+        found = np.zeros((len(self.stiffness), 6))
+        for k, (x, y, z) in enumerate(self.positions):
+            found[6 * k : 6 * k + 6] = np.eye(6)
+            found[6 * k : 6 * k + 3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+        return found
+
+    def in_si(self, units: str) -> ReducedMatrices:
+        """The same body from matrices in N, mm, t, s ("mm") or SI ("m"); positions are in m.
+
+        Energies q^T K q and v^T M v are in mJ there; modal coordinates keep their unit mass.
+        """
+        if units == "m":
+            return self
+        per = 1.0 / LENGTHS[units]
+        scale = np.full(len(self.stiffness), np.sqrt(per))
+        scale[: 6 * len(self.node_names)] = np.tile([per] * 3 + [1.0] * 3, len(self.node_names))
+        factor = scale[:, None] * scale / per
+        return replace(self, stiffness=self.stiffness * factor, mass=self.mass * factor)
+
+
+def check(body: ReducedMatrices, where: str, mass: float | None = None) -> dict[str, Any]:
+    """Figures of a body. InputError where it is not a free elastic body in SI.
+
+    Symmetry of both matrices; K R = 0 for six rigid motions, and no other motion without
+    stiffness; positive mass, within 10 % of ``mass`` (kg) if that is given: factors of 1000 show
+    units that do not belong together.
+    """
+    for name, matrix in (("stiffness", body.stiffness), ("mass", body.mass)):
+        _require_shape(body, name, matrix, where)
+    worst = {n: _asymmetry(m) for n, m in (("stiffness", body.stiffness), ("mass", body.mass))}
+    for name, value in worst.items():
+        if value > SYMMETRIC:
+            raise InputError(
+                where, name, f"is not symmetric: entries differ by {value:.1e} of their size",
+                "export the full matrix, or one triangle as such",
+            )  # fmt: skip
+    residual = _rigid_residual(body, where)
+    inertia = body.rigid_motion().T @ body.mass @ body.rigid_motion()
+    own = float(np.trace(inertia[:3, :3]) / 3)
+    _require_mass(inertia, own, mass, where)
+    flexible = _flexible_modes(body, where)
+    return {
+        "mass_kg": own,
+        "asymmetry_stiffness": worst["stiffness"],
+        "asymmetry_mass": worst["mass"],
+        "rigid_residual": residual,
+        "first_frequency_hz": flexible,
+        "modes": body.modes,
+    }
+
+
+def _require_shape(body: ReducedMatrices, name: str, matrix: Array, where: str) -> None:
+    least = 6 * len(body.node_names)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < least:
+        raise InputError(
+            where, name, f"is {' x '.join(map(str, matrix.shape))}",
+            f"{len(body.node_names)} nodes need a square matrix of {least} or more",
+        )  # fmt: skip
+    if matrix.shape != body.stiffness.shape:
+        raise InputError(
+            where, name, f"has {len(matrix)} rows, the stiffness {len(body.stiffness)}",
+            "export both on the same coordinates",
+        )  # fmt: skip
+    if not np.isfinite(matrix).all():
+        raise InputError(where, name, "holds entries that are no numbers", "export it again")
+
+
+def _asymmetry(matrix: Array) -> float:
+    """Largest difference of K_ij and K_ji over √(K_ii K_jj)."""
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    scale[scale == 0] = scale.max(initial=1.0) or 1.0
+    return float(np.max(np.abs(matrix - matrix.T) / scale[:, None] / scale, initial=0.0))
+
+
+def _rigid_residual(body: ReducedMatrices, where: str) -> float:
+    """|Rᵀ K R| over Σ K_ii R_i², what the coordinates would resist one by one; the largest.
+
+    InputError above RIGID. The factor of the positions that would make rotations free is found as
+    well: 1000 or 0.001 are units of length.
+    """
+    rigid = body.rigid_motion()
+    alone = np.abs(np.diag(body.stiffness)) @ rigid**2
+    energy = np.abs(np.einsum("ij,ik,kj->j", rigid, body.stiffness, rigid))
+    residual = energy / np.where(alone > 0, alone, 1.0)
+    if residual.max() <= RIGID:
+        return float(residual.max())
+    lever = _lever(body)
+    near = next((k for k in (1e3, 1e-3) if abs(lever / k - 1) < 0.05), None)
+    if residual[:3].max() <= RIGID and near is not None:
+        raise InputError(
+            where, "units", f"rotations are rigid where positions are taken {near:g} times",
+            "give lengths of the node table and of the matrices in the same unit",
+        )  # fmt: skip
+    raise InputError(
+        where, "stiffness",
+        f"resists rigid motion: {residual.max():.1e} of what its coordinates do alone",
+        "export the free body, without supports, with nodes where they are",
+    )  # fmt: skip
+
+
+def _lever(body: ReducedMatrices) -> float:
+    """Factor s of the positions that makes K (s L + T) least, with L the levers of rotations."""
+    rigid, alone = body.rigid_motion()[:, 3:], np.zeros((len(body.stiffness), 3))
+    for k in range(len(body.node_names)):
+        alone[6 * k + 3 : 6 * k + 6] = np.eye(3)
+    weight = 1.0 / np.sqrt(np.abs(np.diag(body.stiffness)) + np.finfo(float).tiny)
+    levers = weight[:, None] * (body.stiffness @ (rigid - alone))
+    turns = weight[:, None] * (body.stiffness @ alone)
+    return float(-(levers * turns).sum() / max((levers * levers).sum(), np.finfo(float).tiny))
+
+
+def _require_mass(inertia: Array, own: float, mass: float | None, where: str) -> None:
+    if not np.all(np.linalg.eigvalsh(inertia) > 0):
+        raise InputError(
+            where, "mass", "is not positive in rigid motion",
+            "export the mass on the same coordinates as the stiffness",
+        )  # fmt: skip
+    spread = np.ptp(np.diag(inertia)[:3]) / own
+    if spread > SPREAD:
+        raise InputError(
+            where, "mass", f"differs by {spread:.1e} between directions", "export the free body"
+        )
+    if mass is not None and abs(own / mass - 1) > 0.1:
+        raise InputError(
+            where, "mass", f"is {own:.4g} kg, not {mass:.4g} kg",
+            "check the units: N, mm, t, s (units mm) or SI (units m)",
+        )  # fmt: skip
+
+
+def _flexible_modes(body: ReducedMatrices, where: str) -> float:
+    """Lowest elastic frequency, Hz. InputError for other than six motions without stiffness."""
+    scale = 1.0 / np.sqrt(np.abs(np.diag(body.stiffness)) + np.finfo(float).tiny)
+    values = np.linalg.eigvalsh(body.stiffness * scale[:, None] * scale)
+    free = int(np.count_nonzero(values < FREE))
+    if free != 6:
+        raise InputError(
+            where, "stiffness", f"has {free} motions without stiffness, a free body six",
+            "export a body that is whole, with all six dofs of its nodes",
+        )  # fmt: skip
+    small = np.finfo(float).eps * np.abs(np.diag(body.mass)).max()
+    try:
+        squares = scipy.linalg.eigh(
+            body.stiffness, body.mass + small * np.eye(len(body.mass)), eigvals_only=True
+        )
+    except np.linalg.LinAlgError:
+        raise InputError(
+            where, "mass", "is not positive definite", "export the consistent mass"
+        ) from None
+    return float(np.sqrt(max(squares[6], 0.0)) / (2 * np.pi))
