@@ -8,7 +8,6 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.case import case_of_stage
 from flexgear.model.load import load_stage
 
 TORQUE = 4e6
@@ -20,12 +19,12 @@ CLEAN = {  # no manufacturing errors
 
 
 def make_case(**overrides):
-    """The bundled stage; ``case_of_stage`` makes a case of it."""
+    """The bundled stage."""
     return load_stage("wind-5mw", overrides={**CLEAN, **overrides})
 
 
 def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
-    geometry = stage_geometry(case.view())
+    geometry = stage_geometry(case)
     ring = cheap_ring(
         case.stage.ring.teeth,
         geometry.ring.reference_radius,
@@ -42,8 +41,8 @@ def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
 def stage_system(stage, bodies, variant=None, stiffening=None):
     """A flexible stage alone, coupled; its bodies are "stage.ring", "stage.carrier", …"""
     own = Variant(stage.ring.flexible, stage.carrier.flexible, stage.shaft.flexible)
-    variants = {"stage": variant or own}
-    return build_system(case_of_stage(stage), {"stage": bodies}, variants, stiffening)
+    variants = {stage.name: variant or own}
+    return build_system(stage.case, {stage.name: bodies}, variants, stiffening)
 
 
 def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexgear.model.case import Case, case_of_stage, validated_case
-from flexgear.model.flexible_stage import FlexibleStage, validated_stage
+from flexgear.model.case import Case, validated_case
 from flexgear.model.read import Written
 from flexgear.model.section import Section, quantity_of, section_of
 
@@ -39,9 +38,6 @@ SUFFIXES = {
 
 def similar(case: Case, factor: float) -> Case:
     """The case ``factor`` times as large: all that it says, and nothing that it leaves open."""
-    if case.alone is not None:
-        data = _scaled(FlexibleStage, case.alone.model_dump(exclude_unset=True), factor)
-        return case_of_stage(validated_stage(data, "similar", Written()))
     data = _scaled(Case, case.model_dump(exclude_unset=True), factor)
     return validated_case(data, "similar", Written())
 

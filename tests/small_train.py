@@ -83,7 +83,7 @@ density_kg_per_m3 = 7850
 [[stages]]
 case = "wind-5mw"
 
-[stages.flexible.ring]
+[stages.ring.fe]
 flexible = false
 
 [stages.errors]

@@ -71,4 +71,4 @@ output_interval_ms = 1
 def mixed(folder):
     """A train with a flexible stage and its cheap bodies."""
     train = load_case(write(folder, MIXED, 'kind = "train"\nkinematics = "spatial"\n'))
-    return train, {"first": make_bodies(train.stages[0].flexible)}
+    return train, {"first": make_bodies(train.view(train.stages[0].name))}

@@ -48,7 +48,7 @@ class Shown:
 
 def of_rings(model: Model, figures: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Figures of flexible stages by name; of the short form, which has one, its own."""
-    return next(iter(figures.values()), {}) if model.case.alone is not None else figures
+    return next(iter(figures.values()), {}) if model.case.is_short else figures
 
 
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:

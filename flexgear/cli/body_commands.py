@@ -70,7 +70,7 @@ def components(case: Case, name: str) -> list[Part]:
     """Components of flexible stages that ``--component`` means; InputError where there are none."""
     require_flexible(case)
     every = [
-        Part(stage, part, part if case.alone is not None else f"{stage}.{part}")
+        Part(stage, part, part if case.is_short else f"{stage}.{part}")
         for stage in case.flexible_stages
         for part in MESHES
     ]

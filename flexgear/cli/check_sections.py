@@ -26,7 +26,7 @@ def derived(train: Case) -> Sections:
     return {
         **case_report(train),
         **{
-            "kinematics" if train.alone else f"{name} kinematics": _kinematics(train, name, flow)
+            "kinematics" if train.is_short else f"{name} kinematics": _kinematics(train, name, flow)
             for name in train.flexible_stages
         },
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},

@@ -100,7 +100,7 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     if as_json:
         present("", figures, True)
         return
-    of = "" if case.alone is not None else f", {stage}"
+    of = "" if case.is_short else f", {stage}"
     typer.echo(
         f"{case.name}{of}: equilibria at rated torque over {math.degrees(period):g} deg of the "
         "carrier"

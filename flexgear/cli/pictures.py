@@ -19,7 +19,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
@@ -55,20 +55,20 @@ class RingFolder:
     name: str
 
     @property
-    def stage(self) -> FlexibleStage:
+    def stage(self) -> StageView:
         """The stage."""
         return self.run.case.flexible_stages[self.name]
 
     @property
     def before(self) -> str:
         """What names of pictures begin with: nothing where there is one stage in the short form."""
-        return "" if self.run.case.alone is not None else f"{self.name}_"
+        return "" if self.run.case.is_short else f"{self.name}_"
 
     @property
     def figures(self) -> Mapping[str, Any]:
         """Its figures of steady running."""
         steady: Mapping[str, Any] = self.run.summary["steady"]
-        return steady if self.run.case.alone is not None else steady[self.name]
+        return steady if self.run.case.is_short else steady[self.name]
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
         """Datasets of a kind by variant with errors, the case as it is first."""
@@ -187,7 +187,7 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     steady, still, outline = content.runs("transient"), content.equilibria, content.outline
     name, first = next(iter(steady.items()))
     planets = content.stage.stage.planets
-    teeth = content.stage.stage.ring.teeth
+    teeth = content.stage.ring_gear.teeth
     angle = float(first["carrier_angle"][first.sizes["time"] // 2])
     window = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
     two = still.isel(position=_nearest(still, [0.0, np.pi / planets]))
@@ -270,7 +270,7 @@ def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
 
 def _rendered(content: Folder) -> dict[str, str]:
     """Bodies by the names of their 3D renders."""
-    alone = content.case.alone is not None
+    alone = content.case.is_short
     return {
         f"{body.rpartition('.')[2] if alone else body.replace('.', '_')}_3d": body
         for body in content.fields
@@ -306,7 +306,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
 def _said(content: Folder, body: str) -> str:
     """ "Ring", "Ring of stage_1"."""
     stage, _, part = body.partition(".")
-    return part.capitalize() + ("" if content.case.alone is not None else f" of {stage}")
+    return part.capitalize() + ("" if content.case.is_short else f" of {stage}")
 
 
 def _animate(content: RingFolder, folder: Path, name: str) -> Picture:

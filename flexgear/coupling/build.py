@@ -86,7 +86,7 @@ def _coupled(
         _tie_and_mesh(b, number)
     for joint in train.joints:
         _join(b, joint)
-    behind_splines = {f"{s.name}.sun" for s in train.stages if s.flexible is not None}
+    behind_splines = {f"{s.name}.sun" for s in train.stages if s.is_flexible}
     for port in train.ports:
         if port.member not in behind_splines:  # there it is that of the body "output"
             b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
@@ -105,33 +105,17 @@ def _bodies(
     bodies: list[Body] = []
     members: list[list[LumpedMember]] = []
     for stage in train.stages:
-        if stage.flexible is None:
+        if not stage.is_flexible:
             members.append(lumped_members(train, stage))
             bodies += [m.body for m in members[-1]]
             continue
         if stage.name not in flexible:
             raise FlexgearError(f"the reduced ring and carrier of stage {stage.name} are missing")
-        if train.alone is None and (any(stage.flexible.gravity) or stage.flexible.loads):
-            raise InputError(
-                train.source,
-                f"stages.{stage.name}.flexible.gravity_m_per_s2",
-                "and loads are those of the whole train",
-                "take them out of the stage, and give gravity_m_per_s2 and [[loads]] at the top",
-            )
-        if train.alone is None and stage.flexible.housing.kind == "lumped":
-            raise InputError(
-                train.source,
-                f"stages.{stage.name}.flexible.housing.kind",
-                "is lumped, but the whole train stands in one housing",
-                'set it to "rigid", and describe the housing in the section [housing]',
-            )
-        sun = f"{stage.name}.sun"
-        hung = stage.flexible.inertia.model_copy(update={"output": train.port_inertia(sun)})
-        case = stage.flexible.model_copy(update={"inertia": hung})
+        view = train.view(stage.name)
         parts = stage_components(
-            case, stage_geometry(train.view(stage.name)), *flexible[stage.name],
+            view, stage_geometry(view), *flexible[stage.name],
             variants.get(stage.name, Variant()), stiffening,
-            behind=train.port_at(sun) is not None,
+            port=train.port_at(f"{stage.name}.sun"),
         )  # fmt: skip
         bodies += [replace(p, name=f"{stage.name}.{p.name}") for p in parts]
         members.append([])
@@ -145,9 +129,10 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
     stage, held = b.train.stages[number], b.train.held_members()
     if stage.kind == "parallel":
         return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
-    if stage.flexible is not None:
-        radius = stage_radii(b.train.view(stage.name)).center_distance
-        pins = pin_rotation(b.a, stage.flexible, radius, f"{stage.name}.")
+    if stage.is_flexible:
+        view = b.train.view(stage.name)
+        radius = stage_radii(view).center_distance
+        pins = pin_rotation(b.a, view, radius, f"{stage.name}.")
         return StageFrame(b.angle(pins), b.angle(pins))
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
     turns = np.zeros(b.a.size) if carrier in held else rotation(b, carrier)
@@ -157,14 +142,14 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
 
 def _tie_and_mesh(b: UnderWay, number: int) -> None:
     stage, frame, first = b.train.stages[number], b.frames[number], len(b.blocks)
-    if stage.flexible is not None:
-        at, case = f"{stage.name}.", stage.flexible
+    if stage.is_flexible:
+        at, case = f"{stage.name}.", b.train.view(stage.name)
         with inside(b.train, stage):
             tie_stage(b.a, case, at, frame.carrier)
         nodes, teeth = stage_nodes(b.a, case, at)
         b.blocks += nodes
         b.sets += stage_sets(
-            case, b.train.view(stage.name), b.flow.stage(stage.name), tooth_positions=teeth,
+            case, b.flow.stage(stage.name), tooth_positions=teeth,
             first_block=first, stage=number, angle=frame.theta,
         )  # fmt: skip
         return
@@ -188,9 +173,9 @@ def _join(b: UnderWay, joint: Joint) -> None:
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
         name, _, part = member.partition(".")
-        case = b.train.stage(name).flexible
-        if case is not None and part == "sun" and not b.a.has(f"{name}.output"):
-            matrix = behind_spline(matrix, spline_matrix(case), end)
+        beam = b.train.stage(name).form(part) == "beam"
+        if beam and not b.a.has(f"{name}.output"):
+            matrix = behind_spline(matrix, spline_matrix(b.train.view(name)), end)
         number = b.train.stage_index(name)
         rows = np.zeros((6, b.a.size))
         for body, node, share in _joint_nodes(b, name, part):
@@ -204,7 +189,7 @@ def _join(b: UnderWay, joint: Joint) -> None:
 def _joint_nodes(b: UnderWay, name: str, part: str) -> list[tuple[str, str, float]]:
     """Bodies and nodes that move a member at its joint, with their share."""
     stage, member = b.train.stage(name), f"{name}.{part}"
-    if stage.flexible is None:
+    if not stage.is_flexible:
         if part == "ring" and stage.double_helical:
             return [(f"{member}_{side}", f"{member}_{side}", 0.5) for side in ("left", "right")]
         return [(member, member, 1.0)]
@@ -286,13 +271,13 @@ def _loose_motions(b: UnderWay) -> Array:
     with the carrier, each planet spins, the sun turns with its output. There are more where the sun
     floats without a spring.
     """
-    loose, stage = b.a.loose_motions(), b.train.alone
-    if stage is None:
+    loose, stage = b.a.loose_motions(), b.train.stages[0]
+    if not b.train.is_short:
         return loose
     orbit, spins = b.a.rotation("stage.carrier"), []
-    for i in range(stage.stage.planets):
+    for i in range(stage.planets):
         planet = f"stage.planet_{i + 1}"
-        orbit[b.a.starts[planet] + 1] = stage_radii(b.train.view("stage")).center_distance
+        orbit[b.a.starts[planet] + 1] = stage_radii(b.train.view()).center_distance
         spins.append(b.a.rotation(planet))
     turning = b.a.rotation("stage.shaft") + b.a.rotation("stage.output")
     known = np.column_stack([orbit, *spins, turning])

@@ -31,14 +31,6 @@ DIRECTIONS = {
     "tilt": ((3, 4), "against tilting", "tilt_nm_per_rad"),
     "rotation": ((5,), "against turning", "torsion_nm_per_rad"),
 }
-# what holds the bodies of a flexible stage, below its own case
-_HOLDERS = {
-    "carrier": "bearings.carrier_drive",
-    "shaft": "shaft.spline",
-    "output": "bearings.output",
-    "planet": "bearings.planet",
-    "housing": "housing.mount",
-}
 # a sun's shaft hangs on its spline, planets on the carrier: asked for when what holds these stands
 _LATER = {"shaft": 1, "planet": 2}
 _BOLTS = {
@@ -187,18 +179,22 @@ def _said(name: str) -> str:
 
 
 def _holder(bodies: Sequence[Body], name: str, direction: str) -> str:
-    """Key of the spring that would hold a body: of a lumped member or of a flexible stage."""
+    """Key of the spring that would hold a body."""
     stage, part, key = name.rpartition(".")[0], _part(name), DIRECTIONS[direction][2]
     before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
+    if part == "housing":
+        return f"housing.mount.{key}"
     names = [body.name for body in bodies]
-    if part == "shaft" and stage and f"{stage}.output" not in names:
+    if part == "shaft" and f"{stage}.output" not in names:
         return f"joints.{key}"  # in series with its spline
-    if f"{stage}.shaft".lstrip(".") in names:
-        inside = f"{before}flexible." if stage else ""
-        if part == "ring":
-            return inside + _ring_key(next(b for b in bodies if _part(b.name) == part), key)
-        return f"{inside}{_HOLDERS[part]}.{key}"
-    holder = "planet_bearing" if part == "planet" else f"{part}.support"
+    if part == "output":
+        return f"output.bearing.{key}"
+    body = next(b for b in bodies if b.name == name)
+    if part == "ring" and len(body.node_names) > 1:
+        return before + _ring_key(body, key)
+    if part == "carrier" and len(body.node_names) > 1:
+        return f"{before}carrier.bearing_drive.{key}"
+    holder = {"planet": "planet_bearing", "shaft": "sun.shaft.spline"}.get(part, f"{part}.support")
     return f"{before}{holder}.{key}"
 
 
@@ -206,8 +202,8 @@ def _ring_key(ring: Body, key: str) -> str:
     """Key of what holds a flexible ring: its bolts, or bands where it has none."""
     kinds = {name.partition("_")[0] for name in ring.node_names}
     if "bolt" in kinds:
-        return f"ring.bolts.{_BOLTS[key]}"
-    return f"ring.{'splines' if 'spline' in kinds else 'fits'}.0.stiffness_{key}"
+        return f"ring.fe.bolts.{_BOLTS[key]}"
+    return f"ring.fe.{'splines' if 'spline' in kinds else 'fits'}.0.stiffness_{key}"
 
 
 def _and(names: Sequence[str]) -> str:

@@ -21,7 +21,7 @@ def given_loads(b: UnderWay) -> list[tuple[int, Array, int]]:
     place: dict[str, tuple[int, int]] = {}
     for number, stage in enumerate(b.train.stages):
         frame = b.frames[number]
-        if stage.flexible is not None:
+        if stage.is_flexible:
             place |= {
                 f"{stage.name}.{part}": (_node(b, *end_of(b, stage.name, part)), frame.carrier)
                 for part in ("carrier", "sun")
@@ -84,14 +84,14 @@ def _block(b: UnderWay, body: str) -> int:
         names = [m.body.name for m in members]
         if body in names:
             return at + names.index(body)
-        at += len(members) if stage.flexible is None else _nodes(b, stage.name)
+        at += len(members) if not stage.is_flexible else _nodes(b, stage.name)
     raise FlexgearError(f"there is no body {body!r} in the train")
 
 
 def _nodes(b: UnderWay, stage: str) -> int:
-    case = b.train.stage(stage).flexible
-    assert case is not None
-    return case.stage.ring.teeth + case.stage.planets + 1
+    case = b.train.stage(stage)
+    assert case.ring is not None
+    return case.ring.teeth + case.planets + 1
 
 
 def frame_forces(b: UnderWay, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:

@@ -31,7 +31,7 @@ from flexgear.coupling.stage_parts import stage_sets
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
-from flexgear.model.solver import MOST_RUNGS, PaceKeys
+from flexgear.model.solver import MOST_RUNGS, Solver
 
 STEPS = 40  # a period of the band's top in steady running
 FINE_STEPS = 100  # the same near a jump of the torque
@@ -111,10 +111,10 @@ def case_pace(case: Case) -> Pace:
     flow = power_flow(case)
     sets: list[GearMeshSet] = []
     for number, stage in enumerate(case.stages):
-        if stage.flexible is not None:
-            teeth = np.zeros((stage.flexible.stage.ring.teeth, 3))
+        if stage.is_flexible:
             view, own = case.view(stage.name), flow.stage(stage.name)
-            sets += stage_sets(stage.flexible, view, own, tooth_positions=teeth)
+            assert stage.ring is not None
+            sets += stage_sets(view, own, tooth_positions=np.zeros((stage.ring.teeth, 3)))
         else:
             members, own = lumped_members(case, stage), flow.stage(stage.name)
             sets += lumped_sets(case, number, members, own, StageFrame(0, -1), 0)
@@ -161,7 +161,7 @@ def own_frequency(s: GearMeshSet) -> float:
 def _pace(
     gear_mesh: float,
     sets: Iterable[GearMeshSet],
-    solver: PaceKeys,
+    solver: Solver,
 ) -> Pace:
     resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
     wanted, reasons = orders * gear_mesh, {}
@@ -210,7 +210,7 @@ def _pace(
     )  # fmt: skip
 
 
-def pace_sections(pace: Pace, solver: PaceKeys) -> dict[str, dict[str, Any]]:
+def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
     """What `check` says: figures, reasons of what is derived, and what is too coarse."""
     found: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
     notes = too_coarse(pace, solver)
@@ -219,7 +219,7 @@ def pace_sections(pace: Pace, solver: PaceKeys) -> dict[str, dict[str, Any]]:
     return found
 
 
-def too_coarse(pace: Pace, solver: PaceKeys) -> list[str]:
+def too_coarse(pace: Pace, solver: Solver) -> list[str]:
     """What the case gives that does not show what it asks for, one line each."""
     order = f"order {pace.orders} of the gear mesh frequency lies at {pace.wanted:.4g} Hz"
     swing = f"gears swing on their gear mesh at {pace.resonance:.4g} Hz"

@@ -21,7 +21,7 @@ from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.ports import Port
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
 from flexgear.structures.kinematics import turn
@@ -46,7 +46,7 @@ def body_of(reduced: ReducedBody) -> Body:
     )
 
 
-def gear_inertia(case: FlexibleStage, gear: str, geometry: StageGeometry) -> tuple[float, Array]:
+def gear_inertia(case: StageView, gear: str, geometry: StageGeometry) -> tuple[float, Array]:
     """Mass (kg) and diagonal inertia (3,) kg m² of a gear as a hollow cylinder.
 
     Outer diameter is the reference circle, inner the bore; width the face width.
@@ -60,7 +60,7 @@ def gear_inertia(case: FlexibleStage, gear: str, geometry: StageGeometry) -> tup
     return mass, np.array([tilt, tilt, polar])
 
 
-def sun_shaft(case: FlexibleStage, geometry: StageGeometry) -> Body:
+def sun_shaft(case: StageView, geometry: StageGeometry) -> Body:
     """Sun gear and its shaft."""
     mass, inertia = gear_inertia(case, "sun", geometry)
     m, shaft = case.material, case.shaft
@@ -85,19 +85,19 @@ class Stiffening:
 
 
 def stage_components(
-    case: FlexibleStage,
+    case: StageView,
     geometry: StageGeometry,
     ring: ReducedBody,
     carrier: ReducedBody,
     variant: Variant,
     stiffening: Stiffening | None = None,
     *,
-    behind: bool = True,
+    port: Port | None = None,
 ) -> list[Body]:
     """Ring, carrier, planets, sun shaft and output of a stage, in this order.
 
-    behind: whether ``case.inertia`` hangs behind the spline; not so where the sun is joined to
-    another stage of a train, which has its own bodies there.
+    port: what hangs behind the spline; nothing where the sun is joined to another stage, which has
+    its own bodies there.
     """
     stiffening = stiffening or Stiffening()
     made = {
@@ -114,21 +114,22 @@ def stage_components(
         for i in range(case.stage.planets)
     ]
     bodies = [made["ring"], made["carrier"], *planets, made["shaft"]]
-    if behind:
-        out, tilt = case.inertia, case.inertia.output_tilt
-        output = lumped_body("output", out.output_mass, (tilt, tilt, out.output))
+    if port is not None:
+        assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
+        tilt, polar = port.tilt_inertia, port.inertia or 0.0
+        output = lumped_body("output", port.mass, (tilt, tilt, polar))
         bodies.append(replace(output, positions=made["shaft"].positions[-1:].copy()))
     return bodies
 
 
-def tie_stage(a: Assembly, case: FlexibleStage, at: str = "", angle: int = 0) -> None:
+def tie_stage(a: Assembly, case: StageView, at: str = "", angle: int = 0) -> None:
     """All springs of a stage; angle: which of the system's angles is the carrier's."""
     _tie_ring(a, case, at)
     _tie_carrier(a, case, at, angle)
     _tie_shaft(a, case, at, angle)
 
 
-def pin_rotation(a: Assembly, case: FlexibleStage, radius: float, at: str = "") -> Array:
+def pin_rotation(a: Assembly, case: StageView, radius: float, at: str = "") -> Array:
     """Row (d,) of the mean rotation of the pins, which stands for the carrier's, rad."""
     row = np.zeros(a.size)
     for i, phi in enumerate(case.stage.planet_angles):
@@ -137,7 +138,7 @@ def pin_rotation(a: Assembly, case: FlexibleStage, radius: float, at: str = "") 
     return row
 
 
-def stage_nodes(a: Assembly, case: FlexibleStage, at: str = "") -> tuple[list[Array], Array]:
+def stage_nodes(a: Assembly, case: StageView, at: str = "") -> tuple[list[Array], Array]:
     """Contact nodes of a stage (teeth of the ring, planets, sun) and the teeth's positions."""
     ring = a.body(f"{at}ring")
     teeth = [a.rows(ring.name, name) for name in ring.node_names if name[:5] == "tooth"]
@@ -146,19 +147,19 @@ def stage_nodes(a: Assembly, case: FlexibleStage, at: str = "") -> tuple[list[Ar
 
 
 def stage_sets(
-    case: FlexibleStage, view: StageView, flow: StageFlow, *, tooth_positions: Array,
+    view: StageView, flow: StageFlow, *, tooth_positions: Array,
     first_block: int = 0, stage: int = 0, angle: int = 0,
 ) -> list[GearMeshSet]:  # fmt: skip
     """Gear meshes of a stage with a ring of tooth nodes; blocks: teeth, planets, sun.
 
-    view, flow: of the stage where it stands, alone or in a train; tooth_positions: (z_r, 3) m. With
-    the linear law only the flank that carries the rated torque is there. Pair damping takes the
+    flow: of the stage where it stands, alone or among others; tooth_positions: (z_r, 3) m. With the
+    linear law only the flank that carries the rated torque is there. Pair damping takes the
     equivalent mass on the line of action 1/m = r_bp²/J_p + r_b²/J (ring held: J → ∞).
     """
-    options, n, teeth = view.gear_mesh, case.stage.planets, len(tooth_positions)
+    options, n, teeth = view.gear_mesh, view.stage.planets, len(tooth_positions)
     geometry, paths = stage_geometry(view), stage_paths(view, flow.gear_mesh_forces)
     errors, driven_forward = stage_errors(view, paths), flow.sun_torque <= 0
-    polar = {g: gear_inertia(case, g, geometry)[1][2] for g in ("sun", "planet")}
+    polar = {g: gear_inertia(view, g, geometry)[1][2] for g in ("sun", "planet")}
     out = []
     one_sided = options.contact_law == "one-sided"
     for kind in KINDS:
@@ -176,7 +177,7 @@ def stage_sets(
                 stage=stage,
                 angle=angle,
                 carrier_angle=angle,
-                phi=np.asarray(case.stage.planet_angles, dtype=float),
+                phi=np.asarray(view.stage.planet_angles, dtype=float),
                 planet_blocks=[first_block + teeth + i for i in range(n)],
                 gear_block=first_block if ring else first_block + teeth + n,
                 tooth_positions=tooth_positions if ring else None,
@@ -191,15 +192,15 @@ def stage_sets(
     return out
 
 
-def _tie_ring(a: Assembly, case: FlexibleStage, at: str) -> None:
+def _tie_ring(a: Assembly, case: StageView, at: str) -> None:
     ring = a.body(f"{at}ring")
     for spring in ring_springs(case):
         node = a.rows(ring.name, spring.node) - a.housing_rows(ring.position(spring.node))
         a.link(f"{at}{spring.node}", spring.axes @ node, spring.matrix)
 
 
-def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
-    if np.any(case.bearings.planet.matrix[5] != 0):
+def _tie_carrier(a: Assembly, case: StageView, at: str, angle: int) -> None:
+    if np.any(case.stage.planet_bearing.matrix[5] != 0):
         raise InputError(
             case.source,
             "bearings.planet",
@@ -212,22 +213,24 @@ def _tie_carrier(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
     for i, phi in enumerate(case.stage.planet_angles):
         pin = turn(-phi) @ a.rows(f"{at}carrier", f"pin_{i + 1}")
         planet = a.rows(f"{at}planet_{i + 1}", f"planet_{i + 1}")
-        bearing, name = case.bearings.planet, f"{at}planet_bearing_{i + 1}"
+        bearing, name = case.stage.planet_bearing, f"{at}planet_bearing_{i + 1}"
         a.link(name, pin - planet, linear_part(bearing, bearing.matrix))
         a.law_bearing(name, planet, pin, bearing)
 
 
-def spline_matrix(case: FlexibleStage) -> Array:
+def spline_matrix(case: StageView) -> Array:
     """Stiffness (6, 6) of the spline at the end of the sun's shaft, SI."""
     return np.diag(np.asarray(case.shaft.spline.stiffness, dtype=float))
 
 
-def _tie_shaft(a: Assembly, case: FlexibleStage, at: str, angle: int) -> None:
+def _tie_shaft(a: Assembly, case: StageView, at: str, angle: int) -> None:
     if a.has(f"{at}output"):
         shaft, output = a.rows(f"{at}shaft", "end"), a.rows(f"{at}output", "output")
         a.link(f"{at}spline", shaft - output, spline_matrix(case))
-        bearing = case.bearings.output.matrix
-        a.turning_support(f"{at}output", f"{at}output", "output", bearing, angle)
-    if case.bearings.sun is not None:
-        bearing = case.bearings.sun.matrix
+        port = case.case.port_at(f"{at}sun")
+        if port is not None and port.bearing is not None:
+            bearing = port.bearing.matrix
+            a.turning_support(f"{at}output", f"{at}output", "output", bearing, angle)
+    if case.stage.sun is not None and case.stage.sun.support.matrix.any():
+        bearing = case.stage.sun.support.matrix
         a.turning_support(f"{at}sun", f"{at}shaft", "sun", bearing, angle)

@@ -43,7 +43,7 @@ def rotation(b: UnderWay, member: str) -> Array:
     """Row (d,) of the rotation of a member; zero where it is held fast."""
     name, _, part = member.partition(".")
     stage = b.train.stage(name)
-    if stage.flexible is None:
+    if not stage.is_flexible:
         if part == "ring" and stage.double_helical:
             halves = [f"{member}_{side}" for side in ("left", "right")]
             return 0.5 * np.sum([b.a.rows(h, h)[5] for h in halves], axis=0)
@@ -57,7 +57,7 @@ def speed_row(b: UnderWay, member: str) -> Array:
     """Row (d,) of the rotation that stands for a member's speed: pins of a flexible carrier."""
     name, _, part = member.partition(".")
     frame = b.frames[b.train.stage_index(name)]
-    if part == "carrier" and b.train.stage(name).flexible is not None:
+    if part == "carrier" and b.train.stage(name).is_flexible:
         return b.angles[frame.theta]
     return rotation(b, member)
 

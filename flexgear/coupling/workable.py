@@ -22,10 +22,9 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
-from flexgear.model.stage_view import inside, spoken, stage_key
+from flexgear.model.stage_view import StageView, inside, spoken, stage_key
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
@@ -40,20 +39,20 @@ def require_workable(case: Case) -> None:
         _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
         bodies = {}
         for stage in case.stages:
-            if stage.flexible is None:
+            if not stage.is_flexible:
                 forces = flow.stage(stage.name).gear_mesh_forces
                 stage_paths(case.view(stage.name), forces)
                 continue
             if f"{stage.name}.ring" not in case.held_members():
                 raise InputError(
-                    case.source, stage_key(stage, "flexible"),
+                    case.source, stage_key(stage, "ring.fe"),
                     "is a flexible stage, whose ring is bolted to the housing, but the ring turns",
                     f'add "{stage.name}.ring" to held and let carrier and sun turn, or use a '
                     "lumped stage",
                 )  # fmt: skip
             with inside(case, stage):
-                _require_stage(stage.flexible)
-                bodies[stage.name] = stand_ins(stage.flexible)
+                _require_stage(case.view(stage.name))
+                bodies[stage.name] = stand_ins(case.view(stage.name))
         build_system(case, bodies, dict.fromkeys(bodies, RIGID))
 
 
@@ -72,17 +71,16 @@ def _require_steps(case: Case, frequency: float) -> None:
             )
 
 
-def _require_stage(case: FlexibleStage) -> None:
+def _require_stage(case: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
-    view = case.view()
-    require_assembly(view, stage_geometry(view))
+    require_assembly(case, stage_geometry(case))
     for part in (case.ring, case.carrier):
         if part.fe_mesh == "file":
             _require_file(case, part)
     require_fe_meshes(case)
 
 
-def _require_file(case: FlexibleStage, part: Ring | Carrier) -> None:
+def _require_file(case: StageView, part: Ring | Carrier) -> None:
     file = Path(str(part.fe_mesh_file))
     if not file.is_file():
         key = f"{'ring' if part is case.ring else 'carrier'}.fe_mesh_file"
@@ -90,11 +88,11 @@ def _require_file(case: FlexibleStage, part: Ring | Carrier) -> None:
         raise InputError(case.source, key, f"{file}: {problem}", "check the path")
 
 
-def stand_ins(case: FlexibleStage) -> tuple[ReducedBody, ReducedBody]:
+def stand_ins(case: StageView) -> tuple[ReducedBody, ReducedBody]:
     """Ring and carrier of a stage as rigid bodies of the size of the case."""
-    geometry, stage, width = stage_geometry(case.view()), case.stage, case.stage.face_width
+    geometry, stage, width = stage_geometry(case), case.stage, case.stage.face_width
     ring = {
-        **_circle("tooth_{:03d}", stage.ring.teeth, geometry.ring.reference_radius),
+        **_circle("tooth_{:03d}", case.ring_gear.teeth, geometry.ring.reference_radius),
         **{support.node: support.place for support in ring_supports(case.ring, width)},
     }
     c, side = case.carrier, 1.0 if case.carrier.drive_side == "+z" else -1.0

@@ -31,7 +31,7 @@ from flexgear.gears.radii import gears_by_slot
 from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
-    from flexgear.model.train_errors import TrainErrors
+    from flexgear.model.gear_errors import GearErrors
     from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def error_cycle(
     return ErrorCycle(int(_common([Fraction(1), *periods])), per_turn)
 
 
-def error_sources(errors: TrainErrors, *, housing: bool = False) -> tuple[str, ...]:
+def error_sources(errors: GearErrors, *, housing: bool = False) -> tuple[str, ...]:
     """Sources that these errors have; housing: whether anything else stands in space."""
     found = {
         "sun": errors.sun_eccentricity or errors.sun_pitch,

@@ -51,8 +51,8 @@ from flexgear.gears.radii import gears_by_slot
 from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
+    from flexgear.model.gear_errors import GearErrors
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_errors import TrainErrors
     from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def stage_errors(
 
 
 def _errors_of(
-    stage: TrainStage, e: TrainErrors, path: GearMeshPath, pitch: tuple[Array, Array]
+    stage: TrainStage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
 ) -> PairErrors:
     """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
     slot, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
@@ -151,7 +151,7 @@ def projected(path: GearMeshPath, vector: TurningVector, sign: float) -> tuple[A
     return math.hypot(nx, ny) * vector.size, phase
 
 
-def _gear_vectors(stage: TrainStage, e: TrainErrors, slot: str) -> list[TurningVector]:
+def _gear_vectors(stage: TrainStage, e: GearErrors, slot: str) -> list[TurningVector]:
     """Where sun or ring lies off its place, as every planet sees it."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     ones = np.ones(len(phi))
@@ -168,7 +168,7 @@ def _gear_vectors(stage: TrainStage, e: TrainErrors, slot: str) -> list[TurningV
     return found
 
 
-def _planet_vectors(stage: TrainStage, e: TrainErrors) -> list[TurningVector]:
+def _planet_vectors(stage: TrainStage, e: GearErrors) -> list[TurningVector]:
     size = np.array(e.of_planets("planet_eccentricity", stage.planets))
     if not size.any():
         return []
@@ -176,7 +176,7 @@ def _planet_vectors(stage: TrainStage, e: TrainErrors) -> list[TurningVector]:
     return [TurningVector(size, place, stage_turns(stage)["planet"])]
 
 
-def _carrier(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
+def _carrier(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     """All pins displaced by the same vector of the carrier's frame, (N,) m."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     towards = e.carrier_eccentricity_phase - phi
@@ -184,13 +184,13 @@ def _carrier(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
     return -e.carrier_eccentricity * (nx * np.cos(towards) + ny * np.sin(towards))
 
 
-def _thickness(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
+def _thickness(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     """Half the excess of thickness, along the normal, (N,) m."""
     excess = np.array(e.of_planets("planet_thickness", stage.planets))
     return 0.5 * math.cos(transverse_angle(stage)) * path.cos_base_helix * excess
 
 
-def _pins(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
+def _pins(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     """Pins displaced one by one, (N,) m."""
     pins = np.zeros((2, stage.planets))
     for row, given in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
@@ -198,7 +198,7 @@ def _pins(stage: TrainStage, e: TrainErrors, path: GearMeshPath) -> Array:
     return -in_plane_normal(path) @ pins
 
 
-def _gear_mesh_harmonic(e: TrainErrors, slot: str) -> tuple[float, float]:
+def _gear_mesh_harmonic(e: GearErrors, slot: str) -> tuple[float, float]:
     """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
     phase and the gear mesh's own error at its phase, added as phasors."""
     teeth = 0.5 * (getattr(e, f"{slot}_tooth") + e.planet_tooth)
@@ -213,7 +213,7 @@ def _gear_mesh_harmonic(e: TrainErrors, slot: str) -> tuple[float, float]:
 
 
 def _pitch_by_path(
-    stage: TrainStage, e: TrainErrors, sides: set[str]
+    stage: TrainStage, e: GearErrors, sides: set[str]
 ) -> dict[PathKey, tuple[Array, Array]]:
     """Pitch deviations of gear (z,) and planets (N, z_p) by path; every flank has its own.
 

@@ -1,22 +1,10 @@
-"""Rated motion of a stage that stands alone, and the steps of time that its gear meshes allow."""
+"""The steps of time that a gear mesh allows."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
-
-from flexgear.gears.power_flow import power_flow
-
-if TYPE_CHECKING:
-    from flexgear.gears.stage_flow import StageFlow
-    from flexgear.model.flexible_stage import FlexibleStage
 
 LEAST_STEPS = 4  # of a transient in a gear-mesh period
-
-
-def rated_flow(stage: FlexibleStage) -> StageFlow:
-    """Speeds, torques and mean forces at the rated speed and torque of the drive."""
-    return power_flow(stage.as_case()).stages[0]
 
 
 def longest_time_step(gear_mesh_frequency: float) -> float:

@@ -1,4 +1,4 @@
-"""A case: stages of lumped or flexible bodies, joints, ports and loads, in SI."""
+"""A case: stages of lumped members, FE bodies and shafts, their joints, ports and loads, in SI."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.case_files import digest_files
 from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.model.faults import input_error
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_mesh import Damping
 from flexgear.model.housing import Housing
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
-from flexgear.model.named_stage import refuse_taken
 from flexgear.model.ports import Input, MemberLoad, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
-from flexgear.model.solver import CaseSolver, PaceKeys
-from flexgear.model.stage_view import StageView, case_view
-from flexgear.model.tolerance import TrainTolerance, check_tolerance
+from flexgear.model.short_form import missing
+from flexgear.model.solver import Solver
+from flexgear.model.stage_view import StageView
+from flexgear.model.tolerance import Tolerance, check_tolerance
 from flexgear.model.train_checks import check_train
-from flexgear.model.train_keys import numbered
+from flexgear.model.train_keys import numbered, said
 from flexgear.model.train_member import Kinematics, TrainCarrier, TrainGear
 from flexgear.model.train_stage import TrainStage
 from flexgear.model.units import Acceleration
@@ -37,9 +37,8 @@ class Case(Section):
     """A whole gearbox. Members are named "<stage>.sun", ".ring", ".carrier" in a planetary stage,
     "<stage>.pinion", ".gear" in a parallel one.
 
-    kind: "train", all that is said here; "stage", the short form of one flexible stage named
-    "stage" (``FlexibleStage``): its carrier is driven, its sun the output and its ring held, and
-    ``with_`` takes its keys.
+    kind: "stage", written in the short form (``short_form``), whose names messages and ``with_``
+    take, too; "train", all that is said here.
 
     kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
     of the carriers' frames at rated speed. gravity: fixed axes. held: members that do not turn; a
@@ -67,22 +66,22 @@ class Case(Section):
     drive: TorqueHistory = TorqueHistory()
     housing: Housing = Housing()
     damping: Damping = Damping()
-    tolerance: TrainTolerance = TrainTolerance()
-    solver: CaseSolver = CaseSolver()
+    tolerance: Tolerance = Tolerance()
+    solver: Solver = Solver()
 
     def stage(self, name: str) -> TrainStage:
         """The stage of that name."""
         return self.stages[self.stage_index(name)]
 
     @property
-    def flexible_stages(self) -> dict[str, FlexibleStage]:
-        """Stages whose ring and carrier are finite-element bodies, by name."""
-        return {s.name: s.flexible for s in self.stages if s.flexible is not None}
+    def flexible_stages(self) -> dict[str, StageView]:
+        """Stages with FE bodies or a shaft, by name."""
+        return {s.name: self.view(s.name) for s in self.stages if s.is_flexible}
 
     @property
-    def alone(self) -> FlexibleStage | None:
-        """The flexible stage of the short form."""
-        return self.stages[0].flexible if self.kind == "stage" else None
+    def is_short(self) -> bool:
+        """Whether it is written in the short form."""
+        return self.kind == "stage"
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""
@@ -117,12 +116,8 @@ class Case(Section):
 
     def port_inertia(self, member: str) -> float:
         """Polar inertia of what hangs on the port at a member, kg m²."""
-        port, case = self.port_at(member), self.stage(member).flexible
-        if port is None or port.inertia is not None:
-            return 0.0 if port is None or port.inertia is None else port.inertia
-        if case is None:
-            return 0.0
-        return case.inertia.drive if member.endswith(".carrier") else case.inertia.output
+        port = self.port_at(member)
+        return 0.0 if port is None or port.inertia is None else port.inertia
 
     @property
     def brake_member(self) -> str:
@@ -132,18 +127,13 @@ class Case(Section):
     @property
     def brake_exponent(self) -> float:
         """Of the load at the output, T ~ |ω|^exponent."""
-        if self.output is None:
-            return 1.0
-        case, given = self.stage(self.output.member).flexible, self.output.brake_exponent
-        if given is not None:
-            return given
-        return 1.0 if case is None else case.brake.exponent
+        return 1.0 if self.output is None else self.output.brake_exponent
 
     def kinematics_of(self, name: str) -> Kinematics:
-        """Coordinates of a member or of "<stage>.planet"; "spatial" in a flexible stage."""
-        if self.stage(name.split(".")[0]).flexible is not None:
-            return "spatial"
-        return self.member(name).kinematics or self.kinematics
+        """Coordinates of a member or of "<stage>.planet"; "spatial" unless said in a stage with FE
+        bodies or a shaft."""
+        own = self.member(name).kinematics
+        return own or ("spatial" if self.stage(name).is_flexible else self.kinematics)
 
     def held_members(self) -> tuple[str, ...]:
         """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""
@@ -156,24 +146,27 @@ class Case(Section):
         for stage in self.stages:
             names = {f"{stage.name}.{member}" for member in stage.members}
             ring = f"{stage.name}.ring"
-            free = stage.flexible is None and not self.ports  # supports alone say what is held
+            free = not stage.is_flexible and not self.ports  # supports alone say what is held
             if stage.kind == "planetary" and not names & held and ring not in used and not free:
                 held.add(ring)
         return tuple(name for name in self.member_names() if name in held)
 
-    def view(self, name: str) -> StageView:
-        """The stage of that name as gear theory sees it."""
-        return case_view(self, self.stage(name))
+    def view(self, name: str = "") -> StageView:
+        """The stage of that name with all that the case says of it; the only one if not named."""
+        if not name and len(self.stages) > 1:
+            names = ", ".join(s.name for s in self.stages)
+            raise InputError(self.source, "stages", f"are {names}", "name one of them")
+        return StageView(self, self.stage(name) if name else self.stages[0])
 
     def content_hash(self, *sections: str) -> str:
-        """SHA-256 of what the train says physically (or of the named sections), 64 hex digits."""
-        if self.alone is not None:
-            return self.alone.content_hash(*sections)
+        """SHA-256 of what the case says physically (or of the named sections), 64 hex digits.
+
+        Name, title and spelling do not count; files that are named count by what is in them.
+        """
         data = self.model_dump(mode="python", exclude=_NOT_PHYSICAL)
-        for stage, dumped in zip(self.stages, data["stages"], strict=True):
+        for dumped in data["stages"]:
             dumped.pop("case")
-            if stage.flexible is not None:
-                dumped["flexible"] = stage.flexible.content_hash()
+        digest_files(data)
         if sections:
             data = {name: data[name] for name in sections}
         return content_hash(data)
@@ -184,35 +177,36 @@ class Case(Section):
         Keys are field paths without units, joined by "." or "__"; stages by number or name, or
         "stage" if there is one: with_(**{"stage.planets": 4, "stages.stage_2.face_width": 0.1}).
         """
-        if self.alone is not None:
-            return case_of_stage(self.alone.with_(**changes))
         data = self.model_dump(mode="python")
         for key, value in changes.items():
             parts = numbered(key.replace("__", "."), data, "with_")
             path: list[str | int] = [int(p) if is_place(p) else p for p in parts]
             if isinstance(value, Section):
                 value = value.model_dump(mode="python")
-            refuse_taken(data, path, "with_", key)
             put(data, path, value, "with_", key)
-        return validated_case(data, "with_", Written())
+        try:
+            return validated_case(data, "with_", Written())
+        except InputError as fault:
+            if not self.is_short:
+                raise
+            raise said(fault, short=True) from None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI, as it is written beside results; ``case_of_dict`` reads it."""
-        if self.alone is not None:
-            return {"kind": "stage", **self.alone.to_dict()}
         return self.model_dump(mode="json")
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Where power goes in, a member takes it, and the other way round."""
+        lacks = missing(data) if data.get("kind") == "stage" else []
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
         if loaded and not inputs:
-            return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
+            return [*lacks, Missing("inputs", "is missing beside output", "add [[inputs]]")]
         powers = [k for i in inputs for k in ("torque", "power") if _given(i, k) is not None]
         if powers and not loaded:
             remedy = f"add [output], or take {powers[0]} out for free vibration"
-            return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
-        return []
+            return [*lacks, Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
+        return lacks
 
     @model_validator(mode="before")
     @classmethod
@@ -220,16 +214,13 @@ class Case(Section):
         """Stages without a name are stage_1, stage_2, …"""
         if not isinstance(data, dict) or not isinstance(data.get("stages"), (tuple, list)):
             return data
-        solver = data.get("solver")
-        said = solver.model_dump() if isinstance(solver, Section) else solver or {}
-        if isinstance(said, dict):
-            said = {key: said[key] for key in ("fidelity", "cyclic") if said.get(key) is not None}
-            data = {**data, "stages": [_reduced_as(said, s) for s in data["stages"]]}
         stages = [
             {**stage, "name": stage.get("name") or f"stage_{k}"} if isinstance(stage, dict)
             else stage
             for k, stage in enumerate(data["stages"], 1)
         ]  # fmt: skip
+        if data.get("kind") == "stage" and isinstance(data.get("loads"), (tuple, list)):
+            data = {**data, "loads": tuple(map(_of_the_stage, data["loads"]))}
         return {**data, "stages": tuple(stages)}
 
     @model_validator(mode="after")
@@ -240,48 +231,17 @@ class Case(Section):
         return self
 
 
-def case_of_stage(stage: FlexibleStage) -> Case:
-    """The case of one flexible stage: driven by its carrier, braked at its sun, ring held."""
-    drive, brake = stage.drive, stage.brake
-    own = {name: getattr(stage.solver, name) for name in PaceKeys.model_fields}
-    own["settle"] = own["settle"] or 0.0  # a run begins in equilibrium and lasts one revolution
-    data = {
-        **{name: getattr(stage, name) for name in ("name", "title", "source", "material")},
-        "kind": "stage",
-        "stages": ({"name": "stage", "flexible": stage},),
-        "held": ("stage.ring",),
-        "inputs": (
-            {"member": "stage.carrier", "speed": drive.rated_speed, "torque": drive.rated_torque},
-        ),
-        "output": {"member": "stage.sun", "brake_torque": brake.rated_torque},
-        "drive": drive.history.model_dump(),
-        "housing": stage.housing,
-        "gravity": stage.gravity,
-        "loads": tuple(
-            load.model_copy(update={"member": f"stage.{load.member}"}) for load in stage.loads
-        ),
-        "damping": stage.damping,
-        "tolerance": {**stage.tolerance.model_dump()},
-        "solver": own,
-    }
-    return validated_case(data, stage.source, Written())
+def _of_the_stage(load: Any) -> Any:
+    """A load of the short form, whose members need not name the only stage."""
+    member = load.get("member") if isinstance(load, dict) else None
+    if not isinstance(member, str) or "." in member:
+        return load
+    return {**load, "member": f"stage.{member}"}
 
 
 def case_of_dict(data: Mapping[str, Any]) -> Case:
     """The case of what ``Case.to_dict`` gave, lists as tuples; ValidationError where it is none."""
-    if data.get("kind", "stage") == "stage":
-        rest = {key: value for key, value in data.items() if key != "kind"}
-        return case_of_stage(FlexibleStage.model_validate(rest))
     return Case.model_validate(data)
-
-
-def _reduced_as(said: Mapping[str, Any], stage: Any) -> Any:
-    """A stage's data whose flexible stage, if it is one, has these solver keys."""
-    inside = stage.get("flexible") if isinstance(stage, dict) else None
-    if not said or inside is None:
-        return stage
-    inside = inside.model_dump() if isinstance(inside, Section) else inside
-    return {**stage, "flexible": {**inside, "solver": {**inside.get("solver", {}), **said}}}
 
 
 def _given(port: Any, key: str) -> Any:

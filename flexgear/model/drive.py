@@ -6,7 +6,7 @@ from pydantic import Field
 
 from flexgear.model.history import TimeHistory
 from flexgear.model.section import Section
-from flexgear.model.units import Speed, Time, Torque
+from flexgear.model.units import Time, Torque
 
 
 class TorqueDrops(Section):
@@ -44,16 +44,3 @@ class TorqueHistory(TimeHistory):
                 "torques": (before, torque, before),
             }
         )
-
-
-class Drive(TorqueHistory):
-    """Drive at the carrier of a file with one flexible stage; rated_speed is that of the carrier at
-    rated_torque."""
-
-    rated_torque: Torque = Field(ge=1e-3, le=1e9)
-    rated_speed: Speed = Field(ge=1e-3, le=1e4)
-
-    @property
-    def history(self) -> TorqueHistory:
-        """Torque over time without the rated state."""
-        return TorqueHistory(**{n: getattr(self, n) for n in TorqueHistory.model_fields})

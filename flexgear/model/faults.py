@@ -85,7 +85,8 @@ def _all_missing(root: type[Section], lines: list[Any], where: str) -> InputErro
     for line in lines:
         loc: list[Any] = list(location(line))
         cause = line.get("ctx", {}).get("error")
-        keys[_spelled(root, [*loc, cause.key] if cause else loc)] = None
+        parts = cause.key.split(".") if cause else []
+        keys[_spelled(root, [*loc, *(int(p) if p.isdigit() else p for p in parts)])] = None
     if len(keys) == 1:
         key = next(iter(keys))
         return InputError(where, key, "is missing", f"add {_addition(root, key)}")

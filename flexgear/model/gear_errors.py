@@ -1,15 +1,26 @@
-"""Manufacturing errors of gears and pins (the section ``errors`` of a case)."""
+"""Manufacturing errors of gears, carrier and pins (the section ``errors`` of a stage)."""
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from flexgear.model.section import Section
+from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
+
+_LARGEST = 2e-3  # m
+PLANET_LISTS = ("planet_eccentricity", "planet_eccentricity_phase", "planet_thickness")
 
 
 class GearErrors(Section):
-    """Errors that follow the gears' angle.
+    """Errors described once, at the part that has them; geometry projects them onto both meshes.
+
+    An eccentricity is where a gear's geometric centre lies from its axis of rotation: amplitude
+    and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning with
+    them) and from the planet's radial axis for planets. ring_offset stands still in space.
+    planet_thickness: excess of the tooth thickness on the reference circle. Lists of planets hold
+    one value for all or one a planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error at
+    gear-mesh frequency, excess of material positive. In a parallel stage the pinion has the sun's
+    errors and the wheel the planet's.
 
     ring_tooth, planet_tooth, sun_tooth: tooth-to-tooth (single-tooth) deviation f_i' of each gear;
     a gear mesh has the harmonic error 0.5 (f_i'1 + f_i'2) sin(2π s/p_b + phase), the same for all
@@ -30,3 +41,54 @@ class GearErrors(Section):
     seed: int = Field(default=1, ge=0)
     pin_tangential: tuple[Length, ...] = ()
     pin_radial: tuple[Length, ...] = ()
+    sun_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
+    sun_eccentricity_phase: Angle = 0.0
+    ring_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
+    ring_eccentricity_phase: Angle = 0.0
+    carrier_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
+    carrier_eccentricity_phase: Angle = 0.0
+    planet_eccentricity: tuple[Length, ...] = ()
+    planet_eccentricity_phase: tuple[Angle, ...] = ()
+    ring_offset: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
+    ring_offset_phase: Angle = 0.0
+    planet_thickness: tuple[Length, ...] = ()
+    ring_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
+    ring_gear_mesh_phase: Angle = 0.0
+    sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
+    sun_gear_mesh_phase: Angle = 0.0
+
+    def require_planets(self, planets: int) -> None:
+        """Refusal where a list has another number of values than there are planets."""
+        for key in (*PLANET_LISTS, "pin_tangential", "pin_radial"):
+            count = len(getattr(self, key))
+            if count in (0, planets) or (count == 1 and key in PLANET_LISTS):
+                continue
+            one_for_all = ", or one for all" if key in PLANET_LISTS else ""
+            more = count > planets
+            there = f"planet {planets + 1} does not exist" if more else "some planets have none"
+            raise Refusal(
+                f"errors.{key}",
+                f"{count} values for {planets} planets: {there}",
+                f"give one for each planet{one_for_all}",
+            )
+
+    def of_planets(self, name: str, planets: int) -> tuple[float, ...]:
+        """One value a planet of one of the lists; zeros where it is empty."""
+        values: tuple[float, ...] = getattr(self, name)
+        if not values:
+            return (0.0,) * planets
+        return values * planets if len(values) == 1 else values
+
+    @model_validator(mode="after")
+    def _plausible(self) -> GearErrors:
+        for name in ("planet_eccentricity", "planet_thickness"):
+            values = getattr(self, name)
+            low = 0.0 if name == "planet_eccentricity" else -_LARGEST
+            wrong = [v for v in values if not low <= v <= _LARGEST]
+            if wrong:
+                raise Refusal(
+                    name,
+                    f"{1e3 * wrong[0]:g} mm is outside {1e3 * low:g} … {1e3 * _LARGEST:g} mm",
+                    "check value and unit",
+                )
+        return self

@@ -54,7 +54,8 @@ class GearMesh(Section):
     contact_law: one-sided, with backlash and coast flanks; linear, pairs on the path also pull.
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
-    damping_ratio: of each pair against the gears' equivalent mass.
+    damping_ratio: of each pair against the gears' equivalent mass. A stage of lumped members has
+    constant stiffness and linear contact where it does not say.
     """
 
     model: Literal["per_pair", "lumped", "constant", "rectangular", "fourier"] = "per_pair"

@@ -8,38 +8,59 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.model.bundled import bundled_cases, bundled_text
-from flexgear.model.case import Case, case_of_stage
+from flexgear.model.case import Case, validated_case
+from flexgear.model.case_files import resolve_files
 from flexgear.model.errors import InputError, echo
-from flexgear.model.flexible_stage import FlexibleStage, resolve_files, validated_stage
 from flexgear.model.input_file import read_text
+from flexgear.model.named_stage import take_stages
 from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
-from flexgear.model.train_file import train_of
+from flexgear.model.section import accepted_keys
+from flexgear.model.short_form import lengthened
+from flexgear.model.stage_view import StageView
+from flexgear.model.train_keys import numbered, said
 
-__all__ = ["Case", "FlexibleStage", "load_case", "load_stage"]
+__all__ = ["Case", "load_case", "load_stage"]
 KINDS = ["stage", "train"]
 
 
 def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
-    kind = "stage" (if left out) is the short form of one flexible stage, kind = "train" the long
-    one. overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
+    A single stage may be written [stage]; it is the only element of ``stages`` under another name,
+    in the file, in overrides and in messages. kind = "stage" (if left out) is the short form of one
+    flexible stage (``short_form``), kind = "train" what says its ports.
+    overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
     Raises InputError with one line for anything that is wrong.
     """
     raw, where, folder, name = _read(source)
-    if _kind(raw, where) == "train":
-        return train_of(
-            raw, overrides or {}, where=where, folder=folder, name=name, load_stage=load_stage
+    return case_of_toml(raw, where, name, folder, overrides)
+
+
+def case_of_toml(
+    raw: Mapping[str, Any],
+    where: str,
+    name: str,
+    folder: Path | None = None,
+    overrides: Mapping[str, str] | None = None,
+) -> Case:
+    """The case of parsed TOML data. where: named in messages; folder: of the files it names."""
+    kind, folder = _kind(raw, where), folder or Path()
+    if kind == "train" and "stage" not in raw:
+        return _case(raw, overrides or {}, where, folder, name)
+    try:
+        raw = (
+            lengthened(raw, where, accepted_keys(Case))
+            if kind == "stage"
+            else _with_list(raw, where)
         )
-    return case_of_stage(_stage_of(raw, overrides or {}, where, folder, name))
+        return _case({**raw, "kind": kind}, overrides or {}, where, folder, name)
+    except InputError as fault:
+        raise said(fault, short=kind == "stage") from None
 
 
-def load_stage(source: str | Path, overrides: Mapping[str, str] | None = None) -> FlexibleStage:
-    """The flexible stage of a file in the short form; InputError for a train."""
-    raw, where, folder, name = _read(source)
-    if _kind(raw, where) == "train":
-        raise InputError(where, "kind", "is a train, not a flexible stage", "name a flexible stage")
-    return _stage_of(raw, overrides or {}, where, folder, name)
+def load_stage(source: str | Path, overrides: Mapping[str, str] | None = None) -> StageView:
+    """The only stage of a case; InputError where there are more."""
+    return load_case(source, overrides).view()
 
 
 def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
@@ -49,30 +70,47 @@ def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
     return parse_toml(text, where), where, folder, name
 
 
-def _stage_of(
-    raw: dict[str, Any], overrides: Mapping[str, str], where: str, folder: Path, name: str
-) -> FlexibleStage:
-    raw = {key: value for key, value in raw.items() if key != "kind"}
+def _case(
+    raw: Mapping[str, Any], overrides: Mapping[str, str], where: str, folder: Path, name: str
+) -> Case:
+    """The case of TOML data under its long keys, with overrides carried out."""
     written = Written()
-    data = to_si(FlexibleStage, raw, where, written)
+    data = to_si(Case, raw, where, written)
+    named = [key for key in overrides if key.rpartition(".")[2] == "case"]
+    for key in named:  # which stage, before what changes in it
+        _override(data, key, overrides[key], written)
+    take_stages(data, where, folder, load_case)
     for key, value in overrides.items():
-        path, converted = override_data(FlexibleStage, key, str(value), written)
-        put(data, path, converted, "--set", key)
-    data["source"] = where
-    data.setdefault("name", name)
+        if key not in named:
+            _override(data, key, value, written)
     resolve_files(data, folder)
-    return validated_stage(data, where, written)
+    return validated_case({"name": name, **data, "source": where}, where, written)
+
+
+def _override(data: dict[str, Any], key: str, value: str, written: Written) -> None:
+    full = ".".join(numbered(key, data, "--set"))
+    path, converted = override_data(Case, full, str(value), written)
+    put(data, path, converted, "--set", key)
+
+
+def _with_list(raw: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """[stage] as the only element of [[stages]], named "stage"."""
+    only = raw["stage"]
+    if "stages" in raw:
+        raise InputError(where, "stage", "is given beside [[stages]]", "keep one of the two forms")
+    if not isinstance(only, dict):
+        raise InputError(
+            where, "stage", "is not a section", "write it as [stage], or several as [[stages]]"
+        )
+    rest = {key: value for key, value in raw.items() if key != "stage"}
+    return {**rest, "stages": [{"name": "stage", **only}]}
 
 
 def _kind(raw: Mapping[str, Any], where: str) -> str:
     """What the file describes."""
-    kind = raw.get("kind", "stage")
+    kind = raw.get("kind", "train" if "stages" in raw else "stage")
     if kind not in KINDS:
         raise InputError(where, "kind", f"{echo(kind)} is unknown", nearest(str(kind), KINDS))
-    if "kind" not in raw and "stages" in raw:
-        raise InputError(
-            where, "kind", "is missing in a file with [[stages]]", 'write kind = "train" at the top'
-        )
     return str(kind)
 
 

@@ -1,78 +1,56 @@
-"""A flexible stage within the data of a train: which case it is and what changes in it."""
+"""A stage that a case takes from another case: ``case = "wind-5mw"`` and what changes in it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
-from flexgear.model.flexible_stage import FlexibleStage, resolve_files
-from flexgear.model.gear_errors import GearErrors
-from flexgear.model.read import Written
-from flexgear.model.train_stage import FROM_FLEXIBLE
 
-LoadStage = Callable[[str | Path], FlexibleStage]
-
-# keys of a train's stage that its own case says, and where: ("planets", "stage.planets")
-_SAID = {
-    **{key: f"stage.{key}" for key in FROM_FLEXIBLE},
-    "gear_mesh": "gear_mesh",
-    "planet_bearing": "bearings.planet",
-    "carrier": "carrier",
-    **{f"errors.{key}": f"errors.{key}" for key in GearErrors.model_fields},
-}
-_FOREIGN = (
-    "kind", "pinion", "gear", "position", "double_helical", "half_gap", "ring_pressure_angle",
-    "sun_pressure_angle",
-)  # fmt: skip
+LoadCase = Callable[[str | Path], Case]
+_OF_PORTS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
 
 
-def refuse_said_twice(written: Written, k: int) -> None:
-    """InputError if keys that stage k takes from its own case were given in the train."""
-    for key, home in [*_SAID.items(), *((key, "") for key in _FOREIGN)]:
-        path = f"stages.{k}.{key}"
-        given = next((f for p, f in written.fields.items() if f"{p}.".startswith(f"{path}.")), None)
-        if given is None or (key == "kind" and given[3] == "planetary"):
+def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadCase) -> None:
+    """Stages of ``data`` (SI) that name a case become that case's only stage, changed by what is
+    said beside; its ports' inertias, bearings and brake go to ports at the same members."""
+    for k, stage in enumerate(data.get("stages", ())):
+        if not isinstance(stage, dict) or "case" not in stage:
             continue
-        at, spelled = given[:2]
-        if home:
-            raise InputError(
-                at, spelled, "is given for a flexible stage, which has it from its own case",
-                f"take it out, or change stages.{k}.flexible.{home}",
-            )  # fmt: skip
-        raise InputError(at, spelled, "has no meaning in a flexible stage", "take it out")
+        word = stage["case"]
+        if not isinstance(word, str) or not word.isprintable():
+            remedy = "name a bundled case or a file"
+            raise InputError(where, f"stages[{k}].case", f"{echo(word)} is not text", remedy)
+        path = folder / os.path.expanduser(word)
+        taken = load_case(path if path.suffix == ".toml" or os.path.isfile(path) else word)
+        if len(taken.stages) != 1:
+            problem = f"{word} has {len(taken.stages)} stages"
+            raise InputError(where, f"stages[{k}].case", problem, "name a case with one stage")
+        own = taken.stages[0].model_dump(mode="python", exclude_unset=True)
+        name = stage.get("name") or f"stage_{k + 1}"
+        base = {"material": taken.material.model_dump(mode="python"), **own, "name": name}
+        merged = _merged(base, stage)
+        stage.clear()
+        stage.update(merged)
+        _take_ports(data, taken, name)
 
 
-def refuse_taken(data: Mapping[str, Any], path: Sequence[str | int], where: str, key: str) -> None:
-    """InputError if ``path`` changes what a flexible stage of a train takes from its own case."""
-    if len(path) < 3 or path[0] != "stages" or not isinstance(path[1], int):
-        return
-    stages = data["stages"]
-    if path[1] >= len(stages) or stages[path[1]].get("flexible") is None:
-        return
-    inside = ".".join(str(p) for p in path[2:])
-    home = next((h for k, h in _SAID.items() if f"{inside}.".startswith(f"{k}.")), None)
-    if home is not None:
-        raise InputError(
-            where, key, "is what a flexible stage has from its own case",
-            f"change stages.{path[1]}.flexible.{home}",
-        )  # fmt: skip
-
-
-def take_flexible(
-    stage: dict[str, Any], k: int, where: str, folder: Path, load_stage: LoadStage
-) -> None:
-    """Read the case that stage k names into ``flexible``; what is there already changes it."""
-    word = stage.get("case")
-    if not isinstance(word, str):
-        problem = "is missing" if word is None else f"{echo(word)} is not text"
-        raise InputError(where, f"stages[{k}].case", problem, "name a bundled case or a file")
-    path = folder / os.path.expanduser(word)
-    case = load_stage(path if path.suffix == ".toml" or os.path.isfile(path) else word)
-    stage["flexible"] = _merged(case.model_dump(mode="python"), stage.get("flexible", {}))
-    resolve_files(stage["flexible"], folder)
+def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
+    """What hangs on the ports of the case that was named hangs on those at the same members."""
+    ports = [*data.get("inputs", ()), *([data["output"]] if "output" in data else [])]
+    for port in ports:
+        stage, _, part = str(port.get("member", "")).partition(".")
+        theirs = taken.port_at(f"{taken.stages[0].name}.{part}") if stage == name else None
+        if theirs is None:
+            continue
+        there = theirs.model_dump(mode="python", exclude_none=True)
+        wanted = {key: there[key] for key in _OF_PORTS if key in there}
+        if port is not data.get("output"):
+            wanted.pop("brake_exponent", None)
+        port.update({key: value for key, value in wanted.items() if key not in port})
 
 
 def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,25 +8,37 @@ from pydantic import Field, model_validator
 
 from flexgear.model.machine import Machine
 from flexgear.model.section import Refusal, Section
-from flexgear.model.units import Force, Inertia, Power, Speed, Torque
+from flexgear.model.springs import Bearing
+from flexgear.model.units import Force, Inertia, Mass, Power, Speed, Torque
 
 
-class Input(Section):
-    """A driven member. speed and torque (that of the drive on the member) are positive about +z.
+class Port(Section):
+    """Where torque enters or leaves, and what hangs there.
 
-    power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
-    and torques over inputs and output exactly as many are given as the train leaves free.
-    inertia: polar, of what hangs on the member; where it is left out, that of the flexible stage's
-    case at this end, or none at a lumped member. machine: in transients; [drive] is another name
-    for that of the first input.
+    inertia: polar, of what hangs on the member. mass, tilt_inertia (about a diameter), bearing: of
+    the body behind the spline at the end of a sun's shaft, and what supports it there. machine: in
+    transients.
     """
 
     member: str
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
-    power: Power | None = Field(default=None, ge=-1e9, le=1e9)
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
+    mass: Mass | None = Field(default=None, ge=1e-3, le=1e7)
+    tilt_inertia: Inertia | None = Field(default=None, ge=1e-9, le=1e12)
+    bearing: Bearing | None = None
     machine: Machine | None = None
+
+
+class Input(Port):
+    """A driven member. speed and torque (that of the drive on the member) are positive about +z.
+
+    power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
+    and torques over inputs and output exactly as many are given as the train leaves free.
+    [drive] is another name for the machine of the first input.
+    """
+
+    power: Power | None = Field(default=None, ge=-1e9, le=1e9)
 
     @property
     def given_torque(self) -> float | None:
@@ -47,21 +59,15 @@ class Input(Section):
         return self
 
 
-class Output(Section):
+class Output(Port):
     """The loaded member: torque of the load on the member, positive about +z.
 
-    brake_exponent: T ~ |ω|^exponent in transients; that of the flexible stage's case at this end if
-    left out, 1 at a lumped member. brake_torque: T at rated speed in transients, that of
-    statics if left out. inertia: as of an input. machine: in transients, in the place of the brake.
+    brake_exponent: T ~ |ω|^exponent in transients. brake_torque: T at rated speed in transients,
+    that of statics if left out. A machine stands in the place of the brake.
     """
 
-    member: str
-    speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
-    torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
-    inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)
     brake_torque: Torque | None = Field(default=None, gt=0.0, le=1e9)
-    brake_exponent: float | None = Field(default=None, ge=0.0, le=5.0)
-    machine: Machine | None = None
+    brake_exponent: float = Field(default=1.0, ge=0.0, le=5.0)
 
     @property
     def given_torque(self) -> float | None:
@@ -70,7 +76,7 @@ class Output(Section):
 
     @model_validator(mode="after")
     def _finite_slope(self) -> Output:
-        if 0.0 < (self.brake_exponent or 0.0) < 1.0:
+        if 0.0 < self.brake_exponent < 1.0:
             raise Refusal(
                 "brake_exponent",
                 "between 0 and 1 the torque rises infinitely fast at rest",

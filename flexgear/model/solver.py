@@ -16,8 +16,11 @@ from flexgear.model.units import Frequency, Time
 MOST_RUNGS = 12  # step sizes of a ladder; each keeps a receptance of its own
 
 
-class PaceKeys(Section):
-    """What flexible stages and trains have in common; None: derived.
+class Solver(Section):
+    """Of a whole case; None: derived.
+
+    fidelity: of the FE meshes; cyclic: whether a body whose FE mesh repeats by teeth or pins is
+    reduced sector by sector ("auto") or never ("off").
 
     gear_mesh_orders: highest order of the gear mesh frequency that results are wanted for; steps,
     samples and modes follow from it. time_step: steady running; output_interval: of the stored
@@ -31,6 +34,8 @@ class PaceKeys(Section):
     positions_per_gear_mesh: quasi-static positions a gear-mesh cycle.
     """
 
+    fidelity: Literal["quick", "standard", "fine"] = "standard"
+    cyclic: Literal["auto", "off"] = "auto"
     gear_mesh_orders: int = Field(default=10, ge=1, le=1000)
     time_step: Time | None = Field(default=None, ge=1e-10, le=1e-1)
     output_interval: Time | None = Field(default=None, ge=1e-10, le=1e3)
@@ -47,7 +52,7 @@ class PaceKeys(Section):
     positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
 
     @model_validator(mode="after")
-    def _ladder(self) -> PaceKeys:
+    def _ladder(self) -> Solver:
         shortest, longest = self.shortest_time_step, self.longest_time_step
         if self.step_tolerance == 0.0 or shortest is None or longest is None:
             return self
@@ -58,19 +63,3 @@ class PaceKeys(Section):
                 f"at most longest_time_step_s, and at least 1/{2**MOST_RUNGS} of it",
             )
         return self
-
-
-class CaseSolver(PaceKeys):
-    """Of a whole case. fidelity, cyclic: of the FE meshes and reductions of all its flexible
-    stages, in place of what each of them says."""
-
-    fidelity: Literal["quick", "standard", "fine"] | None = None
-    cyclic: Literal["auto", "off"] | None = None
-
-
-class Solver(PaceKeys):
-    """Of a flexible stage. fidelity: of the FE meshes; cyclic: whether a body whose FE mesh repeats
-    by teeth or pins is reduced sector by sector ("auto") or never ("off")."""
-
-    fidelity: Literal["quick", "standard", "fine"] = "standard"
-    cyclic: Literal["auto", "off"] = "auto"

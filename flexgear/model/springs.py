@@ -111,38 +111,3 @@ class Rolling(Section):
             remedy = 'add rolling = "roller" or "ball"'
             raise Missing("rolling", "is missing beside dynamic_rating", remedy)
         return self
-
-
-class RatedBearing(Bearing, Rolling):
-    """A bearing whose rating life may be asked for."""
-
-
-class Bearings(Section):
-    """Planet bearings (planet to pin), carrier and output bearings; a sun bearing if there is one.
-
-    Carrier bearings lie on the two seats of the carrier (drive and far side), the output bearing
-    at the end of the sun's shaft. ``sun = None``: the sun floats.
-    """
-
-    planet: RatedBearing
-    carrier_drive: Bearing
-    carrier_far: Bearing
-    output: Bearing
-    sun: Bearing | None = None
-
-    @model_validator(mode="after")
-    def _planet_is_held(self) -> Bearings:
-        stiffness = self.planet.stiffness
-        for i, key in ((0, "radial"), (1, "radial"), (2, "axial"), (3, "tilt"), (4, "tilt")):
-            if stiffness[i] <= 0:
-                raise Refusal(
-                    f"planet.{key}", "is zero, so the planet is not held", "give a stiffness"
-                )
-        for name in ("carrier_drive", "carrier_far", "output", "sun"):
-            bearing = getattr(self, name)
-            if bearing is not None and bearing.rollers is not None:
-                raise Refusal(
-                    f"{name}.rollers", "only planet bearings of a flexible stage have rollers",
-                    "take them out",
-                )  # fmt: skip
-        return self

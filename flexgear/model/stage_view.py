@@ -1,4 +1,4 @@
-"""A stage as gear theory sees it: alone or one of several, of lumped or of flexible members."""
+"""A stage with all that its case says of it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,25 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from flexgear.model.carrier import Carrier
+from flexgear.model.case_files import digest_files
+from flexgear.model.content import content_hash
 from flexgear.model.errors import InputError
 from flexgear.model.material import Material
+from flexgear.model.ring import Ring
+from flexgear.model.shaft import Shaft
+from flexgear.model.short_form import long_key, long_text, short_text
+from flexgear.model.solver import Solver
+from flexgear.model.springs import Bearing
+from flexgear.model.train_keys import said
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
-    from flexgear.model.train_errors import TrainErrors
-    from flexgear.model.train_gear_mesh import TrainGearMesh
+    from flexgear.model.gear_errors import GearErrors
+    from flexgear.model.gear_mesh import GearMesh
+    from flexgear.model.train_member import RingGear
     from flexgear.model.train_stage import TrainStage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
@@ -23,41 +33,99 @@ _OWN_BODY = r"\bstage\.(?=(carrier|ring|shaft|output|sun|planet_\d+)\b(?!\.))"
 
 @dataclass(frozen=True)
 class StageView:
-    """What gear functions read of a stage.
+    """One stage of a case: its gears and members, and what holds for them."""
 
-    source: file or case that messages name; gears_key, options_key: keys of its gears and of what
-    its gear_mesh and errors stand in, as --set takes them; fe_tie: how the contact nodes of an FE
-    ring are tied to it, None where no FE mesh holds the ring.
-    """
-
-    source: str
-    material: Material
+    case: Case
     stage: TrainStage
-    gears_key: str = "stage"
-    options_key: str = "stage"
-    fe_tie: Literal["root", "flank"] | None = None
 
     @property
-    def gear_mesh(self) -> TrainGearMesh:
+    def source(self) -> str:
+        """File or case that messages name."""
+        return self.case.source
+
+    @property
+    def name(self) -> str:
+        """Of the stage."""
+        return self.stage.name
+
+    @property
+    def material(self) -> Material:
+        """Of all its bodies."""
+        return self.stage.material or self.case.material
+
+    @property
+    def solver(self) -> Solver:
+        """Of the case."""
+        return self.case.solver
+
+    @property
+    def ring_gear(self) -> RingGear:
+        """The ring of a planetary stage, whatever its body; AttributeError where there is none."""
+        found: RingGear = _there(self.stage.ring, "ring")
+        return found
+
+    @property
+    def ring(self) -> Ring:
+        """The ring's FE body; AttributeError where it is lumped."""
+        found: Ring = _there(self.stage.ring and self.stage.ring.fe, "FE ring")
+        return found
+
+    @property
+    def carrier(self) -> Carrier:
+        """The carrier's FE body; AttributeError where it is lumped."""
+        found: Carrier = _there(self.stage.carrier and self.stage.carrier.fe, "FE carrier")
+        return found
+
+    @property
+    def shaft(self) -> Shaft:
+        """The sun's shaft; AttributeError where there is none."""
+        found: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")
+        return found
+
+    @property
+    def seat_bearings(self) -> dict[str, Bearing]:
+        """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
+        carrier = self.stage.carrier
+        if carrier is None or carrier.bearing_drive is None or carrier.bearing_far is None:
+            return {}
+        return {"drive": carrier.bearing_drive, "far": carrier.bearing_far}
+
+    @property
+    def fe_tie(self) -> Literal["root", "flank"] | None:
+        """How the contact nodes of an FE ring are tied to it; None where the ring is lumped."""
+        return self.ring.tie if self.stage.form("ring") == "fe" else None
+
+    @property
+    def gear_mesh(self) -> GearMesh:
         """How its gear meshes are modelled."""
         return self.stage.gear_mesh
 
     @property
-    def errors(self) -> TrainErrors:
-        """Manufacturing errors of its gears, pins and bodies.
+    def errors(self) -> GearErrors:
+        """Manufacturing errors of its gears, pins and bodies."""
+        return self.stage.errors
 
-        Those of bodies that a train adds to a flexible stage stand in place of the stage's own.
-        """
-        added, flexible = self.stage.errors, self.stage.flexible
-        if flexible is None:
-            return added
-        given = {name: getattr(added, name) for name in type(added).model_fields}
-        return flexible.errors.model_copy(update={k: v for k, v in given.items() if v})
+    def bodies_hash(self) -> str:
+        """SHA-256 of what its FE bodies depend on, and of some keys beside, 64 hex digits."""
+        data: dict[str, Any] = {"stage": self.stage.stage.model_dump()}
+        for name, member in (("ring", self.stage.ring), ("carrier", self.stage.carrier)):
+            if member is not None and member.fe is not None:
+                data[name] = {"fe": member.fe.model_dump()}
+        digest_files({"stages": (data,)})
+        data |= {"material": self.material.model_dump(), "solver": self.solver.model_dump()}
+        return content_hash(data)
+
+    def with_(self, **changes: Any) -> StageView:
+        """The same stage of the case with these SI values changed (``Case.with_``)."""
+        return self.case.with_(**changes).view(self.name)
 
     def key(self, name: str = "") -> str:
         """A key of the stage as messages write it: "stages.stage_2.planets"; itself for ""."""
-        at = self.options_key if name.startswith("gear_mesh.") else self.gears_key
-        return f"{at}.{name}".strip(".")
+        return stage_key(self.stage, name)
+
+    def written(self, name: str) -> str:
+        """The same in the short form, where the case is written in it."""
+        return short_text(self.key(name)) if self.case.is_short else self.key(name)
 
     def part(self, slot: str) -> str:
         """ "sun", "planet" and "ring" as the stage calls them: pinion and gear if parallel."""
@@ -65,37 +133,19 @@ class StageView:
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
         """The error that says what is wrong with a key of the stage."""
-        return InputError(self.source, self.key(name), problem, remedy)
+        return InputError(self.source, self.written(name), problem, remedy)
+
+
+def _there(found: Any, what: str) -> Any:
+    if found is None:
+        raise AttributeError(f"the stage has no {what}")
+    return found
 
 
 def stage_key(stage: TrainStage, key: str) -> str:
     """A key of a stage as --set takes it: "stages.stage_2.planets"; the stage alone for ""."""
     alone = stage.name in ("", "stage")  # written [stage]
     return f"{'stage' if alone else f'stages.{stage.name}'}.{key}".rstrip(".")
-
-
-def case_view(case: Case, stage: TrainStage) -> StageView:
-    """A stage of a case."""
-    at = stage_key(stage, "")
-    if stage.flexible is None:
-        return StageView(case.source, case.material, stage, at, at)
-    own, inner = stage.flexible, f"{at}.flexible"
-    if case.alone is not None:
-        return own.view()
-    return StageView(case.source, own.material, stage, f"{inner}.stage", inner, own.ring.tie)
-
-
-@contextmanager
-def inside(case: Case, stage: TrainStage) -> Iterator[None]:
-    """Within it, an InputError about a flexible stage's own case tells which stage it is."""
-    if case.alone is not None:
-        yield
-        return
-    try:
-        yield
-    except InputError as fault:
-        key = f"{stage_key(stage, 'flexible')}.{fault.key}"
-        raise InputError(case.source, key, fault.problem, fault.remedy) from None
 
 
 @contextmanager
@@ -105,11 +155,24 @@ def spoken(case: Case) -> Iterator[None]:
     try:
         yield
     except InputError as fault:
-        if case.alone is None:
+        if not case.is_short:
             raise
-        key = re.sub(r"^stages?\.(stage\.)?flexible\.", "", fault.key)
+        short = said(fault, short=True)
         texts = [
-            re.sub(_OWN_BODY, "", text.replace("stage.flexible.", ""))
-            for text in (fault.problem.replace("planets of stage", "planets"), fault.remedy)
+            re.sub(_OWN_BODY, "", text)
+            for text in (short.problem.replace("planets of stage", "planets"), short.remedy)
         ]
-        raise InputError(fault.where, key, *texts) from None
+        raise InputError(short.where, short.key, *texts) from None
+
+
+@contextmanager
+def inside(case: Case, stage: TrainStage) -> Iterator[None]:
+    """Within it, an InputError about FE bodies, which says "ring.bolts", tells which stage's."""
+    try:
+        yield
+    except InputError as fault:
+        if case.is_short:
+            raise
+        key, remedy = long_key(fault.key), long_text(fault.remedy)
+        own = [text.replace("stages.0", stage_key(stage, "")) for text in (key, remedy)]
+        raise InputError(case.source, own[0], fault.problem, own[1]) from None

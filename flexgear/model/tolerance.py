@@ -109,7 +109,7 @@ class PhaseDistribution(Section):
         return self
 
 
-class GearErrorDistributions(Section):
+class ErrorDistributions(Section):
     """Distributions of what ``GearErrors`` holds. Pitch deviations of single teeth, where there are
     any, are drawn anew for every sample; theirs here is one of their standard deviation."""
 
@@ -123,6 +123,21 @@ class GearErrorDistributions(Section):
     sun_pitch: SizeDistribution | None = None
     pin_tangential: SizeDistribution | None = None
     pin_radial: SizeDistribution | None = None
+    sun_eccentricity: SizeDistribution | None = None
+    sun_eccentricity_phase: PhaseDistribution | None = None
+    ring_eccentricity: SizeDistribution | None = None
+    ring_eccentricity_phase: PhaseDistribution | None = None
+    carrier_eccentricity: SizeDistribution | None = None
+    carrier_eccentricity_phase: PhaseDistribution | None = None
+    planet_eccentricity: SizeDistribution | None = None
+    planet_eccentricity_phase: PhaseDistribution | None = None
+    ring_offset: SizeDistribution | None = None
+    ring_offset_phase: PhaseDistribution | None = None
+    planet_thickness: SizeDistribution | None = None
+    ring_gear_mesh: SizeDistribution | None = None
+    ring_gear_mesh_phase: PhaseDistribution | None = None
+    sun_gear_mesh: SizeDistribution | None = None
+    sun_gear_mesh_phase: PhaseDistribution | None = None
 
     @property
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
@@ -131,7 +146,7 @@ class GearErrorDistributions(Section):
         return {name: found for name, found in every.items() if found is not None}
 
     @model_validator(mode="after")
-    def _possible(self) -> GearErrorDistributions:
+    def _possible(self) -> ErrorDistributions:
         for name, found in self.given.items():
             if not isinstance(found, SizeDistribution):
                 continue
@@ -157,24 +172,11 @@ def _refuse_negative(name: str, found: SizeDistribution) -> None:
     )
 
 
-class TrainErrorDistributions(GearErrorDistributions):
-    """Distributions of what ``TrainErrors`` holds beside."""
+class OfStage(Section):
+    """Distributions of one stage of a train, which replace those of all stages key by key."""
 
-    sun_eccentricity: SizeDistribution | None = None
-    sun_eccentricity_phase: PhaseDistribution | None = None
-    ring_eccentricity: SizeDistribution | None = None
-    ring_eccentricity_phase: PhaseDistribution | None = None
-    carrier_eccentricity: SizeDistribution | None = None
-    carrier_eccentricity_phase: PhaseDistribution | None = None
-    planet_eccentricity: SizeDistribution | None = None
-    planet_eccentricity_phase: PhaseDistribution | None = None
-    ring_offset: SizeDistribution | None = None
-    ring_offset_phase: PhaseDistribution | None = None
-    planet_thickness: SizeDistribution | None = None
-    ring_gear_mesh: SizeDistribution | None = None
-    ring_gear_mesh_phase: PhaseDistribution | None = None
-    sun_gear_mesh: SizeDistribution | None = None
-    sun_gear_mesh_phase: PhaseDistribution | None = None
+    stage: str
+    errors: ErrorDistributions
 
 
 class Tolerance(Section):
@@ -182,33 +184,15 @@ class Tolerance(Section):
 
     samples: sets of parts that are drawn; seed: the same gives the same samples;
     positions_per_gear_mesh: equilibria a gear-mesh period, over one revolution of the carrier;
-    confidence: of the intervals about mean and quantiles.
+    confidence: of the intervals about mean and quantiles. errors: of all stages that have the part;
+    by_stage: of single stages.
     """
 
     samples: int = Field(default=1000, ge=2, le=10**7)
     seed: int = Field(default=1, ge=0)
     positions_per_gear_mesh: int = Field(default=4, ge=4, le=1000)
     confidence: float = Field(default=0.95, ge=0.5, lt=1.0)
-
-
-class StageTolerance(Tolerance):
-    """The section ``tolerance`` of a flexible stage."""
-
-    errors: TrainErrorDistributions = TrainErrorDistributions()
-
-
-class OfStage(Section):
-    """Distributions of one stage of a train, which replace those of all stages key by key."""
-
-    stage: str
-    errors: TrainErrorDistributions
-
-
-class TrainTolerance(Tolerance):
-    """The section ``tolerance`` of a train. errors: of all stages that have the part; by_stage: of
-    single stages."""
-
-    errors: TrainErrorDistributions = TrainErrorDistributions()
+    errors: ErrorDistributions = ErrorDistributions()
     by_stage: tuple[OfStage, ...] = ()
 
     def of(self, stage: str) -> dict[str, SizeDistribution | PhaseDistribution]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from flexgear.model.errors import echo
 from flexgear.model.machine import check_machines
 from flexgear.model.read import nearest
-from flexgear.model.section import Refusal
+from flexgear.model.section import Missing, Refusal
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -20,6 +20,7 @@ def check_train(train: Case) -> None:
     _check_ports(train)
     _check_held(train)
     check_machines(train)
+    _check_behind_shafts(train)
 
 
 def _check_stage_names(train: Case) -> None:
@@ -83,9 +84,9 @@ def _check_held(train: Case) -> None:
     held = train.held_members()
     for name in train.member_names():
         k = train.stage_index(name)
-        if train.stages[k].flexible is not None:
-            continue
         part = name.partition(".")[2]
+        if train.stages[k].form(part) == "fe":
+            continue
         support = train.member(name).support
         turns = train.kinematics_of(name) != "fixed"
         said = train.output is None and name in train.held  # there is no torque to take
@@ -103,3 +104,22 @@ def _check_held(train: Case) -> None:
                 f'set it to zero, or name "{name}" in held (a case of free vibration, without '
                 "[output], may have it)",
             )
+
+
+def _check_behind_shafts(train: Case) -> None:
+    """What hangs behind the spline of a sun's shaft is a body that can move in all directions."""
+    places = [*(f"inputs.{k}" for k in range(len(train.inputs))), "output"]
+    for at, port in zip(places, train.ports, strict=False):
+        name, _, part = port.member.partition(".")
+        beam = train.stage(name).form(part) == "beam"
+        for key in ("inertia", "mass", "tilt_inertia"):
+            if beam and getattr(port, key) is None:
+                problem = f"is missing, and {port.member} has a shaft whose end carries a body"
+                raise Missing(f"{at}.{key}", problem, "give inertia, mass and tilt_inertia")
+        if port.bearing is not None and port.bearing.rollers is not None:
+            problem = "only planet bearings and lumped members have rollers"
+            raise Refusal(f"{at}.bearing.rollers", problem, "take them out")
+        for key in ("mass", "tilt_inertia", "bearing"):
+            if not beam and getattr(port, key) is not None:
+                problem = f"is of a body behind a sun's shaft, but {port.member} has none"
+                raise Refusal(f"{at}.{key}", problem, "give it to the member")

@@ -1,4 +1,4 @@
-"""How keys name the stages of a train: by number, by name, or ``stage`` where there is one."""
+"""How keys name the stages of a case: by number, by name, or ``stage`` where there is one."""
 
 from __future__ import annotations
 
@@ -7,22 +7,25 @@ from typing import Any
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import is_place, nearest
+from flexgear.model.short_form import long_key, short_text
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets.
 
-    data: that of the train, with ``stages``. where: named in an InputError.
+    data: that of the case, with ``stages`` and ``kind``. where: named in an InputError.
     """
-    parts = key.split(".")
     stages = data.get("stages", ())
+    if key == "stage":
+        raise InputError(where, key, "is a section, not a key", "name a key of it: stage.planets")
+    if data.get("kind") == "stage":
+        key = long_key(key)
+    parts = key.split(".")
     if parts[0] == "stage":
         if len(stages) != 1:
             raise InputError(
                 where, key, f"there are {len(stages)} stages", "write stages.NAME. or stages.0."
             )
-        if len(parts) == 1:
-            raise InputError(where, key, "is not a key", "name a key of it: stage.planets")
         return ["stages", "0", *parts[1:]]
     if parts[0] == "stages" and len(parts) > 1 and not is_place(parts[1]):
         names = [s.get("name") or f"stage_{k}" for k, s in enumerate(stages, 1)]
@@ -35,5 +38,11 @@ def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
 
 
 def aliased(text: str) -> str:
-    """The only stage of a train as [stage] names it."""
+    """The only stage of a case as [stage] names it."""
     return text.replace("stages[0]", "stage").replace("stages.0", "stage")
+
+
+def said(fault: InputError, *, short: bool) -> InputError:
+    """A fault of a file with [stage], in the words of that file."""
+    words = short_text if short else aliased
+    return InputError(fault.where, words(fault.key), words(fault.problem), words(fault.remedy))

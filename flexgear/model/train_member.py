@@ -1,4 +1,4 @@
-"""Lumped members of a train's stage: gears and carriers, and how the housing supports them."""
+"""Members of a stage, gears and carriers: lumped bodies, or FE bodies and shafts in their place."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from flexgear.model.section import Refusal, Section
+from flexgear.model.carrier import Carrier
+from flexgear.model.ring import Ring
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.shaft import Shaft
 from flexgear.model.springs import Bearing, Rolling
 from flexgear.model.stage import Gear
 from flexgear.model.units import Inertia, Length, Mass, Stiffness
@@ -55,8 +58,8 @@ class LumpedInertia(Section):
 
     inertia: about the axis, kg m². equivalent_mass: inertia / r², kg, with the base radius of a
     gear or the centre distance for a carrier. tilt_inertia: about a diameter. kinematics: "fixed"
-    (), "torsional" (rz), "planar" (x, y, rz), "axial" (x, y, z, rz), "spatial" (all six); the
-    train's if left out.
+    (), "torsional" (rz), "planar" (x, y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left
+    out "spatial" in a stage with an FE body or a shaft, else the case's.
     """
 
     mass: Mass | None = Field(default=None, gt=0.0, le=1e7)
@@ -90,5 +93,68 @@ class TrainGear(LumpedInertia, Gear):
         return Gear(**{name: getattr(self, name) for name in Gear.model_fields})
 
 
+class SunGear(TrainGear):
+    """A sun: a lumped gear, or the same on a shaft, which is a beam and begins at its middle.
+    support: springs to the housing at the gear."""
+
+    shaft: Shaft | None = None
+
+    @model_validator(mode="after")
+    def _linear_support_of_a_shaft(self) -> SunGear:
+        for key in ("clearance", "rollers"):
+            if self.shaft is not None and getattr(self.support, key):
+                problem = "is of lumped members and planet bearings, and this sun has a shaft"
+                raise Refusal(f"support.{key}", problem, "take it out")
+        return self
+
+
+class RingGear(TrainGear):
+    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own."""
+
+    fe: Ring | None = None
+
+    @model_validator(mode="after")
+    def _one_body(self) -> RingGear:
+        _refuse_lumped(self, self.fe is not None, "fe", "its bolts, fits and splines")
+        return self
+
+
 class TrainCarrier(LumpedInertia):
-    """A lumped carrier."""
+    """A carrier: a lumped body, or an FE body on two bearings, those of its seats on the drive side
+    and on the far side."""
+
+    fe: Carrier | None = None
+    bearing_drive: Bearing | None = None
+    bearing_far: Bearing | None = None
+
+    @model_validator(mode="after")
+    def _one_body(self) -> TrainCarrier:
+        _refuse_lumped(self, self.fe is not None, "fe", "bearing_drive and bearing_far")
+        for name in ("bearing_drive", "bearing_far"):
+            given = getattr(self, name) is not None
+            if self.fe is not None and not given:
+                raise Missing(name, "is missing beside fe", f"add {name}")
+            if self.fe is None and given:
+                raise Refusal(name, "is on a seat of an FE carrier", "use support, or give fe")
+            if given and getattr(self, name).rollers is not None:
+                problem = "only planet bearings and lumped members have rollers"
+                raise Refusal(f"{name}.rollers", problem, "take them out")
+        return self
+
+
+def _refuse_lumped(member: LumpedInertia, has: bool, body: str, instead: str) -> None:
+    """A member with a body of its own takes nothing that describes a lumped one."""
+    if not has:
+        return
+    for name in (
+        "mass",
+        "inertia",
+        "equivalent_mass",
+        "tilt_inertia",
+        "kinematics",
+        "rim_thickness",
+    ):
+        if getattr(member, name, None) is not None:
+            raise Refusal(name, f"is that of a lumped body, but {body} is given", "keep one")
+    if member.support != Support():
+        raise Refusal("support", f"is that of a lumped body, but {body} is given", f"use {instead}")

@@ -1,4 +1,4 @@
-"""One stage of a train: planetary or parallel, of lumped members, or a flexible stage in it."""
+"""One stage: planetary or parallel, of lumped members, FE bodies and shafts."""
 
 from __future__ import annotations
 
@@ -6,23 +6,25 @@ import math
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.section import Missing, Refusal, Section, error_details
+from flexgear.model.gear_mesh import GearMesh
+from flexgear.model.material import Material
+from flexgear.model.ring import Ring
+from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.stage import Stage, check_bore, required_hand
-from flexgear.model.train_errors import TrainErrors
-from flexgear.model.train_gear_mesh import TrainGearMesh
-from flexgear.model.train_member import PlanetBearing, Support, TrainCarrier, TrainGear
+from flexgear.model.train_member import (
+    PlanetBearing,
+    RingGear,
+    SunGear,
+    Support,
+    TrainCarrier,
+    TrainGear,
+)
 from flexgear.model.units import Angle, Length
 
-# what a flexible stage takes from its own case
-FROM_FLEXIBLE = (
-    "planets", "normal_module", "pressure_angle", "helix_angle", "face_width", "planet_hand",
-    "center_distance", "planet_positions", "allow_unassemblable", "backlash_ring",
-    "backlash_sun", "sun", "planet", "ring",
-)  # fmt: skip
+Form = Literal["lumped", "fe", "beam"]
 PLANETARY = ("sun", "ring", "carrier")
 PARALLEL = ("pinion", "gear")
 
@@ -35,8 +37,8 @@ class TrainStage(Section):
     ``half_gap`` between them and separate ring halves; planet_hand is then that of the planet's
     left half (−z), mass, inertia, support and stiffness of the ring and its gear mesh those of one
     half. ring_pressure_angle, sun_pressure_angle: transverse working angles in place of
-    those from the geometry. case: a flexible stage, by bundled name or file, whose gears, planet
-    bearing, gear mesh and errors are taken from it; ``flexible`` is that case once read.
+    those from the geometry. material: of this stage, the case's if left out. case: bundled name or
+    file of a case whose only stage this is, but for what is said here.
     """
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
@@ -57,17 +59,17 @@ class TrainStage(Section):
     ring_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
     sun_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
     position: Angle = 0.0
-    sun: TrainGear | None = None
+    sun: SunGear | None = None
     planet: TrainGear | None = None
-    ring: TrainGear | None = None
+    ring: RingGear | None = None
     carrier: TrainCarrier | None = None
     pinion: TrainGear | None = None
     gear: TrainGear | None = None
     planet_bearing: PlanetBearing = PlanetBearing()
-    gear_mesh: TrainGearMesh = TrainGearMesh()
-    errors: TrainErrors = TrainErrors()
+    gear_mesh: GearMesh = GearMesh()
+    errors: GearErrors = GearErrors()
+    material: Material | None = None
     case: str | None = None
-    flexible: FlexibleStage | None = None
 
     @property
     def planet_angles(self) -> tuple[float, ...]:
@@ -77,6 +79,27 @@ class TrainStage(Section):
         if self.planet_positions is not None:
             return self.planet_positions
         return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
+
+    @property
+    def planet_period(self) -> float:
+        """As of ``Stage``."""
+        return self.stage.planet_period
+
+    @property
+    def is_flexible(self) -> bool:
+        """Whether one of its members is an FE body or a shaft."""
+        parts = ("ring", "carrier", "sun")
+        return self.kind == "planetary" and any(self.form(part) != "lumped" for part in parts)
+
+    def form(self, part: str) -> Form:
+        """What a member of ``members`` or "planet" is."""
+        if part == "ring" and self.ring is not None and self.ring.fe is not None:
+            return "fe"
+        if part == "carrier" and self.carrier is not None and self.carrier.fe is not None:
+            return "fe"
+        if part == "sun" and self.sun is not None and self.sun.shaft is not None:
+            return "beam"
+        return "lumped"
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -103,8 +126,6 @@ class TrainStage(Section):
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Parts and number of planets by the kind of the stage, the hand of helical gears."""
-        if data.get("flexible") is not None:  # has them from its own case
-            return []
         kind = data.get("kind", "planetary")
         if kind == "parallel":
             parts: tuple[str, ...] = PARALLEL
@@ -121,28 +142,15 @@ class TrainStage(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_flexible(cls, data: Any, info: ValidationInfo) -> Any:
-        """A flexible stage has the gears of its own case."""
-        if not isinstance(data, dict) or data.get("flexible") is None:
+    def _plain_gear_meshes(cls, data: Any) -> Any:
+        """Gear meshes of lumped members are constant springs where nothing else is said."""
+        if not isinstance(data, dict) or _bends(data):
             return data
-        case = data["flexible"]
-        if not isinstance(case, FlexibleStage):
-            case = _inner_case(case, strict=info.mode != "json")
-        taken = {name: getattr(case.stage, name) for name in FROM_FLEXIBLE}
-        for name in ("sun", "planet", "ring"):
-            taken[name] = taken[name].model_dump()
-        errors = data.get("errors") or {}
-        if isinstance(errors, TrainErrors):
-            errors = errors.model_dump()
-        return {
-            **data,
-            **taken,
-            "carrier": {},
-            "planet_bearing": case.bearings.planet.model_dump(),
-            "gear_mesh": case.gear_mesh.model_dump(),
-            "errors": {**errors, **{k: getattr(case.errors, k) for k in GearErrors.model_fields}},
-            "flexible": case,
-        }
+        given = data.get("gear_mesh", {})
+        plain = {"model": "constant", "contact_law": "linear"}
+        if isinstance(given, Mapping):
+            return {**data, "gear_mesh": {**plain, **given}}
+        return data
 
     @model_validator(mode="after")
     def _complete(self) -> TrainStage:
@@ -186,10 +194,55 @@ class TrainStage(Section):
             raise Refusal(
                 "planet_bearing.radial", "is zero, so the planet is not held", "give a stiffness"
             )
+        if self.is_flexible:
+            self._check_flexible()
         if self.planet.support.matrix.any() or self.planet.support.tangential:
             raise Refusal(
                 "planet.support", "planets are not supported by the housing", "use planet_bearing"
             )
+
+    def _check_flexible(self) -> None:
+        """FE bodies and gears fit one another, and planets are held in all directions."""
+        assert self.planet is not None and self.ring is not None and self.carrier is not None
+        if self.double_helical:
+            problem = "is true, but FE bodies and shafts have one gear mesh a planet"
+            raise Refusal("double_helical", problem, "make all members lumped")
+        held = self.planet_bearing.stiffness
+        for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
+            if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):
+                problem = "is zero, so the planet is not held"
+                raise Refusal(f"planet_bearing.{key}", problem, "give a stiffness")
+        body, bore = self.carrier.fe, self.planet.bore_diameter
+        if body is not None and 0.0 < bore <= body.pin_diameter:
+            pin = body.pin_diameter * 1e3
+            raise Refusal(
+                "carrier.fe.pin_diameter",
+                f"a pin of {pin:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
+                "lower it, or raise stage.planet.bore_diameter_mm",
+            )
+        if body is not None and body.plate_gap <= self.face_width:
+            raise Refusal(
+                "carrier.fe.plate_gap",
+                f"{body.plate_gap * 1e3:g} mm leaves no room for planets of "
+                f"{self.face_width * 1e3:g} mm face width",
+                "make it wider than the face width",
+            )
+        if self.ring.fe is not None:
+            self._check_bands(self.ring.fe)
+
+    def _check_bands(self, ring: Ring) -> None:
+        """Fits and splines lie on the ring's outside."""
+        half = self.face_width / 2 * (1 + 1e-9)
+        bands = [("fits", k, fit) for k, fit in enumerate(ring.fits)]
+        bands += [("splines", k, spline) for k, spline in enumerate(ring.splines)]
+        for name, k, fit in bands:
+            if fit.band[0] < -half or fit.band[1] > half:
+                raise Refusal(
+                    f"ring.fe.{name}.{k}.z",
+                    f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of "
+                    f"±{half * 1e3:.1f} mm",
+                    "move it or make it narrower",
+                )
 
     def _check_parts(self, needed: tuple[str, ...], foreign: tuple[str, ...]) -> None:
         for name in foreign:
@@ -228,10 +281,11 @@ class TrainStage(Section):
                 )
 
 
-def _inner_case(data: Any, strict: bool) -> FlexibleStage:
-    """A flexible stage's case; its faults are located below ``flexible``."""
-    try:
-        return FlexibleStage.model_validate(data, strict=strict)
-    except ValidationError as fault:
-        lines = error_details(fault, "flexible")
-        raise ValidationError.from_exception_data("TrainStage", lines) from None
+def _bends(data: Mapping[str, Any]) -> bool:
+    """Whether a stage's data, read or not yet read, have an FE body or a shaft."""
+    for part, body in (("ring", "fe"), ("carrier", "fe"), ("sun", "shaft")):
+        member = data.get(part)
+        inside = member.get(body) if isinstance(member, Mapping) else getattr(member, body, None)
+        if inside is not None:
+            return True
+    return False

@@ -18,7 +18,7 @@ from typing import Any
 import xarray as xr
 
 from flexgear.model.case import Case
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.stage_view import StageView
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_text, require_regular
 from flexgear.structures.fe_mesh import fe_mesh_case
@@ -46,7 +46,7 @@ class Origin:
         return len(files) == 2 and files[0] == files[1]
 
 
-def origin_of_case(case: FlexibleStage | Case, result: str = "") -> Origin:
+def origin_of_case(case: StageView | Case, result: str = "") -> Origin:
     """What results of a case will say."""
     return Origin(case.name, case.source, result)
 

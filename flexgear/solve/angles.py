@@ -75,7 +75,7 @@ def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
         # a ring that bends between its bolts stands in space, too
         errors = train.view(stage.name).errors
-        sources = error_sources(errors, housing=still or stage.flexible is not None)
+        sources = error_sources(errors, housing=still or stage.is_flexible)
         found.append(
             StageMotion(
                 stage.name,

@@ -9,8 +9,8 @@ from flexgear.coupling.pace import case_pace
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.read import nearest
+from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.reduced import ReducedBody
 
@@ -33,7 +33,7 @@ Bodies = Mapping[str, StageBodies]
 
 
 def stage_bodies(
-    stage: FlexibleStage, progress: Progress = silent, limit_hz: float | None = None
+    stage: StageView, progress: Progress = silent, limit_hz: float | None = None
 ) -> StageBodies:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache.
 
@@ -49,15 +49,14 @@ def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBo
     """Ring and carrier of every flexible stage by its name."""
     found = {}
     for name, stage in case.flexible_stages.items():
-        report = progress if case.alone is not None else named(name, progress)
+        report = progress if case.is_short else named(name, progress)
         found[name] = stage_bodies(stage, report, reduction_limit(case, name))
     return found
 
 
 def reduction_limit(case: Case, stage: str) -> float:
     """Frequency up to which bodies of a flexible stage are compared with unreduced ones, Hz."""
-    own = case.flexible_stages[stage].solver.reduction_limit
-    return case_pace(case).reduction_limit if own is None else own
+    return case_pace(case).reduction_limit
 
 
 def named(body: str, progress: Progress) -> Progress:
@@ -80,7 +79,7 @@ def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
         if not case.flexible_stages:
             raise InputError(
                 "--rigid", case.name, "has only lumped members, so nothing of it bends",
-                "take it out, or build a flexible stage into the train (stages.case)",
+                "take it out, or give the ring, carrier or sun an FE body or a shaft",
             )  # fmt: skip
         if name not in known:
             raise InputError(

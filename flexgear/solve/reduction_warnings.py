@@ -8,7 +8,7 @@ from typing import Any
 
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.reduced import ReducedBody
 
@@ -24,30 +24,28 @@ def reduction_warnings(
     found = []
     for name in bodies:
         stage = case.flexible_stages[name]
-        at, keys = ("", "") if case.alone is not None else (f"{name}.", f"stages.{name}.flexible.")
+        at = "" if case.is_short else f"{name}."
         limit = reduction_limit(case, name)
-        found += _warnings(stage, bodies[name], variants[name], limit, at, keys)
+        found += _warnings(stage, bodies[name], variants[name], limit, at)
     return found
 
 
 def _warnings(
-    case: FlexibleStage,
+    case: StageView,
     bodies: Iterable[ReducedBody],
     bends: Variant,
     wanted: float,
     at: str,
-    keys: str,
 ) -> list[str]:
-    """Lines about the bodies that bend; at: before their names, keys: before those of the case."""
+    """Lines about the bodies that bend; at: before their names."""
     found = []
     for body in bodies:
         if getattr(bends, body.name):
             if said := _fault(body.report):
-                found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name, keys)}")
+                found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name)}")
             if said := _frequency_fault(body.report, wanted):
-                found.append(
-                    f"{at}{body.name}: {said}; raise {keys}{body.name}.fixed_interface_modes"
-                )
+                key = case.written(f"{body.name}.fe.fixed_interface_modes")
+                found.append(f"{at}{body.name}: {said}; raise {key}")
     return found
 
 
@@ -77,14 +75,15 @@ def _fault(report: Mapping[str, Any]) -> str:
     return f"static error {100 * error:.1f} %{worst}, above {100 * PROMISED:g} %"
 
 
-def _remedy(case: FlexibleStage, name: str, keys: str) -> str:
+def _remedy(case: StageView, name: str) -> str:
     """What makes the error smaller, or shows how little it matters."""
     part, ways = getattr(case, name), []
     if part.fe_mesh == "file":
         ways.append("refine its FE mesh")
     elif finer := _FINER.get(case.solver.fidelity):
-        ways.append(f'set {keys}solver.fidelity = "{finer}"')
+        ways.append(f'set solver.fidelity = "{finer}"')
     if name == "ring":
-        ways.append(f'try {keys}ring.tie = "{_OTHER_TIE[part.tie]}"')
-    ways.append(f"compare with {keys}{name}.flexible = false to see how much its bending matters")
+        ways.append(f'try {case.written("ring.fe.tie")} = "{_OTHER_TIE[part.tie]}"')
+    key = case.written(f"{name}.fe.flexible")
+    ways.append(f"compare with {key} = false to see how much its bending matters")
     return ", or ".join(ways)

@@ -101,7 +101,7 @@ def bodies_summary(
     case = first.case
     if not case.flexible_stages:
         return {}
-    alone = case.alone is not None
+    alone = case.is_short
     reports = {
         part if alone else f"{stage}.{part}": getattr(first.bodies[stage], part).report
         for stage in case.flexible_stages
@@ -161,7 +161,7 @@ def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> di
         figures: dict[str, Any] = drop_summary(one.data)
         rings = {stage: torque_step_summary(one.data, stage) for stage in case.flexible_stages}
         if rings:
-            figures |= _first_or_all(rings, case.alone is not None)
+            figures |= _first_or_all(rings, case.is_short)
         found.setdefault(depth_name(torque), {})[label] = figures
     return found
 

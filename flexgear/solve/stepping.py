@@ -7,10 +7,10 @@ from typing import Any
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Steps
 from flexgear.coupling.pace import Pace
-from flexgear.model.solver import PaceKeys
+from flexgear.model.solver import Solver
 
 
-def adaptive_steps(solver: PaceKeys, pace: Pace) -> Adaptive | None:
+def adaptive_steps(solver: Solver, pace: Pace) -> Adaptive | None:
     """Step sizes by an error estimate, or None where they are given."""
     if solver.step_tolerance == 0.0:
         return None

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports as ring_held
+from flexgear.model.stage_view import StageView
 from flexgear.structures import estimate, probe_loads
 from flexgear.structures.cyclic.path import sector_counts
 from flexgear.structures.fe_mesh import (
@@ -47,7 +47,7 @@ _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodi
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
-def require_fe_meshes(case: FlexibleStage) -> None:
+def require_fe_meshes(case: StageView) -> None:
     """Raise InputError for what either FE mesh would be refused for, without generating any.
 
     A file whose reduced body is kept was in place when that was made: the key says for what.
@@ -63,7 +63,7 @@ def require_fe_meshes(case: FlexibleStage) -> None:
 
 
 def ring_body(
-    case: FlexibleStage, progress: Progress | None = None, limit_hz: float | None = None
+    case: StageView, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's ring gear, reduced; from the cache if it was reduced before.
 
@@ -75,7 +75,7 @@ def ring_body(
     return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
 
 
-def _ring_key(case: FlexibleStage) -> str:
+def _ring_key(case: StageView) -> str:
     ring = case.ring
     return content_key(
         body="ring",
@@ -86,7 +86,7 @@ def _ring_key(case: FlexibleStage) -> str:
             [s.node, s.group, s.place, s.end, s.diameter]
             for s in ring_held(ring, case.stage.face_width)
         ],
-        teeth=[case.stage.ring.teeth, stage_geometry(case.view()).ring.reference_radius],
+        teeth=[case.ring_gear.teeth, stage_geometry(case).ring.reference_radius],
         modes=ring.fixed_interface_modes,
         cyclic=case.solver.cyclic,
         limit=case.solver.reduction_limit,
@@ -94,7 +94,7 @@ def _ring_key(case: FlexibleStage) -> str:
 
 
 def carrier_body(
-    case: FlexibleStage, progress: Progress | None = None, limit_hz: float | None = None
+    case: StageView, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
     report = progress or silent
@@ -104,19 +104,19 @@ def carrier_body(
     return _judged(body, supports, limit_hz or case.solver.reduction_limit)
 
 
-def _carrier_key(case: FlexibleStage) -> str:
+def _carrier_key(case: StageView) -> str:
     return content_key(
         body="carrier",
         fe_mesh=_mesh_content(case, case.carrier, CarrierMeshParameters, carrier_groups),
         material=case.material.model_dump(),
-        pins=[list(case.stage.planet_angles), stage_geometry(case.view()).center_distance],
+        pins=[list(case.stage.planet_angles), stage_geometry(case).center_distance],
         modes=case.carrier.fixed_interface_modes,
         cyclic=case.solver.cyclic,
         limit=case.solver.reduction_limit,
     )
 
 
-def _reduce_ring(case: FlexibleStage, progress: Progress) -> ReducedBody:
+def _reduce_ring(case: StageView, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
     fe_mesh = ring_of_case(case)
@@ -124,12 +124,12 @@ def _reduce_ring(case: FlexibleStage, progress: Progress) -> ReducedBody:
     model = _model(case, fe_mesh)
     interface = ring_interface(case, model)
     clock.lap("ties")
-    modes, repeats = case.ring.fixed_interface_modes, case.stage.ring.teeth
+    modes, repeats = case.ring.fixed_interface_modes, case.ring_gear.teeth
     reduction = reduce(model, interface, modes, progress, "ring", sectors=_sectors(case, repeats))
     clock.lap("reduction")
     supports = ring_supports(case, interface)
-    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(case.stage.ring.teeth))
-    teeth = case.stage.ring.teeth
+    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(case.ring_gear.teeth))
+    teeth = case.ring_gear.teeth
     probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
     loads = probe_loads.tooth_lines(model, probed, case.stage.face_width) if flank else []
     return _estimated(
@@ -145,7 +145,7 @@ def _reduce_ring(case: FlexibleStage, progress: Progress) -> ReducedBody:
     )
 
 
-def _reduce_carrier(case: FlexibleStage, progress: Progress) -> ReducedBody:
+def _reduce_carrier(case: StageView, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("carrier: FE mesh", 0.0)
     fe_mesh = carrier_of_case(case)
@@ -174,13 +174,13 @@ def _reduce_carrier(case: FlexibleStage, progress: Progress) -> ReducedBody:
     )
 
 
-def _model(case: FlexibleStage, fe_mesh: FeMesh) -> FeModel:
+def _model(case: StageView, fe_mesh: FeMesh) -> FeModel:
     """The body; what its matrices are wanted for decides how much of them is assembled."""
     m = case.material
     return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
 
 
-def _sectors(case: FlexibleStage, repeats: int) -> tuple[int, ...]:
+def _sectors(case: StageView, repeats: int) -> tuple[int, ...]:
     """Numbers of sectors to try for a body with so many teeth or pins."""
     return sector_counts(repeats) if case.solver.cyclic == "auto" else ()
 
@@ -261,10 +261,10 @@ class _Clock:
 
 
 def _mesh_content(
-    case: FlexibleStage,
+    case: StageView,
     part: Ring | Carrier,
     generator: type[RingMeshParameters] | type[CarrierMeshParameters],
-    groups: Callable[[FlexibleStage], Groups],
+    groups: Callable[[StageView], Groups],
 ) -> object:
     """What a mesh depends on: the generator's parameters, or the bytes of the user's file, where
     it is put, and what its place was judged by."""

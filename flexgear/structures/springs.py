@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.ring_supports import ring_supports
+from flexgear.model.stage_view import StageView
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -37,17 +37,17 @@ class Spring:
         return self.axes.T @ self.matrix @ self.axes
 
 
-def ring_springs(case: FlexibleStage) -> list[Spring]:
+def ring_springs(case: StageView) -> list[Spring]:
     """All that holds the ring, see `model/ring_supports.py`."""
     supports = ring_supports(case.ring, case.stage.face_width)
     return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in supports]
 
 
-def carrier_springs(case: FlexibleStage) -> list[Spring]:
+def carrier_springs(case: StageView) -> list[Spring]:
     """Bearings of the carrier, in fixed axes."""
     return [
-        Spring(f"bearing_{side}", np.asarray(getattr(case.bearings, f"carrier_{side}").matrix))
-        for side in ("drive", "far")
+        Spring(f"bearing_{side}", np.asarray(bearing.matrix))
+        for side, bearing in case.seat_bearings.items()
     ]
 
 

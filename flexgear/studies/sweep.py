@@ -21,8 +21,8 @@ from flexgear.coupling.workable import require_workable
 from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case
+from flexgear.model.stage_view import StageView
 from flexgear.results.dataset import provenance
 from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
@@ -283,9 +283,9 @@ def _prepared(models: Sequence[Case], progress: Progress) -> tuple[int, dict[str
     return len(different), broken
 
 
-def _body_key(case: FlexibleStage) -> str:
+def _body_key(case: StageView) -> str:
     """Hash of all sections that ring and carrier depend on, and of some keys beside."""
-    return case.content_hash("material", "stage", "ring", "carrier", "solver")
+    return case.bodies_hash()
 
 
 def _outcomes(

@@ -17,9 +17,9 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
+from flexgear.model.gear_errors import PLANET_LISTS
 from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
-from flexgear.model.train_errors import PLANET_LISTS
 from flexgear.model.train_keys import numbered
 from flexgear.model.units import Quantity, unit_name
 
@@ -99,18 +99,13 @@ def parse_values(key: str, text: str) -> Values:
     return Values(texts, found)
 
 
-def _root(base: Case) -> Section:
-    """What the keys of the file begin at: the flexible stage of the short form, or the case."""
-    return base if base.alone is None else base.alone
-
-
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     """The key as a field of the case; InputError for unknown keys and values of the wrong kind."""
-    given, root = key.split("."), _root(base)
-    section: type[Section] | None = type(root)
-    parts = given if base.alone is not None else numbered(key, base.model_dump(), WHERE)
-    extra = len(parts) - len(given)  # stages are two parts where the key names one
-    owner: type[Section] = type(root)
+    given = key.split(".")
+    section: type[Section] | None = Case
+    parts = numbered(key, base.model_dump(), WHERE)
+    extra = len(parts) - len(given)  # a key of the short form has fewer
+    owner: type[Section] = Case
     path, suffix, name = list[str](), "", ""
     for k, part in enumerate(parts):
         seen = ".".join(given[: max(k - extra, 0) + 1])
@@ -279,12 +274,11 @@ def _list_of(
     base: Case, key: SweptKey, quantity: Quantity | None, suffix: str
 ) -> tuple[float, ...]:
     """The list in the key's unit; where the case leaves it out, as long as there are planets."""
-    owners: list[Any] = [_root(base)]
+    owners: list[Any] = [base]
     for part in key.path[:-2]:
         inner = owners[-1]
         owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
-    stages = owners if base.alone is None else [base.alone.stage]
-    planets = next((o.planets for o in stages if hasattr(o, "planets")), 0)
+    planets = next((o.planets for o in owners if hasattr(o, "planets")), 0)
     name = key.path[-2]
     found = getattr(owners[-1], name)
     if found is None and name == "planet_positions":

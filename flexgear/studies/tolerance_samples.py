@@ -76,7 +76,7 @@ def drawn_errors(model: Case) -> tuple[DrawnError, ...]:
 
 def owners(model: Case) -> list[str]:
     """Names of the stages as errors carry them, which name their random numbers, too."""
-    return [""] if model.alone is not None else [stage.name for stage in model.stages]
+    return [""] if model.is_short else [stage.name for stage in model.stages]
 
 
 def _drawn(
@@ -166,12 +166,8 @@ def nominal(model: Case, drawn: Sequence[DrawnError]) -> Values:
 
 
 def _changed_stage(stage: TrainStage, name: str, values: Values, j: int, seed: int) -> TrainStage:
-    """A stage of a train with a sample's errors; a flexible one has some from its own case."""
-    update: dict[str, Any] = {"errors": _changed(stage.errors, name, values, j, seed)}
-    if stage.flexible is not None:
-        own = _changed(stage.flexible.errors, name, values, j, seed)
-        update["flexible"] = stage.flexible.model_copy(update={"errors": own})
-    return stage.model_copy(update=update)
+    """A stage with a sample's errors."""
+    return stage.model_copy(update={"errors": _changed(stage.errors, name, values, j, seed)})
 
 
 def _changed(errors: GearErrors, stage: str, values: Values, j: int, seed: int) -> Any:

@@ -186,7 +186,7 @@ def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():
 
     from flexgear.analysis.transient import BESIDE
 
-    drop = make_case().drive.drop(4e5, 1.0, 0.2, TORQUE)
+    drop = make_case().case.drive.drop(4e5, 1.0, 0.2, TORQUE)
     for h in (1e-4, 1e-8):
         start, stop = drop.change_times()
         beside = np.array([start - BESIDE * h, start + BESIDE * h, stop - BESIDE * h])

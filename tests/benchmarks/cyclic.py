@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.record import Comparison, Curve, Report
 from benchmarks.rings import dofs_text, ring_mesh
 from benchmarks.timing import interleaved
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh
 from flexgear.structures.fem import assemble
 from flexgear.structures.interfaces import ring_interface
@@ -69,7 +69,7 @@ def run(report: Report, size: str) -> None:
         report.curves.append(Curve("cyclic", f"{path} path", "dofs", "time (s)", dofs, times))
 
 
-def by_sectors(case: FlexibleStage, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
+def by_sectors(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Interface stiffness N/m and frequencies Hz, one sector of the ring's teeth at a time."""
     from flexgear.structures.cyclic.path import sector_counts
     from flexgear.structures.fem.unassembled import UnassembledModel
@@ -84,7 +84,7 @@ def by_sectors(case: FlexibleStage, fe_mesh: FeMesh, count: int) -> tuple[np.nda
     return found.condensation.stiffness, found.frequencies
 
 
-def in_general(case: FlexibleStage, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
+def in_general(case: StageView, fe_mesh: FeMesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The same on the whole ring."""
     m = case.material
     model = assemble(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)

@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fem import FeModel, Interface, assemble
 from flexgear.structures.interfaces import ring_interface
@@ -23,12 +23,12 @@ SIZES = {
 }
 
 
-def ring_case(fidelity: str = "quick") -> FlexibleStage:
+def ring_case(fidelity: str = "quick") -> StageView:
     """wind-5mw with FE meshes of the given fidelity."""
     return load_stage("wind-5mw", {"solver.fidelity": fidelity})
 
 
-def ring_mesh(size: str) -> tuple[FlexibleStage, FeMesh]:
+def ring_mesh(size: str) -> tuple[StageView, FeMesh]:
     """Case and FE mesh of a size in `SIZES`."""
     fidelity, bands = SIZES[size]
     case = ring_case(fidelity)
@@ -40,7 +40,7 @@ def ring_mesh(size: str) -> tuple[FlexibleStage, FeMesh]:
 
 
 @cache
-def ring_model(size: str) -> tuple[FlexibleStage, FeModel, Interface]:
+def ring_model(size: str) -> tuple[StageView, FeModel, Interface]:
     """Case, assembled FE model and all 120 interface nodes."""
     case, fe_mesh = ring_mesh(size)
     m = case.material

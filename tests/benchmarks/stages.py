@@ -13,8 +13,8 @@ from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, State, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 
 STEADY = Drive(lambda t: np.full_like(t, TORQUE))
@@ -42,7 +42,7 @@ def planet_system(planets: int) -> System:
     return stage_system(case, make_bodies(case), Variant())
 
 
-def real_case(size: str) -> FlexibleStage:
+def real_case(size: str) -> StageView:
     """wind-5mw with standard FE bodies in a full run, coarse ones in a quick one."""
     return load_stage("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
 

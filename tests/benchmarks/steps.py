@@ -54,7 +54,7 @@ def run(report: Report, size: str) -> None:
 
 def as_shipped(report: Report, size: str) -> None:
     """The bundled case with the modes it keeps, at fixed steps and at steps by a tolerance."""
-    modal = chosen_modal(real_system(size), case_pace(real_case(size).as_case()))
+    modal = chosen_modal(real_system(size), case_pace(real_case(size).case))
     modes = modal.modes.shape[1]
     real_time(report, modal, "the case as it is", size, REVOLUTION[size])
     text = f"wind-5mw as it is, {modes} of {modal.system.size} coordinates"

@@ -297,7 +297,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
 def test_the_solver_section_decides(system):
     def reduced(**keys):
         case = make_case(**{f"solver.{k}": v for k, v in keys.items()})
-        return chosen_modal(system, case_pace(case.as_case()))
+        return chosen_modal(system, case_pace(case.case))
 
     loose, tight = reduced(modes_accuracy="0.05"), reduced(modes_accuracy="0.001")
     wide = reduced(modes_accuracy="0.05", modes_band_hz="1000")

@@ -74,8 +74,7 @@ def test_drops_last_until_the_speed_is_back_but_no_longer_than_a_turn():
     """τ = J ω/T of both inertias at the carrier; heavy drives are cut at a revolution."""
     case = small()
     turn, ratio = 60 / 1500, 100 / 28
-    ends = case.alone.inertia
-    inertia = ends.drive + ratio**2 * ends.output
+    inertia = case.inputs[0].inertia + ratio**2 * case.output.inertia
     assert speed_time_constant(case) == pytest.approx(inertia * 2 * math.pi * 25 / 300)
     assert timed_drops(case).after == pytest.approx(min(2 * speed_time_constant(case), turn))
     assert timed_drops(small(inertia__drive_kg_m2=10)).after == pytest.approx(turn)

@@ -166,5 +166,5 @@ def test_rollers_that_cannot_be(tmp_path, key, value, message):
 
 
 def test_rollers_of_flexible_stages_are_those_of_planets():
-    with pytest.raises(InputError, match=r"carrier_far\.rollers: only planet bearings"):
+    with pytest.raises(InputError, match=r"carrier_far.rollers: only planet bearings"):
         make_system(**{f"bearings.carrier_far.rollers.{k}": v for k, v in ROLLERS.items()})

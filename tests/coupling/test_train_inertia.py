@@ -13,7 +13,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 
 STEEL_DENSITY = 7850.0
 ALONE = (
@@ -44,7 +44,7 @@ def polar(body):
 
 def flexible_inertia(case, carrier):
     """Σ J (ω/ω_carrier)² of a flexible stage's own bodies, ports apart, and ω_sun/ω_carrier."""
-    stage, g = case.stage, stage_geometry(case.view())
+    stage, g = case.stage, stage_geometry(case)
     z_s, z_p, z_r = (getattr(stage, name).teeth for name in ("sun", "planet", "ring"))
     sun, planet = 1 + z_r / z_s, (z_r - z_p) / z_p
     bores = {name: getattr(stage, name).bore_diameter / 2 for name in ("sun", "planet")}
@@ -71,7 +71,7 @@ def energy(system):
 
 def test_a_flexible_stage_before_another(tmp_path):
     train, bodies = mixed(tmp_path)
-    own, ratio = flexible_inertia(train.stages[0].flexible, bodies["first"][1])
+    own, ratio = flexible_inertia(train.view(train.stages[0].name), bodies["first"][1])
     second = train.stages[1]
     radius = {
         g: second.normal_module * getattr(second, g).teeth / 2 / np.cos(second.helix_angle)
@@ -90,16 +90,16 @@ def test_a_flexible_stage_before_another(tmp_path):
 )
 def test_ends_that_are_ports(tmp_path, said, drive, output):
     train = load_case(write(tmp_path, ALONE), said)
-    bodies = make_bodies(train.stages[0].flexible)
-    own, ratio = flexible_inertia(train.stages[0].flexible, bodies[1])
+    bodies = make_bodies(train.view(train.stages[0].name))
+    own, ratio = flexible_inertia(train.view(train.stages[0].name), bodies[1])
     known = own + drive + output * ratio**2
     system = build_system(train, {"stage_1": bodies})
     assert energy(system) == pytest.approx(known, rel=1e-9)
 
 
 def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path):
-    train = load_case(write(tmp_path, ALONE), {"stages.0.flexible.brake.exponent": "2"})
-    case = train.stages[0].flexible
+    train = load_case(write(tmp_path, ALONE), {"output.brake_exponent": "2"})
+    case = load_stage("wind-5mw", {"brake.exponent": "2"})
     bodies = make_bodies(case)
     inside, alone = build_system(train, {"stage_1": bodies}), stage_system(case, bodies)
     for name in ("mass", "stiffness", "rolling", "masters", "blocks", "port_rows"):
@@ -133,7 +133,7 @@ def test_torque_passes_the_spline_into_the_next_stage(tmp_path):
 
     twist = float(Recovery(found).motion(rest[None])[0, 0])
     torque = 4e6 * 27 / 120
-    spline = train.stages[0].flexible.shaft.spline.torsion
+    spline = train.view(train.stages[0].name).shaft.spline.torsion
     assert abs(twist) == pytest.approx(torque * (1 / spline + 1 / 1e8), rel=1e-6)
 
 

@@ -15,7 +15,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
+from flexgear.model.load import load_case, load_stage
 
 
 def loads(result):
@@ -73,14 +73,15 @@ def lumped_twin(tmp_path, case, bodies, errors=()):
     from flexgear.coupling.system import Variant
     from flexgear.gears.geometry import stage_geometry
 
-    geometry, model = stage_geometry(case.view()), case.gear_mesh.model
+    geometry, model = stage_geometry(case), case.gear_mesh.model
     lines = "\n".join(f"{key} = {value}" for key, value in dict(errors).items())
     parts = {
         p.name: p for p in stage_components(case, geometry, *bodies, Variant(False, False, False))
     }
     planet = gear_inertia(case, "planet", geometry)
-    s, b = case.stage, case.bearings
-    carrier = [b.carrier_drive.matrix[0, 0] + b.carrier_far.matrix[0, 0], parts["carrier"]]
+    s = case.stage
+    on_seats = sum(bearing.matrix[0, 0] for bearing in case.seat_bearings.values())
+    carrier = [on_seats, parts["carrier"]]
     text = (
         STEEL
         + f"""
@@ -93,7 +94,7 @@ face_width_mm = {1e3 * s.face_width!r}
 teeth = {s.sun.teeth}
 profile_shift = {s.sun.profile_shift}
 mass_kg = {parts["shaft"].mass[0, 0]}
-inertia_kg_m2 = {parts["shaft"].mass[5, 5] + case.inertia.output}
+inertia_kg_m2 = {parts["shaft"].mass[5, 5] + case.case.output.inertia}
 [stage.planet]
 teeth = {s.planet.teeth}
 profile_shift = {s.planet.profile_shift}
@@ -105,10 +106,10 @@ profile_shift = {s.ring.profile_shift}
 kinematics = "fixed"
 [stage.carrier]
 mass_kg = {carrier[1].mass[0, 0]}
-inertia_kg_m2 = {carrier[1].mass[5, 5] + case.inertia.drive}
+inertia_kg_m2 = {carrier[1].mass[5, 5] + case.case.inputs[0].inertia}
 support = {{ radial_n_per_m = {carrier[0]} }}
 [stage.planet_bearing]
-radial_n_per_m = {b.planet.matrix[0, 0]}
+radial_n_per_m = {s.planet_bearing.matrix[0, 0]}
 [stage.gear_mesh]
 model = "{model}"
 contact_law = "linear"
@@ -160,7 +161,7 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
 
 
 def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
-    """Errors of bodies that the train adds are those that the stage could state itself."""
+    """Whether it is written in the short form or as one of several stages."""
     text = (
         STEEL
         + """
@@ -177,9 +178,8 @@ member = "stage_1.sun"
     )
     errors = {f"stages.0.errors.{key}": value for key, value in BODY_ERRORS.items()}
     train = load_case(write(tmp_path, text), errors)
-    own = {f"flexible.errors.{key}": value for key, value in BODY_ERRORS.items()}
-    case = load_case(write(tmp_path, text), {f"stages.0.{k}": v for k, v in own.items()})
-    case = case.stages[0].flexible
+    own = {f"errors.{key}": value for key, value in BODY_ERRORS.items()}
+    case = load_stage("wind-5mw", own)
     bodies = make_bodies(case)
     inside = solved(train, (0.0, 0.02), stage_1=bodies)
 
@@ -193,14 +193,14 @@ def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
     takes changes by no more than the angle does, and together they balance the torque."""
     from coupled import make_case
 
-    from flexgear.gears.kinematics import rated_flow
+    from flexgear.gears.power_flow import power_flow
 
     case = make_case(**{"gear_mesh.model": "constant", "errors.pin_tangential_um": "[]"})
     system, steps = stage_system(case, make_bodies(case)), 40
     angles = 2 * np.pi / case.stage.ring.teeth * np.arange(steps + 1) / steps
     load = revolution(modal_system(system), angles, 4e6).pair_load
     ring = load[:, [g.kind == "ring" for g in system.gear_meshes]]
-    mean = rated_flow(case).ring_gear_mesh_force
+    mean = power_flow(case.case).stages[0].ring_gear_mesh_force
     assert (ring > 0).sum(axis=-1).max() == 2
     assert np.abs(np.diff(ring, axis=0)).max() < 1.2 / steps * mean
     assert ring.max() > 0.95 * mean

@@ -26,8 +26,8 @@ ON_HOUSING = ("carrier_drive", "carrier_far", "output")
 
 def solved(case, bodies, angles=(0.0,)):
     """The stage at rest under next to no torque, all modes kept."""
-    system = build_system(case.as_case(), {"stage": bodies})
-    return revolution(modal_system(system), np.array(angles), case.drive.rated_torque)
+    system = build_system(case.case, {"stage": bodies})
+    return revolution(modal_system(system), np.array(angles), case.case.inputs[0].torque)
 
 
 def reactions(found, sample=0):

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from flexgear.gears.errors import stage_errors
-from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
 from flexgear.model.material import Material
-from flexgear.model.stage_view import StageView, stage_key
+from flexgear.model.stage_view import StageView
 from flexgear.model.train_stage import TrainStage
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
@@ -21,8 +22,8 @@ UNLOADED = {"sun": 0.0, "ring": 0.0}  # for stiffness that does not depend on th
 
 def seen(stage: TrainStage, source: str = "my.toml") -> StageView:
     """A lumped stage as gear functions see it."""
-    at = stage_key(stage, "")
-    return StageView(source, STEEL, stage, at, at)
+    case = load_case("lin-parker").model_copy(update={"source": source, "material": STEEL})
+    return StageView(case, stage)
 
 
 def paths_of(stage: TrainStage):
@@ -32,14 +33,14 @@ def paths_of(stage: TrainStage):
 
 def flexible_paths(case):
     """Paths by kind of a flexible stage at its rated load."""
-    paths = stage_paths(case.view(), rated_flow(case).gear_mesh_forces)
+    paths = stage_paths(case, power_flow(case.case).stages[0].gear_mesh_forces)
     return {kind: path for (kind, _), path in paths.items()}
 
 
 def flexible_errors(case):
     """Errors by kind of a flexible stage."""
-    paths = stage_paths(case.view(), rated_flow(case).gear_mesh_forces)
-    return {kind: e for (kind, _), e in stage_errors(case.view(), paths).items()}
+    paths = stage_paths(case, power_flow(case.case).stages[0].gear_mesh_forces)
+    return {kind: e for (kind, _), e in stage_errors(case, paths).items()}
 
 
 def planetary(**changes) -> TrainStage:

@@ -117,10 +117,10 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     its pin; two bearings share it."""
     rating = {"dynamic_rating_kn": "9000", "rolling": "roller", "count": "2"}
     case = load_stage("wind-5mw", {f"bearings.planet.{k}": v for k, v in rating.items()})
-    alone, distance = case.as_case(), stage_geometry(case.view()).center_distance
+    alone, distance = case.case, stage_geometry(case).center_distance
     hours = planet_bearing_life_hours(alone, power_flow(alone))
-    load = case.drive.rated_torque / (5 * distance)
-    speed = case.drive.rated_speed * 93 / 33 / (2 * math.pi)
+    load = case.case.inputs[0].torque / (5 * distance)
+    speed = case.case.inputs[0].speed * 93 / 33 / (2 * math.pi)
     turns = 1e6 * (9e6 / (load / 2)) ** (10 / 3)
     assert hours == {"stage": pytest.approx(turns / speed / 3600)}
     with pytest.raises(InputError, match=r"bearings.planet.rolling: is missing"):

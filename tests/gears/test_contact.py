@@ -38,7 +38,7 @@ class Bench:
 
     def __init__(self, case):
         self.case, self.stage = case, case.stage
-        self.g = stage_geometry(case.view())
+        self.g = stage_geometry(case)
         self.paths = flexible_paths(case)
         self.hand = 1.0 if case.stage.planet_hand == "right" else -1.0
         self.tan = math.tan(case.stage.helix_angle)
@@ -235,7 +235,7 @@ def test_shares_of_pairs_are_those_of_the_contact_ratio(bench):
 def test_five_times_seventy_two_degrees_assembles_and_eighty_teeth_do_not():
     case = load_stage("wind-5mw")
     phi = np.array(case.stage.planet_angles)
-    assert np.abs(assembly_mismatch(stage_geometry(case.view()), phi)).max() < 1e-9
+    assert np.abs(assembly_mismatch(stage_geometry(case), phi)).max() < 1e-9
     bad = {
         "stage.planets": "3", "stage.sun.teeth": "23", "stage.planet.teeth": "17",
         "stage.ring.teeth": "57", "stage.ring.addendum": "0.8",

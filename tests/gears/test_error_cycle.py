@@ -25,8 +25,8 @@ from flexgear.gears.error_cycle import (
     train_cycle,
 )
 from flexgear.model.errors import FlexgearError
+from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_stage
-from flexgear.model.train_errors import TrainErrors
 
 TEETH = st.integers(5, 14)
 
@@ -88,15 +88,15 @@ def test_parallel_stage():
 
 
 def test_sources_of_errors():
-    assert error_sources(TrainErrors()) == ()
-    given_errors = TrainErrors(sun_eccentricity=1e-5, planet_eccentricity=(0.0, 1e-5, 0.0))
+    assert error_sources(GearErrors()) == ()
+    given_errors = GearErrors(sun_eccentricity=1e-5, planet_eccentricity=(0.0, 1e-5, 0.0))
     assert error_sources(given_errors) == ("sun", "planet")
-    assert error_sources(TrainErrors(ring_pitch=1e-6, ring_offset=1e-6)) == ("ring", "housing")
-    assert error_sources(TrainErrors(ring_gear_mesh=1e-5), housing=True) == ("housing",)
+    assert error_sources(GearErrors(ring_pitch=1e-6, ring_offset=1e-6)) == ("ring", "housing")
+    assert error_sources(GearErrors(ring_gear_mesh=1e-5), housing=True) == ("housing",)
 
 
 def test_bundled_stage_is_sampled_in_whole_gear_mesh_cycles():
-    stage = load_stage("wind-5mw").view().stage
+    stage = load_stage("wind-5mw").stage
     whole = error_cycle(stage)
     assert (whole.gear_meshes, whole.turns) == (9207, 99)  # lcm(27, 33, 93)
     s = sample_angles(stage, 8, most=186)

@@ -318,7 +318,7 @@ def test_a_lumped_and_a_flexible_stage_of_the_same_gears_have_the_same_errors():
         **{k: getattr(case.stage, k) for k in (
             "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
             "backlash_sun")},
-        **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
+        **{g: getattr(case.stage, g).gear.model_dump() for g in ("sun", "planet", "ring")},
         errors=case.errors.model_dump(),
     )  # fmt: skip
     mine, paths = errors_and_paths(lumped)

@@ -1,7 +1,6 @@
 """Closed forms of stage geometry, and what is refused."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +10,10 @@ from hypothesis import strategies as st
 
 from flexgear.gears.contact import assembly_mismatch
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.tooth import inverse_involute, involute
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case, load_stage
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,7 @@ def case():
 
 
 def test_centre_distance_and_diameters_of_the_bundled_stage(case):
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     assert g.center_distance == pytest.approx(0.54466, abs=5e-6)
     assert g.center_distance == pytest.approx(30 * 0.018 / math.cos(math.radians(7.5)))
     assert g.assembly == 24
@@ -36,7 +35,7 @@ def test_centre_distance_and_diameters_of_the_bundled_stage(case):
 
 def test_contact_ratios(case):
     """ε_α from tip circles, ε_β = b sinβ/(π m_n); the ring has between two and three pairs."""
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     at, pb = g.transverse_angle, g.ring_mesh.base_pitch
     alpha_p = math.acos(g.planet.base_radius / g.planet.tip_radius)
     alpha_s = math.acos(g.sun.base_radius / g.sun.tip_radius)
@@ -52,7 +51,7 @@ def test_contact_ratios(case):
 
 
 def test_speeds_torques_and_forces(case):
-    k, g = rated_flow(case), stage_geometry(case.view())
+    k, g = power_flow(case.case).stages[0], stage_geometry(case)
     assert k.carrier_speed * 30 / math.pi == pytest.approx(11.27)
     assert k.sun_speed / k.carrier_speed == pytest.approx(120 / 27)
     assert k.gear_mesh_frequency == pytest.approx(93 * 11.27 / 60)
@@ -96,9 +95,9 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
     reach = (planet + 2) / (sun + planet)
     if planets * math.asin(min(1.0, reach)) > math.pi:
         with pytest.raises(InputError, match="collide"):
-            stage_geometry(case.view())
+            stage_geometry(case)
         return
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     for gear_mesh, play in ((g.ring_mesh, 0.01), (g.sun_mesh, 0.02)):
         assert gear_mesh.backlash == pytest.approx(play * module * 1e-3, rel=1e-6)
         assert gear_mesh.working_angle == pytest.approx(g.transverse_angle)
@@ -115,10 +114,10 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
 
 def test_profile_shift_moves_all_gears_after_iso():
     """x > 0: thicker teeth everywhere; ring tip inward. x_s + x_p = -(x_p + x_r) keeps distance."""
-    plain = stage_geometry(load_stage("wind-5mw").view())
+    plain = stage_geometry(load_stage("wind-5mw"))
     shifts = {"sun": 0.3, "planet": -0.3, "ring": 0.3}
     over = {f"stage.{g}.profile_shift": str(x) for g, x in shifts.items()}
-    g = stage_geometry(load_stage("wind-5mw", over).view())
+    g = stage_geometry(load_stage("wind-5mw", over))
     assert g.center_distance == pytest.approx(plain.center_distance)
     for name, x in shifts.items():
         a, b = getattr(plain, name), getattr(g, name)
@@ -145,7 +144,7 @@ def test_profile_shift_moves_all_gears_after_iso():
 )
 def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
     with pytest.raises(InputError, match=words) as caught:
-        stage_geometry(replace(load_stage("wind-5mw", over).view(), source="my.toml"))
+        stage_geometry(load_case("wind-5mw", over).model_copy(update={"source": "my.toml"}).view())
     assert str(caught.value).startswith("my.toml: stage")
     assert "\n" not in str(caught.value)
 
@@ -153,8 +152,8 @@ def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
 def test_positions_may_be_given_in_any_order_and_turn():
     places = "[360, 648, 216, -216, 72]"
     case = load_stage("wind-5mw", {"stage.planet_positions_deg": places})
-    plain = stage_geometry(load_stage("wind-5mw").view())
-    assert stage_geometry(case.view()).planet_clearance == pytest.approx(plain.planet_clearance)
+    plain = stage_geometry(load_stage("wind-5mw"))
+    assert stage_geometry(case).planet_clearance == pytest.approx(plain.planet_clearance)
     twice = load_stage("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"})
     with pytest.raises(InputError, match="collide"):
-        stage_geometry(twice.view())
+        stage_geometry(twice)

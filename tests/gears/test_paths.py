@@ -40,10 +40,10 @@ def test_per_pair_paths_are_those_of_the_flexible_stage():
         **{k: getattr(case.stage, k) for k in (
             "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",
             "backlash_sun")},
-        **{g: getattr(case.stage, g).model_dump() for g in ("sun", "planet", "ring")},
+        **{g: getattr(case.stage, g).gear.model_dump() for g in ("sun", "planet", "ring")},
         gear_mesh={"model": "per_pair", "contact_law": "one-sided"},
     )  # fmt: skip
-    lumped = replace(seen(stage), material=case.material)
+    lumped = replace(seen(stage.model_copy(update={"material": case.material})))
     mine, theirs = stage_paths(lumped, UNLOADED), flexible_paths(case)
     assert set(mine) == {(kind, "") for kind in KINDS}
     for kind in KINDS:

@@ -28,7 +28,7 @@ PLANE = (1 - POISSON**2) / YOUNG
 def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
     """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
-    g, module = stage_geometry(case.view()), case.stage.normal_module
+    g, module = stage_geometry(case), case.stage.normal_module
     tooth = getattr(g, name)
     radius = tooth.form_radius + height * (tooth.tip_radius - tooth.form_radius)
     p = tooth.outline()
@@ -45,7 +45,7 @@ def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
 
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
-    g, module = stage_geometry(case.view()), case.stage.normal_module
+    g, module = stage_geometry(case), case.stage.normal_module
     p, radius = g.ring.outline(), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
     coarse, fine, spread = (
         deflection(p, load_at(p, radius, a * module), YOUNG, POISSON, held=0.06, size=h * module)
@@ -93,7 +93,7 @@ def _graded(fine, last):
 def test_a_load_towards_the_root_leaves_the_foundation_only(name):
     """Continuous where load and middle line cross below the root section, and never negative."""
     case = load_stage("wind-5mw")
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     tooth = getattr(g, name)
     radius = np.linspace(tooth.form_radius, tooth.tip_radius, 400)
     c = tooth_compliance(tooth.outline(), radius, YOUNG, POISSON)

@@ -7,8 +7,8 @@ import pytest
 from gears.stages import flexible_paths
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.kinematics import rated_flow
 from flexgear.gears.laws import compliance, iso_peak, pair_law
+from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
 from flexgear.gears.tooth import ToothOutline
 from flexgear.gears.weber_banaschek import tooth_compliance
@@ -16,11 +16,11 @@ from flexgear.model.load import load_stage
 
 
 def force_of(case, gear):
-    return rated_flow(case).gear_mesh_forces[gear]
+    return power_flow(case.case).stages[0].gear_mesh_forces[gear]
 
 
 def law_of(case, gear):
-    return pair_law(case.view(), stage_geometry(case.view()), gear, force_of(case, gear))
+    return pair_law(case, stage_geometry(case), gear, force_of(case, gear))
 
 
 def by_quadrature(law, s, s_lo, s_hi, t, half):
@@ -78,10 +78,10 @@ def test_iso_single_stiffness_of_a_spur_pair_by_hand():
 def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
     """ISO's q' is a fit of Weber-Banaschek results; C_M = 0.8 and C_B taken out again: 2 %."""
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": helix})
-    g = stage_geometry(case.view())
-    split = compliance(case.view(), g, gear, force_of(case, gear))
+    g = stage_geometry(case)
+    split = compliance(case, g, gear, force_of(case, gear))
     peak = (1 / split.total).max() / math.cos(g.base_helix_angle) ** 2
-    assert peak == pytest.approx(iso_peak(case.view(), gear) / 0.8 / 0.975, rel=0.03)
+    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / 0.975, rel=0.03)
     k = 1 / split.total
     assert 0.3 < split.xi[k.argmax()] < 0.7
     for end in (k[0], k[-1]):
@@ -90,7 +90,7 @@ def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
 
 def test_compliances_grow_towards_the_tip():
     case = load_stage("wind-5mw")
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     for name in ("sun", "planet", "ring"):
         gear = getattr(g, name)
         p, radius = gear.outline(), np.linspace(gear.form_radius, gear.tip_radius, 20)
@@ -114,7 +114,7 @@ def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
     What lies between that point and the flank is the contact's part, down to the middle line.
     """
     case = load_stage("wind-5mw")
-    g = stage_geometry(case.view())
+    g = stage_geometry(case)
     p, y = g.planet.outline(), 0.015
     flat = ToothOutline(g.planet, p.x, np.full_like(p.y, y), p.flank_points)
     r = np.array([g.planet.tip_radius])
@@ -131,9 +131,9 @@ def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
 def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     """1/k_flank = (1 - share)/k_root for ISO; nothing changes at the sun."""
     root, flank = (load_stage("wind-5mw", {"ring.tie": t}) for t in ("root", "flank"))
-    g = stage_geometry(root.view())
+    g = stage_geometry(root)
     xi = np.linspace(0, 1, 21)
-    split = compliance(root.view(), g, "ring", force_of(root, "ring"))
+    split = compliance(root, g, "ring", force_of(root, "ring"))
     share = np.interp(xi, split.xi, split.gear_share)
     ratio = law_of(root, "ring")(xi) / law_of(flank, "ring")(xi)
     assert np.allclose(ratio, 1 - share, rtol=2e-3)
@@ -142,7 +142,7 @@ def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     over = {"gear_mesh.pair_stiffness": "weber-banaschek"}
     both = [load_stage("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank")]
     left = [1 / law_of(c, "ring")(xi) for c in both]
-    split = compliance(root.view(), g, "ring", force_of(root, "ring"))
+    split = compliance(root, g, "ring", force_of(root, "ring"))
     taken = np.interp(xi, split.xi, split.gear.bending) * math.cos(g.base_helix_angle) ** 2
     assert np.allclose(left[0] - left[1], taken, rtol=5e-3)
 
@@ -167,8 +167,8 @@ def test_flank_tie_takes_the_ring_tooth_out_of_the_mean_of_a_wave():
     mean times the mean of 1/(1 − share); with the tie "root" c_γ b is taken whole."""
     over = {"gear_mesh.model": "constant", "gear_mesh.ring_stiffness_n_per_m": "8e9"}
     root, flank = (load_stage("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank"))
-    g = stage_geometry(root.view())
-    split = compliance(root.view(), g, "ring", force_of(root, "ring"))
+    g = stage_geometry(root)
+    split = compliance(root, g, "ring", force_of(root, "ring"))
     more = np.trapezoid(1 / (1 - split.gear_share), split.xi)
     whole, left = (flexible_paths(case)["ring"] for case in (root, flank))
     assert whole.mean_stiffness == pytest.approx(8e9, rel=1e-12)

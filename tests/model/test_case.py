@@ -7,9 +7,9 @@ import pytest
 from pydantic import ValidationError
 
 from flexgear.model.bundled import bundled_cases, bundled_text
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case, load_stage
 from flexgear.model.springs import Bearing
 
 
@@ -24,13 +24,13 @@ def test_bundled_case_is_that_of_the_paper(case):
     assert case.stage.face_width == 0.43
     assert case.stage.normal_module == 0.018
     assert case.stage.planet_angles == pytest.approx([2 * math.pi * i / 5 for i in range(5)])
-    assert case.drive.rated_speed == pytest.approx(11.27 * math.pi / 30)
+    assert case.case.inputs[0].speed == pytest.approx(11.27 * math.pi / 30)
     assert case.ring.bolts.number == 25
     assert len(case.ring.fits) == 2
     assert case.ring.fits[0].band == pytest.approx((-0.215, -0.155))
-    assert case.drive.steps.torques == (2e6, 4e5, 2e5)
-    assert case.bearings.sun is None
-    assert case.name == case.source == "wind-5mw"
+    assert case.case.drive.steps.torques == (2e6, 4e5, 2e5)
+    assert not case.stage.sun.support.matrix.any()
+    assert case.case.name == case.source == "wind-5mw"
 
 
 def test_every_value_is_labelled():
@@ -43,23 +43,24 @@ def test_every_value_is_labelled():
 def test_a_copied_file_is_the_same_case(case, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("# a comment of mine\n" + bundled_text("wind-5mw"), encoding="utf-8")
-    mine = load_stage(path)
+    mine = load_case(path)
     assert mine.name == "mine"
-    assert mine.content_hash() == case.content_hash()
-    assert mine.stage == case.stage
+    assert mine.content_hash() == case.case.content_hash()
+    assert mine.stages == case.case.stages
 
 
 def test_the_unit_of_a_key_does_not_matter(case):
     over = {"stage.face_width_m": "0.43", "drive.torque_knm": "4000", "stage.helix_angle_rad":
             str(math.radians(7.5))}  # fmt: skip
-    assert load_stage("wind-5mw", over).content_hash() == case.content_hash()
+    assert load_case("wind-5mw", over).content_hash() == case.case.content_hash()
 
 
 def test_hash_follows_the_content(case):
+    case = case.case
     wider = case.with_(**{"stage.face_width": 0.44})
     assert wider.content_hash() != case.content_hash()
-    assert wider.content_hash("ring", "material") == case.content_hash("ring", "material")
-    assert wider.content_hash("stage") != case.content_hash("stage")
+    assert wider.content_hash("solver", "material") == case.content_hash("solver", "material")
+    assert wider.content_hash("stages") != case.content_hash("stages")
     renamed = case.with_(name="other", title="x")
     assert renamed.content_hash() == case.content_hash()
     assert len(case.content_hash()) == 64
@@ -68,7 +69,7 @@ def test_hash_follows_the_content(case):
 def test_hash_follows_what_is_in_a_named_file(case, tmp_path):
     fe_mesh = tmp_path / "ring.inp"
     fe_mesh.write_text("a")
-    one = case.with_(ring__fe_mesh="file", ring__fe_mesh_file=str(fe_mesh))
+    one = case.case.with_(ring__fe_mesh="file", ring__fe_mesh_file=str(fe_mesh))
     first = one.content_hash()
     fe_mesh.write_text("b")
     assert one.content_hash() != first
@@ -92,8 +93,7 @@ def test_overrides_of_scalars_words_lists_and_elements():
     assert case.shaft.sections[1].outer_diameter == 0.32
     assert case.errors.pin_tangential == (30e-6, 0.0, 0.0)
     assert case.ring.flexible is False
-    assert case.bearings.sun is not None
-    assert case.bearings.sun.matrix[0, 0] == 1e8
+    assert case.stage.sun.support.matrix[0, 0] == 1e8
     assert case.ring.fits == ()
 
 
@@ -101,6 +101,8 @@ def test_with_changes_a_copy_and_checks_it(case):
     other = case.with_(stage__planets=4, gear_mesh__contact_law="linear")
     assert (other.stage.planets, case.stage.planets) == (4, 5)
     assert other.gear_mesh.contact_law == "linear"
+    long = case.with_(**{"stages.stage.ring.fe.tie": "flank"})
+    assert long.ring == case.with_(**{"ring.tie": "flank"}).ring
     with pytest.raises(InputError, match=r"with_: ring\.tie"):
         case.with_(ring__tie="glue")
     with pytest.raises(ValidationError):
@@ -108,13 +110,13 @@ def test_with_changes_a_copy_and_checks_it(case):
 
 
 def test_springs_by_direction_and_as_matrix(case):
-    springs = case.bearings.planet.model_copy(update={"z": 0.0})
+    springs = case.stage.planet_bearing.model_copy(update={"z": 0.0})
     assert np.allclose(np.diag(springs.matrix), [4e9, 4e9, 1e9, 1.6e8, 1.6e8, 0])
-    assert case.bearings.planet.stiffness[2] == 1e9
+    assert case.stage.planet_bearing.stiffness[2] == 1e9
     rows = np.diag([1e9, 2e9, 3e9, 1e6, 1e6, 0.0])
     rows[0, 4] = rows[4, 0] = 1e7
     text = "{full_si = " + str(rows.tolist()) + "}"
-    full = load_stage("wind-5mw", {"bearings.output": text}).bearings.output
+    full = load_case("wind-5mw", {"bearings.output": text}).output.bearing
     assert np.array_equal(full.matrix, rows)
     assert full.stiffness[1] == 2e9
     rows[0, 4] = 0
@@ -136,8 +138,9 @@ def test_unequal_rows_are_a_bearing_with_its_springs_at_z():
 
 
 def test_case_round_trips_through_plain_data(case):
-    assert FlexibleStage.model_validate_json(case.model_dump_json(), strict=False) == case
-    assert case.to_dict()["stage"]["face_width"] == 0.43
+    case = case.case
+    assert Case.model_validate_json(case.model_dump_json(), strict=False) == case
+    assert case.to_dict()["stages"][0]["face_width"] == 0.43
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 RATED = 4e6  # N m, of the bundled case
 
 
 def drive_of(**over):
-    return load_stage("wind-5mw", {f"drive.{k}": v for k, v in over.items()}).drive
+    return load_case("wind-5mw", {f"drive.{k}": v for k, v in over.items()}).drive
 
 
 def test_constant():

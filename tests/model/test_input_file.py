@@ -31,7 +31,7 @@ def test_pipes_and_devices_are_refused(tmp_path, device):
         with pytest.raises(InputError, match="is a device or pipe"):
             read()
     case = load_stage("wind-5mw", {"ring.fe_mesh_file": str(path)})
-    assert case.content_hash() and file_digest(str(path)).startswith("missing:")
+    assert case.case.content_hash() and file_digest(str(path)).startswith("missing:")
 
 
 def test_huge_files_are_refused_unread(tmp_path):

@@ -6,23 +6,21 @@ import pytest
 from small_train import SMALL
 
 from flexgear.model.bundled import bundled_text
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_case, load_stage
-from flexgear.model.tolerance import GearErrorDistributions, TrainErrorDistributions
-from flexgear.model.train_errors import TrainErrors
+from flexgear.model.load import load_case
+from flexgear.model.tolerance import ErrorDistributions
 
 PIN = "tolerance.errors.pin_radial"
 
 
 def test_every_error_has_a_distribution_of_its_name():
-    assert {*GearErrorDistributions.model_fields} == {*GearErrors.model_fields} - {"seed"}
-    assert {*TrainErrorDistributions.model_fields} == {*TrainErrors.model_fields} - {"seed"}
+    assert {*ErrorDistributions.model_fields} == {*GearErrors.model_fields} - {"seed"}
 
 
 def test_units():
-    case = load_stage(
+    case = load_case(
         "wind-5mw",
         {f"{PIN}.standard_deviation_um": "20", f"{PIN}.high_mm": "0.05",
          "tolerance.errors.sun_phase.high_deg": "90"},
@@ -41,8 +39,8 @@ def test_a_tolerance_changes_no_run():
 
 
 def test_plain_data_and_back():
-    case = load_stage("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
-    assert FlexibleStage.model_validate(case.model_dump()) == case
+    case = load_case("wind-5mw", {f"{PIN}.standard_deviation_um": "20"})
+    assert Case.model_validate(case.model_dump()) == case
 
 
 @pytest.mark.parametrize(

@@ -156,36 +156,33 @@ def test_the_only_stage_is_named_as_it_is_written(tmp_path, old, new, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('case = "wind-5mw"', 'case = "wind-5mw"\nplanets = 3',
-         r"stages\[0\].planets: is given for a flexible stage.*change stages.0.flexible.stage.pl"),
-        ('case = "wind-5mw"', 'case = "wind-5mw"\nsun = { teeth = 27 }',
-         r"stages\[0\].sun: is given for a flexible stage"),
-        ('case = "wind-5mw"', 'case = "wind-5mw"\ngear_mesh = { harmonics = 3 }',
-         r"change stages.0.flexible.gear_mesh"),
-        ('case = "wind-5mw"', 'case = "wind-5mw"\nplanet_bearing = {}',
-         r"change stages.0.flexible.bearings.planet"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nsun = { teeth = 4 }',
+         r"stages\[0\].sun.teeth: 4 is outside"),
         ('case = "wind-5mw"', 'case = "wind-5mw"\nkind = "parallel"',
-         "kind: has no meaning in a flexible stage"),
-        ('case = "wind-5mw"', "", r"stages\[0\].case: is missing -- name a bundled case"),
+         r"stages\[0\].pinion, stages\[0\].gear: are missing"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\ndouble_helical = true',
+         "double_helical: is true, but FE bodies"),
+        ('case = "wind-5mw"', 'case = "wind-5mw"\nsun = { shaft = { flexible = 1 } }',
+         r"sun.shaft.flexible: 1 is not true or false"),
+        ("flexible = false", "flexible = false\n[stages.carrier]\nmass_kg = 3",
+         r"stages\[0\].carrier.mass_kg: is that of a lumped body, but fe is given"),
         ('case = "wind-5mw"', "case = 5", r"stages\[0\].case: 5 is not text"),
-        ("carrier_eccentricity_um = 30", "sun_tooth_um = 3",
-         "sun_tooth_um: is given for a flexible stage.*flexible.errors.sun_tooth"),
         ("carrier_eccentricity_um = 30", "planet_eccentricity_um = [1, 2]",
          "2 values for 5 planets"),
-        ("flexible = false", 'tie = "glue"', r"stages\[0\].flexible.ring.tie: 'glue' is unknown"),
+        ("flexible = false", 'tie = "glue"', r"stages\[0\].ring.fe.tie: 'glue' is unknown"),
         ("flexible = false", "rim_thickness_m = 30",
-         r"flexible.ring.rim_thickness_m: 30 m is outside"),
-        ("[stages.flexible.ring]\nflexible = false", "[stages.flexible.carrier]\nplate_gap_mm = 9",
-         "flexible.carrier.plate_gap_mm: 9 mm leaves no room"),
+         r"ring.fe.rim_thickness_m: 30 m is outside"),
+        ("[stages.ring.fe]\nflexible = false", "[stages.carrier.fe]\nplate_gap_mm = 9",
+         "carrier.fe.plate_gap_mm: 9 mm leaves no room"),
     ],
 )  # fmt: skip
 def test_flexible_stages(tmp_path, old, new, words):
     refused(tmp_path / "my.toml", FLEXIBLE, old, new, words)
 
 
-def test_a_flexible_stage_is_no_train_and_exists(tmp_path):
+def test_a_case_that_is_named_has_one_stage_and_exists(tmp_path):
     for name, words in (
-        ("lin-parker", "lin-parker: kind: is a train, not a flexible stage"),
+        ("nrel-5mw", "case: nrel-5mw has 3 stages -- name a case with one"),
         ("wind-4mw", "wind-4mw: case: is neither a file nor a bundled case.*wind-5mw"),
         ("no.toml", "no such file"),
     ):
@@ -193,17 +190,6 @@ def test_a_flexible_stage_is_no_train_and_exists(tmp_path):
         path.write_text(FLEXIBLE.replace("wind-5mw", name), encoding="utf-8")
         with pytest.raises(InputError, match=words):
             load_case(path)
-
-
-def test_geometry_of_a_flexible_stage_changes_in_one_place_only(tmp_path):
-    path = tmp_path / "my.toml"
-    path.write_text(FLEXIBLE, encoding="utf-8")
-    with pytest.raises(InputError, match=r"--set: stages.0.sun.teeth: is given for a flexible"):
-        load_case(path, {"stage.sun.teeth": "20"})
-    with pytest.raises(
-        InputError, match=r"with_: stage.planets: .*stages.0.flexible.stage.planets"
-    ):
-        load_case(path).with_(**{"stage.planets": 3})
 
 
 @settings(max_examples=150, deadline=None)
@@ -229,7 +215,7 @@ KEYS = [
     "stage.errors.planet_eccentricity_um",
     "stage.errors",
     "stage.case",
-    "stage.flexible",
+    "stage.ring.fe",
     "stage.name",
     "stage.planet_positions_deg",
     "joints",

@@ -13,7 +13,6 @@ from train_contexts import bundled, put_together
 from flexgear.analysis import step_plan
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Drive, transient
-from flexgear.model.case import case_of_stage
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_stage
 from flexgear.results import dataset_file as files
@@ -70,8 +69,10 @@ def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     """With a drop of the torque, so that steps of two sizes meet."""
     settings = {"drive.steps.start_s": "0.005", "drive.steps.duration_s": "0.01"}
     stage = load_stage("wind-5mw", settings)
-    model = put_together(case_of_stage(stage), rigid=["all"], bodies={"stage": cheap_stage(stage)})
-    drop = stage.drive.drop(stage.drive.steps.torques[0], 0.005, 0.01, model.system.rated_torque)
+    model = put_together(stage.case, rigid=["all"], bodies={"stage": cheap_stage(stage)})
+    drop = stage.case.drive.drop(
+        stage.case.drive.steps.torques[0], 0.005, 0.01, model.system.rated_torque
+    )
 
     def run(sink):
         return simulate(model, drive=drop, duration=0.03, output_interval=1e-4, sink=sink)

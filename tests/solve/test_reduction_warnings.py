@@ -5,8 +5,7 @@ from stage_samples import cheap_stage
 from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
-from flexgear.model.case import case_of_stage
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_stage
 from flexgear.solve.bodies import variants_of
 from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
 
@@ -22,7 +21,7 @@ def bodies(case):
 
 
 def stage_warnings(stage, bodies, rigid=()):
-    case = case_of_stage(stage)
+    case = stage.case
     return reduction_warnings(case, {"stage": bodies}, variants_of(case, rigid))
 
 
@@ -60,6 +59,5 @@ def test_keys_are_those_of_the_train(tmp_path, bodies):
     said = reduction_warnings(train, {"first": tuple(map(wrong, bodies))}, variants_of(train))
     assert len(said) == 2
     assert said[0].startswith("first.ring: static error 3.4 %")
-    assert 'stages.first.flexible.solver.fidelity = "fine"' in said[0]
-    finer = load_case(tmp_path / "train.toml", {"stages.first.flexible.solver.fidelity": "fine"})
-    assert finer.stages[0].flexible.solver.fidelity == "fine"
+    assert 'set solver.fidelity = "fine", or try stages.first.ring.fe.tie = "flank"' in said[0]
+    assert "compare with stages.first.ring.fe.flexible = false" in said[0]

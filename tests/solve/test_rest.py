@@ -6,7 +6,6 @@ from coupled import CLEAN, make_bodies, make_case
 from train_contexts import BUNDLED, bundled, put_together
 from trains import stage_train
 
-from flexgear.model.case import case_of_stage
 from flexgear.model.load import load_case
 from flexgear.results.quantities import MISSING
 from flexgear.results.summary import torque_step_summary
@@ -124,7 +123,7 @@ def test_a_flexible_stage_without_torque():
     """Errors press on some teeth, nothing is passed on, and nothing moves."""
     stage = make_case(**{"drive.torque_nm": "0"}, **dict.fromkeys(CLEAN, "4.0"))
     bodies = {"stage": make_bodies(stage)}
-    model = put_together(case_of_stage(stage), rigid=["all"], bodies=bodies)
+    model = put_together(stage.case, rigid=["all"], bodies=bodies)
     data = static(model, [0.0, 0.3], 0.0)
     assert unexplained(data) == []
     assert data["load_sharing"].isnull().all()

@@ -7,7 +7,7 @@ import pytest
 from stage_samples import cheap_stage, missing_the_promise
 from train_contexts import put_together
 
-from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.contact_share import expected_contact_share
@@ -40,13 +40,13 @@ def seen():
 
 @pytest.fixture(scope="module")
 def run(case, seen):
-    made = cheap_stage(case.alone)
+    made = cheap_stage(case.view())
     bodies = {"stage": StageBodies(missing_the_promise(made.ring), made.carrier)}
     return solve.run(case, lambda stage, share: seen.update({stage: share}), bodies=bodies)
 
 
 def on_cheap_bodies(case, **options):
-    return put_together(case, bodies={"stage": cheap_stage(case.alone)}, **options)
+    return put_together(case, bodies={"stage": cheap_stage(case.view())}, **options)
 
 
 def test_datasets_of_both_variants(run):
@@ -63,7 +63,7 @@ def test_datasets_of_both_variants(run):
 
 
 def test_steady_figures_are_those_of_statics(run, case):
-    steady, motion = run.summary["steady"], rated_flow(case.alone)
+    steady, motion = run.summary["steady"], power_flow(case.view().case).stages[0]
     assert steady["carrier_speed_rpm_mean"] == pytest.approx(11.27, rel=1e-3)
     assert steady["ring_mesh_force_n_mean"] == pytest.approx(motion.ring_gear_mesh_force, rel=1e-3)
     expected = expected_contact_share(run.summary["kinematics"]["contact_ratio_ring"])
@@ -108,7 +108,7 @@ def test_interrupt_stops_every_thread(case):
 
     before = set(threading.enumerate())  # other tests' Dask clients leave theirs behind
     with pytest.raises((KeyboardInterrupt, FlexgearError)):
-        solve.run(case, stop, bodies={"stage": cheap_stage(case.alone)})
+        solve.run(case, stop, bodies={"stage": cheap_stage(case.view())})
     assert set(threading.enumerate()) <= before
 
 

@@ -10,8 +10,9 @@ from train_contexts import bundled, put_together
 from trains import STAGE, STEEL, stage_train, write
 
 from flexgear.cli.check_sections import derived
-from flexgear.gears.kinematics import rated_flow
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.model.short_form import long_key
 from flexgear.model.units import DIMENSIONS
 from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import reduced_bodies
@@ -171,9 +172,9 @@ def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
     head = 'kind = "train"\nkinematics = "spatial"\n'
     held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"
     path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL, held=held), head)
-    small = load_case(path, {f"stages.0.flexible.{k}": v for k, v in CHEAP.items()})
+    small = load_case(path, {long_key(k): v for k, v in CHEAP.items()})
     trains = (similar(small, 1 / FACTOR), small)
-    assert [t.stages[0].flexible.stage for t in trains] == [m.case.alone.stage for m in stages]
+    assert [t.stages[0].stage for t in trains] == [m.case.stages[0].stage for m in stages]
     contexts = [
         put_together(train, bodies={"first": model.bodies["stage"]})
         for train, model in zip(trains, stages, strict=True)
@@ -234,7 +235,9 @@ def test_a_small_stage_runs_with_the_defaults(stages):
     summary = run(rated, bodies=model.bodies).summary
     assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
     forces = summary["steady"]["ring_mesh_force_n_mean"]
-    assert forces == pytest.approx(rated_flow(rated.alone).ring_gear_mesh_force, rel=0.01)
+    assert forces == pytest.approx(
+        power_flow(rated.view().case).stages[0].ring_gear_mesh_force, rel=0.01
+    )
 
 
 def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
@@ -248,5 +251,5 @@ def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
         float(stage_part(simulate(m, duration=span).data, "stage")["ring_pair_load"].max())
         for m in (model, fine)
     )
-    assert usual > rated_flow(case.alone).ring_gear_mesh_force
+    assert usual > power_flow(case.view().case).stages[0].ring_gear_mesh_force
     assert usual == pytest.approx(exact, rel=0.02)

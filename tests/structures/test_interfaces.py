@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.structures.build import UnassembledModel
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case
 from flexgear.structures.fem import Interface
@@ -12,11 +12,11 @@ from flexgear.structures.interfaces import ring_interface
 
 
 @pytest.fixture(scope="module")
-def case() -> FlexibleStage:
+def case() -> StageView:
     return load_stage("wind-5mw", {"solver.fidelity": "quick"})
 
 
-def interface(case: FlexibleStage, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
+def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
     m = case.material
     model = UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
     return ring_interface(case, model), model
@@ -24,7 +24,7 @@ def interface(case: FlexibleStage, fe_mesh: FeMesh) -> tuple[Interface, Unassemb
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
-    case: FlexibleStage, order: int
+    case: StageView, order: int
 ) -> None:
     """Under u = z e_x a node moves by the mean height of what it is tied to."""
     listed = case.with_(**{"ring.fits": case.ring.fits[::order]})
@@ -38,7 +38,7 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
         assert motion[node, 0] == pytest.approx(fit.z)
 
 
-def test_bolts_act_in_the_end_face_that_is_named(case: FlexibleStage) -> None:
+def test_bolts_act_in_the_end_face_that_is_named(case: StageView) -> None:
     """A ring that reaches beyond its bolted face, say by a pilot."""
     fe_mesh = ring_of_case(case)
     levels = np.unique(fe_mesh.points[:, 2].round(9))

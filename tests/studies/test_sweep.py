@@ -318,7 +318,7 @@ class TestFlexibleStage:
     def test_a_flexible_stage_in_a_train(self, tmp_path):
         path = tmp_path / "mixed.toml"
         path.write_text(FLEXIBLE)
-        data = swept(path, "stages.stage_1.flexible.bearings.planet.radial_n_per_m=1e9,4e9",
+        data = swept(path, "stages.stage_1.planet_bearing.radial_n_per_m=1e9,4e9",
                      measures=["frequencies", "gear_mesh_forces"], modes=4)  # fmt: skip
         assert failures(data) == []
         assert data.attrs["reductions"] == 1

@@ -141,8 +141,8 @@ class TestModels:
         values = sample_values(drawn_errors(model), 1, [4])
         stage = with_sample(model, values, 0, [3]).stages[0]
         pins = tuple(values["stage_1", "pin_tangential"][0])
-        assert stage.flexible.errors.pin_tangential == stage.errors.pin_tangential == pins
-        assert stage.flexible.errors.seed == 3
+        assert stage.errors.pin_tangential == pins
+        assert stage.errors.seed == 3
         assert stage.errors.carrier_eccentricity == values["stage_1", "carrier_eccentricity"][0, 0]
 
     def test_parallel_stages_have_no_pins(self, tmp_path):

@@ -70,20 +70,18 @@ BODIES = {
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_flexible_stage(law, more):
     case = load_case("wind-5mw", {"gear_mesh.contact_law": law, **more})
-    models, bodies = samples(case), {"stage": make_bodies(case.alone)}
+    models, bodies = samples(case), {"stage": make_bodies(case.view())}
     assert_same(models, [build_system(m, bodies) for m in models])
 
 
-@pytest.mark.parametrize("where", ["errors", "flexible.errors"])
-def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp_path, where):
-    """Whether the train adds them or the stage has them of its own."""
+def test_errors_that_a_flexible_stage_of_a_train_states_are_its_nominal_ones(tmp_path):
     path = tmp_path / "train.toml"
     path.write_text(FLEXIBLE)
-    model = load_case(path, {f"stages.0.{where}.sun_eccentricity_um": "17", **BODIES})
+    model = load_case(path, {"stages.0.errors.sun_eccentricity_um": "17", **BODIES})
     values = nominal(model, drawn_errors(model))
     assert values["stage_1", "sun_eccentricity"] == pytest.approx(17e-6)
     assert values["stage_1", "ring_offset"] == pytest.approx(0, abs=1e-15)
-    bodies = {"stage_1": make_bodies(model.stages[0].flexible)}
+    bodies = {"stage_1": make_bodies(model.view(model.stages[0].name))}
     models = samples(model)
     assert_same(models, [build_system(m, bodies) for m in models])
 

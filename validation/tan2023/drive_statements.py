@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import by_kind
-from flexgear.gears.kinematics import rated_flow
-from flexgear.model.flexible_stage import FlexibleStage
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
 from tan2023 import measures
 from tan2023.measures import RPM
@@ -36,10 +36,11 @@ Array = NDArray[np.float64]
 
 def inertias(runs: Runs) -> str:
     """The inertias that decide how the speed moves."""
-    i = runs.case.inertia
+    case = runs.case.case
+    drive, output = (case.port_inertia(port.member) for port in case.ports)
     return (
-        f"drive {i.drive:.3g} kg m², output {i.output:.3g} kg m² at the sun's shaft, "
-        f"brake torque ~ speed^{runs.case.brake.exponent:g} (all chosen)"
+        f"drive {drive:.3g} kg m², output {output:.3g} kg m² at the sun's shaft, "
+        f"brake torque ~ speed^{case.brake_exponent:g} (all chosen)"
     )
 
 
@@ -64,7 +65,7 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
     tau = up.inertia / up.damping
     time = up.data["time"].to_numpy()
     late = time > 0.25 * tau
-    found = measures.decay_time(time[late], up.train_speed[late], runs.case.drive.rated_speed)
+    found = measures.decay_time(time[late], up.train_speed[late], runs.case.case.inputs[0].speed)
     return Finding(
         f"{found:.4f} s against J/c = {up.inertia:.4g}/{up.damping:.4g} = {tau:.4f} s",
         bool(abs(found / tau - 1) < 0.02),
@@ -77,8 +78,8 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
     tolerance="brake law within 0.1 %",
 )
 def half_torque_follows_the_brake(runs: Runs) -> Finding:
-    n = runs.case.brake.exponent
-    wanted = 0.5 ** (1 / n) * runs.case.drive.rated_speed * RPM
+    n = runs.case.case.brake_exponent
+    wanted = 0.5 ** (1 / n) * runs.case.case.inputs[0].speed * RPM
     speed = runs.half_torque["carrier_speed"].to_numpy()[-1000:]
     weight = np.hanning(len(speed))  # torsional vibration dies slowly and has no mean
     found = float(weight @ speed / weight.sum()) * RPM
@@ -99,13 +100,13 @@ def dips_grow_with_the_drop(runs: Runs) -> Finding:
     return Finding(f"lowest speed in r/min, {text}", bool(low[0] > low[1] > low[2]))
 
 
-def _steady_forces(runs: Runs, case: FlexibleStage, modal: ModalSystem) -> Array:
+def _steady_forces(runs: Runs, case: StageView, modal: ModalSystem) -> Array:
     """Ring gear-mesh forces (t, N) over a fifth of a revolution, started at equilibrium."""
-    torque, sink = case.drive.rated_torque, Collector()
+    torque, sink = case.case.inputs[0].torque, Collector()
     steps = transient(
         modal,
         Drive(lambda t: np.full_like(t, torque)),
-        duration=2 * np.pi / 5 / case.drive.rated_speed,
+        duration=2 * np.pi / 5 / case.case.inputs[0].speed,
         time_step=1e-4,
         output_interval=1e-3,
         sink=sink,
@@ -114,7 +115,7 @@ def _steady_forces(runs: Runs, case: FlexibleStage, modal: ModalSystem) -> Array
     return np.asarray(load[:, 0].sum(axis=-1))
 
 
-def error_sets(runs: Runs) -> dict[str, FlexibleStage]:
+def error_sets(runs: Runs) -> dict[str, StageView]:
     """Cases that differ in manufacturing errors only."""
     return {
         "no errors": runs.perfect_case,
@@ -129,7 +130,7 @@ def steady_sharing(runs: Runs) -> dict[str, dict[str, tuple[float, float]]]:
     """Mean and largest K by error set and variant."""
 
     def compute() -> dict[str, dict[str, tuple[float, float]]]:
-        mean_force = rated_flow(runs.case).ring_gear_mesh_force
+        mean_force = power_flow(runs.case.case).stages[0].ring_gear_mesh_force
         sets = error_sets(runs)
         jobs: dict[str, Callable[[], Array]] = {}
         for name, case in sets.items():
@@ -183,7 +184,7 @@ def sharing_worsens_in_the_drop(runs: Runs) -> Finding:
     tolerance="largest spread (max − min)/rated mean from the drop on, flexible below all-rigid",
 )
 def spread_is_smaller_when_flexible(runs: Runs) -> Finding:
-    start = runs.case.drive.steps.start
+    start = runs.case.case.drive.steps.start
     spread = {n: transient_spread(d, start) for n, d in runs.main_drop.items()}
     k = {n: float(np.nanmax(d["load_sharing"])) for n, d in runs.main_drop.items()}
     return Finding(
@@ -209,7 +210,7 @@ def bundled_case_agrees(runs: Runs) -> Finding:
     spread = {n: transient_spread(d, SHORT_START) for n, d in found.items()}
     lowest = min(float(d[f"{g}_pair_load"].min()) for d in found.values() for g in ("ring", "sun"))
     return Finding(
-        f"drive {case.inertia.drive:.3g} kg m²: spread {spread['flexible']:.4f} flexible, "
+        f"drive {case.case.inputs[0].inertia:.3g} kg m²: spread {spread['flexible']:.4f} flexible, "
         f"{spread['rigid']:.4f} rigid; lowest tooth load {lowest:.1f} N",
         bool(spread["flexible"] < spread["rigid"] and lowest >= 0),
     )
@@ -221,7 +222,7 @@ def bundled_case_agrees(runs: Runs) -> Finding:
     tolerance="never evaluated below 3 % of rated ΣF",
 )
 def sharing_is_not_evaluated_without_load(runs: Runs) -> Finding:
-    rated = rated_flow(runs.case).ring_gear_mesh_force * runs.case.stage.planets
+    rated = power_flow(runs.case.case).stages[0].ring_gear_mesh_force * runs.case.stage.planets
     left_out, good = 0, True
     for data in (*runs.main_drop.values(), *runs.drops.values()):
         total = np.abs(data["ring_gear_mesh_force"].sum("planet").to_numpy())

@@ -157,7 +157,7 @@ def sun_load_peaks_above_and_before_rigid(runs: Runs) -> Finding:
     return replace(
         _with_rigid_bodies(runs, "sun"),
         why="tuned: the planet bearing's springs act nearer the drive side, at "
-        f"{1e3 * runs.case.bearings.planet.z:g} mm; what they do at mid-face is in the table",
+        f"{1e3 * runs.case.stage.planet_bearing.z:g} mm; what they do at mid-face is in the table",
     )
 
 
@@ -248,7 +248,7 @@ def _negative_loads(runs: Runs, gear_mesh: str) -> Finding:
         f"{printed[1]:g}); rigid: {rigid:.0f} kN",
         None,
         "decided by the drive-side inertia, which the paper does not print; here "
-        f"{runs.case.inertia.drive:.3g} kg m²",
+        f"{runs.case.case.inputs[0].inertia:.3g} kg m²",
     )
 
 

@@ -57,7 +57,8 @@ def write_page(folder: Path, findings: Findings) -> Path:
         html = [c if k == 4 else escape(c) for k, c in enumerate(cells)]
         rows.append("<tr>" + "".join(f"<td>{c}</td>" for c in html) + "</tr>")
     runs = findings.runs
-    i, case = runs.case.inertia, runs.case
+    case, whole = runs.case, runs.case.case
+    drive, output = (whole.port_inertia(port.member) for port in whole.ports)
     reduction = "; ".join(
         f"{b.name}: {b.report['fe_dofs']} FE dofs, static error "
         f"{100 * (b.report['static_error'] or 0):.2f} %, frequency error "
@@ -65,11 +66,11 @@ def write_page(folder: Path, findings: Findings) -> Path:
         for b in (runs.bodies.ring, runs.bodies.carrier)
     )
     head = (
-        f"<p>Case {escape(case.name)} with the changes of case.toml, fidelity {runs.fidelity}, "
+        f"<p>Case {escape(whole.name)} with the changes of case.toml, fidelity {runs.fidelity}, "
         f"contact {case.gear_mesh.contact_law}, tie {case.ring.tie} ({case.ring.tie_kind}), pair "
-        f"stiffness {case.gear_mesh.pair_stiffness}. Inertia: drive {i.drive:.3g}, output "
-        f"{i.output:.3g} kg m²; brake torque ~ speed<sup>{case.brake.exponent:g}</sup>. "
-        f"Content hash {case.content_hash()[:16]}. {escape(reduction)}. Tan et al. 2023, "
+        f"stiffness {case.gear_mesh.pair_stiffness}. Inertia: drive {drive:.3g}, output "
+        f"{output:.3g} kg m²; brake torque ~ speed<sup>{whole.brake_exponent:g}</sup>. "
+        f"Content hash {whole.content_hash()[:16]}. {escape(reduction)}. Tan et al. 2023, "
         "DOI 10.16385/j.cnki.issn.1004-4523.2023.05.002; what it leaves open, misprints and "
         "sign conventions: source.md. Published statements are in our words.</p>"
     )

@@ -112,7 +112,7 @@ def figure_10(runs: Runs) -> Figure:
     named = {f"to {t / 1e6:g} MN·m": runs.drops[t] for t in (2e6, MAIN_DROP, 2e5)}
     return histories.carrier_speed(
         {"from rest": runs.start_up.data, **named},
-        rated_rpm=runs.case.drive.rated_speed * RPM,
+        rated_rpm=runs.case.case.inputs[0].speed * RPM,
         window=(0.0, 2.2),
     )
 

@@ -146,7 +146,7 @@ def carrier_under_pin_forces(runs: Runs) -> tuple[Array, Array]:
     body, case = runs.carrier, runs.case
     names, k = list(body.node_names), body.stiffness
     force = np.zeros(len(k))
-    size = case.drive.rated_torque / (case.stage.planets * runs.geometry.center_distance)
+    size = case.case.inputs[0].torque / (case.stage.planets * runs.geometry.center_distance)
     pins = []
     for i, phi in enumerate(case.stage.planet_angles):
         at = 6 * names.index(f"pin_{i + 1}")

@@ -20,9 +20,9 @@ from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.load import load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.solve.bodies import StageBodies, stage_bodies
 from flexgear.solve.dataset import transient_data
@@ -43,7 +43,7 @@ SHORT_START = 0.05  # s, when the torque drops in short runs
 PER_PITCH = 60  # equilibria over a ring tooth pitch
 
 
-def validation_case(fidelity: str, **changes: str) -> FlexibleStage:
+def validation_case(fidelity: str, **changes: str) -> StageView:
     """The bundled case with the overrides of case.toml, the fidelity and further overrides."""
     chosen = tomllib.loads((Path(__file__).parent / "case.toml").read_text("utf-8"))
     overrides = {**chosen["overrides"], "solver.fidelity": fidelity, **changes}
@@ -57,9 +57,9 @@ def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
         return {name: future.result() for name, future in waiting.items()}
 
 
-def model_of(stage: FlexibleStage, bodies: StageBodies, variant: Variant) -> Model:
+def model_of(stage: StageView, bodies: StageBodies, variant: Variant) -> Model:
     """The stage alone, coupled, with what bends."""
-    return assemble(stage.as_case(), bodies={"stage": bodies}, variants={"stage": variant})
+    return assemble(stage.case, bodies={"stage": bodies}, variants={"stage": variant})
 
 
 def of_stage(data: xr.Dataset) -> xr.Dataset:
@@ -101,7 +101,7 @@ class Runs:
 
     @cached_property
     def geometry(self) -> StageGeometry:
-        return stage_geometry(self.case.view())
+        return stage_geometry(self.case)
 
     @cached_property
     def outline(self) -> StageOutline:
@@ -137,7 +137,7 @@ class Runs:
         """The same without manufacturing errors."""
         return self.model(variant).without_errors()
 
-    def erroneous(self, case: FlexibleStage, variant: Variant) -> Model:
+    def erroneous(self, case: StageView, variant: Variant) -> Model:
         """The same with the manufacturing errors of another case."""
         system = model_of(case, self.bodies, variant).system
         return replace(
@@ -167,7 +167,7 @@ class Runs:
         self,
         variant: Variant,
         change: Callable[[System], System] | None = None,
-        case: FlexibleStage | None = None,
+        case: StageView | None = None,
     ) -> xr.Dataset:
         """Equilibria without errors while several ring teeth pass, finely sampled."""
         angles = np.linspace(0, 5 * self.pitch, 5 * PER_PITCH + 1)
@@ -236,7 +236,7 @@ class Runs:
     def start_up(self) -> Decay:
         """Rated torque on the loaded stage at rest (Figure 10)."""
         modal = self.modal(FLEXIBLE)
-        system, torque = modal.system, self.case.drive.rated_torque
+        system, torque = modal.system, self.case.case.inputs[0].torque
         inertia = float(system.rolling[:, 0] @ system.mass @ system.rolling[:, 0])
         ratio = float(system.output @ system.rolling[:, 0])
         damping = system.brake.rated_torque / system.brake.rated_speed * ratio**2
@@ -257,7 +257,7 @@ class Runs:
     @cached_property
     def half_torque(self) -> xr.Dataset:
         """Rated torque halved at the start, until the speed has settled and a second more."""
-        rated = self.case.drive.rated_torque
+        rated = self.case.case.inputs[0].torque
         modal = self.modal(FLEXIBLE)
         sink = Collector()
         drive = Drive(lambda t: np.where(t > 0.0, 0.5 * rated, rated), (0.0,))

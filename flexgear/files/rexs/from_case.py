@@ -43,7 +43,7 @@ def not_written(case: Case) -> list[str]:
             member = getattr(stage, name, None)
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
                 found.append(f"stages.{stage.name}.{name}: its moment of inertia")
-        if stage.flexible is not None:
+        if stage.is_flexible:
             found.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
             )

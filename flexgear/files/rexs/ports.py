@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import tomllib
-from pathlib import Path
 from typing import Any
 
 from flexgear.files.rexs.assembly import Assembly
@@ -15,7 +14,7 @@ from flexgear.files.rexs.members import Member
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.train_file import train_of
+from flexgear.model.load import case_of_toml
 
 RPM = 60.0 / (2.0 * math.pi)
 
@@ -174,7 +173,4 @@ def _flow(text: str, where: str, speeds: dict[str, Datum], *, partial: bool = Fa
 
 
 def _case(raw: dict[str, Any], where: str) -> Case:
-    def no_stage(*_: Any) -> Any:
-        raise AssertionError("an imported case names no other")
-
-    return train_of(raw, {}, where=where, folder=Path(), name="imported", load_stage=no_stage)
+    return case_of_toml(raw, where, "imported")

@@ -37,7 +37,7 @@ from flexgear.structures.fe_mesh.fe_mesh import FeMesh, corner_jacobians
 from flexgear.structures.fe_mesh.session import gmsh_session, meshing_unit
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.stage_view import StageView
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -106,12 +106,12 @@ class CarrierMeshParameters:
         return replace(self, **lengths)
 
     @classmethod
-    def from_case(cls, case: FlexibleStage) -> CarrierMeshParameters:
+    def from_case(cls, case: StageView) -> CarrierMeshParameters:
         """The carrier of a case, with a pin where each planet stands."""
         stage, carrier = case.stage, case.carrier
         equal = 2.0 * pi * np.arange(stage.planets) / stage.planets
         unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=_SAME_ANGLE)
-        gears = stage_geometry(case.view())
+        gears = stage_geometry(case)
         return cls(
             planets=stage.planets,
             planet_angles=stage.planet_angles if unequal else None,

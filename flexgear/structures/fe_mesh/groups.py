@@ -19,7 +19,7 @@ from flexgear.model.ring_supports import ring_supports
 from flexgear.structures.fe_mesh.ring import RingMeshParameters
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.stage_view import StageView
 
 Array = NDArray[np.float64]
 
@@ -91,10 +91,10 @@ class Groups:
         return [self.body, families, self.radius, self.pitch, self.face_width]
 
 
-def ring_groups(case: FlexibleStage) -> Groups:
+def ring_groups(case: StageView) -> Groups:
     """Teeth for either tie, fits, and what holds the bolts: walls of holes, or the bolted face."""
     p = RingMeshParameters.from_case(case)
-    tooth, ring, teeth = p.tooth, case.ring, case.stage.ring.teeth
+    tooth, ring, teeth = p.tooth, case.ring, case.ring_gear.teeth
     angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
     depth = tooth.root_radius - tooth.tip_radius
     middle = (tooth.tip_radius + tooth.form_radius) / 2.0
@@ -142,10 +142,10 @@ def ring_groups(case: FlexibleStage) -> Groups:
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
 
 
-def carrier_groups(case: FlexibleStage) -> Groups:
+def carrier_groups(case: StageView) -> Groups:
     """Drive flange, bearing seats and pins."""
     drive: Literal[-1, 1] = 1 if case.carrier.drive_side == "+z" else -1
-    gears, angles = stage_geometry(case.view()), np.array(case.stage.planet_angles)
+    gears, angles = stage_geometry(case), np.array(case.stage.planet_angles)
     on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
 
     def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
@@ -153,7 +153,7 @@ def carrier_groups(case: FlexibleStage) -> Groups:
 
     far: Literal[-1, 1] = 1 if drive == -1 else -1
     reference = gears.ring.reference_radius
-    pitch = 2.0 * np.pi * reference / case.stage.ring.teeth
+    pitch = 2.0 * np.pi * reference / case.ring_gear.teeth
     families = (
         at_end("drive", "face that the drive is bolted to", drive),
         at_end("bearing_drive", "bearing seat on the drive's side", drive),

@@ -16,10 +16,10 @@ from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
 
 if TYPE_CHECKING:
     from flexgear.model.fe_mesh_source import FeMeshSource
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.stage_view import StageView
 
 
-def ring_of_case(case: FlexibleStage) -> FeMesh:
+def ring_of_case(case: StageView) -> FeMesh:
     """Ring gear as [ring] says; patches as in ring.py."""
     p = RingMeshParameters.from_case(case)
     if case.ring.fe_mesh == "generate":
@@ -27,14 +27,14 @@ def ring_of_case(case: FlexibleStage) -> FeMesh:
     return _own(case, case.ring, ring_groups(case), 2.0 * p.outer_radius)
 
 
-def carrier_of_case(case: FlexibleStage) -> FeMesh:
+def carrier_of_case(case: StageView) -> FeMesh:
     """Carrier as [carrier] says; patches as in carrier.py."""
     if case.carrier.fe_mesh == "generate":
         return carrier_fe_mesh(CarrierMeshParameters.from_case(case))
     return _own(case, case.carrier, carrier_groups(case), case.carrier.plate_diameter)
 
 
-def _own(case: FlexibleStage, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
+def _own(case: StageView, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
     file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)

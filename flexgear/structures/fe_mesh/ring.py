@@ -42,7 +42,7 @@ from flexgear.structures.fe_mesh.ring_tooth import ring_tooth
 from flexgear.structures.fe_mesh.session import meshing_unit
 
 if TYPE_CHECKING:
-    from flexgear.model.flexible_stage import FlexibleStage
+    from flexgear.model.stage_view import StageView
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -94,12 +94,12 @@ class RingMeshParameters:
     where: str = "case"
 
     @classmethod
-    def from_case(cls, case: FlexibleStage) -> RingMeshParameters:
+    def from_case(cls, case: StageView) -> RingMeshParameters:
         """The ring of a case, with its teeth and supports.
 
         Of several bolt circles the FE mesh follows the one with holes, else the innermost.
         """
-        stage, ring, gear = case.stage, case.ring, case.stage.ring
+        stage, ring, gear = case.stage, case.ring, case.ring_gear
         circles = sorted(
             (c for c in ring.bolt_circles if c.number),
             key=lambda c: (not c.holes, c.circle_diameter - _BLOCK * c.diameter),

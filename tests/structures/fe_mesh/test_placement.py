@@ -11,8 +11,8 @@ from small_train import FLEXIBLE
 
 from flexgear.coupling.workable import require_workable
 from flexgear.model.errors import InputError
-from flexgear.model.flexible_stage import FlexibleStage
 from flexgear.model.load import load_case, load_stage
+from flexgear.model.stage_view import StageView
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import (
     FeMesh,
@@ -28,7 +28,7 @@ from flexgear.structures.fe_mesh.placement import Placement, check_place, placed
 BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carrier_groups)}
 
 
-def bundled(**changes: object) -> FlexibleStage:
+def bundled(**changes: object) -> StageView:
     return load_stage("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
 
 
@@ -196,7 +196,7 @@ def test_holes_that_the_case_has_not_are_refused() -> None:
     assert "25 of 308" in refusal(holed, ring_groups(turned))
 
 
-def own(case: FlexibleStage, body: str, path: Path, **keys: object) -> FlexibleStage:
+def own(case: StageView, body: str, path: Path, **keys: object) -> StageView:
     values = {"fe_mesh": "file", "fe_mesh_file": str(path), "fe_mesh_unit": "m", **keys}
     return case.with_(**{f"{body}.{key}": value for key, value in values.items()})
 
@@ -274,7 +274,7 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     assert not read
     build.require_fe_meshes(plain.with_(**{"stage.planet_hand": "left"}))
     assert len(read) == 1
-    assert plain.content_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).content_hash()
+    assert plain.bodies_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).bodies_hash()
 
 
 def test_a_file_of_a_train_is_named_with_its_stage(
@@ -287,12 +287,15 @@ fe_mesh = "file"
 fe_mesh_file = "{path}"
 fe_mesh_unit = "m"
 """
-    train.write_text(
-        FLEXIBLE.replace("[stages.flexible.ring]\n", "[stages.flexible.ring]" + own_ring)
-    )
+    train.write_text(FLEXIBLE.replace("[stages.ring.fe]\n", "[stages.ring.fe]" + own_ring))
     with pytest.raises(InputError) as error:
         require_workable(load_case(train))
-    for word in ("train.toml", "flexible.ring.fe_mesh_file", "ring.vtu: tooth_root_", "turn_deg"):
+    for word in (
+        "train.toml",
+        "stages.stage_1.ring.fe.fe_mesh_file",
+        "ring.vtu: tooth_root_",
+        "turn_deg",
+    ):
         assert word in str(error.value)
-    back = {"stages.0.flexible.ring.fe_mesh_turn_deg": "-10"}
+    back = {"stages.0.ring.fe.fe_mesh_turn_deg": "-10"}
     require_workable(load_case(train, back))

@@ -1,0 +1,38 @@
+"""Files that a case names: FE meshes of its bodies, histories of its machines."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from flexgear.model.content import file_digest
+from flexgear.model.history_files import history_sections, read_histories
+
+
+def resolve_files(data: dict[str, Any], folder: Path) -> None:
+    """Paths in SI data of a case become absolute, from ``folder``; histories are read."""
+    for inside, key in _files(data):
+        if isinstance(inside[key], str):
+            inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
+    read_histories(data, folder)
+
+
+def digest_files(data: dict[str, Any]) -> None:
+    """Files in dumped data are replaced by what is in them."""
+    for inside, key in _files(data):
+        inside[key] = file_digest(inside[key])
+
+
+def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Sections that name a file, and the key."""
+    sections: list[tuple[Any, str]] = [(one, "file") for one in history_sections(data)]
+    for stage in data.get("stages", ()):
+        for name in ("ring", "carrier"):
+            member = stage.get(name)
+            body = member.get("fe") if isinstance(member, dict) else None
+            sections.append((body, "fe_mesh_file"))
+    yield from (
+        (inside, key) for inside, key in sections if isinstance(inside, dict) and key in inside
+    )
