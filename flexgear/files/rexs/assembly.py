@@ -135,8 +135,9 @@ class Assembly:
         material = self.document.references(shaft, "material")
         young = number(material, "elastic_modulus", "Pa")
         poisson = number(material, "poisson_ratio", "none")
-        ratio = _POISSON if poisson is None else poisson.value
-        return (_STEEL if young is None else young.value) / (2.0 * (1.0 + ratio))
+        ratio = _POISSON if poisson is None or not 0 <= poisson.value < 0.5 else poisson.value
+        modulus = _STEEL if young is None or young.value <= 0 else young.value
+        return modulus / (2.0 * (1.0 + ratio))
 
     def _of_parts(self) -> None:
         for relation in self.document.related("assembly"):

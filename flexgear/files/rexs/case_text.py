@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from flexgear.files.rexs.document import Datum
 
 Value = float | int | str | bool | list[float] | list[str]
+_KEPT = ("[stages.carrier]",)  # sections that a case needs though nothing stands in them
 _COLUMN = 42  # of the comments
 
 
@@ -87,7 +88,7 @@ class CaseText:
 
     def text(self) -> str:
         """The TOML without what stands above and below it."""
-        return "\n".join(s.text() for s in self.sections if s.lines or s.header.startswith("[["))
+        return "\n".join(s.text() for s in self.sections if s.lines or s.header in _KEPT)
 
 
 def toml(value: Value) -> str:

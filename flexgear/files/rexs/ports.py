@@ -43,6 +43,9 @@ class PortWriter:
             return
         for port in self.ports:
             self._complete(port, speeds[port.member.name])
+        if len(self.ports) < free.mobility:
+            self.case.warn("fewer loads than free speeds: a case of free vibration, modes only")
+            return
         chosen, loaded = self._chosen(where, free.mobility)
         if len(self.ports) < 2 or len(loaded) < len(self.ports) - free.mobility:
             self._free(chosen, speeds)

@@ -71,6 +71,11 @@ class StageWriter:
         pressure = number([*flanks, *tools], "normal_pressure_angle", "deg")
         if not section.take("pressure_angle_deg", pressure):
             self.case.assume(section, "pressure_angle_deg", 20, "usual")
+        if pressure is not None and not 0 < pressure.value < 45:
+            raise InputError(
+                self.where, pressure.source, f"{pressure.value:g} deg is no pressure angle",
+                "correct it; 20 deg is usual",
+            )  # fmt: skip
         helix = self._helix(section, stage)
         degrees = 20.0 if pressure is None else pressure.value
         return Rack(module.value, math.radians(degrees), helix)

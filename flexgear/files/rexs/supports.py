@@ -21,6 +21,14 @@ _NAMES = {"radial": "radial_stiffness", "axial": "axial_stiffness", "tilt": "ben
           "torsion": "rotational_stiffness"}  # fmt: skip
 _KEYS = {"radial": "radial_n_per_m", "axial": "axial_n_per_m", "tilt": "tilt_nm_per_rad",
          "torsion": "torsion_nm_per_rad"}  # fmt: skip
+_POINT = "operating_point_stiffness_"
+_OPERATING = {  # names of REXS 1.3 on, and before
+    "radial": (
+        (f"{_POINT}f_v_d_v", f"{_POINT}dF_v_d_v"),
+        (f"{_POINT}f_w_d_w", f"{_POINT}dF_w_d_w"),
+    ),
+    "axial": ((f"{_POINT}f_u_d_u", f"{_POINT}dF_u_d_u"),),
+}
 RIGID = 10.0  # of E b: a hundred gear meshes
 UNKNOWN = 0.1  # of E b: about a gear mesh
 CLEARANCES = ("operating_radial_bearing_clearance", "radial_bearing_clearance", "radial_clearance",
@@ -147,10 +155,21 @@ class SupportWriter:
             return found if found.value > 0 else None
         if _turns(joint):
             return Datum(scale.limit(direction), f"assumed: {joint.label} is rigid")
-        if absorbs is None and joint.kind == "concept_bearing":
-            return None
+        point = self._operating_point(joint, direction)
+        if point is not None or (absorbs is None and joint.kind == "concept_bearing"):
+            return point
         why = f"{joint.label} has no {_NAMES[direction]}; about the stiffness of a gear mesh"
         return Datum(scale.guess(direction), f"assumed: {why}")
+
+    def _operating_point(self, joint: Component, direction: str) -> Datum | None:
+        """Stiffness at the operating point, where a file has results of bearings."""
+        pairs = _OPERATING.get(direction, ())
+        found = [number([joint], names, _UNITS[direction]) for names in pairs]
+        given = [datum for datum in found if datum is not None and datum.value > 0]
+        if not given:
+            return None
+        mean = sum(datum.value for datum in given) / len(given)
+        return Datum(mean, " and ".join(d.source for d in given) + (", mean" * (len(given) > 1)))
 
     def _absorbs(self, joint: Component, direction: str) -> bool | None:
         """Whether a bearing takes force in a direction, None where that is not said."""

@@ -74,7 +74,11 @@ class _Conversion:
         damping = self.case.section("[damping]")
         self.case.assume(damping, "kind", "modal", "damping is not in REXS")
         self.case.assume(damping, "ratio", 0.02, "usual of roller bearings and bolted housings")
-        ports.write(self.where)
+        try:
+            ports.write(self.where)
+        except InputError as fault:  # the case is written for its reader to mend
+            key, said = fault.key, f"{fault.problem} -- {fault.remedy}"
+            self.case.warn(f"the case cannot run before this is mended: {key}: {said}")
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
 
@@ -152,7 +156,9 @@ class _Conversion:
 
     def _scale(self, stage: FoundStage, rack: Rack) -> Scale:
         every = [gear for slot in stage.slots for gear in stage.gears(slot)]
-        width = min(w.value for g in every if (w := number([g], "face_width", "m")) is not None)
+        widths = [*every, *(mesh.stage for meshes in stage.meshes.values() for mesh in meshes)]
+        names = ("face_width", "common_face_width")
+        width = min(w.value for c in widths if (w := number([c], names, "m")) and w.value > 0)
         teeth = [abs(t.value) for g in every if (t := number([g], "number_of_teeth", "none"))]
         young = 1e9 * self.material["young_modulus_gpa"]
         return Scale(young * width, 1e-3 * rack.reference(round(sum(teeth) / len(teeth))) / 2)

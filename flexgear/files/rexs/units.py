@@ -78,6 +78,8 @@ SCHEMA_UNITS: dict[str, str] = {
     "power": "kW",
     "power_for_rotational_speed": "W",
     **dict.fromkeys(("radial_stiffness", "axial_stiffness"), "N / m"),
+    **dict.fromkeys([f"operating_point_stiffness_{d}{a}_d_{a}"
+                     for d in ("f_", "dF_") for a in "uvw"], "N / m"),
     **dict.fromkeys(("bending_stiffness", "rotational_stiffness"), "N mm / rad"),
     **dict.fromkeys(("radial_clearance", "radial_bearing_clearance",
                      "operating_radial_bearing_clearance", "radial_backlash"), "mum"),

@@ -2,9 +2,14 @@
 
 import math
 import re
+import tempfile
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rexs_samples import ARM, DEG, HELIX, MM, NM, RPM, at, bearing, planetary, three_stages
 
 from flexgear.files.rexs.reading import VERSIONS, read_rexs
@@ -310,3 +315,57 @@ def test_meshing_planets_are_said_not_to_fit(imported):
     m.relate("stage", stage=pair, gear_1=m.planets[0], gear_2=m.planets[1])
     with pytest.raises(InputError, match="mesh with one another"):
         imported(m)
+
+
+def test_stiffness_at_the_operating_point(imported):
+    """A rolling bearing without a stiffness of its own has the results of its program."""
+    m = planetary()
+    point = "operating_point_stiffness_f_"
+    results = {f"{point}v_d_v": 1e9, f"{point}w_d_w": 2e9, f"{point}u_d_u": 3e8}
+    m.components[m.main[1]] = (
+        "rolling_bearing_with_catalog_geometry",
+        "610",
+        {**at(-50), **{key: (value, "N / m") for key, value in results.items()}},
+    )
+    support = imported(m)[0].stages[0].carrier.support
+    assert support.radial == 2e9 + 1.5e9 and support.axial == 4e8 + 3e8
+
+
+def test_case_that_cannot_run_is_written_for_mending(tmp_path):
+    m = planetary()
+    for number in m.of("cylindrical_stage"):
+        m.set(number, center_distance=(ARM + 12.0, MM))
+    path = m.write(tmp_path / "far.rexs")
+    made = case_of_document(read_rexs(path), str(path))
+    assert any("cannot run before this is mended" in line for line in made.assumed)
+
+
+BOXES = {"planetary": planetary, "three": three_stages}
+SPOILT = ["0", "-1", "many", "1e30", "nan", "", ("1", "2"), None]
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.sampled_from(sorted(BOXES)), st.randoms(use_true_random=False))
+def test_whatever_is_missing_or_odd_is_said_in_one_line(box, random):
+    """Files with parts taken out or spoilt become a case, or an error of one line."""
+    with tempfile.TemporaryDirectory() as folder:
+        document = read_rexs(BOXES[box]().write(Path(folder) / "box.rexs"))
+    for _ in range(random.randint(1, 6)):
+        component = random.choice(list(document.components.values()))
+        chance = random.random()
+        if chance < 0.5 and component.attributes:
+            name = random.choice(sorted(component.attributes))
+            component.attributes[name].value = random.choice(SPOILT)
+        elif chance < 0.75:
+            document.relations.remove(random.choice(document.relations))
+        else:
+            del document.components[component.id]
+            document.relations = [
+                r for r in document.relations if component.id not in {n for _, n in r.refs}
+            ]
+    said = "one line"
+    try:
+        tomllib.loads(case_of_document(document, "box.rexs").text)
+    except InputError as fault:
+        said = str(fault)
+    assert "\n" not in said
