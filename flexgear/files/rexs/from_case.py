@@ -15,15 +15,18 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
-from flexgear.model.ports import Input, Output
+from flexgear.model.ports import Input, MemberLoad, Output
+from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.train_member import Support
 from flexgear.model.train_stage import TrainStage
 
 RPM = 60.0 / (2.0 * math.pi)
-_NOT_WRITTEN = (
-    "errors", "gear_mesh", "tolerance", "solver", "damping", "drive", "housing", "loads",
-)  # fmt: skip
+_WRITTEN = {
+    "name", "title", "source", "kind", "gravity", "material", "stages", "joints", "held", "inputs",
+    "output", "loads",
+}  # fmt: skip
+_OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
 
 def model_of_case(case: Case) -> Outgoing:
@@ -33,8 +36,11 @@ def model_of_case(case: Case) -> Outgoing:
 
 def not_written(case: Case) -> list[str]:
     """What the model does not say of the case, in words."""
-    default = {name: field.default for name, field in type(case).model_fields.items()}
-    found = [key for key in _NOT_WRITTEN if key in default and getattr(case, key) != default[key]]
+    found = _set(case, "", _WRITTEN)
+    for k, port in enumerate(case.ports):
+        where = "output" if port is case.output else f"inputs[{k}]"
+        found += _set(port, f"{where}.", _OF_PORTS)
+    found += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
     for stage in case.stages:
         keys = ("errors", "gear_mesh")
         own = {k: type(stage).model_fields[k].default for k in keys}
@@ -48,6 +54,16 @@ def not_written(case: Case) -> list[str]:
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
             )
     return found
+
+
+def _set(section: Section, before: str, written: set[str]) -> list[str]:
+    """Keys of a section that are set, but for those that are written."""
+    return [
+        f"{before}{name}"
+        for name, field in type(section).model_fields.items()
+        if name not in written
+        and getattr(section, name) != field.get_default(call_default_factory=True)
+    ]
 
 
 class _Export:
@@ -72,6 +88,8 @@ class _Export:
         self._speeds()
         for port in case.ports:
             self._port(port)
+        for load in case.loads:
+            self._load(load)
 
     def _gear_unit(self) -> int:
         size = math.sqrt(sum(g * g for g in self.case.gravity))
@@ -136,6 +154,24 @@ class _Export:
         if self.case.ports:
             for member, speed in self.flow.speed.items():
                 self.model.result(self.shafts[member], rotational_speed=speed * RPM)
+
+    def _load(self, load: MemberLoad) -> None:
+        """Force and moments across; in the carrier's frame, or about u, they are not written."""
+        if not _is_written(load):
+            return
+        (x, y, z), (mx, my, _) = load.force, load.moment
+        self.model.part(
+            self.shafts[load.member],
+            "external_load",
+            f"force on {load.member}",
+            u_coordinate_on_shaft=0.0,
+            transmits_torque=False,
+            force_u_direction=z,
+            force_v_direction=x,
+            force_w_direction=y,
+            torque_around_v_axis=mx,
+            torque_around_w_axis=my,
+        )
 
     def _port(self, port: Input | Output) -> None:
         shaft = self.shafts[port.member]
@@ -330,6 +366,10 @@ class _StageOut:
             **_springs(springs, share),
             **more,
         )
+
+
+def _is_written(load: MemberLoad) -> bool:
+    return load.frame == "fixed" and load.moment[2] == 0
 
 
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:

@@ -11,11 +11,15 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.document import Component, Datum, Document, flag, number
+from flexgear.files.rexs.frames import Frame
 from flexgear.files.rexs.members import Member
 
 SAME = 1e-3  # of the largest, between what a file says and what follows from the rest of it
+_ALIGNED = 1e-6
 _TORQUE, _POWER = "torque_around_u_axis", "power"
 
 
@@ -68,6 +72,34 @@ def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> l
         port.inertia = _inertia(document, assembly, body)
     order = {member: k for k, member in enumerate(members)}
     return sorted(found.values(), key=lambda p: order[p.member])
+
+
+def forces_on(
+    document: Document, assembly: Assembly, members: list[Member]
+) -> list[tuple[Member, Component, tuple[list[float], list[float]]]]:
+    """Forces (N) and moments (N m) across loads, in the case's axes x, y, z = v, w, u.
+
+    Of shafts along the gear unit's axes; moments about u are torques of ports. Others are listed.
+    """
+    found = []
+    for load in document.kind("external_load"):
+        shaft = assembly.frames.shaft(load)
+        frame = None if shaft is None else assembly.frames.of(shaft)
+        member = _member_of(assembly, load, members)
+        if member is None or (frame is not None and not _is_aligned(frame)):
+            continue
+        force = [number([load], f"force_{a}_direction", "N") for a in "vwu"]
+        moment = [number([load], f"torque_around_{a}_axis", "N m") for a in "vw"]
+        values = [0.0 if d is None else d.value for d in (*force, *moment)]
+        if any(values):
+            load.role = load.role or f"forces on {member.name}"
+            found.append((member, load, (values[:3], [*values[3:], 0.0])))
+    return found
+
+
+def _is_aligned(frame: Frame) -> bool:
+    """Whether a frame's axes are those of the gear unit."""
+    return bool(abs(frame.axes - np.eye(3)).max() < _ALIGNED)
 
 
 def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum | None:

@@ -9,7 +9,15 @@ from typing import Any
 from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.case_text import CaseText
 from flexgear.files.rexs.document import Datum, Document
-from flexgear.files.rexs.loads import SAME, Port, choices, defined_speed, ports_of, speed_of
+from flexgear.files.rexs.loads import (
+    SAME,
+    Port,
+    choices,
+    defined_speed,
+    forces_on,
+    ports_of,
+    speed_of,
+)
 from flexgear.files.rexs.members import Member
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
@@ -142,6 +150,17 @@ class PortWriter:
             if port.inertia is not None:
                 section.take("inertia_kg_m2", port.inertia)
         self._signs(output)
+        self._forces()
+
+    def _forces(self) -> None:
+        """Forces and moments on members, in fixed axes, at the member's middle."""
+        for member, load, (force, moment) in forces_on(self.document, self.assembly, self.members):
+            section = self.case.section("[[loads]]")
+            section.put("member", member.name, load.label)
+            section.put("force_n", force, f"{load.label}: v, w, u directions")
+            if any(moment):
+                section.put("moment_nm", moment, f"{load.label}: about v and w")
+            self.case.warn(f"{load.label}: its force acts in the middle of {member.name} here")
 
     def _output(self, loaded: list[Port]) -> Port:
         """Where power goes out: as the file's signs say, else where it gives no torque."""

@@ -147,6 +147,10 @@ class _Conversion:
                 needs = ("radial", "axial") if axial else ("radial",)
                 bearings = planet_bearings(self.document, self.assembly, stage)
                 supports.planet(bearings, scale, carrier.z, needs)
+            mesh = self.case.section("[stages.gear_mesh]")
+            why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
+            self.case.assume(mesh, "model", "constant", why)
+            self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
         return racks
 
     def _helical(self, stage: FoundStage) -> bool:

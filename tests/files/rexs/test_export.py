@@ -15,6 +15,7 @@ from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
+from flexgear.model.bundled import bundled_text
 from flexgear.model.load import load_case
 
 CASES = (*BUNDLED, "wind-5mw")
@@ -171,6 +172,19 @@ def test_what_the_format_does_not_hold_is_said():
     said = not_written(load_case("pitch-drive"))
     assert {"damping", "solver", "stages.stage_1.errors", "stages.stage_1.gear_mesh"} <= {*said}
     assert any("FE bodies" in line for line in not_written(load_case("wind-5mw")))
+
+
+def test_forces_come_back(tmp_path):
+    text = """
+[[loads]]
+member = "stage.sun"
+force_n = [10, 20, 30]
+moment_nm = [4, 5, 0]
+"""
+    source = tmp_path / "loaded.toml"
+    source.write_text(bundled_text("herringbone") + text, encoding="utf-8")
+    (load,) = again(load_case(source), tmp_path).loads
+    assert (load.force, load.moment) == ((10, 20, 30), (4, 5, 0))
 
 
 def test_place_relative_to_another_component(tmp_path):

@@ -369,3 +369,14 @@ def test_whatever_is_missing_or_odd_is_said_in_one_line(box, random):
     except InputError as fault:
         said = str(fault)
     assert "\n" not in said
+
+
+def test_forces_on_members(imported):
+    """Forces along v, w, u are those along x, y, z; a load that has only forces is no port."""
+    m = planetary()
+    forces = {f"force_{a}_direction": (f, "N") for a, f in (("u", 10.0), ("v", 20.0), ("w", 30.0))}
+    m.part(m.drive, "external_load", "weight", torque_around_w_axis=(5.0, NM), **forces)
+    case, _ = imported(m)
+    assert len(case.inputs) == 1
+    (load,) = case.loads
+    assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
