@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.contact_newton import first_memory
 from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.frame_forces import rated_row
 from flexgear.analysis.machines import PORT
 from flexgear.analysis.step_arrays import State
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
@@ -46,11 +47,13 @@ def start_state(
     held = replace(modal, system=_balanced(system))
     speeds, settled = _given_speeds(system, ends, 1.0), False
     while not settled:
-        known = _known_torques(held.system, ends, speeds)
-        at_rest = revolution(held, np.array([carrier_angle]), known[None])
+        known, share = _known_torques(held.system, ends, speeds), _share(modal, speeds)
+        turning = replace(held, system=_at_speed(held.system, share))
+        at_rest = revolution(turning, np.array([carrier_angle]), known[None])
         speeds = _speeds(held.system, ends, at_rest.torques[0])
         now = _known_torques(held.system, ends, speeds)
         settled = bool(np.abs(now - known).max() <= AGREES * np.abs(now).max())
+        settled = settled and abs(_share(modal, speeds) - share) <= AGREES * abs(share)
     if carrier_speed is not None:
         rated = system.rated_master_speeds
         first = carrier_speed * np.eye(len(rated))[0]
@@ -113,6 +116,20 @@ def _speeds(system: System, told: Array, torques: Array) -> Array:
         if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_master_speeds):
             return _given_speeds(system, told, (wanted - none) / (all_of_it - none))
     return _given_speeds(system, told, 1.0)
+
+
+def _share(modal: ModalSystem, speeds: Array) -> float:
+    """Share of rated speed, where loads go with it; else 1."""
+    if not modal.system.pairs.load_grows.any():
+        return 1.0
+    return float(rated_row(modal) @ modal.rolling @ speeds)
+
+
+def _at_speed(system: System, share: float) -> System:
+    """The system with loads that go with the square of speed at a share of the rated one."""
+    pairs = system.pairs
+    scale = np.where(pairs.load_grows == 1, share**2, 1.0)
+    return system.with_(pairs=pairs._replace(load_vector=pairs.load_vector * scale[:, None]))
 
 
 def _known_torques(system: System, told: Array, speeds: Array) -> Array:

@@ -37,6 +37,7 @@ from flexgear.analysis.active_dofs import (
 from flexgear.analysis.coast_flanks import look_after_step
 from flexgear.analysis.contact_newton import remember, solve_contact, start_guess
 from flexgear.analysis.energy import motion_before, settle
+from flexgear.analysis.frame_forces import rotating_forces, scale_loads
 from flexgear.analysis.machines import (
     add_machines,
     carry_on,
@@ -57,27 +58,16 @@ RUNAWAY = 1e3  # times the energy that a train had and was given: motion that co
 
 
 @njit(**INNER, fastmath=FAST)
-def _rotating_forces(h, modal, state, modes):
-    """G v − C q of a rotating frame at the extrapolated motion."""
-    n = modal.omega2.shape[0]
-    for i in range(modal.gyroscopic.shape[0]):
-        total = 0.0
-        for j in range(n):
-            total += modal.gyroscopic[i, j] * (state.velocity[j] + h * state.acceleration[j])
-            total -= modal.centripetal[i, j] * (state.eta[j] + h * state.velocity[j])
-        modes.rotating[i] = total
-
-
-@njit(**INNER, fastmath=FAST)
 def _predict(h, level, modal, active, state, modes):
-    """Motion under given torques alone; angles of the new time; guess of the ports' speeds.
+    """Motion under given torques alone; angles of the new time; guess of the ports' speeds; share
+    of rated speed by which frames turn.
 
     Plain loops of one statement or two: these are vectorised.
     """
     n, ports = modal.omega2.shape[0], modes.ports
     free, rate, a = modes.free, modes.free_rate, modes.acceleration
     eta, velocity, before = state.eta, state.velocity, state.acceleration
-    _rotating_forces(h, modal, state, modes)
+    share = rotating_forces(h, modal.frames, state, modes.rotating)
     for j in range(n):
         free[j] = eta[j] + h * velocity[j] + (0.5 - BETA) * h * h * before[j]
         rate[j] = velocity[j] + (1.0 - GAMMA) * h * before[j]
@@ -99,13 +89,15 @@ def _predict(h, level, modal, active, state, modes):
         ports.guess[t] = dot(modes.push[:n], active.modes[t])
     for t in range(modes.theta.shape[0]):
         modes.theta[t] = dot(modal.angles[t], modes.spare)
+    return share
 
 
 @njit(**PART)
-def _build(data, state, work, ledger, level):
+def _build(data, share, state, work, ledger, level):
     """Rows and elements at the new angles on active dofs; their numbers."""
     rows, active = work.rows, work.active
     n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows)
+    scale_loads(share, data.elements.fixed, rows, count)
     last = ledger.booked[0].rows
     gather(active, data.channels, rows, n, ledger.rows, last)
     gather_receptance(active, data.channels, level)
@@ -250,8 +242,8 @@ def advance(data, laws, told, first, state, space, samples, control):
         level = choose_level(control, first + tick, told.shape[0] - tick)
         h, end = modal.h[level], tick + (1 << level)
         tell_machines(machines, told[end - 1], ports)
-        _predict(h, level, modal, work.active, state, work.modes)
-        n, count, pairs = _build(data, state, work, ledger, level)
+        share = _predict(h, level, modal, work.active, state, work.modes)
+        n, count, pairs = _build(data, share, state, work, ledger, level)
         total = _contact(laws, data, level, n, count, state, work)
         if total < 0:
             return end, saved

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofRows, DofVectors
 from flexgear.analysis.contact_newton import ContactProblem, LawSpace
 from flexgear.analysis.energy import Ledger
+from flexgear.analysis.frame_forces import FrameData
 from flexgear.analysis.machines import PortSpace
 from flexgear.coupling.elements import Elements, Rows
 
@@ -25,8 +26,7 @@ class ModalData(NamedTuple):
     inverse: Array  # (L, n) D
     angles: Array  # (A, n)
     inputs: Array  # (F, n) independent rotations
-    gyroscopic: Array  # (n, n) or (0, 0)
-    centripetal: Array  # (n, n) or (0, 0)
+    frames: FrameData
 
 
 class StepData(NamedTuple):

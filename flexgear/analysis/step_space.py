@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.active_dofs import active_dofs, channels, dof_rows, dof_vectors
 from flexgear.analysis.contact_newton import contact_problem, law_space
 from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
+from flexgear.analysis.frame_forces import frame_data
 from flexgear.analysis.machines import packed_machines, port_space
 from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
@@ -32,8 +33,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
             inverse=inverse,
             angles=modal.angles,
             inputs=modal.masters,
-            gyroscopic=modal.gyroscopic,
-            centripetal=modal.centripetal,
+            frames=frame_data(modal),
         ),
         channels=channels(modal, h, inverse, BETA),
         elements=packed(modal.system.pairs),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.bearings import LawBearing, own_law
-from flexgear.coupling.gear_meshes import BearingElement, ExtraRows
+from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, GivenLoad
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, TurningSupport
 from flexgear.model.errors import InputError
@@ -100,9 +100,7 @@ class Assembly:
         """Rows (d,) that bearings with a law of their own hold in the end."""
         return [row for b in self.bearings for row in b.rows[b.components]]
 
-    def extra_rows(
-        self, first_block: int, loads: Sequence[tuple[int, Array, int]] = ()
-    ) -> ExtraRows:
+    def extra_rows(self, first_block: int, loads: Sequence[GivenLoad] = ()) -> ExtraRows:
         """Rows beside gear meshes, contact nodes being blocks from ``first_block`` on."""
         bearings = [
             BearingElement(

@@ -43,7 +43,7 @@ GEAR_MESH = _record(
 RUNOUT = _record("angle", "amplitude rate phase")
 FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
-FIXED_ELEMENT = _record("law first rows", "")
+FIXED_ELEMENT = _record("law first rows grows", "")
 
 ROW = _record("kind owner sided width line beyond", "along stiffness damping offset")
 PAIR = _record("row mesh slot tooth planet_tooth index", "stiffness share s z error")
@@ -67,7 +67,7 @@ class FixedRows(NamedTuple):
     row: Records  # (F,) FIXED_ROW
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
     vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
-    element: Records  # (E,) FIXED_ELEMENT
+    element: Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed
     parameters: Array  # (E, p) of their laws
 
 
@@ -204,8 +204,9 @@ def _fixed_rows(data: PairData) -> FixedRows:
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
     parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
     for i, (law, first, rows, given) in enumerate(laws):
-        element[i] = law, first, rows
+        element[i] = law, first, rows, 0
         parameters[i, : len(given)] = given
+    element["grows"][len(laws) - forces :] = data.load_grows
     return FixedRows(row, end, vector, element, parameters)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,20 +83,29 @@ class BearingElement:
     parameters: Array
 
 
+class GivenLoad(NamedTuple):
+    """A force (6,) on a block; angle by which the block's frame turns against the force's, −1: not;
+    grows: 1 where it goes with the square of speed, and is given at the rated one."""
+
+    block: int
+    vector: Array
+    angle: int = -1
+    grows: int = 0
+
+
 @dataclass(frozen=True)
 class ExtraRows:
     """Rows that are not gear meshes.
 
     supports: stiffness and ends (node, 6-vector) of turning supports; support_angles: by node,
-    which angle its frame has turned by (−1: fixed); first_block: block of node 0; loads: (block,
-    vector, angle or −1).
+    which angle its frame has turned by (−1: fixed); first_block: block of node 0.
     """
 
     supports: Sequence[SupportRow] = ()
     support_angles: Sequence[int] = ()
     first_block: int = 0
     bearings: Sequence[BearingElement] = ()
-    loads: Sequence[tuple[int, Array, int]] = ()
+    loads: Sequence[GivenLoad] = ()
 
 
 @dataclass
@@ -179,9 +189,10 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         bearing_block=np.array([x.blocks for x in extra.bearings], np.int64).reshape(-1, 2),
         bearing_turn=np.array([x.turns for x in extra.bearings], float).reshape(-1, 2),
         bearing_parameters=_padded([x.parameters for x in extra.bearings]),
-        load_block=np.array([x[0] for x in extra.loads], np.int64),
-        load_vector=np.array([x[1] for x in extra.loads], float).reshape(-1, 6),
-        load_angle=np.array([x[2] for x in extra.loads], np.int64),
+        load_block=np.array([x.block for x in extra.loads], np.int64),
+        load_vector=np.array([x.vector for x in extra.loads], float).reshape(-1, 6),
+        load_angle=np.array([x.angle for x in extra.loads], np.int64),
+        load_grows=np.array([x.grows for x in extra.loads], np.int64),
         **{n: c.ints(n) for n in _INTS},  # type: ignore[arg-type]
         **{n: c.reals(n) for n in _REALS},  # type: ignore[arg-type]
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.coupling.gear_meshes import GivenLoad
 from flexgear.coupling.lumped_stage import frame_matrices, orbit_force, planet_axes
 from flexgear.coupling.under_way import UnderWay, end_of
 from flexgear.gears.radii import stage_radii
@@ -14,9 +15,9 @@ from flexgear.structures.kinematics import turn
 Array = NDArray[np.float64]
 
 
-def given_loads(b: UnderWay) -> list[tuple[int, Array, int]]:
-    """Forces given from outside: (block, vector, angle of the frame or −1)."""
-    out: list[tuple[int, Array, int]] = []
+def given_loads(b: UnderWay) -> list[GivenLoad]:
+    """Forces given from outside."""
+    out: list[GivenLoad] = []
     gravity = np.array(b.train.gravity)
     place: dict[str, tuple[int, int]] = {}
     for number, stage in enumerate(b.train.stages):
@@ -36,12 +37,13 @@ def given_loads(b: UnderWay) -> list[tuple[int, Array, int]]:
             place[m.body.name] = (block, frame.carrier)
             if gravity.any():
                 weight = turn(-planet_axes(stage, m)) @ np.r_[m.mass * gravity, 0, 0, 0]
-                out.append((block, weight, frame.carrier))
+                out.append(GivenLoad(block, weight, frame.carrier))
             if b.train.gyroscopic and m.part == "planet":
-                out.append((block, orbit_force(stage, m, radius, speed), -1))
+                force = orbit_force(stage, m, radius, speed)
+                out.append(GivenLoad(block, force, grows=1))
     if gravity.any() and b.a.has("housing"):
         node = len(b.blocks) + b.a.contact_node(b.a.weight_rows("housing"), -1)
-        out.append((node, np.r_[gravity, 0, 0, 0], -1))
+        out.append(GivenLoad(node, np.r_[gravity, 0, 0, 0]))
     for k, load in enumerate(b.train.loads):
         vector = np.r_[load.force, load.moment]
         if load.member not in place:
@@ -50,14 +52,14 @@ def given_loads(b: UnderWay) -> list[tuple[int, Array, int]]:
                 f"name one of {', '.join(sorted(place))}",
             )  # fmt: skip
         block, angle = place[load.member]
-        out.append((block, vector, angle if load.frame == "fixed" else -1))
+        out.append(GivenLoad(block, vector, angle if load.frame == "fixed" else -1))
     return out
 
 
-def _weights(b: UnderWay, number: int, gravity: Array) -> list[tuple[int, Array, int]]:
+def _weights(b: UnderWay, number: int, gravity: Array) -> list[GivenLoad]:
     """Weight of all bodies of a flexible stage, through all their mass: of a reduced body Rᵀ M g on
     every coordinate. In bodies whose frame follows the carrier gravity turns backwards."""
-    stage, out = b.train.stages[number], []
+    stage, out = b.train.stages[number], list[GivenLoad]()
     case = b.train.flexible_stages[stage.name]
     for body in b.a.bodies:
         owner, _, part = body.name.partition(".")
@@ -68,7 +70,7 @@ def _weights(b: UnderWay, number: int, gravity: Array) -> list[tuple[int, Array,
             axes = case.stage.planet_angles[int(part.removeprefix("planet_")) - 1]
         block = len(b.blocks) + b.a.contact_node(b.a.weight_rows(body.name), -1)
         angle = -1 if part == "ring" else b.frames[number].carrier
-        out.append((block, turn(-axes) @ np.r_[gravity, 0, 0, 0], angle))
+        out.append(GivenLoad(block, turn(-axes) @ np.r_[gravity, 0, 0, 0], angle))
     return out
 
 

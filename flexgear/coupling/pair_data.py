@@ -92,6 +92,7 @@ class PairData(NamedTuple):
     load_block: IntArray  # (n_l,)
     load_vector: Array  # (n_l, 6) N, N·m
     load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
+    load_grows: IntArray  # (n_l,) 1: with the square of speed, and given at rated speed
 
 
 def extra_rows(data: PairData) -> int:
