@@ -20,7 +20,11 @@ from flexgear.coupling.links import behind_spline
 from flexgear.coupling.loads import frame_forces, given_loads
 from flexgear.coupling.lumped_bodies import LumpedMember, lumped_members
 from flexgear.coupling.lumped_stage import StageFrame, lumped_sets, tie_lumped_stage
-from flexgear.coupling.port_machines import port_machines, require_free_speeds
+from flexgear.coupling.port_machines import (
+    machine_words,
+    port_machines,
+    require_free_speeds,
+)
 from flexgear.coupling.stage_parts import (
     Stiffening,
     pin_rotation,
@@ -260,7 +264,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         planets=max(s.planets for s in train.stages),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
-        header={"brake_exponent": train.brake_exponent, **inertias},
+        header={**machine_words(train), **inertias},
     )
 
 

@@ -31,6 +31,7 @@ from flexgear.coupling.stage_parts import stage_sets
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
+from flexgear.model.machine import machines_of
 from flexgear.model.solver import MOST_RUNGS, Solver
 
 STEPS = 40  # a period of the band's top in steady running
@@ -142,15 +143,19 @@ def timed_drops(case: Case) -> TorqueDrops:
 
 
 def speed_time_constant(case: Case) -> float:
-    """τ = Σ J_p ω_p² / (n P) of speed against the brake T ~ ωⁿ, s: inertias J_p at the ports, power
-    P that the brake takes; inf for n = 0 and at rest."""
+    """τ = Σ J_p ω_p² / Σ n P of speed against brakes T ~ ωⁿ, s: inertias J_p at the ports, powers
+    P that the brakes take; inf without brakes, for n = 0 and at rest."""
     flow = power_flow(case)
-    power = abs(flow.power.get(case.brake_member, 0.0))
-    if case.brake_exponent == 0 or power == 0:
+    taken = sum(
+        one.brake_exponent * abs(flow.power[port.member])
+        for port, one in zip(case.ports, machines_of(case), strict=True)
+        if one is not None and one.law == "brake"
+    )
+    if taken == 0:
         return math.inf
     ports = [port.member for port in case.ports]
     moved = sum(case.port_inertia(member) * flow.speed[member] ** 2 for member in ports)
-    return moved / (case.brake_exponent * power)
+    return moved / taken
 
 
 def own_frequency(s: GearMeshSet) -> float:

@@ -24,6 +24,16 @@ def port_machines(case: Case, flow: PowerFlow) -> tuple[Law, ...]:
     return tuple(_law(one, flow.torque[at], flow.speed[at]) for one, at in pairs)
 
 
+def machine_words(case: Case) -> dict[str, float | str]:
+    """What the header of results says of them: the law at each port, exponents of brakes."""
+    out: dict[str, float | str] = {}
+    for port, one in zip(case.ports, machines_of(case), strict=True):
+        out[f"{port.member}_machine"] = "torque" if one is None else one.law
+        if one is not None and one.law == "brake":
+            out[f"{port.member}_brake_exponent"] = one.brake_exponent
+    return out
+
+
 def _law(machine: Machine | None, torque: float, speed: float) -> Law:
     if machine is None or machine.law == "torque":
         return GivenTorque()

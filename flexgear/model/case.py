@@ -119,16 +119,6 @@ class Case(Section):
         port = self.port_at(member)
         return 0.0 if port is None or port.inertia is None else port.inertia
 
-    @property
-    def brake_member(self) -> str:
-        """Member that the load brakes; "" in free vibration."""
-        return "" if self.output is None else self.output.member
-
-    @property
-    def brake_exponent(self) -> float:
-        """Of the load at the output, T ~ |ω|^exponent."""
-        return 1.0 if self.output is None else self.output.brake_exponent
-
     def kinematics_of(self, name: str) -> Kinematics:
         """Coordinates of a member or of "<stage>.planet"; "spatial" unless said in a stage with FE
         bodies or a shaft."""

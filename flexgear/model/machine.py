@@ -102,16 +102,20 @@ def machines_of(case: Case) -> tuple[Machine | None, ...]:
     brake = Machine(
         law="brake",
         brake_torque=case.output.brake_torque,
-        brake_exponent=case.brake_exponent,
+        brake_exponent=case.output.brake_exponent,
     )
     return (*found, case.output.machine or brake)
 
 
 def check_machines(case: Case) -> None:
     """Each end has one machine, and one end at least follows a torque or a law."""
-    first = case.inputs[0].machine if case.inputs else None
+    if not case.inputs:
+        return
+    first = case.inputs[0].machine
+    own = case.drive
     said = [key for key, field in TimeHistory.model_fields.items()
-            if getattr(case.drive, key) != field.default]  # fmt: skip
+            if getattr(own, key) != field.default
+            and not (key == "torque" and own.torque == case.inputs[0].given_torque)]  # fmt: skip
     if first is not None and said:
         raise Refusal(f"drive.{said[0]}", "is given beside inputs.0.machine", "keep one of them")
     if first is not None and first.law != "torque" and case.drive.steps.torques:

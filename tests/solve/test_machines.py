@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from small_train import SMALL
+from stage_samples import cheap_stage
+from train_contexts import put_together
 from trains import stage_train, write
 
 from flexgear.analysis.energy import LEFT_OVER
@@ -73,6 +75,29 @@ def test_a_controller_settles_at_its_speed(tmp_path, port):
     torque = data["port_torque"].to_numpy()[late]
     assert torque.mean(axis=0) == pytest.approx([3600, -780], rel=2e-2)
     assert closes(data) < 1e-6
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        at("inputs.0", {**ramp(11.27, 10), "law": "speed"}),
+        at("output", {**PI, "kp_nm_s_per_rad": "3e6", "ki_nm_per_rad": "1e8", "kind": "ramp",
+                      "times_s": "[0.01, 0.03]", "speeds_rpm": "[50.09, 48]"}),
+    ],
+)  # fmt: skip
+def test_a_flexible_stage_has_machines_at_both_ends(ends):
+    keys = {"solver.time_step_s": "1e-4", "solver.step_time_step_s": "1e-4",
+            "drive.steps.torques_nm": "[]"}  # fmt: skip
+    case = load_case("wind-5mw", keys | ends)
+    model = put_together(case, bodies={"stage": cheap_stage(case.view())})
+    data = simulate(model, duration=0.06, energy=True).data
+    column = 0 if any(key.startswith("inputs") for key in ends) else 1
+    speed, time = data["port_speed"].to_numpy()[:, column] * RPM, data["time"].to_numpy()
+    points = [11.27, 10] if column == 0 else [50.09, 48]
+    wanted = np.interp(time, [0.01, 0.03], points)
+    assert np.abs(speed - wanted).max() < (1e-9, 0.02)[column] * points[0]
+    assert speed[time > 0.05].mean() == pytest.approx(points[1], rel=(1e-9, 5e-3)[column])
+    assert closes(data) < 0.01
 
 
 def test_two_inputs_have_histories_of_their_own():

@@ -40,7 +40,7 @@ def inertias(runs: Runs) -> str:
     drive, output = (case.port_inertia(port.member) for port in case.ports)
     return (
         f"drive {drive:.3g} kg m², output {output:.3g} kg m² at the sun's shaft, "
-        f"brake torque ~ speed^{case.brake_exponent:g} (all chosen)"
+        f"brake torque ~ speed^{case.output.brake_exponent:g} (all chosen)"
     )
 
 
@@ -78,7 +78,7 @@ def speed_settles_as_inertia_over_damping(runs: Runs) -> Finding:
     tolerance="brake law within 0.1 %",
 )
 def half_torque_follows_the_brake(runs: Runs) -> Finding:
-    n = runs.case.case.brake_exponent
+    n = runs.case.case.output.brake_exponent
     wanted = 0.5 ** (1 / n) * runs.case.case.inputs[0].speed * RPM
     speed = runs.half_torque["carrier_speed"].to_numpy()[-1000:]
     weight = np.hanning(len(speed))  # torsional vibration dies slowly and has no mean

@@ -69,7 +69,7 @@ def write_page(folder: Path, findings: Findings) -> Path:
         f"<p>Case {escape(whole.name)} with the changes of case.toml, fidelity {runs.fidelity}, "
         f"contact {case.gear_mesh.contact_law}, tie {case.ring.tie} ({case.ring.tie_kind}), pair "
         f"stiffness {case.gear_mesh.pair_stiffness}. Inertia: drive {drive:.3g}, output "
-        f"{output:.3g} kg m²; brake torque ~ speed<sup>{whole.brake_exponent:g}</sup>. "
+        f"{output:.3g} kg m²; brake torque ~ speed<sup>{whole.output.brake_exponent:g}</sup>. "
         f"Content hash {whole.content_hash()[:16]}. {escape(reduction)}. Tan et al. 2023, "
         "DOI 10.16385/j.cnki.issn.1004-4523.2023.05.002; what it leaves open, misprints and "
         "sign conventions: source.md. Published statements are in our words.</p>"
