@@ -1,7 +1,8 @@
-"""Commands about cases: check one, list, print or copy the bundled ones."""
+"""Commands about cases: check one, list, print or copy the bundled ones, their JSON schema."""
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,9 @@ from flexgear.cli.outputs import file_option
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_CASE, read_bytes
 from flexgear.model.load import load_case
+from flexgear.model.schema import json_schema
 
 RPM = 60 / (2 * math.pi)
 
@@ -24,6 +27,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
     app.command()(check)
     app.command()(cases)
+    app.command()(schema)
 
 
 def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
@@ -53,3 +57,23 @@ def cases(
         raise InputError("--copy", str(copy), "is there already", "choose a new name, or --force")
     write_bytes(copy, bundled_text(name).encode())
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")
+
+
+def schema(
+    out: Annotated[Path | None, file_option("--out", "Write it to a file.")] = None,
+) -> None:
+    """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML.
+
+    An editor that knows taplo (Even Better TOML in VS Code) completes, explains and checks the keys
+    of a case that begins with the line "#:schema ./flexgear.schema.json".
+    """
+    found = json_schema()
+    text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    there = file_target(out)
+    if there.exists() and found["title"].encode() not in read_bytes(there, "--out", MOST_CASE):
+        raise InputError("--out", str(out), "is there and no schema of cases", "choose a new name")
+    write_bytes(out, text.encode())
+    typer.echo(f"wrote {out}; begin cases beside it with the line: #:schema ./{out.name}")

@@ -40,7 +40,6 @@ app = typer.Typer(
     name="flexgear",
     help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )

@@ -12,7 +12,10 @@ from flexgear.model.units import Length
 
 
 class Seat(Section):
-    """A bearing seat on the carrier."""
+    """A bearing seat on the carrier.
+
+    diameter: of the seat; width: along the axis.
+    """
 
     diameter: Length = Field(ge=5e-3, le=10.0)
     width: Length = Field(ge=1e-3, le=2.0)
@@ -20,7 +23,18 @@ class Seat(Section):
 
 class Carrier(FeMeshSource):
     """Along the axis from the drive side: hub with seat_drive, plate, gap with pins and webs,
-    plate, seat_far. hub_length is counted from the plate and includes the seat."""
+    plate, seat_far.
+
+    flexible: false makes it rigid with the same mass. drive_side: where the drive is bolted on.
+    plate_diameter: of both plates. plate_thickness_drive, plate_thickness_far: of the plate on the
+    drive side, on the far side. plate_gap: between the plates, wider than the face. web_width: at
+    the plates' edge. web_inner_radius: where webs begin; follows from the hub's bore if left out.
+    web_clearance: from the webs to the planets' tips. pin_diameter, pin_bore: outer and inner of
+    the planets' pins. pin_seat_width: of the planet bearing on the pin; the face width if left out.
+    hub_outer_diameter, hub_bore: of the hub on the drive side. hub_length: from the plate on, the
+    seat included. seat_drive, seat_far: bearing seats. fixed_interface_modes: number kept in the
+    reduction.
+    """
 
     flexible: bool = True
     drive_side: Literal["-z", "+z"]

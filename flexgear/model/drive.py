@@ -11,7 +11,11 @@ from flexgear.model.units import Time, Torque
 
 class TorqueDrops(Section):
     """Torque drops that ``flexgear run`` studies, one by one: at ``start``, for ``duration``, then
-    the torque is back and the run goes on for ``after``. None: follows from the case."""
+    the torque is back and the run goes on for ``after``. What is left out follows from the case.
+
+    torques: one a drop. start: of the drop. duration: of the drop. after: time that is followed
+    when the torque is back.
+    """
 
     torques: tuple[Torque, ...] = ()
     start: Time | None = Field(default=None, ge=0.0, le=1e5)

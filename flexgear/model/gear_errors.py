@@ -16,7 +16,13 @@ class GearErrors(Section):
 
     An eccentricity is where a gear's geometric centre lies from its axis of rotation: amplitude
     and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning with
-    them) and from the planet's radial axis for planets. ring_offset stands still in space.
+    them) and from the planet's radial axis for planets.
+
+    sun_eccentricity, ring_eccentricity, carrier_eccentricity, planet_eccentricity: its amplitude.
+    sun_eccentricity_phase, ring_eccentricity_phase, carrier_eccentricity_phase,
+    planet_eccentricity_phase: its direction. ring_offset: of the ring's centre, which stands still
+    in space. ring_offset_phase: its direction from the x axis. ring_gear_mesh_phase,
+    sun_gear_mesh_phase: phase of the error at gear-mesh frequency. seed: of random deviations.
     planet_thickness: excess of the tooth thickness on the reference circle. Lists of planets hold
     one value for all or one a planet. ring_gear_mesh, sun_gear_mesh: amplitude of an error at
     gear-mesh frequency, excess of material positive. In a parallel stage the pinion has the sun's

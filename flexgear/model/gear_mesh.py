@@ -15,7 +15,7 @@ class StiffnessTable(Section):
     """Stiffness of a tooth pair per face width, along the 3D normal, over the path of contact.
 
     position: share of the path of contact from 0 (smallest distance to the planet's base tangent
-    point, the planet's root) to 1 (the planet's tip), rising.
+    point, the planet's root) to 1 (the planet's tip), rising. stiffness: at these positions.
     """
 
     position: tuple[float, ...] = Field(min_length=2)
@@ -36,7 +36,10 @@ class StiffnessTable(Section):
 
 
 class GearMeshTables(Section):
-    """Tables of both gear meshes, for pair_stiffness = "table"."""
+    """Tables of both gear meshes, for pair_stiffness = "table".
+
+    ring, sun: of the planets' pairs with the ring, with the sun.
+    """
 
     ring: StiffnessTable
     sun: StiffnessTable
@@ -44,6 +47,8 @@ class GearMeshTables(Section):
 
 class GearMesh(Section):
     """Gear-mesh options.
+
+    table: of both gear meshes, for pair_stiffness = "table". harmonics: terms of a fourier wave.
 
     model: per_pair, one element for every tooth pair; lumped, one element at the pitch point, of
     all pairs together; constant, the mean stiffness there; rectangular, a wave between the two
@@ -80,7 +85,11 @@ class GearMesh(Section):
 
 
 class Damping(Section):
-    """Structural damping: modal ratio of the coupled system, or C = α M + β K."""
+    """Structural damping: modal ratio of the coupled system, or C = α M + β K.
+
+    kind: one of the two. ratio: of every mode to critical damping. alpha, beta: of mass and of
+    stiffness in Rayleigh damping.
+    """
 
     kind: Literal["modal", "rayleigh"] = "modal"
     ratio: float = Field(default=0.02, ge=0.0, le=1.0)

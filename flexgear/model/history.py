@@ -27,6 +27,9 @@ class TimeHistory(Section):
     csv       as ramp, the points read from ``file``, columns time_s and torque_nm or speed_rpm;
               between points of a speed a smooth curve without overshoot (Fritsch, Butland 1984), as
               every kink of a given speed is a jump of its torque
+
+    kind: form of the history. torque, speed: of a constant one. times: of its points, rising.
+    torques, speeds: at these times. file: CSV of the points.
     """
 
     kind: Literal["constant", "steps", "ramp", "csv"] = "constant"

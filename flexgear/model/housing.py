@@ -12,7 +12,11 @@ from flexgear.model.units import Inertia, Mass
 
 
 class Housing(Section):
-    """``rigid``: ground. ``lumped``: a rigid body of mass and inertia (x, y, z) on a mount."""
+    """Housing that the bearings and bolts stand on.
+
+    kind: rigid, the ground; or lumped, a rigid body on a mount. mass: of the lumped one. inertia:
+    about x, y, z. mount: springs between it and the ground.
+    """
 
     kind: Literal["rigid", "lumped"] = "rigid"
     mass: Mass = Field(default=0.0, ge=0.0, le=1e7)

@@ -12,7 +12,7 @@ from flexgear.model.units import Length, Stiffness
 class Joint(Springs):
     """Two members that turn together: springs, or a hollow shaft as a beam.
 
-    first, second: member names such as "stage_1.carrier". tangential acts against u = r θ with
+    first, second: member names such as "stage_1.carrier". tangential: acts against u = r θ with
     the r of ``first`` (base radius, or centre distance of a carrier): torsion += tangential r².
     length, outer_diameter, inner_diameter: a shaft in place of the springs.
     """

@@ -30,6 +30,10 @@ class Machine(TimeHistory):
                 least_torque to most_torque, where the integral stands; it starts where it has to
     brake       T = −brake_torque sign(ω) |ω/ω_rated|^brake_exponent; brake_torque that of statics
                 if left out
+
+    law: what it follows. kp, ki: gains of a controller on speed and on angle. least_torque,
+    most_torque: limits of a controller. brake_torque: at rated speed. brake_exponent: of the speed
+    in a brake's torque.
     """
 
     law: Literal["torque", "speed", "controller", "brake"] = "torque"

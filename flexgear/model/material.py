@@ -9,7 +9,11 @@ from flexgear.model.units import Density, Modulus
 
 
 class Material(Section):
-    """Isotropic, linear elastic."""
+    """Isotropic, linear elastic.
+
+    young_modulus: modulus of elasticity; poisson_ratio: transverse contraction; density: mass of
+    a volume.
+    """
 
     young_modulus: Modulus = Field(ge=1e9, le=1e12)
     poisson_ratio: float = Field(ge=0.0, le=0.49)

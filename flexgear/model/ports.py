@@ -15,6 +15,7 @@ from flexgear.model.units import Force, Inertia, Mass, Power, Speed, Torque
 class Port(Section):
     """Where torque enters or leaves, and what hangs there.
 
+    member: its name, such as "stage_1.carrier". speed: rated. torque: rated, on the member.
     inertia: polar, of what hangs on the member. mass, tilt_inertia (about a diameter), bearing: of
     the body behind the spline at the end of a sun's shaft, and what supports it there. machine: in
     transients.
@@ -33,7 +34,7 @@ class Port(Section):
 class Input(Port):
     """A driven member. speed and torque (that of the drive on the member) are positive about +z.
 
-    power into the train stands for the torque power / speed, so it needs the speed. Of all speeds
+    power: into the train, stands for the torque power / speed, so it needs the speed. Of all speeds
     and torques over inputs and output exactly as many are given as the train leaves free.
     [drive] is another name for the machine of the first input.
     """
@@ -86,7 +87,10 @@ class Output(Port):
 
 
 class MemberLoad(Section):
-    """A constant force (3,) and moment (3,) on a member, in fixed axes or the carrier's."""
+    """A constant force (3,) and moment (3,) on a member, in fixed axes or the carrier's.
+
+    member: its name. force, moment: along x, y, z. frame: whose axes these are.
+    """
 
     member: str
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)

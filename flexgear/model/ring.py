@@ -18,6 +18,11 @@ class Bolts(Section):
     """Bolts that hold the ring; stiffness of one bolt with its clamped joint to the housing.
 
     Bolt k stands at first_angle + 2πk/number; radial and tangential are the bolt's own directions.
+
+    number: bolts of the circle. circle_diameter: of the bolt circle. diameter: of a bolt or its
+    hole, the patch that it acts on. holes: true meshes the holes. first_angle: of bolt 0 from the x
+    axis. stiffness_radial, stiffness_tangential, stiffness_axial: of one bolt along its directions.
+    stiffness_tilt: about the radial and the tangential direction. stiffness_twist: about the bolt.
     end: face that is bolted, the ring's where none is named.
     """
 
@@ -38,6 +43,10 @@ class Fit(Section):
     """A housing fit: a cylindrical band of the outer diameter, tied to one node on the axis.
 
     The node has springs in all six directions, the same in all directions across the axis.
+
+    z: middle of the band from mid-face. half_width: half of the band's width. stiffness_radial:
+    across the axis. stiffness_axial: along it. stiffness_tilt: about a diameter.
+    stiffness_torsion: about the axis.
     """
 
     z: Length = Field(ge=-2.0, le=2.0)
@@ -65,9 +74,13 @@ class Spline(Fit):
 
 
 class Ring(FeMeshSource):
-    """Ring gear as a body. rim_thickness is counted outside the root circle of the teeth.
+    """Ring gear as a body.
 
-    bolts: one circle, or a list of them; end: the bolted face of circles that name none.
+    flexible: false makes it rigid with the same mass. rim_thickness: outside the root circle of the
+    teeth. tie: whether tooth nodes act on the root or the flank of their teeth. tie_kind: averaging
+    (RBE3) or rigid (RBE2) tie of a node to its surface. fixed_interface_modes: number kept in the
+    reduction. fits: bands of the outer diameter in the housing. splines: likewise, which take
+    torque. bolts: one circle, or a list of them; end: the bolted face of circles that name none.
     """
 
     flexible: bool = True

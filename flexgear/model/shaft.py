@@ -12,7 +12,10 @@ from flexgear.model.units import Length
 
 
 class ShaftSection(Section):
-    """One hollow circular piece of the shaft."""
+    """One hollow circular piece of the shaft.
+
+    length: along the axis; outer_diameter: of the piece; inner_diameter: of its bore, 0 if solid.
+    """
 
     length: Length = Field(ge=1e-4, le=10.0)
     outer_diameter: Length = Field(ge=1e-3, le=3.0)
@@ -26,7 +29,12 @@ class ShaftSection(Section):
 
 
 class Shaft(Section):
-    """Sun shaft from the sun gear (first section) to the output end, where the spline is."""
+    """Sun shaft from the sun gear (first section) to the output end, where the spline is.
+
+    flexible: false makes it rigid with the same mass; direction: side to which it leaves the sun;
+    elements_per_section: beam elements of each piece; sections: pieces from the sun gear on;
+    spline: springs between its end and the output.
+    """
 
     flexible: bool = True
     direction: Literal["-z", "+z"]

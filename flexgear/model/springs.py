@@ -16,6 +16,10 @@ from flexgear.model.units import Force, Length, MatrixEntry, RotationalStiffness
 class Springs(Section):
     """Stiffness of a link between two nodes.
 
+    radial: across the axis, x and y. radial_x, radial_y: in place of radial in one direction.
+    axial: along the axis. tilt: about x and y. tilt_x, tilt_y: in place of tilt about one axis.
+    torsion: about the axis. full: symmetric 6 x 6 matrix that replaces all of them.
+
     Rows and columns of ``matrix``: ux, uy, uz (m), rx, ry, rz (rad). ``radial`` stands for both
     radial directions and ``tilt`` for both tilts unless one of them is given by itself. A full
     symmetric 6 x 6 list ``full_si`` replaces all of them.
@@ -97,8 +101,8 @@ class Bearing(Springs):
 class Rolling(Section):
     """What the basic rating life (ISO 281) of a rolling bearing needs.
 
-    dynamic_rating: C of one bearing; rolling: its exponent; count: equal bearings side by side,
-    which share the load evenly.
+    dynamic_rating: C of one bearing; rolling: kind of its elements, which says the exponent;
+    count: equal bearings side by side, which share the load evenly.
     """
 
     dynamic_rating: Force | None = Field(default=None, gt=0.0, le=1e9)

@@ -17,9 +17,12 @@ from flexgear.model.units import Angle, Length
 class Gear(Section):
     """One gear; coefficients are multiples of the normal module.
 
-    profile_shift follows ISO 21771 with the ring's tooth number negative: x > 0 makes the tooth
-    of any gear thicker, moves the tip circle of sun and planet outward and that of the ring
-    towards its centre.
+    teeth: their number, positive for the ring, too. profile_shift: coefficient of ISO 21771 with
+    the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
+    circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
+    coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
+    radius of the rack's tip as a coefficient. bore_diameter: of the gear's hole, 0 for none.
+    tip_relief: material taken off towards the tip.
     """
 
     teeth: int = Field(ge=5, le=2000)
@@ -34,6 +37,10 @@ class Gear(Section):
 class Stage(Section):
     """A simple planetary stage: sun, equally or freely spaced planets, ring.
 
+    planets: their number. normal_module, pressure_angle: of the basic rack in the normal section.
+    helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
+    planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
+    of sun and planet; from teeth and profile shifts if left out. sun, planet, ring: the gears.
     planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: take
     tooth numbers that do not assemble (for papers that print such); every planet then sees a sun
     whose teeth fit it. backlash_ring, backlash_sun: normal backlash of each gear mesh.

@@ -7,11 +7,12 @@ value there. Errors that belong to planets are drawn for each planet on its own.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from flexgear.model.errors import echo
+from flexgear.model.gear_errors import GearErrors
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
@@ -38,9 +39,13 @@ TAIL = 8.0  # standard deviations that a normal distribution without limits may 
 class SizeDistribution(Section):
     """Distribution of the size of an error.
 
-    normal: mean (0 if left out), standard_deviation, cut off at low and high where they are given.
-    uniform: between low and high. rayleigh: distance of a point whose two coordinates are normal
-    with standard_deviation, as eccentricities are; cut off at high.
+    normal    mean (0 if left out), standard_deviation, cut off at low and high where they are given
+    uniform   between low and high
+    rayleigh  distance of a point whose two coordinates are normal with standard_deviation, as
+              eccentricities are; cut off at high
+
+    distribution: its kind. mean, standard_deviation: of the normal one before it is cut off. low,
+    high: its ends.
     """
 
     distribution: Literal["normal", "uniform", "rayleigh"] = "normal"
@@ -96,7 +101,10 @@ _KEYS = {  # needed, without meaning
 
 
 class PhaseDistribution(Section):
-    """Distribution of a phase: uniform between low and high, all round if left out."""
+    """Distribution of a phase: uniform, all round if nothing is said.
+
+    distribution: its kind. low, high: its ends.
+    """
 
     distribution: Literal["uniform"] = "uniform"
     low: Angle = 0.0
@@ -112,6 +120,8 @@ class PhaseDistribution(Section):
 class ErrorDistributions(Section):
     """Distributions of what ``GearErrors`` holds. Pitch deviations of single teeth, where there are
     any, are drawn anew for every sample; theirs here is one of their standard deviation."""
+
+    same_as: ClassVar = (GearErrors,)
 
     ring_tooth: SizeDistribution | None = None
     planet_tooth: SizeDistribution | None = None
@@ -173,7 +183,10 @@ def _refuse_negative(name: str, found: SizeDistribution) -> None:
 
 
 class OfStage(Section):
-    """Distributions of one stage of a train, which replace those of all stages key by key."""
+    """Distributions of one stage of a train, which replace those of all stages key by key.
+
+    stage: its name. errors: distributions of its errors.
+    """
 
     stage: str
     errors: ErrorDistributions

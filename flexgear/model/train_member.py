@@ -20,7 +20,7 @@ Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
 class Support(Bearing):
     """Springs to the housing, or of a planet to its pin.
 
-    tangential acts against u = r θ and adds torsion = tangential r²; r is the base radius of a
+    tangential: acts against u = r θ and adds torsion = tangential r²; r is the base radius of a
     gear, the centre distance for a carrier. clearance: radial gap before the spring carries.
     """
 
@@ -56,10 +56,11 @@ class PlanetBearing(Support, Rolling):
 class LumpedInertia(Section):
     """Mass properties; what is left out is derived from the geometry of a steel disc or ring.
 
-    inertia: about the axis, kg m². equivalent_mass: inertia / r², kg, with the base radius of a
-    gear or the centre distance for a carrier. tilt_inertia: about a diameter. kinematics: "fixed"
-    (), "torsional" (rz), "planar" (x, y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left
-    out "spatial" in a stage with an FE body or a shaft, else the case's.
+    mass: of the lumped body. support: springs to the housing. inertia: about the axis, kg m².
+    equivalent_mass: inertia / r², kg, with the base radius of a gear or the centre distance for a
+    carrier. tilt_inertia: about a diameter. kinematics: "fixed" (), "torsional" (rz), "planar" (x,
+    y, rz), "axial" (x, y, z, rz), "spatial" (all six); if left out "spatial" in a stage with an FE
+    body or a shaft, else the case's.
     """
 
     mass: Mass | None = Field(default=None, gt=0.0, le=1e7)
@@ -81,8 +82,11 @@ class LumpedInertia(Section):
 
 
 class TrainGear(LumpedInertia, Gear):
-    """A lumped gear. base_diameter replaces the one from module and teeth; rim_thickness (of a
-    ring, outside its root circle) serves only to derive mass and inertia."""
+    """A lumped gear.
+
+    base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
+    root circle; serves only to derive mass and inertia.
+    """
 
     base_diameter: Length | None = Field(default=None, ge=1e-4, le=10.0)
     rim_thickness: Length | None = Field(default=None, ge=1e-4, le=3.0)
@@ -95,7 +99,7 @@ class TrainGear(LumpedInertia, Gear):
 
 class SunGear(TrainGear):
     """A sun: a lumped gear, or the same on a shaft, which is a beam and begins at its middle.
-    support: springs to the housing at the gear."""
+    support: springs to the housing at the gear. shaft: the beam from the gear to a spline."""
 
     shaft: Shaft | None = None
 
@@ -109,7 +113,10 @@ class SunGear(TrainGear):
 
 
 class RingGear(TrainGear):
-    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own."""
+    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own.
+
+    fe: the FE body in place of the lumped one.
+    """
 
     fe: Ring | None = None
 
@@ -121,7 +128,11 @@ class RingGear(TrainGear):
 
 class TrainCarrier(LumpedInertia):
     """A carrier: a lumped body, or an FE body on two bearings, those of its seats on the drive side
-    and on the far side."""
+    and on the far side.
+
+    fe: the FE body in place of the lumped one. bearing_drive, bearing_far: between its seat on the
+    drive side, on the far side, and the housing.
+    """
 
     fe: Carrier | None = None
     bearing_drive: Bearing | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -32,14 +32,21 @@ PARALLEL = ("pinion", "gear")
 class TrainStage(Section):
     """A stage. Geometry as in ``Stage``; what is new:
 
-    kind: planetary (sun, planet, ring, carrier) or parallel (pinion and gear; ``position`` is the
-    direction from pinion to gear). double_helical: two halves of ``face_width`` each with
-    ``half_gap`` between them and separate ring halves; planet_hand is then that of the planet's
-    left half (−z), mass, inertia, support and stiffness of the ring and its gear mesh those of one
-    half. ring_pressure_angle, sun_pressure_angle: transverse working angles in place of
-    those from the geometry. material: of this stage, the case's if left out. case: bundled name or
-    file of a case whose only stage this is, but for what is said here.
+    name: stands before those of its members; stage_1, stage_2, … if left out. kind: planetary (sun,
+    planet, ring, carrier) or parallel (pinion and gear). position: direction from pinion to gear in
+    a parallel stage, from the x axis. half_gap: between the halves of a double-helical stage.
+
+    sun, planet, ring, carrier: members of a planetary stage. pinion, gear: members of a parallel
+    stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
+    modelled. errors: manufacturing errors of gears and pins. double_helical: two halves of
+    ``face_width`` each with ``half_gap`` between them and separate ring halves; planet_hand is
+    then that of the planet's left half (−z), mass, inertia, support and stiffness of the ring and
+    its gear mesh those of one half. ring_pressure_angle, sun_pressure_angle: transverse working
+    angles in place of those from the geometry. material: of this stage, the case's if left out.
+    case: bundled name or file of a case whose only stage this is, but for what is said here.
     """
+
+    same_as: ClassVar = (Stage,)
 
     name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
     kind: Literal["planetary", "parallel"] = "planetary"

@@ -72,6 +72,27 @@ def test_cases_lists_prints_and_copies(flexgear, tmp_path):
     assert flexgear("check", copy)[0] == 0
 
 
+def test_schema_is_printed_or_written_once(flexgear, tmp_path):
+    out = tmp_path / "flexgear.schema.json"
+    assert "#:schema ./flexgear.schema.json" in flexgear("schema", "--out", out)[1]
+    assert flexgear("schema", "--out", out)[0] == 0  # its own file is replaced
+    assert flexgear("schema")[1] == out.read_text()
+    assert "face_width_mm" in json.loads(out.read_text())["definitions"]["TrainStage"]["properties"]
+    other = tmp_path / "mine.json"
+    other.write_text("{}")
+    assert "no schema of cases" in flexgear("schema", "--out", other)[2]
+    assert other.read_text() == "{}"
+
+
+def test_completion_knows_the_commands(flexgear, monkeypatch, capsys):
+    monkeypatch.setenv("_FLEXGEAR_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", "flexgear sim")
+    monkeypatch.setenv("COMP_CWORD", "1")
+    with pytest.raises(SystemExit):
+        flexgear()
+    assert capsys.readouterr().out.split() == ["simulate"]
+
+
 def test_version(flexgear):
     code, out, _ = flexgear("--version")
     assert code == 0
