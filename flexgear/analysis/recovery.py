@@ -139,8 +139,10 @@ class Recovery:
         return out
 
     def coordinates(self, body: str, sample: int) -> Array:
-        """Elastic coordinates of one body at one sample, for its full displacement field."""
+        """Elastic coordinates of one body at one sample, for its full displacement field; of an FE
+        ring that turns against its hub."""
         m = self.modal
         q = self.result.eta[sample] @ m.modes.T + self.forces[sample] @ m.residual_motion.T
         q = q - m.system.rolling @ self._roll[sample]
-        return q[m.system.slice_of(body)]
+        turned = float(m.system.ring_turn(body) @ q)
+        return np.asarray(q[m.system.slice_of(body)] - turned * m.system.body(body).spin)

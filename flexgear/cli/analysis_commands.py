@@ -167,7 +167,7 @@ def simulate(
         raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
     refuse_endless(stepping_of(found, power_flow(found), duration_s), found.source)
     rest, account = Ranges(train_histories), Ranges(energy_account)
-    rings = {stage: Ranges(partial(ring_histories, stage)) for stage in found.flexible_stages}
+    rings = {stage: Ranges(partial(ring_histories, stage)) for stage in found.fe_ring_stages}
     with kept(out, names, quiet) as sinks, progress(quiet) as report:
         model = put_together(found, parts, report)
         short = [] if duration_s is not None else cut_short(found, model.flow)

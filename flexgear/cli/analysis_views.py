@@ -55,7 +55,7 @@ def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position (a dataset with that position alone)."""
     rings = {
         stage: _ring_figures(with_spread(stage_part(data, stage)), inside.stage.planets)
-        for stage, inside in model.case.flexible_stages.items()
+        for stage, inside in model.case.fe_ring_stages.items()
     }
     return {**of_rings(model, rings), **position_figures(model, data.isel(position=0))}
 

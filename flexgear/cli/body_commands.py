@@ -71,8 +71,8 @@ def components(case: Case, name: str) -> list[Part]:
     require_flexible(case)
     every = [
         Part(stage, part, part if case.is_short else f"{stage}.{part}")
-        for stage in case.flexible_stages
-        for part in MESHES
+        for stage, view in case.flexible_stages.items()
+        for part in view.fe_parts
     ]
     chosen = [p for p in every if name in ("both", p.name, p.label)]
     if not chosen:

@@ -69,7 +69,7 @@ def compare(
         return
     if positions is not None:
         require_flexible(found, "--positions")
-    if cycles is None and found.flexible_stages:
+    if cycles is None and found.fe_ring_stages:
         _variants(found, positions or POSITIONS, as_json, quiet)
     else:
         _sharing(found, cycles, as_json, quiet)
@@ -77,16 +77,18 @@ def compare(
 
 def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     """Equilibria of every choice of what bends, of all flexible stages alike."""
-    (stage, inside), *_ = case.flexible_stages.items()
+    (stage, inside), *_ = case.fe_ring_stages.items()
     period = inside.stage.planet_period
     angles = np.linspace(0, period, positions, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:
         bodies = reduced_bodies(case, report)
         warn(reduction_warnings(case, bodies, dict.fromkeys(bodies, Variant())))
-        for k, choice in enumerate(itertools.product((True, False), repeat=3)):
-            report("variants", k / 8)
-            variant = Variant(*choice)
+        parts = inside.bending_parts
+        choices = list(itertools.product((True, False), repeat=len(parts)))
+        for k, choice in enumerate(choices):
+            report("variants", k / len(choices))
+            variant = Variant(**dict(zip(parts, choice, strict=True))).of(parts)
             model = assemble(case, bodies=bodies, variants=dict.fromkeys(bodies, variant))
             data = static(model, angles)
             part = stage_part(data, stage)

@@ -44,7 +44,7 @@ class Folder:
     @property
     def rings(self) -> list[RingFolder]:
         """Flexible stages."""
-        return [RingFolder(self, stage) for stage in self.case.flexible_stages]
+        return [RingFolder(self, stage) for stage in self.case.fe_ring_stages]
 
 
 @dataclass(frozen=True)

@@ -172,9 +172,8 @@ class Assembly:
 
     def rotation(self, body: str) -> Array:
         """Coordinates (d,) of a unit rotation of one body about the axis of its frame."""
-        out, b, at = np.zeros(self.size), self.body(body), self.slice_of(body)
-        spin = b.node_map[5] if b.rigid else rigid_rows(b.positions)[:, 5]
-        out[at.start : at.start + len(spin)] = spin
+        out = np.zeros(self.size)
+        out[self.slice_of(body)] = self.body(body).spin
         return out
 
     def weight_rows(self, body: str) -> Array:

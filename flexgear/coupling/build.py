@@ -1,9 +1,8 @@
-"""From a case to one ``System``: lumped stages, flexible stages and the joints between them."""
+"""From a case to one ``System``: its stages member by member, and the joints between them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,36 +17,27 @@ from flexgear.coupling.determinacy import (
 from flexgear.coupling.gear_meshes import labels, pair_data
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.loads import frame_forces, given_loads
-from flexgear.coupling.lumped_bodies import LumpedMember, lumped_members
-from flexgear.coupling.lumped_stage import StageFrame, lumped_sets, tie_lumped_stage
+from flexgear.coupling.members import Member, Stiffening, reference_radius, stage_members
 from flexgear.coupling.port_machines import (
     machine_words,
     port_machines,
     require_free_speeds,
 )
-from flexgear.coupling.stage_parts import (
-    Stiffening,
-    pin_rotation,
-    spline_matrix,
-    stage_components,
-    stage_nodes,
-    stage_sets,
-    tie_stage,
-)
+from flexgear.coupling.stage_meshes import GearBlocks, stage_sets
+from flexgear.coupling.stage_springs import pin_rows, spline_matrix, tie_stage
 from flexgear.coupling.system import (
     Damping,
     Port,
+    StageFrame,
     System,
     Variant,
     orthonormal_rigid,
     without_rigid_forces,
 )
-from flexgear.coupling.under_way import UnderWay, end_of, rotation, speed_row
-from flexgear.gears.geometry import stage_geometry
+from flexgear.coupling.under_way import UnderWay, end_rows, rotation, speed_row
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.joint import Joint
 from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
@@ -55,7 +45,7 @@ from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
 
 Array = NDArray[np.float64]
-Reduced = tuple[ReducedBody, ReducedBody]  # ring, carrier
+Reduced = tuple[ReducedBody | None, ReducedBody | None]  # ring, carrier; None where lumped
 
 
 def build_system(
@@ -66,10 +56,10 @@ def build_system(
 ) -> System:
     """Couple all bodies of a case.
 
-    flexible: by name of a flexible stage its reduced ring and carrier (also used, as rigid bodies
-    with the same mass, by rigid variants); variants: which of its components bend; stiffening: of
-    those of all flexible stages. Raises InputError where the case has no single rated state or a
-    body is loose.
+    flexible: by name of a stage with FE bodies its reduced ring and carrier (also used, as rigid
+    bodies with the same mass, by rigid variants); variants: which of its components bend;
+    stiffening: of those of all stages. Raises InputError where the case has no single rated state
+    or a body is loose.
     """
     with spoken(train):
         return _coupled(train, flexible or {}, variants or {}, stiffening)
@@ -90,9 +80,8 @@ def _coupled(
         _tie_and_mesh(b, number)
     for joint in train.joints:
         _join(b, joint)
-    behind_splines = {f"{s.name}.sun" for s in train.stages if s.is_flexible}
     for port in train.ports:
-        if port.member not in behind_splines:  # there it is that of the body "output"
+        if not b.a.has(f"{port.member.partition('.')[0]}.output") or port.member[-4:] != ".sun":
             b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
     if b.a.has("housing"):
         mount = np.diag(train.housing.stiffness)
@@ -105,63 +94,69 @@ def _bodies(
     flexible: Mapping[str, Reduced],
     variants: Mapping[str, Variant],
     stiffening: Stiffening | None,
-) -> tuple[list[Body], list[list[LumpedMember]]]:
-    bodies: list[Body] = []
-    members: list[list[LumpedMember]] = []
+) -> tuple[list[Body], list[list[Member]]]:
+    members: list[list[Member]] = []
     for stage in train.stages:
-        if not stage.is_flexible:
-            members.append(lumped_members(train, stage))
-            bodies += [m.body for m in members[-1]]
-            continue
-        if stage.name not in flexible:
-            raise FlexgearError(f"the reduced ring and carrier of stage {stage.name} are missing")
-        view = train.view(stage.name)
-        parts = stage_components(
-            view, stage_geometry(view), *flexible[stage.name],
-            variants.get(stage.name, Variant()), stiffening,
-            port=train.port_at(f"{stage.name}.sun"),
-        )  # fmt: skip
-        bodies += [replace(p, name=f"{stage.name}.{p.name}") for p in parts]
-        members.append([])
+        found = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
+        reduced = {part: body for part, body in found if body is not None}
+        members.append(stage_members(train, stage, reduced, variants.get(stage.name), stiffening))
+    bodies = [m.body for own in members for m in own]
     if train.housing.kind == "lumped":
         bodies.append(lumped_body("housing", train.housing.mass, train.housing.inertia))
     return bodies, members
 
 
 def _frame(b: UnderWay, number: int) -> StageFrame:
-    """Angles of a stage: θ = φ_carrier − φ_ring, or the gear's of a parallel stage."""
+    """Angles of a stage, see ``StageFrame``.
+
+    A carrier's is that of an FE carrier's pins, where its planets are; a ring's that of the hub
+    that its supports stand on, as those of a held ring stand in the housing: what either ring winds
+    up against them is elastic displacement.
+    """
     stage, held = b.train.stages[number], b.train.held_members()
     if stage.kind == "parallel":
         return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
-    if stage.is_flexible:
-        view = b.train.view(stage.name)
-        radius = stage_radii(view).center_distance
-        pins = pin_rotation(b.a, view, radius, f"{stage.name}.")
-        return StageFrame(b.angle(pins), b.angle(pins))
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
-    turns = np.zeros(b.a.size) if carrier in held else rotation(b, carrier)
-    relative = turns if ring in held else turns - rotation(b, ring)
-    return StageFrame(b.angle(relative), b.angle(turns) if turns.any() else -1)
+    turns = np.zeros(b.a.size)
+    if carrier not in held:
+        fe = stage.form("carrier") == "fe"
+        turns = _pin_rotation(b, number) if fe else rotation(b, carrier)
+    back = np.zeros(b.a.size) if ring in held else rotation(b, ring)
+    theta = b.angle(turns - back)
+    return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, back)))
+
+
+def _pin_rotation(b: UnderWay, number: int) -> Array:
+    """Row (d,) of the mean rotation of the pins about the axis, rad."""
+    view = b.train.view(b.train.stages[number].name)
+    tangential = [pin_rows(b.a, view, i)[1] for i in range(view.stage.planets)]
+    return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
 def _tie_and_mesh(b: UnderWay, number: int) -> None:
-    stage, frame, first = b.train.stages[number], b.frames[number], len(b.blocks)
-    if stage.is_flexible:
-        at, case = f"{stage.name}.", b.train.view(stage.name)
-        with inside(b.train, stage):
-            tie_stage(b.a, case, at, frame.carrier)
-        nodes, teeth = stage_nodes(b.a, case, at)
-        b.blocks += nodes
-        b.sets += stage_sets(
-            case, b.flow.stage(stage.name), tooth_positions=teeth,
-            first_block=first, stage=number, angle=frame.theta,
-        )  # fmt: skip
-        return
-    members = b.members[number]
-    tie_lumped_stage(b.a, stage, members, frame)
-    b.blocks += [b.a.rows(m.body.name, m.body.name) for m in members]
-    flow = b.flow.stage(stage.name)
-    b.sets += lumped_sets(b.train, number, members, flow, frame, first)
+    stage, frame = b.train.stages[number], b.frames[number]
+    with inside(b.train, stage):
+        tie_stage(b.a, b.train.view(stage.name), b.members[number], frame)
+    blocks = _gear_blocks(b, number)
+    b.sets += stage_sets(b.train, number, b.flow.stage(stage.name), frame, blocks)
+
+
+def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
+    """Enter the nodes of a stage's lumped members and gears as blocks."""
+    planets, gears, teeth = [], {}, None
+    for m in b.members[number]:
+        nodes = m.teeth or [m.node]
+        if m.part in ("hub", "output") or (m.part == "carrier" and m.form == "fe"):
+            continue
+        first = b.block_of[m.body.name] = len(b.blocks)
+        b.blocks += [b.a.rows(m.body.name, node) for node in nodes]
+        if m.part in ("planet", "gear"):
+            planets.append(first)
+        else:
+            gears[m.part, m.side] = first
+        if m.teeth:
+            teeth = np.array([m.body.position(node) for node in nodes])
+    return GearBlocks(planets, gears, teeth)
 
 
 def _join(b: UnderWay, joint: Joint) -> None:
@@ -177,41 +172,21 @@ def _join(b: UnderWay, joint: Joint) -> None:
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
         name, _, part = member.partition(".")
-        beam = b.train.stage(name).form(part) == "beam"
-        if beam and not b.a.has(f"{name}.output"):
+        stage, number = b.train.stage(name), b.train.stage_index(name)
+        if stage.form(part) == "beam" and not b.a.has(f"{name}.output"):
             matrix = behind_spline(matrix, spline_matrix(b.train.view(name)), end)
-        number = b.train.stage_index(name)
-        rows = np.zeros((6, b.a.size))
-        for body, node, share in _joint_nodes(b, name, part):
-            rows += share * b.a.rows(body, node)
-        ends.append(rows)
-        angles.append(b.frames[number].carrier)
+        turns_with_ring = part == "ring" and stage.form(part) == "fe"
+        ends.append(end_rows(b, member))
+        angles.append(b.frames[number].ring if turns_with_ring else b.frames[number].carrier)
     name = f"{joint.first}-{joint.second}"
     b.a.joint(name, ends[0], ends[1], matrix, (angles[0], angles[1]))
-
-
-def _joint_nodes(b: UnderWay, name: str, part: str) -> list[tuple[str, str, float]]:
-    """Bodies and nodes that move a member at its joint, with their share."""
-    stage, member = b.train.stage(name), f"{name}.{part}"
-    if not stage.is_flexible:
-        if part == "ring" and stage.double_helical:
-            return [(f"{member}_{side}", f"{member}_{side}", 0.5) for side in ("left", "right")]
-        return [(member, member, 1.0)]
-    if part != "ring":
-        return [(*end_of(b, name, part), 1.0)]
-    raise InputError(
-        b.train.source, f"joints: {member}", "is the flexible ring, which is bolted to the housing",
-        "join the carrier or the sun",
-    )  # fmt: skip
 
 
 def _radius(b: UnderWay, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     name, _, part = member.partition(".")
-    stage = b.train.stage(name)
-    radii = stage_radii(b.train.view(stage.name))
-    slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-    return float(getattr(radii, slot))
+    view = b.train.view(name)
+    return reference_radius(view.stage, part, stage_radii(view))
 
 
 def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
@@ -231,7 +206,10 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     lead = train.inputs[0].member if train.inputs else ""
     inertias = {f"{p.member}_inertia_kg_m2": train.port_inertia(p.member) for p in train.ports}
     return System(
-        variants={name: variants.get(name, Variant()) for name in train.flexible_stages},
+        variants={
+            name: variants.get(name, Variant()).of(view.bending_parts)
+            for name, view in train.flexible_stages.items()
+        },
         bodies=tuple(a.bodies),
         mass=a.mass,
         stiffness=without_rigid_forces(a.stiffness, a.mass, rigid),
@@ -253,6 +231,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         gear_meshes=labels(b.sets),
         links=tuple(a.links),
         bearings=tuple(a.bearings),
+        frames=dict(zip([s.name for s in train.stages], b.frames, strict=True)),
         turning=tuple(a.turning),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
@@ -271,21 +250,27 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
 def _loose_motions(b: UnderWay) -> Array:
     """Motions (d, r) that no constant spring resists.
 
-    Those of a flexible stage alone are known in closed form and have no round-off: planets orbit
-    with the carrier, each planet spins, the sun turns with its output. There are more where the sun
-    floats without a spring.
+    Those of a single stage with bodies that bend are known in closed form and have no round-off:
+    planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with
+    what hangs on it. There are others where members float without a spring.
     """
     loose, stage = b.a.loose_motions(), b.train.stages[0]
-    if not b.train.is_short:
+    if len(b.train.stages) > 1 or b.train.joints or not stage.is_flexible:
         return loose
-    orbit, spins = b.a.rotation("stage.carrier"), []
-    for i in range(stage.planets):
-        planet = f"stage.planet_{i + 1}"
-        orbit[b.a.starts[planet] + 1] = stage_radii(b.train.view()).center_distance
-        spins.append(b.a.rotation(planet))
-    turning = b.a.rotation("stage.shaft") + b.a.rotation("stage.output")
-    known = np.column_stack([orbit, *spins, turning])
-    return known if loose.shape == known.shape else loose
+    held, motions = b.train.held_members(), {}
+    for m in b.members[0]:
+        motions[m.part if m.part != "planet" else m.body.name] = b.a.rotation(m.body.name)
+    orbit = motions["carrier"]
+    for m in b.members[0]:
+        if m.part == "planet":
+            orbit[b.a.starts[m.body.name] + 1] = stage_radii(b.train.view()).center_distance
+    known = [row for name, row in motions.items() if "." in name]
+    groups = {"carrier": ("carrier",), "ring": ("ring", "hub"), "sun": ("sun", "output")}
+    for member, parts in groups.items():
+        if f"{stage.name}.{member}" not in held:
+            known.append(np.sum([motions[part] for part in parts if part in motions], axis=0))
+    found = np.column_stack(known)
+    return found if loose.shape == found.shape else loose
 
 
 def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:

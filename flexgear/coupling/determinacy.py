@@ -189,6 +189,8 @@ def _holder(bodies: Sequence[Body], name: str, direction: str) -> str:
         return f"joints.{key}"  # in series with its spline
     if part == "output":
         return f"output.bearing.{key}"
+    if part == "hub":
+        return f"{before}ring.hub.bearing.{key}"
     body = next(b for b in bodies if b.name == name)
     if part == "ring" and len(body.node_names) > 1:
         return before + _ring_key(body, key)

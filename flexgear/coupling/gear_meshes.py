@@ -215,6 +215,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
     p, e = s.path, s.errors
     cos_b = p.cos_base_helix
     angles = np.where(np.asarray(e.runout_angle, dtype=int) == 0, s.angle, s.carrier_angle)
+    rates = np.where(angles < 0, 0.0, e.runout_rate)  # what stands in space before a held carrier
     c.add(
         sided=int(s.one_sided),
         model=s.model,
@@ -258,9 +259,9 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         error_gear=e.gear_tooth,
         error_planet=e.planet_tooth[i],
         runout_amplitude=e.runout_amplitude[i],
-        runout_rate=e.runout_rate,
+        runout_rate=rates,
         runout_phase=e.runout_phase[i],
-        runout_angle=angles,
+        runout_angle=np.maximum(angles, 0),
         damping=2 * s.damping_ratio * math.sqrt(s.equivalent_mass),
     )
 

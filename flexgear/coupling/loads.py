@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.gear_meshes import GivenLoad
-from flexgear.coupling.lumped_stage import frame_matrices, orbit_force, planet_axes
-from flexgear.coupling.under_way import UnderWay, end_of
+from flexgear.coupling.members import Member
+from flexgear.coupling.rotor_terms import frame_matrices, orbit_force, planet_axes
+from flexgear.coupling.under_way import UnderWay, ends_of
 from flexgear.gears.radii import stage_radii
-from flexgear.model.errors import FlexgearError, InputError
+from flexgear.model.errors import InputError
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -18,82 +19,73 @@ Array = NDArray[np.float64]
 def given_loads(b: UnderWay) -> list[GivenLoad]:
     """Forces given from outside."""
     out: list[GivenLoad] = []
-    gravity = np.array(b.train.gravity)
-    place: dict[str, tuple[int, int]] = {}
     for number, stage in enumerate(b.train.stages):
-        frame = b.frames[number]
-        if stage.is_flexible:
-            place |= {
-                f"{stage.name}.{part}": (_node(b, *end_of(b, stage.name, part)), frame.carrier)
-                for part in ("carrier", "sun")
-                if any(f"{stage.name}.{part}" == load.member for load in b.train.loads)
-            }
-            if gravity.any():
-                out += _weights(b, number, gravity)
         speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
         radius = stage_radii(b.train.view(stage.name)).center_distance
         for m in b.members[number]:
-            block = _block(b, m.body.name)
-            place[m.body.name] = (block, frame.carrier)
-            if gravity.any():
-                weight = turn(-planet_axes(stage, m)) @ np.r_[m.mass * gravity, 0, 0, 0]
-                out.append(GivenLoad(block, weight, frame.carrier))
+            if any(b.train.gravity):
+                out.append(_weight(b, number, m))
             if b.train.gyroscopic and m.part == "planet":
+                block = b.block_of[m.body.name]
                 force = orbit_force(stage, m, radius, speed)
                 out.append(GivenLoad(block, force, grows=1))
-    if gravity.any() and b.a.has("housing"):
-        node = len(b.blocks) + b.a.contact_node(b.a.weight_rows("housing"), -1)
-        out.append(GivenLoad(node, np.r_[gravity, 0, 0, 0]))
-    for k, load in enumerate(b.train.loads):
-        vector = np.r_[load.force, load.moment]
-        if load.member not in place:
-            raise InputError(
-                b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
-                f"name one of {', '.join(sorted(place))}",
-            )  # fmt: skip
-        block, angle = place[load.member]
-        out.append(GivenLoad(block, vector, angle if load.frame == "fixed" else -1))
+    if any(b.train.gravity) and b.a.has("housing"):
+        node = _new_block(b, b.a.weight_rows("housing"))
+        out.append(GivenLoad(node, np.r_[b.train.gravity, 0, 0, 0]))
+    return out + [_given_load(b, k) for k in range(len(b.train.loads))]
+
+
+def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
+    """Weight of a body through all its mass: of a reduced body Rᵀ M g on every coordinate. In
+    bodies whose frame turns gravity turns backwards."""
+    size, block = 1.0, b.block_of.get(m.body.name, -1)
+    if m.form == "lumped" and block >= 0:
+        size = m.mass
+    else:
+        block = _new_block(b, b.a.weight_rows(m.body.name))
+    vector = turn(-planet_axes(b.train.stages[number], m)) @ np.r_[b.train.gravity, 0, 0, 0]
+    return GivenLoad(block, size * vector, b.body_angle(number, m))
+
+
+def _given_load(b: UnderWay, k: int) -> GivenLoad:
+    """The load that the case lists as number k, on a member where it meets the rest of the train or
+    on any lumped body."""
+    load, places = b.train.loads[k], _places(b)
+    if load.member not in places:
+        raise InputError(
+            b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
+            f"name one of {', '.join(sorted(places))}",
+        )  # fmt: skip
+    number, m, (body, node) = places[load.member]
+    block = b.block_of.get(body, -1)
+    if m.form != "lumped" or block < 0:
+        block = _new_block(b, b.a.rows(body, node))
+    angle = b.body_angle(number, m)
+    if load.frame == "carrier" and m.teeth:
+        raise InputError(
+            b.train.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
+            'give the load in fixed axes, frame = "fixed"',
+        )  # fmt: skip
+    vector = np.r_[load.force, load.moment]
+    return GivenLoad(block, vector, angle if load.frame == "fixed" else -1)
+
+
+def _places(b: UnderWay) -> dict[str, tuple[int, Member, tuple[str, str]]]:
+    """What can be loaded: by name its stage, its body and the body's node."""
+    out = {}
+    for number, members in enumerate(b.members):
+        for m in members:
+            member = f"{b.train.stages[number].name}.{m.part}"
+            if m.form == "lumped" and m.part not in ("hub", "output"):
+                out[m.body.name] = (number, m, (m.body.name, m.node))
+            elif m.form != "lumped" and (ends := ends_of(b, member)):
+                out[member] = (number, m, ends[0])
     return out
 
 
-def _weights(b: UnderWay, number: int, gravity: Array) -> list[GivenLoad]:
-    """Weight of all bodies of a flexible stage, through all their mass: of a reduced body Rᵀ M g on
-    every coordinate. In bodies whose frame follows the carrier gravity turns backwards."""
-    stage, out = b.train.stages[number], list[GivenLoad]()
-    case = b.train.flexible_stages[stage.name]
-    for body in b.a.bodies:
-        owner, _, part = body.name.partition(".")
-        if owner != stage.name:
-            continue
-        axes = 0.0
-        if part.startswith("planet_"):
-            axes = case.stage.planet_angles[int(part.removeprefix("planet_")) - 1]
-        block = len(b.blocks) + b.a.contact_node(b.a.weight_rows(body.name), -1)
-        angle = -1 if part == "ring" else b.frames[number].carrier
-        out.append(GivenLoad(block, turn(-axes) @ np.r_[gravity, 0, 0, 0], angle))
-    return out
-
-
-def _node(b: UnderWay, body: str, node: str) -> int:
-    """Block of a node of a flexible stage, made for a load there."""
-    return len(b.blocks) + b.a.contact_node(b.a.rows(body, node), -1)
-
-
-def _block(b: UnderWay, body: str) -> int:
-    """Number of the block of a lumped body, which has one."""
-    at = 0
-    for stage, members in zip(b.train.stages, b.members, strict=True):
-        names = [m.body.name for m in members]
-        if body in names:
-            return at + names.index(body)
-        at += len(members) if not stage.is_flexible else _nodes(b, stage.name)
-    raise FlexgearError(f"there is no body {body!r} in the train")
-
-
-def _nodes(b: UnderWay, stage: str) -> int:
-    case = b.train.stage(stage)
-    assert case.ring is not None
-    return case.ring.teeth + case.planets + 1
+def _new_block(b: UnderWay, rows: Array) -> int:
+    """Block of rows (6, d), made for a force there."""
+    return len(b.blocks) + b.a.contact_node(rows, -1)
 
 
 def frame_forces(b: UnderWay, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:
@@ -107,11 +99,13 @@ def frame_forces(b: UnderWay, rolling: Array, masters: Array) -> tuple[Array | N
     turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
     for number, stage in enumerate(b.train.stages):
         flow = b.flow.stage(stage.name)
-        frame = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
+        carrier = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
         for m in b.members[number]:
-            spin = (
-                flow.planet_speed if m.part == "planet" else b.flow.speed[f"{stage.name}.{m.part}"]
-            )
+            if m.form != "lumped":
+                continue
+            part = {"hub": "ring", "output": "sun"}.get(m.part, m.part)
+            spin = flow.planet_speed if part == "planet" else b.flow.speed[f"{stage.name}.{part}"]
+            frame = spin if m.part == "hub" else carrier
             at = b.a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
     rest = np.eye(b.a.size) - rolling @ masters

@@ -22,12 +22,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from flexgear.coupling.gear_meshes import GearMeshSet
-from flexgear.coupling.lumped_bodies import lumped_members
-from flexgear.coupling.lumped_stage import StageFrame, lumped_sets
-from flexgear.coupling.stage_parts import stage_sets
+from flexgear.coupling.stage_meshes import blocks_anywhere, stage_sets
+from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
@@ -112,13 +109,8 @@ def case_pace(case: Case) -> Pace:
     flow = power_flow(case)
     sets: list[GearMeshSet] = []
     for number, stage in enumerate(case.stages):
-        if stage.is_flexible:
-            view, own = case.view(stage.name), flow.stage(stage.name)
-            assert stage.ring is not None
-            sets += stage_sets(view, own, tooth_positions=np.zeros((stage.ring.teeth, 3)))
-        else:
-            members, own = lumped_members(case, stage), flow.stage(stage.name)
-            sets += lumped_sets(case, number, members, own, StageFrame(0, -1), 0)
+        blocks = blocks_anywhere(case, number)
+        sets += stage_sets(case, number, flow.stage(stage.name), StageFrame(0, -1), blocks)
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
     return _pace(highest, sets, case.solver)
 

@@ -7,6 +7,7 @@ bearings, bolts, spline. Gear meshes and supports that are not invariant to rota
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,23 +20,44 @@ from flexgear.coupling.machines import Brake, Machine
 from flexgear.coupling.pair_data import PairData
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.bodies import Body
+from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Which components bend; True is flexible."""
+    """Which components bend; True is flexible, None what the stage has as a lumped body."""
 
-    ring: bool = True
-    carrier: bool = True
-    shaft: bool = True
+    ring: bool | None = True
+    carrier: bool | None = True
+    shaft: bool | None = True
 
     @property
     def label(self) -> str:
         """ "flexible", "rigid", or the flexible components joined by +."""
-        parts = [n for n in ("ring", "carrier", "shaft") if getattr(self, n)]
-        return {0: "rigid", 3: "flexible"}.get(len(parts), "+".join(parts))
+        could = [n for n in ("ring", "carrier", "shaft") if getattr(self, n) is not None]
+        parts = [n for n in could if getattr(self, n)]
+        return {0: "rigid", len(could): "flexible"}.get(len(parts), "+".join(parts))
+
+    def of(self, parts: Sequence[str]) -> Variant:
+        """The same of a stage where only ``parts`` could bend."""
+        lumped = {n: None for n in ("ring", "carrier", "shaft") if n not in parts}
+        return replace(self, **lumped)
+
+
+@dataclass(frozen=True)
+class StageFrame:
+    """By which of the system's angles the frames of a stage have turned, −1 where one stands.
+
+    theta: the stage's angle θ = φ_carrier − φ_ring, the gear's of a parallel stage; carrier: of
+    the carrier, in whose frame all lumped members and the sun are; ring: of the ring, whose own
+    frame holds it and its hub if it is an FE body.
+    """
+
+    theta: int
+    carrier: int
+    ring: int = -1
 
 
 @dataclass(frozen=True)
@@ -134,6 +156,7 @@ class System:
     centripetal: Array | None = None
     bearings: tuple[LawBearing, ...] = ()
     header: dict[str, float | str] = field(default_factory=dict)
+    frames: dict[str, StageFrame] = field(default_factory=dict)
 
     @property
     def variant(self) -> str:
@@ -224,6 +247,18 @@ class System:
         rows = np.zeros((6, self.size))
         rows[:, self.slice_of(body)] = self.body(body).node(node)
         return rows
+
+    def ring_turn(self, body: str) -> Array:
+        """Row (d,) of the rotation of an FE ring's frame, zero of any other body."""
+        stage, _, part = body.rpartition(".")
+        fe_ring = part == "ring" and len(self.body(body).node_names) > 1
+        at = self.frames[stage].ring if fe_ring and stage in self.frames else -1
+        return np.asarray(self.angles[at]) if at >= 0 else np.zeros(self.size)
+
+    def own_rows(self, body: str, node: str) -> Array:
+        """Motion (6, d) of a node in its body's frame, of an FE ring against that frame's turn."""
+        spin = rigid_rows(self.body(body).position(node))[:, 5]
+        return self.node_rows(body, node) - np.outer(spin, self.ring_turn(body))
 
     def with_(self, **changes: object) -> System:
         """A copy with the given fields changed."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GearMeshSet
-from flexgear.coupling.lumped_bodies import LumpedMember
-from flexgear.coupling.lumped_stage import StageFrame
+from flexgear.coupling.members import Member
+from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 
@@ -19,15 +19,20 @@ Array = NDArray[np.float64]
 
 @dataclass
 class UnderWay:
-    """What grows while a train is put together."""
+    """What grows while a train is put together.
+
+    members: stage by stage; blocks: nodes (6, d) of gear meshes; block_of: by body the block of its
+    gear, of the first tooth of an FE ring.
+    """
 
     train: Case
     flow: PowerFlow
     a: Assembly
-    members: list[list[LumpedMember]]
+    members: list[list[Member]]
     frames: list[StageFrame] = field(default_factory=list)
     angles: list[Array] = field(default_factory=list)
     blocks: list[Array] = field(default_factory=list)
+    block_of: dict[str, int] = field(default_factory=dict)
     sets: list[GearMeshSet] = field(default_factory=list)
 
     def angle(self, row: Array) -> int:
@@ -38,34 +43,51 @@ class UnderWay:
         self.angles.append(row)
         return len(self.angles) - 1
 
+    def body_angle(self, stage: int, m: Member) -> int:
+        """By which angle a body's frame has turned, −1 where it stands: an FE ring and its hub are
+        in the ring's frame, all else in the carrier's."""
+        frame = self.frames[stage]
+        return frame.ring if m.part == "hub" or m.teeth else frame.carrier
+
+
+def ends_of(b: UnderWay, member: str) -> list[tuple[str, str]]:
+    """Bodies and nodes at which a member meets the rest of the train, with equal shares: the hub
+    of an FE ring that turns, both halves of a double-helical ring; none of an FE ring that is held.
+    """
+    name, _, part = member.partition(".")
+    stage = b.train.stage(name)
+    form = stage.form(part)
+    if form == "beam":
+        behind = b.a.has(f"{name}.output")
+        end = ("output", f"{name}.output") if behind else ("shaft", "end")
+        return [(f"{name}.{end[0]}", end[1])]
+    if form == "fe" and part == "ring":
+        return [(f"{name}.hub", f"{name}.hub")] if b.a.has(f"{name}.hub") else []
+    if form == "fe":
+        return [(member, "drive")]
+    if part == "ring" and stage.double_helical:
+        return [(f"{member}_{side}", f"{member}_{side}") for side in ("left", "right")]
+    return [(member, member)]
+
+
+def end_rows(b: UnderWay, member: str) -> Array:
+    """Motion (6, d) of a member where it meets the rest of the train; zero of a held FE ring."""
+    ends = ends_of(b, member)
+    rows = np.zeros((6, b.a.size))
+    for end in ends:
+        rows += b.a.rows(*end) / len(ends)
+    return rows
+
 
 def rotation(b: UnderWay, member: str) -> Array:
     """Row (d,) of the rotation of a member; zero where it is held fast."""
-    name, _, part = member.partition(".")
-    stage = b.train.stage(name)
-    if not stage.is_flexible:
-        if part == "ring" and stage.double_helical:
-            halves = [f"{member}_{side}" for side in ("left", "right")]
-            return 0.5 * np.sum([b.a.rows(h, h)[5] for h in halves], axis=0)
-        return b.a.rows(member, member)[5]
-    if part == "ring":
-        return np.zeros(b.a.size)
-    return b.a.rows(*end_of(b, name, part))[5]
+    return np.asarray(end_rows(b, member)[5])
 
 
 def speed_row(b: UnderWay, member: str) -> Array:
-    """Row (d,) of the rotation that stands for a member's speed: pins of a flexible carrier."""
+    """Row (d,) of the rotation that stands for a member's speed: pins of an FE carrier."""
     name, _, part = member.partition(".")
     frame = b.frames[b.train.stage_index(name)]
-    if part == "carrier" and b.train.stage(name).is_flexible:
-        return b.angles[frame.theta]
+    if part == "carrier" and b.train.stage(name).form("carrier") == "fe" and frame.carrier >= 0:
+        return b.angles[frame.carrier]
     return rotation(b, member)
-
-
-def end_of(b: UnderWay, name: str, part: str) -> tuple[str, str]:
-    """Body and node at which carrier or sun of a flexible stage meets the rest of the train."""
-    if part == "carrier":
-        return f"{name}.carrier", "drive"
-    if b.a.has(f"{name}.output"):
-        return f"{name}.output", "output"
-    return f"{name}.shaft", "end"

@@ -24,7 +24,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
-from flexgear.model.stage_view import StageView, inside, spoken, stage_key
+from flexgear.model.stage_view import StageView, inside, spoken
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.reduced import ReducedBody
 
@@ -43,13 +43,6 @@ def require_workable(case: Case) -> None:
                 forces = flow.stage(stage.name).gear_mesh_forces
                 stage_paths(case.view(stage.name), forces)
                 continue
-            if f"{stage.name}.ring" not in case.held_members():
-                raise InputError(
-                    case.source, stage_key(stage, "ring.fe"),
-                    "is a flexible stage, whose ring is bolted to the housing, but the ring turns",
-                    f'add "{stage.name}.ring" to held and let carrier and sun turn, or use a '
-                    "lumped stage",
-                )  # fmt: skip
             with inside(case, stage):
                 _require_stage(case.view(stage.name))
                 bodies[stage.name] = stand_ins(case.view(stage.name))
@@ -74,47 +67,56 @@ def _require_steps(case: Case, frequency: float) -> None:
 def _require_stage(case: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     require_assembly(case, stage_geometry(case))
-    for part in (case.ring, case.carrier):
-        if part.fe_mesh == "file":
-            _require_file(case, part)
+    for name in case.fe_parts:
+        _require_file(case, name)
     require_fe_meshes(case)
 
 
-def _require_file(case: StageView, part: Ring | Carrier) -> None:
+def _require_file(case: StageView, name: str) -> None:
+    part: Ring | Carrier = getattr(case, name)
     file = Path(str(part.fe_mesh_file))
-    if not file.is_file():
-        key = f"{'ring' if part is case.ring else 'carrier'}.fe_mesh_file"
+    if part.fe_mesh == "file" and not file.is_file():
+        key = f"{name}.fe_mesh_file"
         problem = "is a folder" if file.is_dir() else "there is no such file"
         raise InputError(case.source, key, f"{file}: {problem}", "check the path")
 
 
-def stand_ins(case: StageView) -> tuple[ReducedBody, ReducedBody]:
-    """Ring and carrier of a stage as rigid bodies of the size of the case."""
-    geometry, stage, width = stage_geometry(case), case.stage, case.stage.face_width
-    ring = {
+def stand_ins(case: StageView) -> tuple[ReducedBody | None, ReducedBody | None]:
+    """Ring and carrier of a stage as rigid bodies of the size of the case; None where lumped."""
+    return (
+        _ring_stand_in(case) if "ring" in case.fe_parts else None,
+        _carrier_stand_in(case) if "carrier" in case.fe_parts else None,
+    )
+
+
+def _ring_stand_in(case: StageView) -> ReducedBody:
+    geometry, width = stage_geometry(case), case.stage.face_width
+    nodes = {
         **_circle("tooth_{:03d}", case.ring_gear.teeth, geometry.ring.reference_radius),
         **{support.node: support.place for support in ring_supports(case.ring, width)},
     }
+    inner = geometry.ring.root_radius
+    outer = inner + case.ring.rim_thickness
+    mass = case.material.density * math.pi * (outer**2 - inner**2) * width
+    return _stand_in("ring", nodes, mass)
+
+
+def _carrier_stand_in(case: StageView) -> ReducedBody:
     c, side = case.carrier, 1.0 if case.carrier.drive_side == "+z" else -1.0
     drive = 0.5 * c.plate_gap + c.plate_thickness_drive
     far = 0.5 * (c.plate_gap + c.seat_far.width) + c.plate_thickness_far
-    radius = geometry.center_distance
-    carrier = {
+    radius = stage_geometry(case).center_distance
+    nodes = {
         "drive": (0.0, 0.0, side * (drive + c.hub_length)),
         "bearing_drive": (0.0, 0.0, side * (drive + 0.5 * c.seat_drive.width)),
         "bearing_far": (0.0, 0.0, -side * far),
         **{
             f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
-            for i, phi in enumerate(stage.planet_angles)
+            for i, phi in enumerate(case.stage.planet_angles)
         },
     }
-    density = case.material.density
-    outer = geometry.ring.root_radius + case.ring.rim_thickness
-    masses = (
-        density * math.pi * (outer**2 - geometry.ring.root_radius**2) * width,
-        density * math.pi * (c.plate_diameter / 2) ** 2 * 2 * c.plate_thickness_drive,
-    )
-    return _stand_in("ring", ring, masses[0]), _stand_in("carrier", carrier, masses[1])
+    plates = math.pi * (c.plate_diameter / 2) ** 2 * 2 * c.plate_thickness_drive
+    return _stand_in("carrier", nodes, case.material.density * plates)
 
 
 def _circle(

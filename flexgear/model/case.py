@@ -85,6 +85,11 @@ class Case(Section):
         return {s.name: self.view(s.name) for s in self.stages if s.is_flexible}
 
     @property
+    def fe_ring_stages(self) -> dict[str, StageView]:
+        """Those whose ring is an FE body, with a node at every tooth."""
+        return {n: view for n, view in self.flexible_stages.items() if "ring" in view.fe_parts}
+
+    @property
     def is_short(self) -> bool:
         """Whether it is written in the short form."""
         return self.kind == "stage"

@@ -83,6 +83,16 @@ class StageView:
         return found
 
     @property
+    def fe_parts(self) -> tuple[str, ...]:
+        """Its members that are FE bodies, of "ring" and "carrier"."""
+        return tuple(part for part in ("ring", "carrier") if self.stage.form(part) == "fe")
+
+    @property
+    def bending_parts(self) -> tuple[str, ...]:
+        """What of it may bend, of "ring", "carrier" and "shaft"."""
+        return (*self.fe_parts, *(["shaft"] if self.stage.form("sun") == "beam" else []))
+
+    @property
     def seat_bearings(self) -> dict[str, Bearing]:
         """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
         carrier = self.stage.carrier

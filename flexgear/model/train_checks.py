@@ -21,6 +21,7 @@ def check_train(train: Case) -> None:
     _check_held(train)
     check_machines(train)
     _check_behind_shafts(train)
+    _check_hubs(train)
 
 
 def _check_stage_names(train: Case) -> None:
@@ -86,11 +87,12 @@ def _check_held(train: Case) -> None:
         k = train.stage_index(name)
         part = name.partition(".")[2]
         if train.stages[k].form(part) == "fe":
-            continue
+            continue  # its own supports, or the hub
         support = train.member(name).support
         turns = train.kinematics_of(name) != "fixed"
         said = train.output is None and name in train.held  # there is no torque to take
-        if name in held and turns and not support.holds_rotation and not said:
+        splined = train.stages[k].form(part) == "beam"  # the shaft's end stands in the housing
+        if name in held and turns and not support.holds_rotation and not said and not splined:
             raise Refusal(
                 f"stages.{k}.{part}.support.tangential",
                 f"is zero, so nothing takes the torque of the held {name}",
@@ -123,3 +125,20 @@ def _check_behind_shafts(train: Case) -> None:
             if not beam and getattr(port, key) is not None:
                 problem = f"is of a body behind a sun's shaft, but {port.member} has none"
                 raise Refusal(f"{at}.{key}", problem, "give it to the member")
+
+
+def _check_hubs(train: Case) -> None:
+    """An FE ring that turns stands on a hub, and only such a ring."""
+    held = train.held_members()
+    for k, stage in enumerate(train.stages):
+        if stage.form("ring") != "fe" or stage.ring is None:
+            continue
+        turns = f"{stage.name}.ring" not in held
+        if turns and stage.ring.hub is None:
+            problem = "is missing, and the FE ring turns: its bolts, fits and splines stand on it"
+            raise Missing(
+                f"stages.{k}.ring.hub", problem, f'add it, or name "{stage.name}.ring" in held'
+            )
+        if not turns and stage.ring.hub is not None:
+            problem = "is that of a ring that turns, but the ring is held"
+            raise Refusal(f"stages.{k}.ring.hub", problem, "take it out, or hold another member")

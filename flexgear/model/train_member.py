@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.carrier import Carrier
+from flexgear.model.hub import Hub
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.shaft import Shaft
@@ -113,15 +114,20 @@ class SunGear(TrainGear):
 
 
 class RingGear(TrainGear):
-    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own.
+    """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own. They
+    stand on the housing, or on a hub where the ring turns.
 
-    fe: the FE body in place of the lumped one.
+    fe: the FE body in place of the lumped one. hub: what an FE ring that turns is held on.
     """
 
     fe: Ring | None = None
+    hub: Hub | None = None
 
     @model_validator(mode="after")
     def _one_body(self) -> RingGear:
+        if self.hub is not None and self.fe is None:
+            problem = "is that of an FE ring, but the ring is lumped"
+            raise Refusal("hub", problem, "take it out, or give the ring fe")
         _refuse_lumped(self, self.fe is not None, "fe", "its bolts, fits and splines")
         return self
 

@@ -73,14 +73,14 @@ def _gear_mesh(kind: str, other: str) -> dict[str, Quantity]:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "carrier_angle": Quantity((S,), "rad", "mean rotation of the pins"),
-    "carrier_speed": Quantity((S,), "rad/s", "mean speed of the pins"),
+    "carrier_angle": Quantity((S,), "rad", "mean rotation of the pins against the ring"),
+    "carrier_speed": Quantity((S,), "rad/s", "mean speed of the pins against the ring"),
     "input_torque": Quantity((S,), "N m", "drive torque on the carrier"),
     "output_torque": Quantity((S,), "N m", "torque the brake takes at the sun shaft"),
     "output_speed": Quantity((S,), "rad/s", "speed of the sun shaft's output end"),
     **_gear_mesh("ring", "ring"),
     **_gear_mesh("sun", "sun"),
-    "tooth_displacement": Quantity((S, "tooth", "axis"), "m", "ring tooth node, global axes"),
+    "tooth_displacement": Quantity((S, "tooth", "axis"), "m", "ring tooth node, axes of the ring"),
     "sun_displacement": Quantity((S, "dof"), "m, rad", "sun, carrier axes, rolling taken off"),
     "planet_displacement": Quantity(
         (S, "planet", "dof"), "m, rad", "planet, axes radial, tangential, axial, rolling taken off"

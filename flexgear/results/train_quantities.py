@@ -60,6 +60,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "stage_angle": Quantity(
         (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
     ),
+    "carrier_angle": Quantity(
+        (S, "turning_stage"), "rad", "rotation of the carrier in space (mean of the pins); 0: none"
+    ),
+    "ring_angle": Quantity(
+        (S, "turning_stage"), "rad", "rotation of the ring in space (hub of an FE ring); 0: none"
+    ),
     "stage_speed": Quantity((S, "turning_stage"), "rad/s", "its speed when the train rolls"),
     "output_speed": Quantity((S,), "rad/s", "speed of the output"),
     "closure": QUANTITIES["closure"],

@@ -73,9 +73,10 @@ def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         theta = speed["gear"] if stage.kind == "parallel" else carrier - speed["ring"]
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
-        # a ring that bends between its bolts stands in space, too
         errors = train.view(stage.name).errors
-        sources = error_sources(errors, housing=still or stage.is_flexible)
+        sources = error_sources(errors, housing=still)
+        if stage.form("ring") == "fe":  # bends between its bolts
+            sources = (*sources, "ring")
         found.append(
             StageMotion(
                 stage.name,

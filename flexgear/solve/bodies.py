@@ -15,7 +15,6 @@ from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.reduced import ReducedBody
 
 Progress = Callable[[str, float], None]
-PARTS = ("ring", "carrier", "shaft")
 
 
 def silent(stage: str, fraction: float) -> None:
@@ -23,10 +22,15 @@ def silent(stage: str, fraction: float) -> None:
 
 
 class StageBodies(NamedTuple):
-    """The two reduced bodies of a flexible stage."""
+    """Reduced FE bodies of a stage, None where the member is lumped."""
 
-    ring: ReducedBody
-    carrier: ReducedBody
+    ring: ReducedBody | None
+    carrier: ReducedBody | None
+
+    @property
+    def by_part(self) -> dict[str, ReducedBody]:
+        """Those that there are."""
+        return {part: body for part, body in self._asdict().items() if body is not None}
 
 
 Bodies = Mapping[str, StageBodies]
@@ -39,10 +43,11 @@ def stage_bodies(
 
     limit_hz: frequency up to which they are compared with the unreduced bodies.
     """
-    return StageBodies(
-        ring_body(stage, named("ring", progress), limit_hz),
-        carrier_body(stage, named("carrier", progress), limit_hz),
-    )
+    found: dict[str, ReducedBody | None] = dict.fromkeys(StageBodies._fields)
+    for part, reduce in (("ring", ring_body), ("carrier", carrier_body)):
+        if part in stage.fe_parts:
+            found[part] = reduce(stage, named(part, progress), limit_hz)
+    return StageBodies(**found)
 
 
 def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBodies]:
@@ -74,9 +79,12 @@ def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
     rigid: "ring", "carrier", "shaft" of all flexible stages or "stage_1.ring" of one; "all".
     InputError for a name that is none, or where nothing could bend.
     """
-    known = [*PARTS, *(f"{s}.{part}" for s in case.flexible_stages for part in PARTS), "all"]
+    stages = case.flexible_stages
+    bending = {name: stage.bending_parts for name, stage in stages.items()}
+    parts = dict.fromkeys(part for own in bending.values() for part in own)
+    known = [*parts, *(f"{name}.{part}" for name, own in bending.items() for part in own), "all"]
     for name in rigid:
-        if not case.flexible_stages:
+        if not stages:
             raise InputError(
                 "--rigid", case.name, "has only lumped members, so nothing of it bends",
                 "take it out, or give the ring, carrier or sun an FE body or a shaft",
@@ -90,10 +98,10 @@ def variants_of(case: Case, rigid: Sequence[str] = ()) -> dict[str, Variant]:
             **{
                 part: getattr(stage, part).flexible
                 and not {part, f"{name}.{part}", "all"} & set(rigid)
-                for part in PARTS
+                for part in bending[name]
             }
-        )
-        for name, stage in case.flexible_stages.items()
+        ).of(bending[name])
+        for name, stage in stages.items()
     }
 
 

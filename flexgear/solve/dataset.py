@@ -56,9 +56,13 @@ def _stage_rates(model: Model, speeds: Array) -> Array:
 
 def _stage_angles(model: Model) -> list[int]:
     """Which of the system's angles each stage turns by."""
-    labels, angle = model.system.gear_meshes, model.system.pairs.angle
-    first = {label.stage: int(angle[m]) for m, label in reversed(list(enumerate(labels)))}
-    return [first[number] for number in range(len(model.case.stages))]
+    return [frame.theta for frame in model.system.frames.values()]
+
+
+def _turned(model: Model, result: Equilibrium | Transient, part: str) -> Array:
+    """Rotations (t, stages) of the carriers or rings in space; zero of those that stand."""
+    found = [getattr(frame, part) for frame in model.system.frames.values()]
+    return np.where(np.array(found) < 0, 0.0, result.theta[:, found])
 
 
 def _dataset(
@@ -79,6 +83,8 @@ def _dataset(
         {
             "master_angle": masters,
             "stage_angle": result.theta[:, _stage_angles(model)],
+            "carrier_angle": _turned(model, result, "carrier"),
+            "ring_angle": _turned(model, result, "ring"),
             "port_torque": torques,
             "gear_mesh_force": force,
             "rated_gear_mesh_force": model.rated,
@@ -200,7 +206,7 @@ def _motions(
         ("carrier_node", _nodes(model, "carrier"), 6),
     ):
         if nodes:
-            rows = np.vstack([model.system.node_rows(*node)[:dofs] for node in nodes])
+            rows = np.vstack([model.system.own_rows(*node)[:dofs] for node in nodes])
             motion = recovery.motion(rows).reshape(count, len(nodes), dofs)
             arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
             labels |= _node_labels(model, name, nodes)
@@ -219,7 +225,8 @@ def _supports(model: Model) -> list[str]:
 
 def _nodes(model: Model, part: str, start: str = "") -> list[tuple[str, str]]:
     """(body, node) of the finite-element bodies of one kind, stage by stage."""
-    bodies = [f"{stage}.{part}" for stage in model.case.flexible_stages]
+    stages = model.case.flexible_stages.items()
+    bodies = [f"{stage}.{part}" for stage, view in stages if part in view.fe_parts]
     return [
         (body, node)
         for body in bodies

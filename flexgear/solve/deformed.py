@@ -15,7 +15,7 @@ from flexgear.solve.model import Model, rated_rotations
 
 def bending_bodies(model: Model) -> list[str]:
     """Finite-element bodies that bend: "stage.ring", "stage.carrier"."""
-    names = [f"{stage}.{part}" for stage in model.bodies for part in ("ring", "carrier")]
+    names = [f"{stage}.{part}" for stage, own in model.bodies.items() for part in own.by_part]
     return [name for name in names if not model.system.body(name).rigid]
 
 
@@ -31,7 +31,7 @@ def deformed(
     if body not in known:
         raise InputError("deformed", body, "is no body that bends", nearest(body, known))
     stage, _, part = body.partition(".")
-    reduced = getattr(model.bodies[stage], part)
+    reduced = model.bodies[stage].by_part[part]
     system = model.system
     given = system.rated_torque if torque is None else torque
     found = revolution(model.modal, rated_rotations(system, np.array([carrier_angle])), given)

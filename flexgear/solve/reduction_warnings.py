@@ -18,7 +18,7 @@ _OTHER_TIE = {"root": "flank", "flank": "root"}
 
 
 def reduction_warnings(
-    case: Case, bodies: Mapping[str, Iterable[ReducedBody]], variants: Mapping[str, Variant]
+    case: Case, bodies: Mapping[str, Iterable[ReducedBody | None]], variants: Mapping[str, Variant]
 ) -> list[str]:
     """A line for every body that bends and misses the promise; bodies, variants by stage."""
     found = []
@@ -32,7 +32,7 @@ def reduction_warnings(
 
 def _warnings(
     case: StageView,
-    bodies: Iterable[ReducedBody],
+    bodies: Iterable[ReducedBody | None],
     bends: Variant,
     wanted: float,
     at: str,
@@ -40,7 +40,7 @@ def _warnings(
     """Lines about the bodies that bend; at: before their names."""
     found = []
     for body in bodies:
-        if getattr(bends, body.name):
+        if body is not None and getattr(bends, body.name):
             if said := _fault(body.report):
                 found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name)}")
             if said := _frequency_fault(body.report, wanted):

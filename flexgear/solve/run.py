@@ -212,11 +212,13 @@ def run(
 
 def _positions(model: Model) -> NDArray[np.float64]:
     """Lead angles over one gear-mesh cycle of the slowest stage, where rings bend over a whole turn
-    of the lead; one of a train at rest."""
-    if model.case.flexible_stages:
-        return np.linspace(0, 2 * np.pi, TURN, endpoint=False)
+    of carrier against ring; one of a train at rest."""
     motions = stage_motions(model.case, model.flow)
     turning = [m for m in motions if m.theta]
+    rings = [m for m in turning if m.name in model.case.fe_ring_stages]
+    if rings:
+        turn = max(m.turn_period for m in rings) * abs(lead_speed(model.case, model.flow))
+        return np.linspace(0, turn, TURN, endpoint=False)
     if not turning:
         return np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)

@@ -103,9 +103,9 @@ def bodies_summary(
         return {}
     alone = case.is_short
     reports = {
-        part if alone else f"{stage}.{part}": getattr(first.bodies[stage], part).report
+        part if alone else f"{stage}.{part}": body.report
         for stage in case.flexible_stages
-        for part in ("ring", "carrier")
+        for part, body in first.bodies[stage].by_part.items()
     }
     compared = {n: one.data for n, one in runs.items() if not n.endswith("without errors")}
     ends = ("drive", "output") if alone else tuple(port.member for port in case.ports)
@@ -118,14 +118,14 @@ def bodies_summary(
             "equilibrium_closure_max": datasets["equilibrium"].attrs["closure_max"],
             "inertia_kg_m2": inertias,
         }
-        for stage in case.flexible_stages
+        for stage in case.fe_ring_stages
     }
     return {
         "fe": {name: {"dofs": report["fe_dofs"]} for name, report in reports.items()},
         "reduction": {name: _reduction(report) for name, report in reports.items()},
         "second_reduction": {n: finite(m.modal.figures) for n, m in models.items() if not m.ideal},
-        "kinematics": _first_or_all({s: kinematics(first, s) for s in steady}, alone),
-        "steady": _first_or_all(steady, alone),
+        "kinematics": _first_or_all({s: kinematics(first, s) for s in case.flexible_stages}, alone),
+        "steady": _first_or_all(steady, alone and bool(steady)),
     }
 
 
@@ -159,7 +159,7 @@ def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> di
     found: dict[str, dict[str, Any]] = {}
     for (torque, label), one in drops.items():
         figures: dict[str, Any] = drop_summary(one.data)
-        rings = {stage: torque_step_summary(one.data, stage) for stage in case.flexible_stages}
+        rings = {stage: torque_step_summary(one.data, stage) for stage in case.fe_ring_stages}
         if rings:
             figures |= _first_or_all(rings, case.is_short)
         found.setdefault(depth_name(torque), {})[label] = figures

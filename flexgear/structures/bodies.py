@@ -52,6 +52,12 @@ class Body:
             raise FlexgearError(f"{self.name}: there is no node {name!r}") from None
         return self.node_map[6 * i : 6 * i + 6]
 
+    @property
+    def spin(self) -> Array:
+        """Coordinates (d,) of a unit rotation about the axis of its frame."""
+        spin = self.node_map[5] if self.rigid else rigid_rows(self.positions)[:, 5]
+        return np.pad(spin, (0, self.size - len(spin)))
+
     def position(self, name: str) -> Array:
         """Position (3,) of a named node in the body's frame, m."""
         return self.positions[self.node_names.index(name)]

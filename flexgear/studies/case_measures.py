@@ -254,7 +254,7 @@ def _tooth_displacement(point: Point) -> Found:
 
 
 def _rings(point: Point) -> list[str]:
-    stages = list(point.train.flexible_stages)
+    stages = list(point.train.fe_ring_stages)
     if not stages:
         raise FlexgearError("no stage has a ring with tooth nodes")
     return stages

@@ -15,7 +15,7 @@ FE_ONLY = ("tooth_load", "tooth_displacement")
 
 def measures_of(case: Case) -> dict[str, Measure]:
     """Measures that a case has, by name."""
-    return {m.name: m for m in MEASURES if case.flexible_stages or m.name not in FE_ONLY}
+    return {m.name: m for m in MEASURES if case.fe_ring_stages or m.name not in FE_ONLY}
 
 
 def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:

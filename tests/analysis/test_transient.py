@@ -95,7 +95,7 @@ def test_second_reduction_over_a_torque_drop(linear):
     b = run(small, drive, 0.05, 1e-4)
     for body, node in (
         ("stage.ring", "tooth_001"),
-        ("stage.planet_1", "planet_1"),
+        ("stage.planet_1", "stage.planet_1"),
         ("stage.shaft", "sun"),
     ):
         ua, ub = Recovery(a).node(body, node)[:, :3], Recovery(b).node(body, node)[:, :3]
@@ -209,7 +209,7 @@ def test_observed_order_with_one_sided_contact_is_reported(record_property, caps
     def end(step):
         r = run(modal, drop(2e5, 0.01, 0.03), 0.04, step, interval=0.04)
         assert shaped(r, "pair_load").min() >= 0
-        return Recovery(r).node("stage.planet_1", "planet_1")[-1, :3]
+        return Recovery(r).node("stage.planet_1", "stage.planet_1")[-1, :3]
 
     fine = end(1.25e-6)
     errors = [np.linalg.norm(end(h) - fine) for h in (8e-5, 4e-5, 2e-5, 1e-5)]

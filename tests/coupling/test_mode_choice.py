@@ -288,7 +288,7 @@ def test_displacements_are_counted_from_the_mean_pin_however_few_modes_there_are
             modal, drive=rated, duration=0.02, time_step=1e-4, output_interval=1e-3, sink=sink
         )
         recovery = Recovery(collected(modal, sink.arrays(), steps))
-        planet = recovery.node("stage.planet_1", "planet_1")[:, :3]
+        planet = recovery.node("stage.planet_1", "stage.planet_1")[:, :3]
         assert np.abs(recovery.motion(system.masters)).max() < 1e-6 * np.abs(planet).max()
         moved.append(planet)
     assert np.abs(moved[1] - moved[0]).max() < 0.01 * np.abs(moved[0]).max()

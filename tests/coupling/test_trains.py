@@ -69,16 +69,14 @@ BODY_ERRORS = {
 
 def lumped_twin(tmp_path, case, bodies, errors=()):
     """The flexible stage's rigid variant written as a lumped train with the same masses."""
-    from flexgear.coupling.stage_parts import gear_inertia, stage_components
+    from flexgear.coupling.members import stage_members
     from flexgear.coupling.system import Variant
-    from flexgear.gears.geometry import stage_geometry
 
-    geometry, model = stage_geometry(case), case.gear_mesh.model
+    model, reduced = case.gear_mesh.model, dict(zip(("ring", "carrier"), bodies, strict=True))
     lines = "\n".join(f"{key} = {value}" for key, value in dict(errors).items())
-    parts = {
-        p.name: p for p in stage_components(case, geometry, *bodies, Variant(False, False, False))
-    }
-    planet = gear_inertia(case, "planet", geometry)
+    members = stage_members(case.case, case.stage, reduced, Variant(False, False, False))
+    parts = {m.body.name.removeprefix("stage."): m.body for m in members}
+    planet = next(m for m in members if m.part == "planet")
     s = case.stage
     on_seats = sum(bearing.matrix[0, 0] for bearing in case.seat_bearings.values())
     carrier = [on_seats, parts["carrier"]]
@@ -98,8 +96,8 @@ inertia_kg_m2 = {parts["shaft"].mass[5, 5] + case.case.output.inertia}
 [stage.planet]
 teeth = {s.planet.teeth}
 profile_shift = {s.planet.profile_shift}
-mass_kg = {planet[0]}
-inertia_kg_m2 = {planet[1][2]}
+mass_kg = {planet.mass}
+inertia_kg_m2 = {planet.inertia}
 [stage.ring]
 teeth = {s.ring.teeth}
 profile_shift = {s.ring.profile_shift}

@@ -42,6 +42,7 @@ def reactions(found, sample=0):
         if not part:
             continue
         node = name.replace("carrier_", "bearing_") if part == "carrier" else name
+        node = f"stage.{part}" if part == "output" else node
         x = system.body(f"stage.{part}").position(node)
         angle = math.atan2(x[1], x[0]) if name.startswith("bolt") else 0.0
         if part != "ring":

@@ -1,0 +1,257 @@
+"""Bodies of a stage, member by member: lumped, finite-element bodies and shafts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.system import Variant
+from flexgear.gears.radii import StageRadii, gears_by_slot, stage_radii
+from flexgear.gears.tooth import tooth_geometry
+from flexgear.model.case import Case
+from flexgear.model.errors import FlexgearError
+from flexgear.model.stage_view import StageView
+from flexgear.model.train_member import RingGear, TrainCarrier, TrainGear
+from flexgear.model.train_stage import Form, TrainStage
+from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.shaft import BeamSection, shaft_body
+
+Array = NDArray[np.float64]
+Reduced = Mapping[str, ReducedBody]  # "ring", "carrier": FE bodies of a stage
+RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, in modules
+
+
+@dataclass(frozen=True)
+class Member:
+    """One body of a stage.
+
+    part: "sun", "ring", "carrier", "planet", "pinion", "gear", or "hub" (what an FE ring that turns
+    is held on) and "output" (what hangs behind the spline of a sun's shaft); form: what the body
+    is; side: half of a double-helical ring, or ""; planet: number from 0, or −1. radius: r of the
+    tangential stiffness, m; mass: kg; inertia: polar, tilt: about a diameter, kg m²; of a shaft
+    those of its gear.
+    """
+
+    body: Body
+    part: str
+    form: Form
+    side: str = ""
+    planet: int = -1
+    radius: float = 0.0
+    mass: float = 0.0
+    inertia: float = 0.0
+    tilt: float = 0.0
+
+    @property
+    def node(self) -> str:
+        """Node that stands for the body: at the gear of a shaft, where an FE carrier is driven."""
+        names = {("sun", "beam"): "sun", ("carrier", "fe"): "drive"}
+        return names.get((self.part, self.form), self.body.node_names[0])
+
+    @property
+    def teeth(self) -> list[str]:
+        """Nodes of the teeth of an FE ring; none of any other body."""
+        fe_ring = (self.part, self.form) == ("ring", "fe")
+        return [name for name in self.body.node_names if fe_ring and name.startswith("tooth")]
+
+
+@dataclass(frozen=True)
+class Stiffening:
+    """Factors on the elastic stiffness of components, for limit studies."""
+
+    ring: float = 1.0
+    carrier: float = 1.0
+    shaft: float = 1.0
+
+
+def stage_members(
+    train: Case,
+    stage: TrainStage,
+    reduced: Reduced | None = None,
+    variant: Variant | None = None,
+    stiffening: Stiffening | None = None,
+) -> list[Member]:
+    """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
+
+    reduced: its FE bodies; variant: what of it bends. Names are "<stage>.ring", "<stage>.planet_1",
+    …; a sun on a shaft is "<stage>.shaft". FlexgearError where an FE body is missing.
+    """
+    view, variant = train.view(stage.name), variant or Variant()
+    stiffening, out = stiffening or Stiffening(), []
+    for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
+        form = stage.form(part)
+        if form == "lumped":
+            out += _lumped(train, stage, part)
+            continue
+        if form == "beam":
+            name, body = "shaft", sun_shaft(view)
+        else:
+            name, body = part, _fe_body(stage, part, reduced or {})
+        body = stiffened(body, getattr(stiffening, name))
+        body = body if getattr(variant, name) else rigid_variant(body)
+        body = replace(body, name=f"{stage.name}.{name}")
+        out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
+    return [*out, *_hub(train, stage), *_behind_spline(train, stage, out)]
+
+
+def can_turn(train: Case, stage: TrainStage, part: str) -> bool:
+    """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
+    name, form = f"{stage.name}.{part}", stage.form(part)
+    if form == "beam":
+        return True
+    held = name in train.held_members()
+    if form == "fe":
+        return not held
+    fast = held and not stage.member(part).support.holds_rotation
+    return train.kinematics_of(name) != "fixed" and not fast
+
+
+def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[float, float, float]:
+    """Mass (kg), polar and diametral inertia (kg m²) of one member.
+
+    What is not given is that of a hollow steel cylinder: gears between bore and reference circle,
+    rings between reference circle and rim (four modules outside the root where no rim is given),
+    carriers a disc of the pins' circle, all as wide as the gears.
+    """
+    stage = view.stage
+    member, width = stage.member(part), stage_width(stage)
+    if part == "ring" and stage.double_helical:
+        width = stage.face_width
+    inner, outer = _radii_of(stage, part, member, radii)
+    mass = member.mass
+    if mass is None:
+        mass = view.material.density * math.pi * (outer**2 - inner**2) * width
+    polar = member.inertia
+    if polar is None and member.equivalent_mass is not None:
+        polar = member.equivalent_mass * reference_radius(stage, part, radii) ** 2
+    if polar is None:
+        polar = 0.5 * mass * (outer**2 + inner**2)
+    tilt = member.tilt_inertia
+    return mass, polar, 0.5 * polar + mass * width**2 / 12 if tilt is None else tilt
+
+
+def stage_width(stage: TrainStage) -> float:
+    """Width of the gears, m: both halves and the gap of a double-helical stage."""
+    return 2 * stage.face_width + stage.half_gap if stage.double_helical else stage.face_width
+
+
+def reference_radius(stage: TrainStage, part: str, radii: StageRadii) -> float:
+    """r of u = r θ: base radius of a gear, centre distance of a carrier, m."""
+    if part == "carrier":
+        return radii.center_distance
+    return float(getattr(radii, _slot(stage, part)))
+
+
+def sun_shaft(view: StageView) -> Body:
+    """Sun gear and its shaft."""
+    mass, polar, tilt = mass_properties(view, "sun", stage_radii(view))
+    m, shaft = view.material, view.shaft
+    return shaft_body(
+        [BeamSection(s.length, s.outer_diameter, s.inner_diameter) for s in shaft.sections],
+        young=m.young_modulus,
+        poisson=m.poisson_ratio,
+        density=m.density,
+        direction=-1.0 if shaft.direction == "-z" else 1.0,
+        elements_per_section=shaft.elements_per_section,
+        end_masses={"sun": np.diag([mass, mass, mass, tilt, tilt, polar])},
+    )
+
+
+def _fe_body(stage: TrainStage, part: str, reduced: Reduced) -> Body:
+    """A reduced finite-element body as a body of the system."""
+    found = reduced.get(part)
+    if found is None:
+        raise FlexgearError(f"the reduced {part} of stage {stage.name} is missing")
+    return Body(
+        name=part,
+        node_names=tuple(found.node_names),
+        positions=np.asarray(found.positions),
+        mass=found.mass,
+        stiffness=found.stiffness,
+        node_map=np.eye(6 * len(found.node_names), found.mass.shape[0]),
+        recover=found.recover,
+    )
+
+
+def _lumped(train: Case, stage: TrainStage, part: str) -> list[Member]:
+    """The bodies of a lumped member: all planets, both halves of a double-helical ring."""
+    view, name = train.view(stage.name), f"{stage.name}.{part}"
+    radius, mass, polar, tilt = _sizes(view, part)
+    kinematics, fast = train.kinematics_of(name), not can_turn(train, stage, part)
+    inertia = (tilt, tilt, polar)
+    return [
+        Member(
+            lumped_body(f"{name}{suffix}", mass, inertia, kinematics, held=fast),
+            part, "lumped", side, planet, radius, mass, polar, tilt,
+        )
+        for suffix, side, planet in _copies(stage, part)
+    ]  # fmt: skip
+
+
+def _hub(train: Case, stage: TrainStage) -> list[Member]:
+    """What an FE ring that turns is held on."""
+    if stage.form("ring") != "fe" or not can_turn(train, stage, "ring"):
+        return []
+    hub = stage.ring.hub if stage.ring else None
+    assert hub is not None  # the model asks for it
+    mass, tilt = hub.mass or 0.0, hub.tilt_inertia or 0.0
+    inertia = (tilt, tilt, hub.inertia)
+    body = lumped_body(f"{stage.name}.hub", mass, inertia, hub.kinematics)
+    body = replace(body, positions=np.array([[0.0, 0.0, hub.z]]))
+    return [Member(body, "hub", "lumped", "", -1, 0.0, mass, hub.inertia, tilt)]
+
+
+def _behind_spline(train: Case, stage: TrainStage, members: list[Member]) -> list[Member]:
+    """What hangs behind the spline of a sun's shaft: nothing where another stage is joined there,
+    which has its own bodies."""
+    port = train.port_at(f"{stage.name}.sun")
+    if stage.form("sun") != "beam" or port is None:
+        return []
+    assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
+    tilt, polar = port.tilt_inertia, port.inertia or 0.0
+    body = lumped_body(f"{stage.name}.output", port.mass, (tilt, tilt, polar))
+    shaft = next(m.body for m in members if m.part == "sun")
+    body = replace(body, positions=shaft.positions[-1:].copy())
+    return [Member(body, "output", "lumped", "", -1, 0.0, port.mass, polar, tilt)]
+
+
+def _sizes(view: StageView, part: str) -> tuple[float, float, float, float]:
+    """Radius, mass, polar and diametral inertia."""
+    radii = stage_radii(view)
+    return reference_radius(view.stage, part, radii), *mass_properties(view, part, radii)
+
+
+def _radii_of(
+    stage: TrainStage, part: str, member: TrainGear | TrainCarrier, radii: StageRadii
+) -> tuple[float, float]:
+    """Inner and outer radius of the steel disc, m."""
+    if isinstance(member, TrainCarrier):
+        return 0.0, radii.center_distance
+    reference = getattr(radii, f"{_slot(stage, part)}_reference")
+    if part != "ring":
+        return member.bore_diameter / 2, reference
+    rim, tooth = member.rim_thickness, tooth_geometry(member, stage, internal=True)
+    if isinstance(member, RingGear) and member.fe is not None:
+        rim = member.fe.rim_thickness
+    return reference, tooth.root_radius + (
+        RIM_MODULES * stage.normal_module if rim is None else rim
+    )
+
+
+def _slot(stage: TrainStage, part: str) -> str:
+    gears = gears_by_slot(stage)
+    return next(slot for slot, gear in gears.items() if gear is stage.member(part))
+
+
+def _copies(stage: TrainStage, part: str) -> list[tuple[str, str, int]]:
+    """Suffix of the body's name, side and planet of every body that a member stands for."""
+    if part == "planet":
+        return [(f"_{i + 1}", "", i) for i in range(stage.planets)]
+    if part == "ring" and stage.double_helical:
+        return [("_left", "left", -1), ("_right", "right", -1)]
+    return [("", "", -1)]

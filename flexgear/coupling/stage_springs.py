@@ -1,0 +1,145 @@
+"""All springs of a stage: what holds each member on the housing, on its hub and on its pins."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.coupling.assembly import Assembly
+from flexgear.coupling.bearings import linear_part, own_law
+from flexgear.coupling.members import Member
+from flexgear.coupling.system import StageFrame
+from flexgear.gears.radii import stage_radii
+from flexgear.model.errors import InputError
+from flexgear.model.stage_view import StageView
+from flexgear.model.train_member import Support
+from flexgear.structures.kinematics import rigid_rows, turn
+from flexgear.structures.springs import carrier_springs, ring_springs
+
+Array = NDArray[np.float64]
+
+
+def tie_stage(a: Assembly, view: StageView, members: list[Member], frame: StageFrame) -> None:
+    """Enter all springs of a stage."""
+    tie = {"planet": _tie_planet, "hub": _tie_hub, "output": _tie_output}
+    by_form = {("ring", "fe"): _tie_fe_ring, ("carrier", "fe"): _tie_fe_carrier}
+    by_form[("sun", "beam")] = _tie_shaft
+    for m in members:
+        (by_form.get((m.part, m.form)) or tie.get(m.part, _tie_lumped))(a, view, m, frame)
+
+
+def support_matrix(support: Support, radius: float) -> Array:
+    """Stiffness (6, 6) of a support with its tangential spring as torsion k r², SI."""
+    matrix = np.array(support.matrix, dtype=float)
+    matrix[5, 5] += support.tangential * radius**2
+    return matrix
+
+
+def spline_matrix(view: StageView) -> Array:
+    """Stiffness (6, 6) of the spline at the end of the sun's shaft, SI."""
+    return np.diag(np.asarray(view.shaft.spline.stiffness, dtype=float))
+
+
+def _tie_lumped(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    name, support = m.body.name, view.stage.member(m.part).support
+    node, housing = a.rows(name, name), a.housing_rows(a.body(name).position(name))
+    matrix = linear_part(support, support_matrix(support, m.radius))
+    _hold(a, f"{name}_support", (name, name), matrix, frame.carrier)
+    moves = bool(housing.any())
+    if moves and frame.carrier >= 0 and own_law(support) is not None:
+        raise InputError(
+            a.source, f"stages.{view.name}.{m.part}.support",
+            "has a clearance or rollers between a frame that turns and a housing that moves",
+            'set housing.kind to "rigid", or make the support linear',
+        )  # fmt: skip
+    a.law_bearing(f"{name}_support", node, housing if moves else None, support)
+
+
+def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    bearing, name = view.stage.planet_bearing, f"{view.name}.planet_bearing_{m.planet + 1}"
+    if np.any(bearing.matrix[5] != 0):
+        raise InputError(
+            a.source,
+            f"stages.{view.name}.planet_bearing",
+            "holds the planet's rotation about its axis, so the gears could not roll",
+            "set the stiffness about z (torsion, row 6) to zero",
+        )
+    pin, planet = pin_rows(a, view, m.planet), a.rows(m.body.name, m.node)
+    a.link(name, pin - planet, linear_part(bearing, support_matrix(bearing, 0.0)))
+    a.law_bearing(name, planet, pin, bearing)
+
+
+def pin_rows(a: Assembly, view: StageView, planet: int) -> Array:
+    """Motion (6, d) of a pin's middle in its planet's axes."""
+    phi, carrier = view.stage.planet_angles[planet], f"{view.name}.carrier"
+    if view.stage.form("carrier") == "fe":
+        return np.asarray(turn(-phi) @ a.rows(carrier, f"pin_{planet + 1}"))
+    radius, centre = stage_radii(view).center_distance, np.eye(6)
+    centre[1, 5], centre[2, 4] = radius, -radius
+    return np.asarray(centre @ turn(-phi) @ a.rows(carrier, carrier))
+
+
+def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
+    hub = f"{view.name}.hub"
+    for spring in ring_springs(view):
+        place = m.body.position(spring.node)
+        under = a.housing_rows(place)
+        if a.has(hub):
+            under = rigid_rows(place, a.body(hub).position(hub))[:6] @ a.rows(hub, hub)
+        node = a.rows(m.body.name, spring.node) - under
+        a.link(f"{view.name}.{spring.node}", spring.axes @ node, spring.matrix)
+
+
+def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    springs = carrier_springs(view)
+    if frame.carrier < 0 and not any(spring.matrix[5, 5] for spring in springs):
+        raise InputError(
+            a.source, view.key("carrier.bearing_drive.torsion_nm_per_rad"),
+            f"is zero, so nothing takes the torque of the held {m.body.name}",
+            "give it, or that of bearing_far",
+        )  # fmt: skip
+    for spring in springs:
+        name = f"{view.name}.carrier_{spring.node.removeprefix('bearing_')}"
+        _support(a, name, (m.body.name, spring.node), spring.in_body, frame.carrier)
+
+
+def _tie_hub(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    hub = view.stage.ring.hub if view.stage.ring else None
+    if hub is not None and hub.bearing is not None:
+        name = m.body.name
+        _support(a, name, (name, m.node), hub.bearing.matrix, frame.ring)
+
+
+def _tie_shaft(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    sun = f"{view.name}.sun"
+    if sun in view.case.held_members():
+        _hold(a, f"{view.name}.spline", (m.body.name, "end"), spline_matrix(view), frame.carrier)
+    support = view.stage.member("sun").support
+    if support.matrix.any():
+        _hold(a, sun, (m.body.name, "sun"), support_matrix(support, m.radius), frame.carrier)
+
+
+def _tie_output(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
+    shaft, output = a.rows(f"{view.name}.shaft", "end"), a.rows(m.body.name, m.node)
+    a.link(f"{view.name}.spline", shaft - output, spline_matrix(view))
+    port = view.case.port_at(f"{view.name}.sun")
+    if port is not None and port.bearing is not None:
+        _support(a, m.body.name, (m.body.name, m.node), port.bearing.matrix, frame.carrier)
+
+
+def _hold(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:
+    """A support that may resist rotation about the axis, which is the same in any frame."""
+    torsion, rest = np.zeros((6, 6)), np.array(matrix)
+    torsion[5, 5], rest[5, 5] = matrix[5, 5], 0.0
+    _support(a, f"{name.removesuffix('_support')}_torsion", node, torsion, -1)
+    if rest.any():
+        _support(a, name, node, rest, angle)
+
+
+def _support(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:
+    """A spring of a node to the housing; angle: that of the node's frame, −1 where it stands."""
+    if angle >= 0:
+        a.turning_support(name, *node, matrix, angle)
+    else:
+        a.link(name, a.rows(*node) - a.housing_rows(a.body(node[0]).position(node[1])), matrix)

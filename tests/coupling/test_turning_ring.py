@@ -1,0 +1,268 @@
+"""An FE ring that turns, a carrier that is held: the same stage seen from another frame."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import modes
+from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.workable import require_workable
+from flexgear.gears.power_flow import power_flow
+from flexgear.structures.kinematics import rotation
+
+TEETH_RING, TEETH_SUN = 93, 27
+PARTS = ("sun", "ring", "carrier")
+RELATIVE = np.array([0.0, 0.013, 0.4, 2.0])  # θ = φ_carrier − φ_ring, rad
+
+
+def solved(case, angles):
+    system = build_system(case, cheap(case))
+    return revolution(modal_system(system), angles, system.rated_torque)
+
+
+@pytest.fixture
+def held_ring(tmp_path):
+    case = held_case(tmp_path, "ring", "sun", "carrier")
+    return solved(case, (1 + TEETH_RING / TEETH_SUN) * RELATIVE)
+
+
+def test_star_carries_the_loads_of_the_stage_with_held_ring(tmp_path, held_ring):
+    """Only the angle between carrier and ring counts for forces in equilibrium.
+
+    The ring's bolts stand on a hub that can only turn, so in the ring's frame as in the housing.
+    """
+    case = held_case(tmp_path, "carrier", "sun", "ring", **HUB, **STANDS)
+    star = solved(case, (TEETH_RING / TEETH_SUN) * RELATIVE)
+    assert np.allclose(star.theta[:, star.modal.system.pairs.angle[0]], RELATIVE, atol=1e-12)
+    largest = np.abs(held_ring.pair_load).max()
+    assert np.array_equal(star.pair_tooth, held_ring.pair_tooth)
+    assert np.abs(star.pair_load - held_ring.pair_load).max() < 1e-8 * largest
+    for body, node in (("stage.planet_2", "stage.planet_2"), ("stage.shaft", "sun")):
+        a, b = (_seen_from_carrier(r, body, node) for r in (star, held_ring))
+        assert np.abs(a - b).max() < 1e-8 * np.abs(b).max()
+    a, b = (Recovery(r).node("stage.ring", "tooth_017") for r in (star, held_ring))
+    hub = Recovery(star).node("stage.hub", "stage.hub")[:, 5]
+    position = star.modal.system.body("stage.ring").position("tooth_017")
+    a[:, :2] -= hub[:, None] * np.array([-position[1], position[0]])
+    a[:, 5] -= hub
+    assert np.abs(a - b).max() < 1e-8 * np.abs(b).max()
+
+
+def _seen_from_carrier(result, body, node):
+    """Motion in the plane of a node less the carrier's rotation about the axis, in its axes."""
+    motion = Recovery(result).node(body, node)
+    turn = Recovery(result).node("stage.carrier", "bearing_drive")[:, 5]
+    if "planet" in body:
+        pin = result.modal.system.body("stage.carrier").position("pin_1")
+        motion[:, 1] -= turn * np.linalg.norm(pin)
+    return motion[:, :5]
+
+
+ERRORS = {
+    "pin_tangential": [30.0, 0.0, -10.0, 5.0, 0.0], "pin_radial": [0.0, 12.0, 0.0, -20.0, 0.0],
+    "planet_eccentricity": [10.0, 5.0, 0.0, 8.0, 3.0],
+    "planet_eccentricity_phase": [0.0, 80.0, 10.0, 200.0, 300.0],
+    "sun_eccentricity": 30.0, "sun_eccentricity_phase": 40.0, "ring_eccentricity": 25.0,
+    "ring_eccentricity_phase": 100.0, "carrier_eccentricity": 20.0,
+    "carrier_eccentricity_phase": 200.0, "ring_offset": 15.0, "ring_offset_phase": 70.0,
+}  # fmt: skip
+NO_BACKLASH = {f"stage.backlash_{gear}_mm": "0" for gear in ("ring", "sun")}
+ODD = ("pin_tangential", *(name for name in ERRORS if name.endswith("phase")))
+
+
+def errors_as_keys(mirrored):
+    """The same errors, or those in the plane of x and the axis: planet i takes the place of −i."""
+    found = {}
+    for name, values in ERRORS.items():
+        sign = -1.0 if mirrored and name in ODD else 1.0
+        unit = "deg" if name.endswith("phase") else "um"
+        if isinstance(values, list):
+            values = [sign * values[-i if mirrored else i] for i in range(len(values))]
+            found[f"stage.errors.{name}_{unit}"] = str(values)
+        else:
+            found[f"stage.errors.{name}_{unit}"] = str(sign * values)
+    return found
+
+
+@pytest.mark.parametrize("held", ["ring", "carrier"])
+def test_mirror_image_carries_the_mirrored_loads_on_the_coast_flanks(tmp_path, held):
+    """Hand of the helix, torque, speed, angles and errors mirrored in the plane of x and z.
+
+    Without backlash, which is taken off one flank of ring and sun.
+    """
+    more = {**SUPPORT, **STANDS} if held == "carrier" else {}
+    other = {"ring": "carrier", "carrier": "ring"}[held]
+    results = []
+    for sign, hand in ((1.0, "right"), (-1.0, "left")):
+        case = held_case(
+            tmp_path, held, "sun", other, torque=sign * 9e5, speed=sign * 30.0,
+            **NO_BACKLASH, **{"stage.planet_hand": f'"{hand}"'}, **errors_as_keys(sign < 0), **more,
+        )  # fmt: skip
+        results.append(solved(case, sign * np.array([0.0, 0.7, 5.0])))
+    own, image = (_loads_by_tooth(result) for result in results)
+    largest = max(load for position in own for load in position.values())
+    for a, b in zip(own, image, strict=True):
+        there = {_mirrored(*key): load for key, load in a.items() if load > 1e-6 * largest}
+        assert all(abs(b.get(key, 0.0) - load) < 1e-8 * largest for key, load in there.items())
+        assert {key for key, load in b.items() if load > 2e-6 * largest} <= set(there)
+    flanks = [_carrying(result.modal.system) for result in results]
+    assert flanks[0] == {_mirrored(kind, 0, 0)[0] for kind in flanks[1]}
+
+
+def _carrying(system):
+    """Kinds of gear meshes whose flanks carry the rated torque."""
+    flanks = zip(system.gear_meshes, system.pairs.front, strict=True)
+    return {label.kind for label, front in flanks if front}
+
+
+def _loads_by_tooth(result):
+    """By position the load of every ring tooth, and the sum of every sun gear mesh."""
+    out = []
+    for loads, teeth in zip(result.pair_load, result.pair_tooth, strict=True):
+        found = {}
+        for label, load, tooth in zip(result.modal.system.gear_meshes, loads, teeth, strict=True):
+            if label.kind.startswith("sun"):
+                found[label.kind, label.planet, 0] = float(load.sum())
+                continue
+            for f, j in zip(load, tooth, strict=True):
+                if j >= 0:
+                    found[label.kind, label.planet, int(j)] = float(f)
+        out.append(found)
+    return out
+
+
+def _mirrored(kind, planet, tooth):
+    swapped = kind.removesuffix("_back") if kind.endswith("_back") else f"{kind}_back"
+    return swapped, -planet % 5, -tooth % TEETH_RING
+
+
+NODAL = {  # four planets in phase, everything fourfold
+    "stage.planets": "4", "stage.sun.teeth": "28", "stage.planet.teeth": "32",
+    "stage.ring.teeth": "92", "stage.planet.bore_diameter_mm": "400",
+    "stage.ring.fe.bolts.number": "24",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("held", ["ring", "carrier"])
+def test_nodal_diameters_of_the_ring_tell_the_kinds_of_modes(tmp_path, held):
+    """With N planets rotational modes hold diameters jN, translational jN ± 1, planet modes the
+    rest: a symmetry by 2π/N splits the motions into those that turn by 0, ±1, … of a period."""
+    more = {**SUPPORT, **STANDS} if held == "carrier" else {}
+    other = {"ring": "carrier", "carrier": "ring"}[held]
+    case = held_case(tmp_path, held, "sun", other, **NODAL, **more)
+    system = build_system(case, cheap(case, bolts=24))
+    found, planets = modes(system, limit_hz=2500.0), 4
+    rows = np.stack([system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(92)])
+    axes = rotation(2 * np.pi * np.arange(92) / 92)
+    motion = np.einsum("jad,dm->jam", rows, found.shapes)
+    turned = np.einsum("jba,jbm->jam", axes, motion)  # radial, tangential, axial
+    size = np.abs(np.fft.fft(turned, axis=0)).max(axis=1)  # (92, m) by nodal diameter
+    share = np.stack([size[np.arange(92) % planets == n].max(axis=0) for n in range(planets)])
+    share = np.array([share[0], np.maximum(share[1], share[3]), share[2]]) / size.max(axis=0)
+    takes_part = size.max(axis=0) > 1e-6 * size.max()
+    assert np.sort(share, axis=0)[1, takes_part].max() < 1e-6
+    kind = np.argmax(share, axis=0)  # rotational, translational, planet modes
+    assert all(np.sum(kind[takes_part] == k) > 5 for k in range(3))
+    for body, node in (("stage.shaft", "sun"), ("stage.carrier", "drive")):
+        moved = np.abs(system.node_rows(body, node) @ found.shapes)[:, takes_part]
+        moved /= moved.max(axis=1, keepdims=True)
+        turns, tilts = moved[[2, 5]], moved[[0, 1, 3, 4]]
+        assert turns[:, kind[takes_part] != 0].max() < 1e-6
+        assert tilts[:, kind[takes_part] != 1].max() < 1e-6
+
+
+ROLES = [(a, b, c) for a in PARTS for b in PARTS for c in PARTS if len({a, b, c}) == 3]
+
+
+FORMS = [(), ("ring",), ("carrier",), ("sun",), ("ring", "sun"), ()]  # lumped in place of FE
+
+
+@pytest.mark.parametrize(("roles", "forms"), list(zip(ROLES, FORMS, strict=True)))
+def test_any_member_is_held_driven_and_output_whatever_its_body(tmp_path, roles, forms):
+    """Torques of the lever: sun z_s, ring z_r, carrier −(z_s + z_r), at any angle and shares."""
+    held, first, second = roles
+    more = SUPPORT if held != "ring" else {}
+    more = more | (STANDS if held == "carrier" else {})
+    case = held_case(tmp_path, held, first, second, speed=10.0, **more)
+    case = lumped(case, *forms)
+    require_workable(case)
+    found = solved(case, np.array([0.0, 0.35]))
+    lever = {"sun": TEETH_SUN, "ring": TEETH_RING, "carrier": -(TEETH_SUN + TEETH_RING)}
+    assert np.allclose(found.torques[:, 0], 9e5)
+    assert np.allclose(found.torques[:, 1], 9e5 * lever[second] / lever[first], rtol=1e-9)
+    assert found.closure.max() < 1e-8
+    forces = power_flow(case).stages[0].gear_mesh_forces
+    for kind in ("ring", "sun"):
+        own = [k for k, m in enumerate(found.modal.system.gear_meshes) if m.kind.startswith(kind)]
+        total = found.pair_load[:, own].sum(axis=(1, 2))
+        assert np.allclose(total, 5 * abs(forces[kind]), rtol=1e-9)
+
+
+TWO_INPUTS = """
+[[inputs]]
+member = "stage.ring"
+speed_rpm = 12
+inertia_kg_m2 = 1e5
+"""
+
+
+def test_turning_everything_and_renaming_planets_change_nothing(tmp_path):
+    """Two inputs: a turn α of the whole stage does nothing, a turn of the carrier by 2π/N gives
+    each planet the loads of the next one."""
+    case = held_case(tmp_path, "ring", "carrier", "sun", **SUPPORT, more=TWO_INPUTS)
+    alpha, step = 0.9, 2 * np.pi / 5
+    angles = np.array([[0.2, -0.1], [0.2 + alpha, -0.1 + alpha], [0.2 + step, -0.1]])
+    found = solved(case, angles)
+    loads = {(m.kind, m.planet): k for k, m in enumerate(found.modal.system.gear_meshes)}
+    ring = [[found.pair_load[p, loads["ring", i]] for i in range(5)] for p in range(3)]
+    largest = np.max(ring)
+    assert np.abs(np.subtract(ring[0], ring[1])).max() < 1e-9 * largest
+    for i in range(5):
+        here, there = np.sort(ring[2][i]), np.sort(ring[0][(i + 1) % 5])
+        assert np.abs(here - there).max() < 1e-9 * largest
+
+
+UNEVEN = {  # so that the hub feels in what direction it stands
+    "stage.ring.hub.bearing.radial_x_n_per_m": "1e9",
+    "stage.ring.hub.bearing.radial_y_n_per_m": "6e9",
+}
+
+
+@pytest.mark.parametrize("held", ["carrier", "sun"])
+def test_no_energy_appears_where_the_ring_turns(tmp_path, held):
+    """A torque drop at the output end of a stage whose FE ring is driven or drives."""
+    first = {"carrier": "sun", "sun": "ring"}[held]
+    second = {"carrier": "ring", "sun": "carrier"}[held]
+    more = {**SUPPORT, **UNEVEN, **(STANDS if held == "carrier" else {})}
+    case = held_case(tmp_path, held, first, second, **more)
+    modal = modal_system(build_system(case, cheap(case)), 600.0)
+    drive = Drive(lambda t: np.where((t > 0.02) & (t < 0.05), 3e5, 9e5), (0.02, 0.05))
+    sink = Collector()
+    steps = transient(
+        modal,
+        drive,
+        duration=0.08,
+        time_step=2e-5,
+        output_interval=1e-3,
+        sink=sink,
+        track_energy=True,
+    )
+    found = collected(modal, sink.arrays(), steps)
+    e = found.energy
+    kept = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+    work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+    lost = kept - kept[0] - (work + e["parametric_work"])
+    assert np.abs(lost - lost[0]).max() < 1e-3 * (e["elastic"] + e["pair_elastic"]).max()
+    turned = np.ptp(found.theta[:, modal.system.pairs.angle[0]])
+    assert turned > 0.05 * abs(speed_of(case))
+
+
+def speed_of(case):
+    speed = power_flow(case).speed
+    return speed["stage.carrier"] - speed["stage.ring"]
