@@ -4,8 +4,9 @@ CASE ?= wind-5mw
 OUT ?= results/$(CASE)
 WORKERS ?= 2
 BENCH ?=
+GALLERY ?= 1
 
-.PHONY: run test check lint format-check rules types layers validate validate-quick bench install install-dev clean
+.PHONY: run test check lint format-check rules types layers validate validate-quick docs bench install install-dev install-docs clean
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
@@ -38,6 +39,10 @@ validate: install-dev
 validate-quick: install-dev
 	$(PY) -m pytest validation --fidelity quick --ignore validation/fe_convergence
 
+# The manual as plain files: docs/_build/index.html. GALLERY=0 leaves the examples unrun.
+docs: install-docs
+	$(PY) -m sphinx -q -W --keep-going -b html -D plot_gallery=$(GALLERY) docs docs/_build
+
 # Ratios of speed against other ways and programs: writes docs/benchmarks.md with its pictures.
 # BENCH=--quick tries it out; peers that cannot be installed are named as skipped.
 bench: install
@@ -49,6 +54,9 @@ install:
 
 install-dev:
 	@bash .ci/setup dev
+
+install-docs:
+	@bash .ci/setup dev,docs
 
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

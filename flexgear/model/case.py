@@ -176,7 +176,7 @@ class Case(Section):
         """A copy with SI values changed, validated again.
 
         Keys are field paths without units, joined by "." or "__"; stages by number or name, or
-        "stage" if there is one: with_(**{"stage.planets": 4, "stages.stage_2.face_width": 0.1}).
+        "stage" if there is one: ``with_(**{"stage.planets": 4, "stages.two.face_width": 0.1})``.
         """
         data = self.model_dump(mode="python")
         for key, value in changes.items():

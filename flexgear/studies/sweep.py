@@ -8,7 +8,7 @@ safe, so that an interrupted sweep goes on where it stopped.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +40,7 @@ from flexgear.studies.sweep_keys import (
     overrides_at,
     points,
     swept_key,
+    values_of,
 )
 from flexgear.studies.sweep_store import PointStore, point_store
 
@@ -73,7 +74,7 @@ class Measuring:
 
 def sweep(
     source: str | Path,
-    keys: Mapping[str, Values],
+    keys: Mapping[str, Values | str | Iterable[object]],
     *,
     settings: Mapping[str, str] | None = None,
     measures: Sequence[str] = (),
@@ -84,7 +85,8 @@ def sweep(
 ) -> xr.Dataset:
     """Measures of a case over all values of ``keys`` as one dataset.
 
-    As ``planned`` and ``run_sweep`` in turn.
+    As ``planned`` and ``run_sweep`` in turn. keys: e.g. {"stage.planets": [3, 4, 5]}, or values as
+    the command line writes them, "0:50:6".
     """
     plan = planned(source, keys, settings=settings, measures=measures, modes=modes)
     return run_sweep(plan, workers=workers, scheduler=scheduler, progress=progress)
@@ -92,7 +94,7 @@ def sweep(
 
 def planned(
     source: str | Path,
-    keys: Mapping[str, Values],
+    keys: Mapping[str, Values | str | Iterable[object]],
     *,
     settings: Mapping[str, str] | None = None,
     measures: Sequence[str] = (),
@@ -106,7 +108,7 @@ def planned(
     if not keys:
         raise InputError(WHERE, "KEY=VALUES", "is missing", "e.g. stage.planets=3,4,5")
     base = load_case(source, settings)
-    swept = tuple(swept_key(base, key, values) for key, values in keys.items())
+    swept = tuple(swept_key(base, key, values_of(key, values)) for key, values in keys.items())
     grid = tuple(points(swept))
     chosen = chosen_measures(base, measures)
     for key in swept:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -74,6 +74,13 @@ def parse_setting(text: str) -> tuple[str, Values]:
     if not sign or not key.strip():
         raise InputError(WHERE, text, "is not KEY=VALUES", f"e.g. stage.planets=3,4,5; {FORMS}")
     return key.strip(), parse_values(key.strip(), values.strip())
+
+
+def values_of(key: str, given: Values | str | Iterable[object]) -> Values:
+    """Values as a command line writes them, or one by one."""
+    if isinstance(given, Values):
+        return given
+    return parse_values(key, given if isinstance(given, str) else ",".join(map(str, given)))
 
 
 def parse_values(key: str, text: str) -> Values:

@@ -1,0 +1,14 @@
+"""
+Speeds, torques and powers of a gearbox
+=======================================
+
+Before anything is solved, the tooth numbers and what is given at the ports say how power flows.
+"""
+
+import flexgear as fg
+from flexgear.views.train_charts import power_flow_chart
+
+case = fg.load_case("nrel-5mw")
+flow = fg.power_flow(case)
+print(f"{flow.input_power / 1e6:.2f} MW come in; {flow.mobility} speed can be chosen")
+figure = power_flow_chart(flow)

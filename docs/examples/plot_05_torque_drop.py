@@ -1,0 +1,19 @@
+"""
+A torque drop in time
+=====================
+
+The torque of the drive falls to a tenth for a fiftieth of a second; tooth pairs may separate.
+"""
+
+import flexgear as fg
+from flexgear.views.train_charts import gear_mesh_forces
+
+drop = {
+    "drive.kind": "steps",
+    "drive.times_s": "[0, 0.01, 0.03]",
+    "drive.torques_nm": "[100, 10, 100]",
+}
+case = fg.load_case("lin-parker", {**drop, "stage.gear_mesh.contact_law": "one-sided"})
+run = fg.transient(fg.assemble(case), duration=0.05)
+print(f"least force of a gear mesh: {run.gear_mesh_force.min().item():.0f} N")
+figure = gear_mesh_forces(run)

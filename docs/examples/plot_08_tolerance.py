@@ -1,0 +1,18 @@
+"""
+Load sharing of parts as they are made
+======================================
+
+Pins are bored within some hundredths of a millimetre. Sets of parts drawn at random tell how
+likely which load sharing is.
+"""
+
+import flexgear as fg
+from flexgear.views.tolerance_charts import tolerance_chart
+
+case = fg.load_case("herringbone", {
+    "tolerance.samples": "100",
+    "tolerance.errors.pin_tangential.standard_deviation_um": "15",
+})  # fmt: skip
+study = fg.tolerance(case, workers=1)
+print(study.load_sharing_max.quantile(0.95, "sample").values)
+figure = tolerance_chart(study)

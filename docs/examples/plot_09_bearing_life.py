@@ -1,0 +1,21 @@
+"""
+Life of planet bearings over torque
+===================================
+
+Basic rating life by ISO 281 from the power flow: the load on a pin and the planet's speed on it.
+"""
+
+import matplotlib.pyplot as plt
+
+import flexgear as fg
+from flexgear.gears.bearing_life import planet_bearing_life_hours
+
+rating = {"stage.planet_bearing.dynamic_rating_kn": "18", "stage.planet_bearing.rolling": "roller"}
+torques = [60, 80, 100, 130, 170]
+hours = []
+for torque in torques:
+    case = fg.load_case("lin-parker", {**rating, "inputs.0.torque_nm": str(torque)})
+    hours.append(planet_bearing_life_hours(case, fg.power_flow(case))["stage"])
+figure, axes = plt.subplots(layout="constrained")
+axes.loglog(torques, hours, "o-")
+axes.set(xlabel="torque of the sun (N m)", ylabel="L10h of a planet bearing (h)")
