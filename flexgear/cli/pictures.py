@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +14,7 @@ import xarray as xr
 
 from flexgear.cli.display import Report
 from flexgear.cli.painter import Painter, beside
+from flexgear.cli.report_page import place_of, side_of
 from flexgear.cli.train_pictures import train_plan
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
@@ -21,9 +22,10 @@ from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.results.version import version
 from flexgear.views import charts, displacements, histories, loads, star, style
-from flexgear.views.report import write_report
+from flexgear.views.interactive import panels_of
+from flexgear.views.report import Picture as Shown
+from flexgear.views.report import Side, write_report
 from flexgear.views.select import thinned
 
 ANIMATION = "ring_star_turning"
@@ -103,10 +105,11 @@ Draw = Callable[[], Any]
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture in the report, or why there is none."""
+    """One picture, or why there is none; panels: the same for a screen, in plotly's terms."""
 
     path: Path | None
     caption: str
+    panels: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True)
@@ -133,30 +136,35 @@ def _sheet(pieces: list[Any]) -> Sheet:
     return Sheet(Folder(case, flow, dict(datasets), fields, summary), folder)
 
 
-def draw(sheet: Painter[Sheet, Picture], report: Report) -> list[str]:
+def draw(sheet: Painter[Sheet, Picture], report: Report, interactive: bool = True) -> list[str]:
     """Finish the pictures and write the report; returns what was left out and why."""
     content, folder = sheet.content.content, sheet.content.folder
+    side, notes = finished(sheet, report)
+    title = content.case.title or content.case.name
+    write_report(folder / "report.html", title, content.case.name, [side], interactive)
+    report("pictures", 1.0)
+    return notes
+
+
+def finished(sheet: Painter[Sheet, Picture], report: Report) -> tuple[Side, list[str]]:
+    """Finish the pictures: their side of the report, and what was left out and why."""
+    content = sheet.content.content
     plan, renders = _plan(content), _rendered(content)
     animated = _animated(content)
     count = len(plan) + len(renders) + len(animated)
     report("pictures", 0.0)
     made = sheet.finish(lambda done: report("pictures", done / (count + 1)))
-    ordered = [made[name] for name in (*plan, *renders, *animated)]
-    notes = [p.caption for p in ordered if p.path is None][:1]
+    ordered = {name: made[name] for name in (*plan, *renders, *animated)}
+    notes = [p.caption for p in ordered.values() if p.path is None][:1]
     if content.rings and not renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
-    write_report(
-        folder / "report.html",
-        content.case.title or content.case.name,
-        content.summary,
-        [(p.path, p.caption) for p in ordered if p.path is not None],
-        content.case.to_dict(),
-        version(),
-        content.case.content_hash(),
-        notes,
-    )
-    report("pictures", 1.0)
-    return notes
+    shown = [_shown(name, one) for name, one in ordered.items() if one.path is not None]
+    return side_of(content.case, content.flow, content.summary, shown, notes), notes
+
+
+def _shown(name: str, picture: Picture) -> Shown:
+    section, sentence = place_of(name)
+    return Shown(name, section, picture.caption, sentence, picture.path, picture.panels)
 
 
 def _picture(sheet: Sheet, name: str) -> Picture:
@@ -169,7 +177,9 @@ def _picture(sheet: Sheet, name: str) -> Picture:
     if name in _rendered(sheet.content):
         return _render(sheet.content, folder, name)
     caption, make = _plan(sheet.content)[name]
-    return Picture(style.save_figure(make(), folder / f"{name}.png", dpi=150), caption)
+    figure = make()
+    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
+    return Picture(path, caption, panels_of(figure))
 
 
 def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:

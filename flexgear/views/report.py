@@ -1,74 +1,118 @@
-"""One self-contained HTML page of a run: summary, pictures, parameters, version, hash."""
+"""One self-contained HTML page of a run, or of two side by side: verdicts, tables, pictures.
+
+Nothing is loaded from outside: pictures are data URIs, and plotly with the data of the plots stands
+in the page once, deflated. Where a browser cannot inflate it, in print and without scripts, the
+static pictures are shown.
+"""
 
 from __future__ import annotations
 
 import base64
+import io
+import json
 import os
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from markupsafe import Markup
+from PIL import Image
 
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
+from flexgear.results.report.parts import SECTIONS, Row, Table, Verdict
+from flexgear.results.report.wording import number, said, scale
 
 MEDIA = {".png": "image/png", ".svg": "image/svg+xml", ".gif": "image/gif", ".mp4": "video/mp4"}
-UNITS = {  # endings of summary keys, longest first
-    "_rpm_mean": "r/min",
-    "_rpm_min": "r/min",
-    "_rpm": "r/min",
-    "_hz": "Hz",
-    "_n_mean": "N",
-    "_n_min": "N",
-    "_n": "N",
-    "_um": "µm",
-    "_s": "s",
-}
+MARKS = {"good": "as it should be", "watch": "look at this", "bad": "not as it should be",
+         "note": "for information"}  # fmt: skip
+
+COLOURS = 192  # of a picture in the page
+MOST_PLOTS = 3_500_000  # characters of all plots' data in a page that stays below 10 MB
+LEAST_POINTS = 200  # of a line
 
 
-def unit_of(key: str) -> str:
-    """Unit that the key's own name, or a parent's, carries ("" if none)."""
-    for part in reversed(key.split(" › ")):
-        for ending, unit in UNITS.items():
-            if part.endswith(ending):
-                return unit
-    return ""
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the report. name: the same of both sides; sentence: what it shows; plots: plotly
+    panels of the same, which take its place on a screen."""
+
+    name: str
+    section: str
+    caption: str
+    sentence: str
+    file: Path | None
+    plots: Sequence[Mapping[str, Any]] = ()
 
 
-def text_of(value: Any) -> str:
-    """A number to four digits, a list in one line, anything else as it is."""
-    if isinstance(value, bool) or value is None:
-        return {True: "yes", False: "no", None: "–"}[value]
-    if isinstance(value, int):
-        return f"{value:,}".replace(",", "\u202f")
-    if isinstance(value, float):
-        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}".replace(",", "\u202f")
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return ", ".join(text_of(v) for v in value)
-    return str(value)
+@dataclass(frozen=True)
+class Side:
+    """All that the page says of one run."""
+
+    name: str
+    lead: str
+    verdicts: Sequence[Verdict]
+    tables: Sequence[Table]
+    pictures: Sequence[Picture]
+    version: str
+    content_hash: str
+    notes: Sequence[str] = field(default=())
 
 
-def rows_of(value: Any, key: str = "") -> list[tuple[str, str, str]]:
-    """Flatten nested mappings into (key path, value, unit) rows."""
-    if isinstance(value, Mapping):
-        rows = []
-        for name, inner in value.items():
-            rows += rows_of(inner, f"{key} › {name}" if key else str(name))
-        return rows
-    return [(key, text_of(value), unit_of(key))]
+def write_report(
+    path: str | os.PathLike[str], title: str, case: str, sides: Sequence[Side],
+    interactive: bool = True,
+) -> Path:  # fmt: skip
+    """Write the page atomically and return its path.
+
+    case: name by which the page is known as flexgear's. sides: one run, or two side by side.
+    """
+    target = Path(path)
+    folder = files("flexgear.views") / "templates"
+    source = {
+        name: (folder / f"report.{name}").read_text("utf-8") for name in ("html.j2", "css", "js")
+    }
+    script = plotly_script() if interactive else None
+    plots: dict[str, Any] = {}
+    sections = [
+        s for s in (_section(key, sides, plots, script is not None) for key in SECTIONS) if s
+    ]
+    page = (
+        Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+        .from_string(source["html.j2"])
+        .render(
+            title=title,
+            case=case,
+            sides=sides,
+            marks=MARKS,
+            counts=[_counts(side) for side in sides],
+            sections=sections,
+            style=Markup(source["css"]),
+            code=Markup(source["js"]),
+            plotly=deflated(script) if script is not None and plots else None,
+            plots=within(plots, MOST_PLOTS) if script is not None and plots else None,
+        )
+    )
+    with atomic_file(target) as temporary:
+        temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
+    return target
 
 
-def sections(summary: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str, str]]]]:
-    """Tables by top-level key; single values come first under "run"."""
-    single = [(k, text_of(v), unit_of(k)) for k, v in summary.items() if not isinstance(v, Mapping)]
-    tables = [("run", single)] if single else []
-    for name, inner in summary.items():
-        if isinstance(inner, Mapping):
-            rows = [(k, v, u or unit_of(name)) for k, v, u in rows_of(inner)]
-            tables.append((name.replace("_", " "), rows))
-    return tables
+def plotly_script() -> str | None:
+    """The text of plotly.js; None where the package is not installed, and pictures are static."""
+    try:
+        return (files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
+    except (ModuleNotFoundError, FileNotFoundError):
+        return None
+
+
+def deflated(text: str) -> str:
+    """Text as base64 of its zlib stream, which a browser inflates."""
+    return base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")
 
 
 def embedded(path: Path) -> str:
@@ -78,46 +122,122 @@ def embedded(path: Path) -> str:
         raise FlexgearError(f"cannot put {path} into the report: only {', '.join(MEDIA)}")
     try:
         data = path.read_bytes()
+        if path.suffix.lower() == ".png":
+            data = min(data, _of_few_colours(data), key=len)
     except OSError as error:
         raise FlexgearError(f"cannot read picture {path}: {error.strerror}") from error
     return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def write_report(
-    path: str | os.PathLike[str],
-    title: str,
-    summary: Mapping[str, Any],
-    pictures: Sequence[tuple[str | os.PathLike[str], str]],
-    parameters: Mapping[str, Any] | str,
-    version: str,
-    content_hash: str,
-    notes: Sequence[str] = (),
-) -> Path:
-    """Write the page atomically and return its path.
-
-    ``summary``: nested mapping as in summary.json. ``pictures``: (file, caption) in order.
-    ``parameters``: the case as TOML text, or a nested mapping. Everything is embedded.
-    """
-    target = Path(path)
-    source = (files("flexgear.views") / "templates" / "report.html.j2").read_text("utf-8")
-    figures = [
-        (embedded(Path(file)), caption, Path(file).suffix == ".mp4") for file, caption in pictures
-    ]
-    page = (
-        Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        .from_string(source)
-        .render(
-            title=title,
-            case=summary.get("case", ""),
-            tables=sections(summary),
-            figures=figures,
-            parameters=None if isinstance(parameters, str) else rows_of(parameters),
-            parameter_text=parameters if isinstance(parameters, str) else None,
-            version=version,
-            content_hash=content_hash,
-            notes=list(notes),
+def _of_few_colours(data: bytes) -> bytes:
+    """A PNG with a palette: a third of the size, and charts look the same."""
+    out = io.BytesIO()
+    with Image.open(io.BytesIO(data)) as picture:
+        picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
+            out, format="PNG", optimize=True
         )
-    )
-    with atomic_file(target) as temporary:
-        temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
-    return target
+    return out.getvalue()
+
+
+def within(plots: Mapping[str, Any], most: int) -> str:
+    """Plots deflated to at most so many characters: lines lose points until they fit."""
+    text = deflated(json.dumps(plots))
+    while len(text) > most:
+        thinned = _halved(plots)
+        if thinned == plots:
+            break
+        plots, text = thinned, deflated(json.dumps(thinned))
+    return text
+
+
+def _halved(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        halve = value.get("type") == "scatter" and len(value.get("x", ())) > LEAST_POINTS
+        return {k: v[::2] if halve and k in ("x", "y") else _halved(v) for k, v in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        return [_halved(v) for v in value]
+    return value
+
+
+def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
+    """Tables of a section: title and rows (label, a figure of each side, difference)."""
+    found: dict[str, dict[str, list[Row | None]]] = {}
+    for k, side in enumerate(sides):
+        for table in side.tables:
+            if table.section == section:
+                rows = found.setdefault(table.title, {})
+                for row in table.rows:
+                    rows.setdefault(row.label, [None] * len(sides))[k] = row
+    return [
+        {"title": title, "rows": [(label, *_cells(cells)) for label, cells in rows.items()]}
+        for title, rows in found.items()
+    ]
+
+
+def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
+    """Figures of a row in one unit, and by how much the second differs from the first."""
+    values = [row.value if row else None for row in rows]
+    unit = next((row.unit for row in rows if row), "")
+    numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
+    if len(numbers) < 2 or len(numbers) < len(values):
+        return [said(v, unit) for v in values], ""
+    printed, by = scale(numbers, unit)
+    shown = [f"{number(v * by)} {printed}".rstrip() for v in numbers]
+    first, second = numbers
+    if first == second:
+        return shown, "="
+    change = 100 * (second - first) / abs(first) if first else float("inf")
+    return shown, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
+
+
+def _section(
+    key: str, sides: Sequence[Side], plots: dict[str, Any], interactive: bool
+) -> dict[str, Any] | None:
+    """A section with what there is of it; None where there is nothing."""
+    tables = side_by_side(sides, key)
+    pictures = [_shown(found, plots, interactive) for found in _by_name(sides, key)]
+    if not tables and not pictures:
+        return None
+    heading, about = SECTIONS[key]
+    return {"key": key, "heading": heading, "about": about, "tables": tables, "pictures": pictures}
+
+
+def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | None]]:
+    """Pictures of a section that both sides call alike."""
+    own = [{p.name: p for p in side.pictures if p.section == section} for side in sides]
+    for name in dict.fromkeys(name for pictures in own for name in pictures):
+        yield [pictures.get(name) for pictures in own]
+
+
+def _shown(
+    pictures: Sequence[Picture | None], plots: dict[str, Any], interactive: bool
+) -> dict[str, Any]:
+    """A picture as the page needs it, of every side."""
+    first = next(p for p in pictures if p is not None)
+    places: list[dict[str, Any] | None] = []
+    for picture in pictures:
+        if picture is None:
+            places.append(None)
+            continue
+        names = []
+        for panel in picture.plots if interactive else ():
+            names.append(f"plot{len(plots)}")
+            plots[names[-1]] = panel
+        file = picture.file
+        places.append(
+            {
+                "plots": names,
+                "image": embedded(file) if file else None,
+                "shape": "tall"
+                if any("scene" in p.get("layout", {}) for p in picture.plots)
+                else "",
+                "video": file is not None and file.suffix == ".mp4",
+            }
+        )
+    return {"caption": first.caption, "sentence": first.sentence, "places": places}
+
+
+def _counts(side: Side) -> list[tuple[str, int, str]]:
+    """How many verdicts there are of each level: level, count, words."""
+    levels = [v.level for v in side.verdicts]
+    return [(m, levels.count(m), text) for m, text in MARKS.items() if m in levels]  # type: ignore[arg-type]

@@ -1,0 +1,55 @@
+"""Rows, tables and verdicts of a report, and the sections they stand in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Level = Literal["good", "watch", "bad", "note"]
+Value = float | str | None
+
+SECTIONS = {  # in the order of the page: heading and what the section answers
+    "geometry": ("Geometry", "Gears, centre distances and what holds them, as the case gives them."),
+    "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
+    "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
+    "sharing": ("Load sharing", "How evenly the planets share the load; 1 is perfectly even."),
+    "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
+    "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
+    "dynamics": ("Dynamics", "Steady running and torque drops in time, and their spectra."),
+    "modes": ("Natural modes", "Frequencies, what moves in them, and what excites them."),
+    "accuracy": ("Accuracy", "How far reduction, time step and equilibrium can be trusted."),
+    "case": ("The case", "Every parameter of the run, defaults included."),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """A figure with its name. unit: SI, or one of those ``wording.said`` knows."""
+
+    label: str
+    value: Value
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows below one title in a section."""
+
+    section: str
+    title: str
+    rows: Sequence[Row]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One answer of the first screen: what about, the figure, a sentence, how it stands.
+
+    level: "good" and "bad" where there is something to hold the figure to, "watch" where an eye is
+    needed, "note" where there is no limit.
+    """
+
+    level: Level
+    subject: str
+    figure: str
+    sentence: str

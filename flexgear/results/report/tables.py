@@ -1,0 +1,223 @@
+"""Tables of a report, from the case, its power flow and the summary of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.report import case_report
+from flexgear.model.case import Case
+from flexgear.results.report.parts import Row, Table, Value
+from flexgear.results.report.wording import number, said, split_unit, words
+
+Summary = Mapping[str, Any]
+GEOMETRY, MESH = "geometry", "meshes"
+TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
+
+
+def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
+    """All tables of a run, in the order of the page."""
+    parts = (
+        _geometry(case),
+        _power(summary),
+        _forces(summary),
+        _sharing(summary),
+        _bearings(case, flow, summary),
+        _deflections(summary),
+        _drops(summary),
+        _modes(summary),
+        _accuracy(summary),
+    )
+    return [table for part in parts for table in part if table.rows]
+
+
+def stage_figures(summary: Summary, key: str) -> dict[str, Any]:
+    """Figures of flexible stages by name: those of the short form have one stage without a name."""
+    found = summary.get(key, {})
+    return {"": found} if found and summary["kind"] == "stage" else dict(found)
+
+
+def own_variant(by_variant: Mapping[str, Any]) -> Any:
+    """Of the case as it is, which comes before its variants; {} where there is none."""
+    return next(iter(by_variant.values()), {})
+
+
+def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Figures of load sharing by group of gear meshes."""
+    return {name: one for name, one in figures.items() if isinstance(one, Mapping)}
+
+
+def _geometry(case: Case) -> Iterator[Table]:
+    for name, rows in case_report(case).items():
+        section = MESH if name.endswith("gear_mesh") else GEOMETRY
+        yield Table(section, words(name), [_keyed(key, value) for key, value in rows.items()])
+
+
+def _keyed(key: str, value: Any) -> Row:
+    """A row of a key that ends in its unit."""
+    label, unit = split_unit(key)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return Row(label, ", ".join(number(float(v)) for v in value) + f" {unit}".rstrip())
+    if isinstance(value, bool):
+        return Row(label, said(value))
+    return Row(label, words(value) if isinstance(value, str) else value, unit)
+
+
+def _power(summary: Summary) -> Iterator[Table]:
+    flow = summary["power_flow"]
+    yield Table(
+        "power",
+        "whole train",
+        [
+            Row("power in", flow["input_power_w"], "W"),
+            Row("circulating power", flow.get("circulating_power_w"), "W"),
+        ],
+    )
+    for name, one in flow["members"].items():
+        rows = [
+            Row("speed", one["speed_rpm"], "r/min"),
+            Row("torque on its stage", one["torque_on_stage_nm"], "N m"),
+            Row("power into its stage", one["power_into_stage_w"], "W"),
+        ]
+        yield Table("power", words(name), rows)
+
+
+def _forces(summary: Summary) -> Iterator[Table]:
+    for name, one in summary["stages"].items():
+        rows = [
+            Row("gear-mesh frequency", one["gear_mesh_frequency_hz"], "Hz"),
+            Row("rolling power", one.get("rolling_power_w"), "W"),
+            Row("expected normal force, sun", one["sun_gear_mesh_force_n"], "N"),
+        ]
+        if "ring_gear_mesh_force_n" in one:
+            rows.append(Row("expected normal force, ring", one["ring_gear_mesh_force_n"], "N"))
+        yield Table(MESH, f"{words(name)}, from the power flow", rows)
+    yield from _ranges(MESH, "forces in steady running", summary["transient"]["gear_mesh_force"])
+
+
+def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Table]:
+    rows = []
+    for group, one in forces.items():
+        for key, what in (("min_n", "least"), ("mean_n", "mean"), ("max_n", "largest")):
+            if key in one:
+                rows.append(Row(f"{words(group)}, {what}", one[key], "N"))
+    yield Table(section, title, rows)
+
+
+def _sharing(summary: Summary) -> Iterator[Table]:
+    found = summary["load_sharing"]
+    for variant, stages in found["quasi_static"].items():
+        rows = [row for figures in stages.values() for row in _coefficients(figures)]
+        yield Table("sharing", f"{variant}, equilibria", rows)
+    for variant, figures in found["transient"].items():
+        yield Table("sharing", f"{variant}, in time", list(_coefficients(figures)))
+
+
+def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
+    for group, one in groups_of(figures).items():
+        yield Row(f"{words(group)}, largest at any instant", one["instantaneous"])
+        yield Row(f"{words(group)}, by maxima (Hu 2023)", one["hu-2023"])
+        yield Row(f"{words(group)}, by maxima (Ren 2021)", one["ren-2021"])
+        yield Row(f"{words(group)}, assumed by IEC 61400-4", one["iec_61400_4"])
+
+
+def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
+    for own in flow.stages:
+        one = summary["stages"].get(own.name, {})
+        if own.kind != "planetary" or "planet_bearing_force_n" not in one:
+            continue
+        rows = [
+            Row("load of a planet's bearings", one["planet_bearing_force_n"], "N"),
+            Row("of it tangential", own.planet_bearing_tangential, "N"),
+            Row("of it radial, outward", own.planet_bearing_radial, "N"),
+            Row("planet speed in the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
+            Row("bearings side by side", case.stage(own.name).planet_bearing.count),
+            Row("basic rating life (ISO 281)", _life(one), "h"),
+        ]
+        yield Table("bearings", f"planet bearings, {words(own.name)}", rows)
+
+
+def _life(figures: Mapping[str, Any]) -> Value:
+    return figures.get("planet_bearing_life_h", "no dynamic rating given")
+
+
+def _deflections(summary: Summary) -> Iterator[Table]:
+    far = summary["transient"]["displacement_um_max"]
+    rows = [Row(words(name), 1e-6 * value, "m") for name, value in far.items()]
+    yield Table("deflections", "largest distance from the axis, in time", rows)
+    for stage, one in stage_figures(summary, "steady").items():
+        at = f" of {words(stage)}" if stage else ""
+        peaks = one["tooth_displacement_peak_um"]
+        rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
+        yield Table("deflections", f"ring tooth node 1{at}, peak in steady running", rows)
+        orders = enumerate(one["radial_harmonics_um"])
+        rows = [Row(f"order {order}", 1e-6 * value, "m") for order, value in orders]
+        largest = sorted(rows, key=lambda row: -float(row.value or 0))[:6]
+        title = f"radial shape of the ring{at}, largest orders round the circle"
+        yield Table("deflections", title, sorted(largest, key=lambda row: rows.index(row)))
+
+
+def _drops(summary: Summary) -> Iterator[Table]:
+    for depth, variants in summary["torque_steps"].items():
+        for variant, one in variants.items():
+            rows = [
+                Row(f"slowest speed, {words(member)}", speed, "r/min")
+                for member, speed in one["speed_rpm_min"].items()
+            ]
+            if "tooth_load_n_min" in one:
+                rows.append(Row("lowest load of a tooth pair", one["tooth_load_n_min"], "N"))
+            rows += [
+                Row(f"largest load sharing factor, {words(group)}", value)
+                for group, value in one["load_sharing"].items()
+            ]
+            rows += [
+                Row(f"largest force, {words(group)}", force["max_n"], "N")
+                for group, force in one["gear_mesh_force"].items()
+            ]
+            title = f"torque drop to {said(float(depth), 'N m')}, {variant}"
+            yield Table("dynamics", title, rows)
+
+
+def _modes(summary: Summary) -> Iterator[Table]:
+    rows, count = [], 0
+    for one in summary["modes"]["lowest"]:
+        times = one["multiplicity"]
+        kind = one["type"] + (f", {times} alike" if times > 1 else "")
+        rows.append(Row(f"{count + 1}: {kind}", one["frequency_hz"], "Hz"))
+        count += times
+    yield Table("modes", "lowest modes at rest or rated speed", rows)
+    kinds = summary["modes"]["types"].items()
+    yield Table("modes", "modes found by type", [Row(words(kind), n) for kind, n in kinds])
+
+
+def _accuracy(summary: Summary) -> Iterator[Table]:
+    solver, system = summary.get("solver", {}), summary["system"]
+    yield Table(
+        "accuracy",
+        "solution",
+        [
+            Row("coordinates", system["coordinates"]),
+            Row("modes kept", system["kept_modes"]),
+            Row("error left by the modes that are not kept", system["modes_estimate"], "share"),
+            Row("time step, steady running", solver.get("time_step_s"), "s"),
+            Row("time step, torque drop", solver.get("step_time_step_s"), "s"),
+            Row("steps of steady running", summary["transient"]["steps"]),
+            Row("forces left over in the equilibria", summary.get("equilibrium_closure_max")),
+            Row("energy not accounted for", summary["energy_residual"], "share"),
+            Row("harmonic against transient", summary["harmonic"].get("largest_difference"), "share"),
+        ],
+    )  # fmt: skip
+    for name, one in summary.get("reduction", {}).items():
+        rows = [
+            Row("dofs of the FE mesh", summary["fe"][name]["dofs"]),
+            Row("dofs of the interface", one.get("interface_dofs")),
+            Row("fixed-interface modes", one.get("fixed_interface_modes")),
+            Row("static error", one.get("static_error"), "share"),
+            Row("frequency error", one.get("frequency_error"), "share"),
+            Row("frequencies looked at, up to", one.get("frequency_limit_hz"), "Hz"),
+        ]
+        yield Table("accuracy", f"reduction of {words(name)}", rows)
+    times = summary["timing_s"].items()
+    rows = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times]
+    yield Table("accuracy", "wall time", rows)

@@ -1,0 +1,81 @@
+"""Numbers and names as a person reads them: 788 kN, 21.3 µm, "sun gear mesh"."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from flexgear.model.units import ALL_SUFFIXES, unit_name
+
+# unit -> (at least so large, printed unit, multiply by), the largest first; the last one takes all
+_SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
+    "N": ((1e6, "MN", 1e-6), (1e3, "kN", 1e-3), (0, "N", 1)),
+    "N m": ((1e6, "MN m", 1e-6), (1e3, "kN m", 1e-3), (0, "N m", 1)),
+    "W": ((1e6, "MW", 1e-6), (1e3, "kW", 1e-3), (0, "W", 1)),
+    "m": ((10, "m", 1), (1e-3, "mm", 1e3), (0, "µm", 1e6)),
+    "rad": ((0, "mrad", 1e3),),
+    "angle": ((0, "°", 180 / math.pi),),
+    "Pa": ((1e9, "GPa", 1e-9), (0, "MPa", 1e-6)),
+    "s": ((1, "s", 1), (1e-3, "ms", 1e3), (0, "µs", 1e6)),
+    "Hz": ((1e4, "kHz", 1e-3), (0, "Hz", 1)),
+    "N/m": ((1e9, "GN/m", 1e-9), (1e6, "MN/m", 1e-6), (1e3, "kN/m", 1e-3), (0, "N/m", 1)),
+    "share": ((0, "%", 100),),
+    "rad/s": ((0, "r/min", 30 / math.pi),),
+}
+NOTHING = 1e-12  # of a unit, rounding
+_ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
+
+
+def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
+    """Printed unit and factor that suit the largest of values in an SI unit."""
+    largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
+    steps = _SCALES.get(unit, ((0, unit, 1.0),))
+    if largest <= NOTHING:
+        return steps[min(1, len(steps) - 1)][1:]
+    return next((name, by) for least, name, by in steps if largest >= least)
+
+
+def number(value: float) -> str:
+    """Four significant digits without exponents, thousands apart; "–" where there is no number."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0 or abs(value) < NOTHING:
+        return "0"
+    if abs(value) >= 1e7 or abs(value) < 1e-4:
+        digits, power = f"{value:.2e}".split("e")
+        raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        return f"{digits} · 10{raised}"
+    places = max(0, 3 - math.floor(math.log10(abs(value))))
+    text = f"{value:,.{places}f}".replace(",", "\u202f")
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def said(value: float | str | bool | None, unit: str = "") -> str:
+    """A figure with its unit: 788275 N -> "788.3 kN"; "–" where there is none."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int) and not unit:
+        return f"{value:,}".replace(",", "\u202f")
+    printed, by = scale([value], unit)
+    return f"{number(value * by)} {printed}".rstrip()
+
+
+def words(name: str) -> str:
+    """A name of a figure, case key or body as words: "stage_1.ring" -> "stage 1 ring"; the only stage
+    of a case, which is called "stage", is not said: "stage.ring" -> "ring"."""
+    parts = re.split(r"[._\s]+", re.sub(r"^stage[. ](?=\w)", "", name))
+    return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """Words and printed unit of a key that ends in one: "base_pitch_mm" -> ("base pitch", "mm")."""
+    found = [s for s in ALL_SUFFIXES if key.endswith(f"_{s}")]
+    if not found:
+        return words(key), ""
+    suffix = max(found, key=len)
+    return words(key.removesuffix(f"_{suffix}")), "°" if suffix == "deg" else unit_name(suffix)

@@ -1,0 +1,54 @@
+"""Figures and names as a person reads them, and the tables of a report."""
+
+from __future__ import annotations
+
+import pytest
+
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
+from flexgear.results.report.case_rows import case_tables
+from flexgear.results.report.parts import SECTIONS
+from flexgear.results.report.wording import said, split_unit, words
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (788275.0, "N", "788.3 kN"),
+        (4e6, "N m", "4 MN m"),
+        (21.3e-6, "m", "21.3 µm"),
+        (0.43, "m", "430 mm"),
+        (1.18, "rad/s", "11.27 r/min"),
+        (0.0211, "share", "2.11 %"),
+        (0.349066, "angle", "20 °"),
+        (1234567.0, "", "1\u202f234\u202f567"),
+        (3.2e-9, "", "3.20 · 10⁻⁹"),
+        (-0.0, "N", "0 kN"),
+        (None, "N", "–"),
+        (float("nan"), "", "–"),
+        (True, "", "yes"),
+    ],
+)
+def test_numbers_have_units_a_person_uses(value, unit, text):
+    assert said(value, unit) == text
+
+
+def test_names_become_words():
+    assert words("stage_1.ring") == "stage 1 ring"
+    assert words("stage.sun") == "sun"
+    assert split_unit("base_pitch_mm") == ("base pitch", "mm")
+    assert split_unit("iso_single_stiffness_n_per_mm_um") == ("ISO single stiffness", "N/(mm µm)")
+
+
+@pytest.mark.parametrize("name", ["wind-5mw", "pitch-drive", "double-rotor-5mw"])
+def test_every_case_is_told_in_words_with_units(name):
+    case = load_case(name)
+    assert power_flow(case).input_power >= 0
+    found = case_tables(case)
+    assert {t.section for t in found} <= set(SECTIONS)
+    rows = [(t.title, r.label, r.value) for t in found for r in t.rows]
+    assert all("_" not in label and "None" not in str(value) for _, label, value in rows)
+    width = [value for _, label, value in rows if label == "face width"]
+    assert width[0] == said(case.stages[0].face_width, "m")
+    angle = next(value for _, label, value in rows if label == "pressure angle")
+    assert str(angle).endswith("°")

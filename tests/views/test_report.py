@@ -1,0 +1,128 @@
+"""The HTML page: one file, nothing from outside, right figures, two runs side by side."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexgear.model.errors import FlexgearError
+from flexgear.results.report.parts import Row, Table, Verdict
+from flexgear.views.interactive import envelope, panels_of, plain_math
+from flexgear.views.report import Picture, Side, plotly_script, within, write_report
+from flexgear.views.style import panels, save_figure
+
+PLOTS = re.compile(r'id="plots">([^<]*)<')
+needs_plotly = pytest.mark.skipif(plotly_script() is None, reason="plotly is not installed")
+
+
+def chart(tmp_path: Path) -> Picture:
+    """A picture with a line, a mark and a title."""
+    figure, axes = panels(1, 1, height_mm=40)
+    axes[0, 0].plot([0.0, 1.0, 2.0], [5.0, np.nan, 7.0], label="planet <1>")
+    axes[0, 0].axvline(1.5)
+    axes[0, 0].set_xlabel("carrier angle $θ_c$ (rad)")
+    axes[0, 0].set_title("force")
+    file = save_figure(figure, tmp_path / "a.png", dpi=40)
+    return Picture("a", "meshes", "A caption", "What it shows.", file, panels_of(figure))
+
+
+def side(tmp_path: Path, force: float = 788e3, name: str = "wind <5> MW") -> Side:
+    """What a page says of a run."""
+    return Side(
+        name=name,
+        lead="Stage: 5 planets.",
+        verdicts=[Verdict("good", "Load sharing", "K = 1.023", "Within 1.35.")],
+        tables=[Table("meshes", "forces", [Row("ring", force, "N"), Row("sun", None, "N")])],
+        pictures=[chart(tmp_path)],
+        version="1.2.3",
+        content_hash="abc123",
+        notes=["Ring tie: root & averaging."],
+    )
+
+
+def page(tmp_path: Path, *sides: Side, **options) -> str:
+    """Text of the page of these sides."""
+    path = write_report(tmp_path / "r.html", "wind <5> MW", "wind", sides, **options)
+    assert path.stat().st_size < 10e6
+    return path.read_text("utf-8")
+
+
+def visible(text: str) -> str:
+    """What a reader sees of a page."""
+    text = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.S)
+    return re.sub(r"<[^>]*>", " ", text)
+
+
+def test_the_page_is_one_file_with_escaped_names(tmp_path: Path):
+    text = page(tmp_path, side(tmp_path))
+    assert "wind &lt;5&gt; MW" in text
+    assert "<5>" not in text
+    for words in ("788 kN", "K = 1.023", "A caption", "1.2.3", "abc123", "root &amp; averaging"):
+        assert words in text
+    assert not re.search(r'(src|href)\s*=\s*"(?!data:|#)', text)
+    assert not re.search(r"@import|url\(|fetch\(|XMLHttpRequest", text)
+    assert "data:image/png;base64," in text
+    assert not re.search(r"\b(nan|None|NaN)\b", visible(text))
+
+
+@needs_plotly
+def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Path):
+    text = page(tmp_path, side(tmp_path))
+    assert text.count('id="plotly"') == 1
+    plots = json.loads(zlib.decompress(base64.b64decode(PLOTS.search(text)[1])))
+    line = plots["plot0"]["data"][0]
+    assert (line["x"], line["y"]) == ([0.0, 1.0, 2.0], [5.0, None, 7.0])
+    assert line["name"] == "planet &lt;1&gt;"
+    assert plots["plot0"]["layout"]["xaxis"]["title"]["text"] == "carrier angle θ<sub>c</sub> (rad)"
+    assert plots["plot0"]["layout"]["shapes"][0]["x0"] == 1.5
+    static = page(tmp_path, side(tmp_path), interactive=False)
+    assert "<script" not in static
+    assert "data-plot=" not in static
+    assert len(static) < 1e5
+
+
+def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
+    text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
+    row = re.search(r"<tr><td>ring</td>.*?</tr>", text)[0]
+    assert re.findall(r">([^<>]+)</td>", row) == ["ring", "788 kN", "394 kN", "-50.00 %"]
+    assert text.count("data:image/png") == 2
+    assert "B: other" in text
+
+
+def test_long_lines_keep_their_envelope():
+    x = np.linspace(0, 1, 100_000)
+    y = np.sin(200 * x)
+    y[54_321] = 3.0
+    few_x, few_y = envelope(x, y, 1000)
+    assert few_x.size <= 1000
+    assert few_y.max() == 3.0
+    assert few_y.min() == y.min()
+    assert np.all(np.diff(few_x) > 0)
+
+
+def test_plots_are_thinned_until_they_fit():
+    rng = np.random.default_rng(1)
+    line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
+    text = within({"a": {"data": [line]}}, 30_000)
+    assert len(text) <= 30_000
+    kept = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]
+    assert len(kept["x"]) == len(kept["y"])
+    assert kept["x"][1] in line["x"]
+
+
+def test_mathtext_becomes_markup():
+    assert plain_math("$K_γ$ (–) & <b>") == "K<sub>γ</sub> (–) &amp; &lt;b&gt;"
+
+
+def test_a_missing_picture_is_one_clear_line(tmp_path: Path):
+    lost = Picture("a", "meshes", "", "", tmp_path / "gone.png")
+    broken = Side("t", "", [], [], [lost], "1", "h")
+    with pytest.raises(FlexgearError, match=r"cannot read picture .*gone\.png"):
+        write_report(tmp_path / "r.html", "t", "t", [broken])
+    assert not (tmp_path / "r.html").exists()
