@@ -42,7 +42,7 @@ PLACES = (
     ("_speed$", "dynamics", "The carrier slows down as the torque changes, and settles again."),
     ("torque_step", "dynamics", "How the load sharing answers a sudden change of the torque."),
     ("modes", "modes", "Each mode by its frequency, and what share of its energy lies where."),
-    ("campbell", "modes", "Frequencies over speed; where an order of the gear mesh meets a mode, it "
+    ("campbell", "modes", "Frequencies over speed; where an order of a gear mesh meets a mode it "
      "can be excited."),
 )  # fmt: skip
 ELSEWHERE = ("dynamics", "")
