@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from coupled import make_bodies
 
+from flexgear.coupling.workable import stand_ins
 from flexgear.solve.bodies import StageBodies
+from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 
 REPORT = {
@@ -43,3 +45,19 @@ def reduced(body) -> ReducedBody:
         cells=np.arange(8)[None],
         recovery=np.zeros((24, size), dtype=np.float32),
     )
+
+
+def stiff_stage(case) -> StageBodies:
+    """Ring and carrier of the size of any case, with what a run asks of reduced bodies: nodes that
+    hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force."""
+    return StageBodies(*(reduced(_hung_together(body)) for body in stand_ins(case)))
+
+
+def _hung_together(body: ReducedBody) -> ReducedBody:
+    reach = np.abs(body.positions).max()
+    weight = np.tile([1, 1, 1, *3 * [0.1 * reach]], len(body.positions))
+    turning = np.broadcast_to(np.eye(6)[3:], (len(body.positions), 3, 6))
+    motion = np.concatenate([rigid_motion(body.positions), turning], axis=1).reshape(-1, 6)
+    motion = weight[:, None] * motion
+    rest = np.eye(len(motion)) - motion @ np.linalg.pinv(motion)
+    return body.with_(stiffness=2e11 * reach * weight[:, None] * rest * weight)

@@ -15,12 +15,12 @@ from flexgear.views.loads import finish_x
 from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, variable, windowed
 from flexgear.views.style import (
     KILO,
-    MEGA,
     NEUTRAL,
     RPM,
     panels,
     planet_colour,
     styled,
+    unit_of_torque,
     variant_colours,
 )
 
@@ -66,13 +66,11 @@ def finish(
 def carrier_speed(
     runs: Runs, x: str = "time", window: Window | None = None, rated_rpm: float | None = None
 ) -> Figure:
-    """Input torque (MN·m) and carrier speed (r/min) of one or several runs (Figure 10)."""
+    """Input torque and carrier speed (r/min) of one or several runs (Figure 10)."""
     chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
     figure, axes = panels(2, 1, height_mm=96, sharex=True, height_ratios=[1, 2])
     top, bottom = axes[:, 0]
-    over_runs(top, chosen, x, "input_torque", MEGA)
-    top.set_ylabel("input torque\n(MN·m)")
-    torque_axis(top)
+    torque_panel(top, chosen, x)
     over_runs(bottom, chosen, x, "carrier_speed", RPM)
     extra = []
     if rated_rpm is not None:
@@ -84,8 +82,12 @@ def carrier_speed(
     return figure
 
 
-def torque_axis(axes: Axes) -> None:
-    """Zero in view, air above."""
+def torque_panel(axes: Axes, runs: dict[str, xr.Dataset], x: str) -> None:
+    """Input torque in a unit that reads well; zero in view, air above."""
+    largest = max(float(abs(d.input_torque).max()) for d in runs.values())
+    unit, factor = unit_of_torque(largest)
+    over_runs(axes, runs, x, "input_torque", factor)
+    axes.set_ylabel(f"input torque\n({unit})")
     low, high = axes.get_ylim()
     axes.set_ylim(min(0.0, low), 1.12 * high if high > 0 else high)
 
@@ -129,9 +131,7 @@ def torque_drop(runs: Runs, window: Window | None = None, gear_mesh: str = "ring
     chosen = {name: windowed(d, "time", window) for name, d in as_runs(runs).items()}
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
     torque, speed, force, sharing, spread = axes[:, 0]
-    over_runs(torque, chosen, "time", "input_torque", MEGA)
-    torque.set_ylabel("input torque\n(MN·m)")
-    torque_axis(torque)
+    torque_panel(torque, chosen, "time")
     over_runs(speed, chosen, "time", "carrier_speed", RPM)
     speed.set_ylabel("carrier speed\n(r/min)")
     means = {

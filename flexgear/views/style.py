@@ -53,7 +53,6 @@ DIVERGING_MAP = "RdBu_r"
 
 MICRO = 1e6  # m -> µm, rad -> µrad
 KILO = 1e-3  # N -> kN
-MEGA = 1e-6  # N m -> MN m
 RPM = 30.0 / pi  # rad/s -> r/min
 N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
 
@@ -201,3 +200,11 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0
     with atomic_file(target) as temporary:
         figure.savefig(temporary, format=kind, dpi=dpi, metadata=stamp)
     return target
+
+
+def unit_of_torque(torque: float) -> tuple[str, float]:
+    """Unit in which a torque (N m) reads well, and the factor into it."""
+    for unit, size in (("MN·m", 1e6), ("kN·m", 1e3)):
+        if abs(torque) >= size:
+            return unit, 1.0 / size
+    return "N·m", 1.0

@@ -1,7 +1,7 @@
 """Every command on every bundled case: it works, or says in one line why it makes no sense."""
 
 import pytest
-from stage_samples import cheap_stage
+from stage_samples import cheap_stage, stiff_stage
 from train_contexts import BUNDLED
 
 from flexgear.cli import body_commands
@@ -15,6 +15,12 @@ STAGE_SHORT = [
     "--set", "drive.rated_speed_rpm=100",
     "--set", "drive.steps.torques_nm=[]",
 ]  # fmt: skip
+FAST_SHORT = [
+    "--set", "solver.gear_mesh_orders=1",
+    "--set", "solver.duration_s=0.002",
+    "--set", "drive.steps.torques_nm=[]",
+]  # fmt: skip
+FLEXIBLE = {"wind-5mw": STAGE_SHORT, "ev-reducer": FAST_SHORT}
 DRAWN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
 COMMANDS = {
     "check": [],
@@ -35,24 +41,30 @@ WRITES = ("sweep", "tolerance", "run")
 
 
 @pytest.fixture(autouse=True)
-def cheap(monkeypatch, tmp_path):
+def cheap(flexgear, monkeypatch, tmp_path):
     """No body is reduced, and studies are kept elsewhere."""
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: cheap_stage(s))
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies(s))
+    monkeypatch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies(s))
     for k, name in enumerate(("ring", "carrier")):
-        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: cheap_stage(s)[k])
+        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies(s)[k])
 
 
-@pytest.mark.parametrize("case", [*BUNDLED, "wind-5mw"])
+def bodies(stage):
+    """Cheap bodies of any stage."""
+    return (cheap_stage if stage.case.name == "wind-5mw" else stiff_stage)(stage)
+
+
+@pytest.mark.parametrize("case", [*BUNDLED, *FLEXIBLE])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_works_or_says_why_not(flexgear, tmp_path, command, case):
     name, *options = command.split()
-    flexible = case == "wind-5mw"
+    flexible = case in FLEXIBLE
     more = [*options, *COMMANDS[command]]
     if name in WRITES:
         more += ["--out", tmp_path / "out"]
     if flexible:
-        more += QUICK + (STAGE_SHORT if name == "run" else [])
+        more += QUICK + (FLEXIBLE[case] if name == "run" else [])
         more += ["--positions", 2] if name == "compare" else []
     elif name in ("run", "compare", "simulate"):
         more += SHORT + (["--cycles", 2] if name == "compare" else [])

@@ -40,7 +40,7 @@ def test_bundled_trains_are_complete(name):
                 assert geometry.assembly == round(geometry.assembly)
 
 
-@pytest.mark.parametrize("name", TRAINS)
+@pytest.mark.parametrize("name", [*TRAINS, "ev-reducer"])
 def test_every_value_is_labelled(name):
     """A label on the line, on its section's line or in the comment above either."""
     covered = False
