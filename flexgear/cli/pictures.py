@@ -303,12 +303,13 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         return Picture(None, f"no 3D renders: {error}")
     body = _rendered(content)[name]
     field = content.fields[body]
-    unit, factor = style.unit_of_torque(field.attrs["input_torque"])
+    torque = field.attrs["input_torque"]
+    unit, factor = style.unit_of_torque(torque)
     figure = render_deformed(
         field["point"].to_numpy(),
         field["cell"].to_numpy(),
         field["displacement"].to_numpy(),
-        title=f"{_said(content, body)}, equilibrium at {field.attrs['input_torque'] * factor:g} {unit}",
+        title=f"{_said(content, body)}, equilibrium at {torque * factor:g} {unit}",
     )
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
     return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated")
