@@ -7,6 +7,7 @@ from typing import Any
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.pace import case_pace, pace_sections
+from flexgear.coupling.port_machines import machine_words
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
@@ -46,6 +47,7 @@ def _running(train: Case, flow: PowerFlow) -> Sections:
         if math.isfinite(lives.get(stage.name, math.inf)):
             rows["planet_bearing_life_h"] = lives[stage.name]
         sections[f"{before}running"] = rows
+    sections["machines"] = dict(machine_words(train))
     sections["power"] = {
         "independent_speeds": flow.mobility,
         "input_power_w": flow.input_power,

@@ -42,7 +42,7 @@ class Case(Section):
     and ``with_`` take, too; "train", all that is said here.
 
     kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
-    of the carriers' frames at rated speed. gravity: acceleration in fixed axes, x, y, z. material:
+    of the carriers' frames, in transients at the speed of the moment. gravity: acceleration in fixed axes, x, y, z. material:
     of all gears and bodies that do not state their own. stages: from the first on; alone it is
     written [stage]. joints: splines, couplings and shafts between members. held: members that do
     not turn; a planetary stage without a held member holds its ring unless that is a port or in a

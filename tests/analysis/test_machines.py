@@ -192,6 +192,22 @@ def test_a_stiff_controller_is_a_given_speed(tmp_path):
     assert errors[1] < 0.02 * errors[0]
 
 
+def test_a_run_goes_on_from_its_state(gears):
+    """What a controller carries on is in the state: two halves are the whole."""
+    j, own = inertia(gears, INPUT), 300.0
+    modal = one_end(gears, INPUT, Controller(own * j, own**2 * j))
+    speed, load = rated(gears, INPUT)
+    drive = told(1.2 * speed, load)
+    states = [start_state(modal, np.array([speed, load])) for _ in range(2)]
+    stepped(modal, drive, 0.01, 2e-5, start=states[0])
+    for _ in range(2):
+        stepped(modal, drive, 0.005, 2e-5, start=states[1])
+    whole, halves = states
+    assert whole.ports["integral"][INPUT] != pytest.approx(TORQUE, rel=1e-3)
+    assert halves.ports["integral"] == pytest.approx(whole.ports["integral"], rel=1e-9)
+    assert np.abs(halves.velocity - whole.velocity).max() < 1e-9 * np.abs(whole.velocity).max()
+
+
 def test_energy_closes_under_controllers_and_given_speeds(gears):
     j, own = inertia(gears, INPUT), 300.0
     brake = gears.system.brake
