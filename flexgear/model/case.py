@@ -42,13 +42,14 @@ class Case(Section):
     and ``with_`` take, too; "train", all that is said here.
 
     kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
-    of the carriers' frames, in transients at the speed of the moment. gravity: acceleration in fixed axes, x, y, z. material:
-    of all gears and bodies that do not state their own. stages: from the first on; alone it is
-    written [stage]. joints: splines, couplings and shafts between members. held: members that do
-    not turn; a planetary stage without a held member holds its ring unless that is a port or in a
-    joint. inputs: driven members. output: the loaded member. loads: constant forces and moments
-    on members. drive: machine of the first input. housing: what the bearings stand on. damping: of
-    the structure. tolerance: what a tolerance study draws. solver: numerical options.
+    of the carriers' frames, in transients at the speed of the moment. gravity: acceleration in
+    fixed axes, x, y, z. material: of all gears and bodies that do not state their own. stages: from
+    the first on; alone it is written [stage]. joints: splines, couplings and shafts between
+    members. held: members that do not turn; a planetary stage without a held member holds its ring
+    unless that is a port or in a joint. inputs: driven members. output: the loaded member. loads:
+    constant forces and moments on members. drive: machine of the first input. housing: what the
+    bearings stand on. damping: of the structure. tolerance: what a tolerance study draws. solver:
+    numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
