@@ -21,6 +21,7 @@ from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces
 from flexgear.coupling.system import TurningSupport
+from flexgear.model.springs import at_height
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -100,8 +101,10 @@ class Recovery:
         for bearing in self.modal.system.bearings:
             stop = at + len(bearing.components)
             if bearing.name == name:
-                sign = np.sign(np.sum(rows * bearing.rows))  # a spring may say outer less inner
+                # a spring may say outer less inner
+                sign = np.sign(np.sum(rows * (at_height(-bearing.z) @ bearing.relative)))
                 found[:, bearing.components] = sign * self.result.support_load[:, at:stop]
+                found = self._turned(bearing.angle, found, -1) @ at_height(bearing.z)
             at = stop
         assert at + len(pairs.load_block) == self.result.support_load.shape[1]
         return found
@@ -126,8 +129,16 @@ class Recovery:
         """Loads (t, rows, parts) of the parts of a bearing with a law of its own, N."""
         for bearing in self.modal.system.bearings:
             if bearing.name == name:
-                return bearing.part_loads(self.motion(bearing.rows))
+                inner = self._turned(bearing.angle, self.motion(bearing.rows), 1)
+                return bearing.part_loads(inner - self.motion(bearing.outer_rows))
         raise KeyError(name)
+
+    def _turned(self, angle: int, vectors: Array, sense: int) -> Array:
+        """6-vectors (t, 6) turned by one of the system's angles, −1: by none; sense: 1 or −1."""
+        if angle < 0:
+            return vectors
+        turns = [turn(sense * float(t)) for t in self.result.theta[:, angle]]
+        return np.einsum("tij,tj->ti", turns, vectors)
 
     def _turning_force(self, support: TurningSupport) -> Array:
         node, housing = self.motion(support.rows), self.motion(support.housing)

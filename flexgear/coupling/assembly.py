@@ -13,7 +13,7 @@ from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, GivenLoad
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, TurningSupport
 from flexgear.model.errors import InputError
-from flexgear.model.springs import Bearing
+from flexgear.model.springs import Bearing, at_height
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
@@ -85,20 +85,32 @@ class Assembly:
         self.node_angles.append(angle)
         return len(self.contact_nodes) - 1
 
-    def law_bearing(self, name: str, inner: Array, outer: Array | None, bearing: Bearing) -> None:
-        """What of a bearing has a law of its own: motion (6, d) of inner and outer ring in the
-        bearing's axes, None for the housing. Nothing where it is linear."""
+    def law_bearing(
+        self, name: str, inner: Array, outer: Array, bearing: Bearing, angle: int = -1
+    ) -> None:
+        """What of a bearing has a law of its own: motion (6, d) of the nodes that its inner and
+        outer ring stand on, all zero for ground. Nothing where it is linear.
+
+        angle: of the system's by which the inner ring's frame has turned against the outer ring's;
+        on ground, which looks the same from all sides, the law may act in the inner ring's.
+        """
         found = own_law(bearing)
         if found is None:
             return
-        ends = [self.contact_node(inner, -1)]
-        ends.append(-1 if outer is None else self.contact_node(outer, -1))
-        relative = inner if outer is None else inner - outer
-        self.bearings.append(LawBearing(name, relative, ends[0], ends[1], *found))
+        to_z, moves = at_height(bearing.z), bool(outer.any())
+        rows, other = to_z @ inner, to_z @ outer
+        angle = angle if moves else -1
+        end, other_end = self.contact_node(rows, angle), -1
+        if moves:
+            other_end = self.contact_node(other, -1)
+        law, parameters = found
+        self.bearings.append(
+            LawBearing(name, rows, other, end, other_end, law, parameters, bearing.z, angle)
+        )
 
     def bearing_rows(self) -> list[Array]:
         """Rows (d,) that bearings with a law of their own hold in the end."""
-        return [row for b in self.bearings for row in b.rows[b.components]]
+        return [row for b in self.bearings for row in b.relative[b.components]]
 
     def extra_rows(self, first_block: int, loads: Sequence[GivenLoad] = ()) -> ExtraRows:
         """Rows beside gear meshes, contact nodes being blocks from ``first_block`` on."""
@@ -106,7 +118,7 @@ class Assembly:
             BearingElement(
                 b.law,
                 (first_block + b.inner, first_block + b.outer if b.outer >= 0 else -1),
-                (0.0, 0.0),
+                (b.angle, -1),
                 b.parameters,
             )
             for b in self.bearings

@@ -8,26 +8,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.laws import LAWS, law_number
-from flexgear.model.springs import Bearing
+from flexgear.coupling.laws.law import CENTERING
+from flexgear.model.springs import Bearing, at_height
 
 Array = NDArray[np.float64]
-CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
 
 
 @dataclass(frozen=True)
 class LawBearing:
     """A bearing with a law of its own, named like its spring.
 
-    rows: (6, d) motion of the inner ring less that of the outer one, in the bearing's axes; inner,
+    rows, outer_rows: (6, d) motion of inner and outer ring at the bearing's middle z (m, along the
+    axis from its node), each in its own frame. The law acts in the outer ring's; angle: of the
+    system's by which the inner ring's has turned against it, −1 where they are the same. inner,
     outer: contact nodes, −1 for the housing; law: name; parameters: of the law.
     """
 
     name: str
     rows: Array
+    outer_rows: Array
     inner: int
     outer: int
     law: str
     parameters: Array
+    z: float = 0.0
+    angle: int = -1
+
+    @property
+    def relative(self) -> Array:
+        """(6, d) motion of the inner ring less that of the outer one before anything has turned."""
+        return np.asarray(self.rows - self.outer_rows)
 
     @property
     def components(self) -> list[int]:
@@ -62,6 +72,8 @@ def linear_part(bearing: Bearing, matrix: Array) -> Array:
     found = own_law(bearing)
     if found is None:
         return matrix
-    share = np.ones(6)
+    share, to_node = np.ones(6), at_height(-bearing.z)
     share[list(LAWS[law_number(found[0])].components)] = np.sqrt(CENTERING)
-    return np.asarray(matrix * np.outer(share, share))
+    middle = (to_node.T @ matrix @ to_node) * np.outer(share, share)
+    to_z = at_height(bearing.z)
+    return np.asarray(to_z.T @ middle @ to_z)

@@ -181,17 +181,16 @@ def _fixed_rows(data: PairData) -> FixedRows:
     vector[at] = data.support_vector
     laws = [(LINEAR_LAW, n, 1, [k, 0.0]) for n, k in enumerate(data.support_stiffness)]
     n = supports
-    for law, block, turns, given in zip(
-        data.bearing_law, data.bearing_block, data.bearing_turn, data.bearing_parameters,
+    for law, block, angles, given in zip(
+        data.bearing_law, data.bearing_block, data.bearing_angle, data.bearing_parameters,
         strict=True,
     ):  # fmt: skip
         components = LAWS[law].components
         laws.append((int(law), n, len(components), list(given)))
         for component, stiffness in zip(components, LAWS[law].nominal(given), strict=True):
             row[n]["kind"], row[n]["stiffness"] = BEARING, stiffness
-            end[n]["block"] = block
-            for e, (sign, angle) in enumerate(zip((1.0, -1.0), turns, strict=True)):
-                vector[n, e] = sign * _turned_axis(component, angle)
+            end[n]["block"], end[n]["angle"] = block, angles
+            vector[n, :, component] = 1.0, -1.0
             n += 1
     at = slice(n, count)
     row["kind"][at], end["block"][at, 0], end["angle"][at, 0] = (
@@ -208,14 +207,6 @@ def _fixed_rows(data: PairData) -> FixedRows:
         parameters[i, : len(given)] = given
     element["grows"][len(laws) - forces :] = data.load_grows
     return FixedRows(row, end, vector, element, parameters)
-
-
-def _turned_axis(component: int, angle: float) -> Array:
-    """Unit 6-vector of a component along axes that are turned by ``angle`` about z."""
-    out, c, s = np.zeros(6), np.cos(angle), np.sin(angle)
-    kind, axis = divmod(component, 3)
-    out[3 * kind : 3 * kind + 3] = ((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0))[axis]
-    return out
 
 
 def pair_rows(data: PairData, machines: int = 0) -> Rows:

@@ -73,13 +73,14 @@ class GearMeshLabel:
 class BearingElement:
     """A bearing with a law of its own between two blocks.
 
-    law: name in ``laws``; blocks: of the inner and the outer ring, −1 for the housing; turns:
-    constant angles from the bearing's axes to the blocks', rad; parameters: of the law.
+    law: name in ``laws``; blocks: of the inner and the outer ring, −1 for the housing; angles:
+    of the system's by which the blocks' frames have turned, −1 for the law's own; parameters: of
+    the law.
     """
 
     law: str
     blocks: tuple[int, int]
-    turns: tuple[float, float]
+    angles: tuple[int, int]
     parameters: Array
 
 
@@ -187,7 +188,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         support_angle=turning,
         bearing_law=np.array([law_number(x.law) for x in extra.bearings], np.int64),
         bearing_block=np.array([x.blocks for x in extra.bearings], np.int64).reshape(-1, 2),
-        bearing_turn=np.array([x.turns for x in extra.bearings], float).reshape(-1, 2),
+        bearing_angle=np.array([x.angles for x in extra.bearings], np.int64).reshape(-1, 2),
         bearing_parameters=_padded([x.parameters for x in extra.bearings]),
         load_block=np.array([x.block for x in extra.loads], np.int64),
         load_vector=np.array([x.vector for x in extra.loads], float).reshape(-1, 6),

@@ -87,7 +87,7 @@ class PairData(NamedTuple):
     support_angle: IntArray  # (n_s, 2) angle by which the block's frame has turned, −1: fixed
     bearing_law: IntArray  # (n_b,) index into ``laws.LAWS``
     bearing_block: IntArray  # (n_b, 2) inner and outer block of a bearing, −1: housing
-    bearing_turn: Array  # (n_b, 2) constant angle from the bearing's axes to the block's, rad
+    bearing_angle: IntArray  # (n_b, 2) angle by which the block's frame has turned, −1: none
     bearing_parameters: Array  # (n_b, p) of its law, as many as the longest has
     load_block: IntArray  # (n_l,)
     load_vector: Array  # (n_l, 6) N, N·m

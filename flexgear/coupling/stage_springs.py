@@ -6,15 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.bearings import linear_part, own_law
+from flexgear.coupling.bearings import linear_part
 from flexgear.coupling.members import Member
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
+from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 from flexgear.model.train_member import Support
 from flexgear.structures.kinematics import rigid_rows, turn
-from flexgear.structures.springs import carrier_springs, ring_springs
+from flexgear.structures.springs import ring_springs
 
 Array = NDArray[np.float64]
 
@@ -42,17 +43,9 @@ def spline_matrix(view: StageView) -> Array:
 
 def _tie_lumped(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     name, support = m.body.name, view.stage.member(m.part).support
-    node, housing = a.rows(name, name), a.housing_rows(a.body(name).position(name))
     matrix = linear_part(support, support_matrix(support, m.radius))
     _hold(a, f"{name}_support", (name, name), matrix, frame.carrier)
-    moves = bool(housing.any())
-    if moves and frame.carrier >= 0 and own_law(support) is not None:
-        raise InputError(
-            a.source, f"stages.{view.name}.{m.part}.support",
-            "has a clearance or rollers between a frame that turns and a housing that moves",
-            'set housing.kind to "rigid", or make the support linear',
-        )  # fmt: skip
-    a.law_bearing(f"{name}_support", node, housing if moves else None, support)
+    _obey(a, f"{name}_support", (name, name), support, frame.carrier)
 
 
 def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -92,23 +85,23 @@ def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> 
 
 
 def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
-    springs = carrier_springs(view)
-    if frame.carrier < 0 and not any(spring.matrix[5, 5] for spring in springs):
+    bearings = view.seat_bearings
+    if frame.carrier < 0 and not any(bearing.stiffness[5] for bearing in bearings.values()):
         raise InputError(
             a.source, view.key("carrier.bearing_drive.torsion_nm_per_rad"),
             f"is zero, so nothing takes the torque of the held {m.body.name}",
             "give it, or that of bearing_far",
         )  # fmt: skip
-    for spring in springs:
-        name = f"{view.name}.carrier_{spring.node.removeprefix('bearing_')}"
-        _support(a, name, (m.body.name, spring.node), spring.in_body, frame.carrier)
+    for side, bearing in bearings.items():
+        node = (m.body.name, f"bearing_{side}")
+        _bear(a, f"{view.name}.carrier_{side}", node, bearing, frame.carrier)
 
 
 def _tie_hub(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     hub = view.stage.ring.hub if view.stage.ring else None
     if hub is not None and hub.bearing is not None:
         name = m.body.name
-        _support(a, name, (name, m.node), hub.bearing.matrix, frame.ring)
+        _bear(a, name, (name, m.node), hub.bearing, frame.ring)
 
 
 def _tie_shaft(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -117,7 +110,9 @@ def _tie_shaft(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> No
         _hold(a, f"{view.name}.spline", (m.body.name, "end"), spline_matrix(view), frame.carrier)
     support = view.stage.member("sun").support
     if support.matrix.any():
-        _hold(a, sun, (m.body.name, "sun"), support_matrix(support, m.radius), frame.carrier)
+        matrix = linear_part(support, support_matrix(support, m.radius))
+        _hold(a, sun, (m.body.name, "sun"), matrix, frame.carrier)
+        _obey(a, sun, (m.body.name, "sun"), support, frame.carrier)
 
 
 def _tie_output(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -125,7 +120,19 @@ def _tie_output(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> N
     a.link(f"{view.name}.spline", shaft - output, spline_matrix(view))
     port = view.case.port_at(f"{view.name}.sun")
     if port is not None and port.bearing is not None:
-        _support(a, m.body.name, (m.body.name, m.node), port.bearing.matrix, frame.carrier)
+        _bear(a, m.body.name, (m.body.name, m.node), port.bearing, frame.carrier)
+
+
+def _bear(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle: int) -> None:
+    """A bearing of a node on the housing: its linear part, and what has a law of its own."""
+    _support(a, name, node, linear_part(bearing, bearing.matrix), angle)
+    _obey(a, name, node, bearing, angle)
+
+
+def _obey(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle: int) -> None:
+    """What of a bearing on the housing has a law of its own."""
+    housing = a.housing_rows(a.body(node[0]).position(node[1]))
+    a.law_bearing(name, a.rows(*node), housing, bearing, angle)
 
 
 def _hold(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:

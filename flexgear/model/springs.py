@@ -68,23 +68,31 @@ class Springs(Section):
         return self
 
 
+def at_height(z: float) -> NDArray[np.float64]:
+    """Motion (6, 6) of a point at z on the axis of a body from that of its node."""
+    out = np.eye(6)
+    out[0, 4], out[1, 3] = z, -z
+    return out
+
+
 class Bearing(Springs):
     """A bearing; ``torsion``, stiffness against turning about its axis, is usually 0.
 
     z: where its springs act along the axis, m, from the middle of the gear or the seat; towards the
     stiffer of two rows. There u_x + z r_y, u_y - z r_x and the tilts themselves are resisted.
-    rollers: carry radially and against tilt, by a stiffness that grows with load; radial and tilt
-    are then those of modes and whatever is linear.
+    clearance: radial gap there before the radial springs carry. rollers: carry radially and against
+    tilt, by a stiffness that grows with load; radial and tilt are then those of modes and whatever
+    is linear.
     """
 
     z: Length = Field(default=0.0, ge=-1.0, le=1.0)
+    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
     rollers: Rollers | None = None
 
     @property
     def matrix(self) -> NDArray[np.float64]:
         """Stiffness (6, 6) at the node, Tᵀ K T with T the motion at z; SI."""
-        to_z = np.eye(6)
-        to_z[0, 4], to_z[1, 3] = self.z, -self.z
+        to_z = at_height(self.z)
         return to_z.T @ super().matrix @ to_z
 
     @model_validator(mode="after")
@@ -95,6 +103,20 @@ class Bearing(Springs):
                 "is needed beside rollers: the stiffness of modes and of whatever is linear",
                 "give radial, and no full matrix",
             )
+        return self
+
+    @model_validator(mode="after")
+    def _clearance_of_something(self) -> Bearing:
+        if self.clearance == 0:
+            return self
+        if min(self.stiffness[:2]) <= 0:
+            problem = "is the gap of a support without radial stiffness"
+            raise Refusal("clearance", problem, "give radial")
+        if self.rollers is not None:
+            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
+        if self.full is not None and np.array(self.full)[:2, 2:].any():
+            problem = "is a radial gap, but full couples radial motion with other directions"
+            raise Refusal("clearance", problem, "take one of the two out")
         return self
 
 

@@ -118,9 +118,6 @@ def _check_behind_shafts(train: Case) -> None:
             if beam and getattr(port, key) is None:
                 problem = f"is missing, and {port.member} has a shaft whose end carries a body"
                 raise Missing(f"{at}.{key}", problem, "give inertia, mass and tilt_inertia")
-        if port.bearing is not None and port.bearing.rollers is not None:
-            problem = "only planet bearings and lumped members have rollers"
-            raise Refusal(f"{at}.bearing.rollers", problem, "take them out")
         for key in ("mass", "tilt_inertia", "bearing"):
             if not beam and getattr(port, key) is not None:
                 problem = f"is of a body behind a sun's shaft, but {port.member} has none"

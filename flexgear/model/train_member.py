@@ -22,32 +22,15 @@ class Support(Bearing):
     """Springs to the housing, or of a planet to its pin.
 
     tangential: acts against u = r θ and adds torsion = tangential r²; r is the base radius of a
-    gear, the centre distance for a carrier. clearance: radial gap before the spring carries.
+    gear, the centre distance for a carrier.
     """
 
     tangential: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
-    clearance: Length = Field(default=0.0, ge=0.0, le=5e-3)
 
     @property
     def holds_rotation(self) -> bool:
         """Whether it has a stiffness against turning about the axis."""
         return self.tangential > 0 or self.stiffness[5] > 0
-
-    @model_validator(mode="after")
-    def _clearance_of_something(self) -> Support:
-        if self.clearance > 0 and min(self.stiffness[:2]) <= 0:
-            raise Refusal(
-                "clearance", "is the gap of a support without radial stiffness", "give radial"
-            )
-        if self.clearance > 0 and self.rollers is not None:
-            raise Refusal("clearance", "stands beside rollers", "give it as rollers.clearance")
-        if self.clearance > 0 and self.matrix[:2, 2:].any():
-            raise Refusal(
-                "clearance",
-                "is a gap at the middle, but z or full couples radial motion with other directions",
-                "take one of the two out",
-            )
-        return self
 
 
 class PlanetBearing(Support, Rolling):
@@ -104,14 +87,6 @@ class SunGear(TrainGear):
 
     shaft: Shaft | None = None
 
-    @model_validator(mode="after")
-    def _linear_support_of_a_shaft(self) -> SunGear:
-        for key in ("clearance", "rollers"):
-            if self.shaft is not None and getattr(self.support, key):
-                problem = "is of lumped members and planet bearings, and this sun has a shaft"
-                raise Refusal(f"support.{key}", problem, "take it out")
-        return self
-
 
 class RingGear(TrainGear):
     """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own. They
@@ -153,9 +128,6 @@ class TrainCarrier(LumpedInertia):
                 raise Missing(name, "is missing beside fe", f"add {name}")
             if self.fe is None and given:
                 raise Refusal(name, "is on a seat of an FE carrier", "use support, or give fe")
-            if given and getattr(self, name).rollers is not None:
-                problem = "only planet bearings and lumped members have rollers"
-                raise Refusal(f"{name}.rollers", problem, "take them out")
         return self
 
 

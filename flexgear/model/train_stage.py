@@ -13,12 +13,12 @@ from flexgear.model.gear_mesh import GearMesh
 from flexgear.model.material import Material
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.springs import Bearing
 from flexgear.model.stage import Stage, check_bore, required_hand
 from flexgear.model.train_member import (
     PlanetBearing,
     RingGear,
     SunGear,
-    Support,
     TrainCarrier,
     TrainGear,
 )
@@ -275,11 +275,14 @@ class TrainStage(Section):
 
     def _check_clearances(self) -> None:
         """A gear that moves by a module has lost its mates."""
-        supports: dict[str, Support] = {"planet_bearing": self.planet_bearing}
+        supports: dict[str, Bearing | None] = {"planet_bearing": self.planet_bearing}
         for name in self.members:
             supports[f"{name}.support"] = self.member(name).support
+        if self.carrier is not None:
+            supports["carrier.bearing_drive"] = self.carrier.bearing_drive
+            supports["carrier.bearing_far"] = self.carrier.bearing_far
         for key, support in supports.items():
-            if support.clearance >= self.normal_module:
+            if support is not None and support.clearance >= self.normal_module:
                 raise Refusal(
                     f"{key}.clearance",
                     f"{1e3 * support.clearance:g} mm is as much as the module of "

@@ -163,8 +163,3 @@ def test_rollers_that_cannot_be(tmp_path, key, value, message):
     keys = {k: v for k, v in keys.items() if not (k.endswith("length_mm") and "length" in key)}
     with pytest.raises(InputError, match=message):
         stage_train(tmp_path, planets=3, **{**keys, key: value})
-
-
-def test_rollers_of_flexible_stages_are_those_of_planets():
-    with pytest.raises(InputError, match=r"carrier_far.rollers: only planet bearings"):
-        make_system(**{f"bearings.carrier_far.rollers.{k}": v for k, v in ROLLERS.items()})

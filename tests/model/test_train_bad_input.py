@@ -1,5 +1,6 @@
 """What a user can get wrong in a train: one line that names file, key, fault and remedy."""
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -7,6 +8,9 @@ from small_train import ALONE, FLEXIBLE, SMALL
 
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
+
+COUPLED = np.diag([1e8, 1e8, 1e8, 1e6, 1e6, 0]).tolist()
+COUPLED[0][4] = COUPLED[4][0] = 1e6
 
 
 def refused(path, text, old, new, words, over=None):
@@ -98,8 +102,9 @@ def refused(path, text, old, new, words, over=None):
          r"stages\[0\].carrier.support.clearance_mm: 3 mm is as much as the module"),
         ("sun = { teeth = 20", "sun = { support = { clearance_um = 10 }, teeth = 20",
          "sun.support.clearance_um: is the gap of a support without radial stiffness"),
-        ("planet_bearing = {", "planet_bearing = { clearance_um = 10, z_mm = 5,",
-         "planet_bearing.clearance_um: is a gap at the middle, but z or full couples radial"),
+        ("planet_bearing = { radial_n_per_m = 1e8 }",
+         f"planet_bearing = {{ clearance_um = 10, full_si = {COUPLED} }}",
+         "planet_bearing.clearance_um: is a radial gap, but full couples radial motion"),
         # errors
         ("planet_eccentricity_um = [10]", "planet_eccentricity_um = [1, 2, 3, 4]",
          r"errors.planet_eccentricity_um: 4 values for 3 planets: planet 4 does not exist -- give"),

@@ -1,4 +1,8 @@
-"""A bearing with radial clearance: F = k ⟨|u| − c⟩ u/|u| along x and y. Parameters: k N/m, c m."""
+"""A bearing with radial clearance: F = k ⟨|u| − c⟩ u/|u| along x and y. Parameters: k N/m, c m.
+
+k is the radial stiffness without the share that stays a spring about the bearing's middle, so that
+without clearance this is the linear bearing.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import math
 
 import numpy as np
 
-from flexgear.coupling.laws.law import Law, compiled_law
+from flexgear.coupling.laws.law import CENTERING, Law, compiled_law
 from flexgear.model.springs import Bearing
 
 LOOSE = 1e-4  # share of its stiffness in the tangent of a bearing inside its clearance
@@ -38,8 +42,8 @@ def _clearance(parameters, motion, force, tangent):
 
 
 def _stated_by(bearing: Bearing) -> list[float] | None:
-    gap = getattr(bearing, "clearance", 0.0)
-    return [bearing.stiffness[0], gap] if gap > 0 else None
+    gap = bearing.clearance
+    return [(1.0 - CENTERING) * bearing.stiffness[0], gap] if gap > 0 else None
 
 
 CLEARANCE = Law("clearance", _clearance, (0, 1), lambda p: np.array([p[0], p[0]]), _stated_by)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexgear.model.springs import Bearing
 
 Array = NDArray[np.float64]
+CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
 SIGNATURE = types.float64(
     types.float64[::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[:, :, ::1]
 )

@@ -34,9 +34,9 @@ def roller_stiffness(length: float) -> float:
     return float(35948.0 * (1e3 * length) ** (8 / 9) * 1e3**EXPONENT)
 
 
-def roller_parameters(rollers: Rollers, radial: float, tilt: float, z: float = 0.0) -> list[float]:
-    """Parameters of the law; radial, tilt: of the linear bearing; z: of the bearing's middle, m."""
-    places = [z + place for place in rollers.places]
+def roller_parameters(rollers: Rollers, radial: float, tilt: float) -> list[float]:
+    """Parameters of the law; radial, tilt: of the linear bearing."""
+    places = list(rollers.places)
     known = [roller_stiffness(rollers.length), rollers.clearance, rollers.count, rollers.rows]
     return [*known, radial, tilt, *places]
 
@@ -93,7 +93,7 @@ def _stated_by(bearing: Bearing) -> list[float] | None:
     if bearing.rollers is None:
         return None
     stiffness = bearing.stiffness
-    return roller_parameters(bearing.rollers, stiffness[0], stiffness[3], bearing.z)
+    return roller_parameters(bearing.rollers, stiffness[0], stiffness[3])
 
 
 ROLLERS = Law("rollers", _rollers, (0, 1, 3, 4), _nominal, _stated_by, roller_loads)
