@@ -47,6 +47,9 @@ OutFolder = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Folder for results.", parser=folder_named),
 ]
+Interactive = Annotated[
+    bool, typer.Option(help="Plots in the report that zoom and turn; static pictures without.")
+]
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
 PICTURES = ("report.html", "pictures/*")
 RUN = ("*.nc", "case.json", "summary.json", *PICTURES)

@@ -14,6 +14,7 @@ from flexgear.cli.outputs import (
     PICTURES,
     RUN,
     Force,
+    Interactive,
     OutFolder,
     claim_folder,
     require_pictures,
@@ -41,6 +42,7 @@ def run(
     out: OutFolder = None,
     settings: Settings = None,
     pictures: Annotated[bool, typer.Option(help="Draw pictures and the report.")] = True,
+    interactive: Interactive = True,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -66,7 +68,7 @@ def run(
                 save_or_rescue(lambda place: _save(result, place, report), stage)
             if sheet is not None:
                 with watch.stage("pictures"), without_pictures(lost):
-                    notes = draw(sheet, report)
+                    notes = draw(sheet, report, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
@@ -141,6 +143,7 @@ def _save(result: Run, stage: Path, report: Report) -> None:
 def render(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
     out: OutFolder = None,
+    interactive: Interactive = True,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -156,7 +159,7 @@ def render(
         progress(quiet) as report,
         drawing(content, stage) as sheet,
     ):
-        notes = draw(sheet, report)
+        notes = draw(sheet, report, interactive)
     for note in notes:
         typer.echo(f"flexgear: {note}", err=True)
     typer.echo(f"drew {case.name} into {target}")

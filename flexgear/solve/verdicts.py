@@ -43,32 +43,42 @@ def _warnings(summary: Summary) -> Iterator[Verdict]:
 
 
 def _sharing(summary: Summary) -> Iterator[Verdict]:
-    """Of each group of gear meshes the largest factor, from equilibria or in time."""
+    """Of each group of gear meshes: the standard's value is one of equilibria, dynamics come on top
+    of it; without equilibria steady running in time is held to it."""
     found = summary["load_sharing"]
-    still = own_variant(found["quasi_static"])
-    ways = [("in equilibria", figures) for figures in still.values()]
-    ways.append(("in time", own_variant(found["transient"])))
-    largest: dict[str, tuple[float, str, float | None]] = {}
-    for way, figures in ways:
-        for group, one in groups_of(figures).items():
-            k = one["instantaneous"]
-            if k is not None and (group not in largest or k > largest[group][0]):
-                largest[group] = (k, way, one["iec_61400_4"])
-    for group, (k, way, assumed) in largest.items():
-        subject = f"Load sharing, {words(group)}"
-        figure, most = f"K = {k:.3f}", f"Largest factor at any instant, {way}"
-        if assumed is None:
-            yield Verdict("note", subject, figure, f"{most}; {STANDARD} has no value for that "
-                          "number of planets.")  # fmt: skip
-            continue
-        level: Level = "good" if k <= assumed else "bad"
-        compared = "within" if k <= assumed else "above"
-        sentence = (
-            f"{most}, {compared} the {assumed:.2f} that {STANDARD} assumes for the number of "
-        )
-        yield Verdict(level, subject, figure, sentence + "planets.")
-    if not largest:
+    still, moving = (
+        _largest(*own_variant(found["quasi_static"]).values()),
+        _largest(own_variant(found["transient"])),
+    )
+    for group in dict.fromkeys([*still, *moving]):
+        k, assumed = still.get(group) or moving[group]
+        way = "in equilibria" if group in still else "in time"
+        most = f"Largest factor at any instant, {way}"
+        dynamic = moving[group][0] if group in still and group in moving else k
+        level: Level = "note"
+        sentence = f"{most}; {STANDARD} has no value for that number of planets."
+        if assumed is not None:
+            level = "bad" if k > assumed else "watch" if dynamic > assumed else "good"
+            compared = "within" if k <= assumed else "above"
+            sentence = (
+                f"{most}, {compared} the {assumed:.2f} that {STANDARD} assumes for the number of "
+                "planets."
+            )
+        if group in still and group in moving:
+            sentence += f" With dynamics, in time: {dynamic:.3f}."
+        yield Verdict(level, f"Load sharing, {words(group)}", f"K = {k:.3f}", sentence)
+    if not still and not moving:
         yield Verdict("note", "Load sharing", "–", "No planets share a load in this case.")
+
+
+def _largest(*stages: Mapping[str, Any]) -> dict[str, tuple[float, float | None]]:
+    """Largest momentary factor and the standard's, by group of gear meshes."""
+    return {
+        group: (one["instantaneous"], one["iec_61400_4"])
+        for figures in stages
+        for group, one in groups_of(figures).items()
+        if one["instantaneous"] is not None
+    }
 
 
 def _speeds(summary: Summary) -> Iterator[Verdict]:

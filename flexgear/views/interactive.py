@@ -228,7 +228,7 @@ def _of_patches(axes: Axes) -> Iterator[dict[str, Any]]:
             box = (*patch.get_xy(), patch.get_width(), patch.get_height())
             bars.setdefault(_colour(patch.get_facecolor()), []).append(box)
         elif patch.get_transform() == patch.get_patch_transform() + axes.transData:
-            yield from _outline(patch)
+            yield from _outline(axes, patch)
     for colour, boxes in bars.items():
         yield _bars(axes, np.array(boxes, dtype=float), colour) | names.get(colour, {})
 
@@ -244,9 +244,10 @@ def _bars(axes: Axes, box: Array, colour: str) -> dict[str, Any]:
                      "width": _listed(width)}  # fmt: skip
 
 
-def _outline(patch: Patch) -> Iterator[dict[str, Any]]:
-    path = patch.get_path().transformed(patch.get_patch_transform())
-    pieces = path.to_polygons(closed_only=False)
+def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
+    pixels = patch.get_transform().transform_path(patch.get_path())  # where curves become chords
+    back = axes.transData.inverted()
+    pieces = [back.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
     if not pieces:
         return
     gap = np.full((1, 2), np.nan)

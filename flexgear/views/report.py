@@ -105,9 +105,10 @@ def write_report(
 def plotly_script() -> str | None:
     """The text of plotly.js; None where the package is not installed, and pictures are static."""
     try:
-        return (files("plotly") / "package_data" / "plotly.min.js").read_text("utf-8")
-    except (ModuleNotFoundError, FileNotFoundError):
+        import plotly
+    except ModuleNotFoundError:
         return None
+    return (files(plotly) / "package_data" / "plotly.min.js").read_text("utf-8")
 
 
 def deflated(text: str) -> str:

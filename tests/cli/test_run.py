@@ -96,7 +96,7 @@ def test_large_datasets_are_read_piece_by_piece(finished, monkeypatch):
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
     (tmp_path / "summary.json").write_text("older")
 
-    def broken(sheet, report):
+    def broken(sheet, report, interactive):
         (sheet.content.folder / "half.png").write_text("half a picture")
         raise FlexgearError("cannot draw")
 

@@ -19,7 +19,7 @@
     const axis = { gridcolor: "#e3e5e8", zeroline: false, automargin: true };
     const full = {
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', ...small },
-      margin: { l: 50, r: 16, t: 34, b: 44 },
+      margin: { l: 50, r: 16, t: data.some((t) => t.showlegend) ? 60 : 34, b: 44 },
       legend: { orientation: "h", yanchor: "bottom", y: 1.0, x: 0 },
       paper_bgcolor: "#fff", plot_bgcolor: "#fff", hovermode: "closest", ...layout,
     };
