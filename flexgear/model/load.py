@@ -27,8 +27,8 @@ def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) ->
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
     A single stage may be written [stage]; it is the only element of ``stages`` under another name,
-    in the file, in overrides and in messages. kind = "stage" (if left out) is the short form of one
-    flexible stage (``short_form``), kind = "train" what says its ports.
+    in the file, in overrides and in messages. kind = "stage" is the short form of one flexible
+    stage (``short_form``), kind = "train" what says its ports; if left out, what the sections say.
     overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
     Raises InputError with one line for anything that is wrong.
     """
@@ -108,7 +108,8 @@ def _with_list(raw: Mapping[str, Any], where: str) -> dict[str, Any]:
 
 def _kind(raw: Mapping[str, Any], where: str) -> str:
     """What the file describes."""
-    kind = raw.get("kind", "train" if "stages" in raw else "stage")
+    ports = {"inputs", "output"} & {*raw} and not {"ring", "carrier", "shaft"} & {*raw}
+    kind = raw.get("kind", "train" if "stages" in raw or ports else "stage")
     if kind not in KINDS:
         raise InputError(where, "kind", f"{echo(kind)} is unknown", nearest(str(kind), KINDS))
     return str(kind)

@@ -35,6 +35,8 @@ def test_the_key_kind_decides(write):
         load_case(write(SMALL.replace('"train"', '"trains"')))
     plain = load_case(write(SMALL.replace('kind = "train"', "")))  # as [[stages]] say
     assert plain == load_case(write(SMALL))
+    plain = load_case(write(ALONE.replace('kind = "train"', "")))  # as [[inputs]] say
+    assert plain == load_case(write(ALONE))
 
 
 def test_members_and_what_is_held(write):
