@@ -34,7 +34,7 @@ from flexgear.coupling.system import (
     orthonormal_rigid,
     without_rigid_forces,
 )
-from flexgear.coupling.under_way import UnderWay, end_rows, rotation, speed_row
+from flexgear.coupling.under_way import UnderWay, end_rows, ends_of, rotation, speed_row
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
@@ -81,7 +81,7 @@ def _coupled(
     for joint in train.joints:
         _join(b, joint)
     for port in train.ports:
-        if not b.a.has(f"{port.member.partition('.')[0]}.output") or port.member[-4:] != ".sun":
+        if not any(body.endswith(".output") for body, _ in ends_of(b, port.member)):  # has its own
             b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
     if b.a.has("housing"):
         mount = np.diag(train.housing.stiffness)
