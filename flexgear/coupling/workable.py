@@ -75,7 +75,7 @@ def _require_stage(case: StageView) -> None:
 def _require_file(case: StageView, name: str) -> None:
     part: Ring | Carrier = getattr(case, name)
     file = Path(str(part.fe_mesh_file))
-    if part.fe_mesh == "file" and not file.is_file():
+    if part.fe_mesh != "generate" and not file.is_file():
         key = f"{name}.fe_mesh_file"
         problem = "is a folder" if file.is_dir() else "there is no such file"
         raise InputError(case.source, key, f"{file}: {problem}", "check the path")

@@ -10,6 +10,8 @@ from typing import Any
 from flexgear.model.content import file_digest
 from flexgear.model.history_files import history_sections, read_histories
 
+_OF_BODIES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
+
 
 def resolve_files(data: dict[str, Any], folder: Path) -> None:
     """Paths in SI data of a case become absolute, from ``folder``; histories are read."""
@@ -32,7 +34,7 @@ def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
         for name in ("ring", "carrier"):
             member = stage.get(name)
             body = member.get("fe") if isinstance(member, dict) else None
-            sections.append((body, "fe_mesh_file"))
+            sections += [(body, key) for key in _OF_BODIES]
     yield from (
         (inside, key) for inside, key in sections if isinstance(inside, dict) and key in inside
     )

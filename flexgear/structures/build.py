@@ -32,6 +32,7 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fem import FeModel
 from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.given import given_carrier, given_ring
 from flexgear.structures.interfaces import (
     carrier_interface,
     carrier_supports,
@@ -56,12 +57,16 @@ def require_fe_meshes(case: StageView) -> None:
         pass
     elif case.ring.fe_mesh == "generate":
         RingMeshParameters.from_case(case).check()
+    elif case.ring.fe_mesh == "reduced":
+        given_ring(case)
     elif not is_kept(_ring_key(case)):
         ring_of_case(case)
     if "carrier" not in case.fe_parts:
         return
     if case.carrier.fe_mesh == "generate":
         CarrierMeshParameters.from_case(case).check()
+    elif case.carrier.fe_mesh == "reduced":
+        given_carrier(case)
     elif not is_kept(_carrier_key(case)):
         carrier_of_case(case)
 
@@ -72,8 +77,10 @@ def ring_body(
     """The case's ring gear, reduced; from the cache if it was reduced before.
 
     limit_hz: up to which its frequencies are judged; all that were compared where neither this nor
-    the case says so.
+    the case says so. One that is given reduced is taken as it is, without error estimates.
     """
+    if case.ring.fe_mesh == "reduced":
+        return given_ring(case)
     report = progress or silent
     body = cached(_ring_key(case), lambda: _reduce_ring(case, report))
     return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
@@ -101,6 +108,8 @@ def carrier_body(
     case: StageView, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
+    if case.carrier.fe_mesh == "reduced":
+        return given_carrier(case)
     report = progress or silent
     body = cached(_carrier_key(case), lambda: _reduce_carrier(case, report))
     at = slice(0, body.interface_dofs)

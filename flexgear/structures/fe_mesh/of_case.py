@@ -37,6 +37,11 @@ def carrier_of_case(case: StageView) -> FeMesh:
 def _own(case: StageView, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
     file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"
+    if source.fe_mesh == "reduced":
+        raise InputError(
+            case.source, f"{groups.body}.fe_mesh", "is reduced: there is no FE mesh",
+            "name the other component",
+        )  # fmt: skip
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
     stems = tuple(f.stem for f in groups.families if f.numbered)
     try:

@@ -1,0 +1,146 @@
+"""Ring and carrier that a case gives as reduced matrices, in place of an FE mesh.
+
+The table of nodes names them as ours are named; what is in its place is compared with the case. The
+body has no FE mesh: it bends, but nothing of it can be drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.files.matrices.body import ReducedMatrices, check
+from flexgear.files.matrices.reading import read_reduced
+from flexgear.gears.geometry import stage_geometry
+from flexgear.model.carrier import Carrier
+from flexgear.model.errors import InputError
+from flexgear.model.ring import Ring
+from flexgear.model.ring_supports import ring_supports
+from flexgear.model.stage_view import StageView
+from flexgear.structures.reduced import ReducedBody
+
+Array = NDArray[np.float64]
+Place = tuple[float, float, float]
+_OFF = 0.2  # tooth pitches (across the axis) and face widths (along it) that a node may be off
+_SIZES = 30.0  # between the masses of a body and of a steel one of the case's size; units make 1000
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Nodes of a body with their places (m); which of them must be in place along the axis, too;
+    mass: that of a steel body of its size, kg."""
+
+    places: dict[str, Place]
+    along: frozenset[str]
+    mass: float
+
+
+def given_ring(case: StageView) -> ReducedBody:
+    """The ring's matrices. InputError unless they are a free body with the case's nodes."""
+    geometry, width = stage_geometry(case).ring, case.stage.face_width
+    teeth, radius = case.ring_gear.teeth, geometry.reference_radius
+    places: dict[str, Place] = {}
+    for j in range(teeth):
+        angle = 2 * math.pi * j / teeth
+        places[f"tooth_{j + 1:03d}"] = (radius * math.cos(angle), radius * math.sin(angle), 0.0)
+    along = frozenset(places)
+    places |= {support.node: support.place for support in ring_supports(case.ring, width)}
+    outer = geometry.root_radius + case.ring.rim_thickness
+    mass = case.material.density * math.pi * (outer**2 - geometry.root_radius**2) * width
+    return _body(case, "ring", case.ring, Expected(places, along, mass))
+
+
+def given_carrier(case: StageView) -> ReducedBody:
+    """The carrier's matrices, likewise."""
+    part, radius = case.carrier, stage_geometry(case).center_distance
+    on_axis = dict.fromkeys(("drive", "bearing_drive", "bearing_far"), (0.0, 0.0, 0.0))
+    pins = {
+        f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
+        for i, phi in enumerate(case.stage.planet_angles)
+    }
+    thickness = part.plate_thickness_drive + part.plate_thickness_far
+    mass = case.material.density * math.pi * (part.plate_diameter / 2) ** 2 * thickness
+    return _body(case, "carrier", part, Expected({**on_axis, **pins}, frozenset(pins), mass))
+
+
+def _body(case: StageView, name: str, part: Ring | Carrier, expected: Expected) -> ReducedBody:
+    files = [file for file in (part.fe_mesh_file, part.fe_mesh_mass_file) if file is not None]
+    assert part.fe_mesh_nodes is not None  # the model refuses a reduced body without them
+    try:
+        read = read_reduced(files, part.fe_mesh_nodes, part.fe_mesh_unit, name)
+        ordered = _in_order(read, expected, part.fe_mesh_nodes)
+        _require_places(ordered, expected, case, part.fe_mesh_nodes)
+        figures = check(ordered, files[0])
+        _require_size(figures["mass_kg"], expected.mass, files[0])
+    except InputError as fault:
+        problem = f"{fault.where}: {fault.key}: {fault.problem}"
+        raise InputError(case.source, f"{name}.fe_mesh_file", problem, fault.remedy) from None
+    size = len(ordered.stiffness)
+    return ReducedBody(
+        name=name,
+        node_names=ordered.node_names,
+        positions=ordered.positions,
+        mass=(ordered.mass + ordered.mass.T) / 2,
+        stiffness=(ordered.stiffness + ordered.stiffness.T) / 2,
+        n_modes=ordered.modes,
+        report={
+            "fe_dofs": None,
+            "interface_dofs": 6 * len(ordered.node_names),
+            "fixed_interface_modes": ordered.modes,
+            "given": part.fe_mesh_file,
+            **figures,
+        },
+        points=np.zeros((0, 3)),
+        cells=np.zeros((0, 8), dtype=np.int64),
+        recovery=np.zeros((0, size), dtype=np.float32),
+    )
+
+
+def _in_order(body: ReducedMatrices, expected: Expected, where: str) -> ReducedMatrices:
+    """The body with its nodes in our order. InputError for nodes too many or too few."""
+    names = list(expected.places)
+    lost = [name for name in names if name not in body.node_names]
+    odd = [name for name in body.node_names if name not in expected.places]
+    if lost or odd:
+        problem = f"lacks {', '.join(lost[:3])}" if lost else f"has {', '.join(odd[:3])}, no node"
+        more = max(len(lost or odd) - 3, 0)
+        raise InputError(
+            where, "nodes", problem + (f" and {more} more" if more else ""),
+            f"the case has {names[0]} … {names[-1]}; flexgear mesh CASE --groups lists the places",
+        )  # fmt: skip
+    order = [body.node_names.index(name) for name in names]
+    rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in order])
+    rows = np.concatenate([rows, np.arange(6 * len(order), len(body.stiffness))])
+    return ReducedMatrices(
+        body.name,
+        tuple(names),
+        body.positions[order],
+        body.stiffness[np.ix_(rows, rows)],
+        body.mass[np.ix_(rows, rows)],
+    )
+
+
+def _require_places(body: ReducedMatrices, expected: Expected, case: StageView, where: str) -> None:
+    pitch = math.pi * case.stage.normal_module / math.cos(case.stage.helix_angle)
+    for name, found in zip(body.node_names, body.positions, strict=True):
+        x, y, z = expected.places[name]
+        across = math.hypot(found[0] - x, found[1] - y)
+        along = abs(found[2] - z) if name in expected.along else 0.0
+        if across > _OFF * pitch or along > _OFF * case.stage.face_width:
+            stands = ", ".join(f"{1e3 * v:.1f}" for v in found)
+            raise InputError(
+                where, name, f"is at {stands} mm",
+                f"it belongs to {1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f} mm; check the frame"
+                " and the unit",
+            )  # fmt: skip
+
+
+def _require_size(mass: float, expected: float, where: str) -> None:
+    if not 1 / _SIZES < mass / expected < _SIZES:
+        raise InputError(
+            where, "mass", f"is {mass:.3g} kg; a steel body of this size has about {expected:.3g}",
+            'check fe_mesh_unit: "mm" for N, mm, t, s, "m" for SI',
+        )  # fmt: skip

@@ -1,0 +1,108 @@
+"""Ring and carrier given as reduced matrices: the same machine as with the bodies themselves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from stage_samples import cheap_stage
+
+from flexgear.files.matrices.body import ReducedMatrices
+from flexgear.files.matrices.writing import write_reduced
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.results.stage_part import stage_part
+from flexgear.solve.bodies import stage_bodies
+from flexgear.solve.model import assemble
+from flexgear.solve.static import static
+
+# the bolts of the cheap ring stand on 2 m, at +z
+QUICK = {
+    "solver.fidelity": "quick",
+    "ring.bolts.circle_diameter_mm": "2000",
+    "ring.end": "+z",
+}
+
+
+def matrices(body, **changes):
+    made = ReducedMatrices(
+        body.name, body.node_names, body.positions, body.stiffness, body.mass, None, None
+    )
+    return replace(made, **changes)
+
+
+@pytest.fixture(scope="module")
+def cheap():
+    """The bundled stage's bodies of springs and point masses."""
+    (stage,) = load_case("wind-5mw", QUICK).flexible_stages.values()
+    return cheap_stage(stage)
+
+
+def given(folder, bodies):
+    """The bundled case with these bodies as files."""
+    settings = dict(QUICK)
+    for body in bodies:
+        write_reduced(body, folder, "npz")
+        settings |= {
+            f"{body.name}.fe_mesh": "reduced",
+            f"{body.name}.fe_mesh_file": str(folder / f"{body.name}.npz"),
+            f"{body.name}.fe_mesh_nodes": str(folder / f"{body.name}_nodes.csv"),
+            f"{body.name}.fe_mesh_unit": "m",
+        }
+    return load_case("wind-5mw", settings)
+
+
+def test_statics_are_those_of_the_bodies(tmp_path, cheap):
+    bodies = [matrices(body) for body in cheap]
+    # in another order: names say what is what
+    last = [replace(b, node_names=b.node_names[::-1], positions=b.positions[::-1]) for b in bodies]
+    turned = []
+    for body in last:
+        rows = np.arange(len(body.stiffness)).reshape(-1, 6)[::-1].ravel()
+        at = np.ix_(rows, rows)
+        turned.append(replace(body, stiffness=body.stiffness[at], mass=body.mass[at]))
+    case = given(tmp_path, turned)
+    (name, stage), *_ = case.flexible_stages.items()
+    found = static(assemble(case, bodies={name: stage_bodies(stage)}), np.radians([0, 36]))
+    wanted = static(
+        assemble(load_case("wind-5mw", QUICK), bodies={name: cheap}), np.radians([0, 36])
+    )
+    for key in ("ring_pair_load", "sun_pair_load"):
+        a, b = (stage_part(one, name)[key].values for one in (wanted, found))
+        assert b == pytest.approx(a, rel=1e-7, abs=1e-7 * np.abs(a).max())
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda b: {"node_names": ("odd", *b.node_names[1:])}, "lacks tooth_001"),
+        (lambda b: {"positions": 1e-3 * b.positions}, "is at"),
+        (lambda b: {"positions": b.positions + [0.05, 0, 0]}, "it belongs to"),
+        (lambda b: {"mass": 1e-3 * b.mass}, "check fe_mesh_unit"),
+        (lambda b: {"stiffness": b.stiffness + np.eye(len(b.mass)) * 1e9}, "rigid motion"),
+    ],
+)
+def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, said):
+    ring = matrices(cheap.ring)
+    case = given(tmp_path, [replace(ring, **spoil(ring))])
+    (stage,) = case.flexible_stages.values()
+    with pytest.raises(InputError, match=said) as caught:
+        stage_bodies(stage)
+    assert "ring.fe_mesh_file" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"ring.fe_mesh": "reduced"}, "fe_mesh_file"),
+        ({"ring.fe_mesh": "reduced", "ring.fe_mesh_file": "a.op4"}, "fe_mesh_nodes"),
+        ({"ring.fe_mesh_nodes": "a.csv"}, 'set fe_mesh = "reduced"'),
+        (
+            {"ring.fe_mesh": "reduced", "ring.fe_mesh_file": "a.op4", "ring.fe_mesh_nodes": "a.csv",
+             "ring.fe_mesh_turn_deg": "3"},
+            "moves no reduced body",
+        ),
+    ],
+)  # fmt: skip
+def test_keys_that_belong_together(settings, said):
+    with pytest.raises(InputError, match=said):
+        load_case("wind-5mw", settings)
