@@ -52,6 +52,8 @@ def _warnings(
 def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
     """What is wrong with a reduction's frequencies, empty where nothing is."""
     error, to = report.get("frequency_error", 0.0), report.get("frequency_limit_hz", math.inf)
+    if error is None:  # a body that was given reduced
+        return ""
     if error > PROMISED:
         return (
             f"frequencies up to {to:.4g} Hz are up to {100 * error:.2g} % too high in the reduced "

@@ -145,8 +145,9 @@ def kinematics(model: Model, stage: str) -> dict[str, float]:
 
 
 def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures of a reduction: what was kept, error estimates, and the tie."""
-    return {k: v for k, v in report.items() if isinstance(v, (int, float, str)) and k != "fe_dofs"}
+    """Figures of a reduction: what was kept, error estimates (None without), and the tie."""
+    plain = (int, float, str, type(None))
+    return {k: v for k, v in report.items() if isinstance(v, plain) and k != "fe_dofs"}
 
 
 def _first_or_all(by_stage: dict[str, Any], alone: bool) -> dict[str, Any]:

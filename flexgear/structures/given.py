@@ -91,6 +91,7 @@ def _body(case: StageView, name: str, part: Ring | Carrier, expected: Expected) 
             "interface_dofs": 6 * len(ordered.node_names),
             "fixed_interface_modes": ordered.modes,
             "given": part.fe_mesh_file,
+            **dict.fromkeys(("static_error", "frequency_error", "frequency_limit_hz")),
             **figures,
         },
         points=np.zeros((0, 3)),
@@ -109,7 +110,7 @@ def _in_order(body: ReducedMatrices, expected: Expected, where: str) -> ReducedM
         more = max(len(lost or odd) - 3, 0)
         raise InputError(
             where, "nodes", problem + (f" and {more} more" if more else ""),
-            f"the case has {names[0]} … {names[-1]}; flexgear mesh CASE --groups lists the places",
+            f"the case has {names[0]} … {names[-1]}; flexgear export --reduced writes its own table",
         )  # fmt: skip
     order = [body.node_names.index(name) for name in names]
     rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in order])
