@@ -14,8 +14,13 @@ from flexgear.solve.model import Model, rated_rotations
 
 
 def bending_bodies(model: Model) -> list[str]:
-    """Finite-element bodies that bend: "stage.ring", "stage.carrier"."""
-    names = [f"{stage}.{part}" for stage, own in model.bodies.items() for part in own.by_part]
+    """Finite-element bodies that bend: "stage.ring", "stage.carrier"; those with an FE mesh."""
+    names = [
+        f"{stage}.{part}"
+        for stage, own in model.bodies.items()
+        for part, body in own.by_part.items()
+        if len(body.points)  # a body that was given reduced has none
+    ]
     return [name for name in names if not model.system.body(name).rigid]
 
 

@@ -110,7 +110,7 @@ def _in_order(body: ReducedMatrices, expected: Expected, where: str) -> ReducedM
         more = max(len(lost or odd) - 3, 0)
         raise InputError(
             where, "nodes", problem + (f" and {more} more" if more else ""),
-            f"the case has {names[0]} … {names[-1]}; flexgear export --reduced writes its own table",
+            f"the case has {names[0]} … {names[-1]}; see docs/conventions.md",
         )  # fmt: skip
     order = [body.node_names.index(name) for name in names]
     rows = np.concatenate([np.arange(6 * k, 6 * k + 6) for k in order])
