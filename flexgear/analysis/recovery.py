@@ -110,15 +110,18 @@ class Recovery:
         return found
 
     def row_loads(self, names: Sequence[str]) -> Array:
-        """Radial force (t, names, rows) of the rows of bearings, N; NaN where they have none."""
-        rollers = {b.name for b in self.modal.system.bearings if b.has_parts}
+        """Radial force (t, names, rows) of the rows of bearings, N; NaN where they have none.
+
+        rows: as many as any bearing of the train has; 0 where none of those named has rollers.
+        """
+        rollers = {b.name: b.part_rows for b in self.modal.system.bearings if b.has_parts}
         found = {}
         for name in names:
             if name in rollers:
                 load = self.bearing_loads(name)
                 psi = 2 * np.pi * np.arange(load.shape[2]) / load.shape[2]
                 found[name] = np.abs(load @ np.exp(1j * psi))
-        rows = max((f.shape[1] for f in found.values()), default=0)
+        rows = max(rollers.values()) if found else 0
         out = np.full((len(self.result.theta), len(names), rows), np.nan)
         for i, name in enumerate(names):
             if name in found:

@@ -49,6 +49,11 @@ class LawBearing:
         """Whether the law says what parts of the bearing carry."""
         return LAWS[law_number(self.law)].part_loads is not None
 
+    @property
+    def part_rows(self) -> int:
+        """Rows of its parts."""
+        return int(self.part_loads(np.zeros((1, 6))).shape[1])
+
     def part_loads(self, motion: Array) -> Array:
         """What the bearing's parts carry at motions (t, 6), as the law says it, N."""
         of_parts = LAWS[law_number(self.law)].part_loads

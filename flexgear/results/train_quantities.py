@@ -113,6 +113,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "radial force of a row of rollers",
         missing="of a bearing without rollers, and of a row that it does not have",
     ),
+    "bearing_row_load": Quantity(
+        (S, "support", "bearing_row"),
+        "N",
+        "radial force of a row of rollers, where others than planets have them",
+        missing="of a support without rollers, and of a row that it does not have",
+    ),
     "rated_gear_mesh_force": Quantity(("gear_mesh",), "N", "mean at rated torque"),
     "load_sharing_coefficient": Quantity(
         ("definition", "group"), "1", "largest coefficient of the planets", missing=UNSAID

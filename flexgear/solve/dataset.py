@@ -191,9 +191,6 @@ def _motions(
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
         labels["bearing"] = list(bearings)
-        rows = recovery.row_loads(list(bearings))
-        if rows.size:
-            arrays["planet_bearing_row_load"] = rows
     for name, found in (("bolt", _bolts(model)), ("support", _supports(model))):
         if found:
             forces = np.stack([recovery.link_force(one) for one in found], axis=1)
@@ -201,6 +198,7 @@ def _motions(
                 forces[:, :, :3] if name == "bolt" else forces
             )
             labels[name] = found
+    arrays |= _row_loads(recovery, list(bearings), _supports(model))
     for name, nodes, dofs in (
         ("tooth", _nodes(model, "ring", "tooth"), 3),
         ("carrier_node", _nodes(model, "carrier"), 6),
@@ -211,6 +209,15 @@ def _motions(
             arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
             labels |= _node_labels(model, name, nodes)
     return arrays, labels
+
+
+def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> dict[str, Array]:
+    """Loads of rows of rollers of the planets' bearings, and of all supports if others have any."""
+    others = [name for name in supports if name not in bearings]
+    found = {"planet_bearing_row_load": recovery.row_loads(bearings)}
+    if recovery.row_loads(others).size:
+        found["bearing_row_load"] = recovery.row_loads(supports)
+    return {name: rows for name, rows in found.items() if rows.size}
 
 
 def _bolts(model: Model) -> list[str]:
