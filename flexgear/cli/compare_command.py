@@ -1,14 +1,16 @@
-"""``flexgear compare``: variants of what bends, load sharing by analysis, or two cases."""
+"""``flexgear compare``: variants of what bends, load sharing by analysis, two cases or two runs."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
+from flexgear.cli.compare_runs import compare_runs
 from flexgear.cli.display import present, progress, warn
 from flexgear.cli.options import (
     AsJson,
@@ -18,6 +20,7 @@ from flexgear.cli.options import (
     read_case,
     require_flexible,
 )
+from flexgear.cli.outputs import Force, Interactive, file_option
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
@@ -42,6 +45,10 @@ def register(app: typer.Typer) -> None:
 
 def compare(
     case: CaseName,
+    other: Annotated[
+        str | None,
+        typer.Argument(metavar="[B]", help="With folders of two runs: both in one report."),
+    ] = None,
     positions: Annotated[
         int | None,
         typer.Option("--positions", min=1, help="Carrier angles until planets stand alike; 40."),
@@ -57,15 +64,22 @@ def compare(
         typer.Option("--against", metavar="CASE", help="Another case: forces, bearing life."),
     ] = None,
     settings: Settings = None,
+    out: Annotated[Path | None, file_option("--out", "The report of two runs (.html).")] = None,
+    interactive: Interactive = True,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Flexible and rigid variants side by side; of a train its load sharing by every analysis."""
+    """Flexible and rigid variants side by side; of a train its load sharing by every analysis; the
+    folders of two runs in one report."""
+    if other is not None:
+        compare_runs(case, other, out, interactive, force, quiet)
+        return
     found = read_case(case, settings)
     if against is not None:
-        other = read_case(against, None)
-        figures: dict[str, dict[str, Any]] = side_by_side(found, other)
-        present(f"{found.name} against {other.name}", figures, as_json)
+        reference = read_case(against, None)
+        figures: dict[str, dict[str, Any]] = side_by_side(found, reference)
+        present(f"{found.name} against {reference.name}", figures, as_json)
         return
     if positions is not None:
         require_flexible(found, "--positions")

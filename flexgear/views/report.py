@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,6 +34,7 @@ MARKS = {"good": "as it should be", "watch": "look at this", "bad": "not as it s
 
 COLOURS = 192  # of a picture in the page
 MOST_PLOTS = 3_500_000  # characters of all plots' data in a page that stays below 10 MB
+MOST_PICTURES = 4_000_000  # characters of all pictures, likewise
 LEAST_POINTS = 200  # of a line
 
 
@@ -78,9 +80,9 @@ def write_report(
     }
     script = plotly_script() if interactive else None
     plots: dict[str, Any] = {}
-    sections = [
-        s for s in (_section(key, sides, plots, script is not None) for key in SECTIONS) if s
-    ]
+    media = embedded([p.file for s in sides for p in s.pictures if p.file], MOST_PICTURES)
+    shown = _Shown(media, plots, script is not None)
+    sections = [found for key in SECTIONS if (found := _section(key, sides, shown))]
     page = (
         Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
         .from_string(source["html.j2"])
@@ -116,28 +118,38 @@ def deflated(text: str) -> str:
     return base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")
 
 
-def embedded(path: Path) -> str:
-    """A picture as a data URI."""
-    kind = MEDIA.get(path.suffix.lower())
-    if kind is None:
+def embedded(files: Sequence[Path], most: int) -> dict[Path, str]:
+    """Pictures as data URIs, smaller ones where they would take more than so many characters."""
+    data = {file: _packed(file) for file in files}
+    total = sum(map(len, data.values())) * 4 / 3
+    if total > most:
+        shrink = math.sqrt(most / total)
+        data = {file: _packed(file, shrink) for file in files}
+    return {
+        file: f"data:{MEDIA[file.suffix.lower()]};base64,{base64.b64encode(raw).decode('ascii')}"
+        for file, raw in data.items()
+    }
+
+
+def _packed(path: Path, shrink: float = 1.0) -> bytes:
+    """A picture's bytes; a PNG with a palette, as charts look the same in a third of the size."""
+    if path.suffix.lower() not in MEDIA:
         raise FlexgearError(f"cannot put {path} into the report: only {', '.join(MEDIA)}")
     try:
         data = path.read_bytes()
-        if path.suffix.lower() == ".png":
-            data = min(data, _of_few_colours(data), key=len)
+        if path.suffix.lower() != ".png":
+            return data
+        with Image.open(io.BytesIO(data)) as picture:
+            small = picture.convert("RGB")
     except OSError as error:
-        raise FlexgearError(f"cannot read picture {path}: {error.strerror}") from error
-    return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
-
-
-def _of_few_colours(data: bytes) -> bytes:
-    """A PNG with a palette: a third of the size, and charts look the same."""
+        raise FlexgearError(f"cannot read picture {path}: {error.strerror or error}") from error
+    if shrink < 1.0:
+        width, height = (max(1, round(shrink * n)) for n in small.size)
+        small = small.resize((width, height), Image.Resampling.LANCZOS)
     out = io.BytesIO()
-    with Image.open(io.BytesIO(data)) as picture:
-        picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(
-            out, format="PNG", optimize=True
-        )
-    return out.getvalue()
+    few = small.quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(out, format="PNG", optimize=True)
+    return out.getvalue() if shrink < 1.0 else min(data, out.getvalue(), key=len)
 
 
 def within(plots: Mapping[str, Any], most: int) -> str:
@@ -191,12 +203,19 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     return shown, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
 
 
-def _section(
-    key: str, sides: Sequence[Side], plots: dict[str, Any], interactive: bool
-) -> dict[str, Any] | None:
+@dataclass(frozen=True)
+class _Shown:
+    """What the page has of pictures: data URIs by file, plots by name as they are given out."""
+
+    media: Mapping[Path, str]
+    plots: dict[str, Any]
+    interactive: bool
+
+
+def _section(key: str, sides: Sequence[Side], shown: _Shown) -> dict[str, Any] | None:
     """A section with what there is of it; None where there is nothing."""
     tables = side_by_side(sides, key)
-    pictures = [_shown(found, plots, interactive) for found in _by_name(sides, key)]
+    pictures = [_places(found, shown) for found in _by_name(sides, key)]
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]
@@ -210,32 +229,25 @@ def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | Non
         yield [pictures.get(name) for pictures in own]
 
 
-def _shown(
-    pictures: Sequence[Picture | None], plots: dict[str, Any], interactive: bool
-) -> dict[str, Any]:
+def _places(pictures: Sequence[Picture | None], shown: _Shown) -> dict[str, Any]:
     """A picture as the page needs it, of every side."""
     first = next(p for p in pictures if p is not None)
-    places: list[dict[str, Any] | None] = []
-    for picture in pictures:
-        if picture is None:
-            places.append(None)
-            continue
-        names = []
-        for panel in picture.plots if interactive else ():
-            names.append(f"plot{len(plots)}")
-            plots[names[-1]] = panel
-        file = picture.file
-        places.append(
-            {
-                "plots": names,
-                "image": embedded(file) if file else None,
-                "shape": "tall"
-                if any("scene" in p.get("layout", {}) for p in picture.plots)
-                else "",
-                "video": file is not None and file.suffix == ".mp4",
-            }
-        )
+    places = [None if p is None else _place(p, shown) for p in pictures]
     return {"caption": first.caption, "sentence": first.sentence, "places": places}
+
+
+def _place(picture: Picture, shown: _Shown) -> dict[str, Any]:
+    names = []
+    for panel in picture.plots if shown.interactive else ():
+        names.append(f"plot{len(shown.plots)}")
+        shown.plots[names[-1]] = panel
+    file = picture.file
+    return {
+        "plots": names,
+        "image": shown.media[file] if file else None,
+        "shape": "tall" if any("scene" in p.get("layout", {}) for p in picture.plots) else "",
+        "video": file is not None and file.suffix == ".mp4",
+    }
 
 
 def _counts(side: Side) -> list[tuple[str, int, str]]:

@@ -1,6 +1,7 @@
 """Commands on trains: what they print, what programs read, what is refused in one line."""
 
 import json
+import re
 
 import pytest
 from train_contexts import BUNDLED, MIXED
@@ -169,6 +170,14 @@ def test_run_and_render(flexgear, tmp_path):
     code, text, _ = flexgear("render", out, "--out", again, "--quiet")
     assert code == 0
     assert (again / "report.html").stat().st_size > 1e5
+    both = tmp_path / "both.html"
+    code, text, _ = flexgear("compare", out, out, "--out", both, "--quiet", "--no-interactive")
+    assert (code, "(A) with" in text) == (0, True)
+    page = both.read_text()
+    assert page.count("B − A") == page.count("<caption>") > 5
+    shown = re.sub(r"<(script|style)\b.*?</\1>|<[^>]*>", " ", page, flags=re.S)
+    assert not re.search(r"\b(nan|None|[a-z]+_[a-z_]+)\b", shown)
+    assert not re.search(r'(src|href)="(?!data:|#)', page)
 
 
 @pytest.mark.parametrize("name", BUNDLED)

@@ -1,0 +1,53 @@
+"""Two finished runs in one report, side by side."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import typer
+
+from flexgear.cli.display import progress
+from flexgear.cli.outputs import claim_file
+from flexgear.cli.pictures import Folder, drawing, finished
+from flexgear.cli.run_folder import complete, read_folder
+from flexgear.model.errors import InputError
+from flexgear.results.origin import Origin
+from flexgear.views.report import Side, write_report
+
+PAGE = Path("comparison.html")
+
+
+def compare_runs(
+    first: str, second: str, out: Path | None, interactive: bool, force: bool, quiet: bool
+) -> None:
+    """Write the report of two folders of runs and say where it is."""
+    folders = [_folder(name) for name in (first, second)]
+    found = [read_folder(folder) for folder in folders]
+    target = PAGE if out is None else out
+    if target.suffix != ".html":
+        raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
+    names = " against ".join(one.case.name for one in found)
+    claim_file(target, Origin(names), force)
+    with tempfile.TemporaryDirectory(prefix="flexgear-") as place:
+        sides = [
+            _side(one, folder, Path(place) / str(k), quiet)
+            for k, (one, folder) in enumerate(zip(found, folders, strict=True))
+        ]
+        write_report(target, names, names, sides, interactive)
+    typer.echo(f"compared {first} (A) with {second} (B) in {target}")
+
+
+def _folder(name: str) -> Path:
+    """The folder of a run; InputError where it is none."""
+    if not Path(name).is_dir():
+        problem = "is no folder of a run"
+        remedy = "name two folders that `flexgear run` wrote, or a case alone"
+        raise InputError("compare", name, problem, remedy)
+    return Path(name)
+
+
+def _side(content: Folder, folder: Path, place: Path, quiet: bool) -> Side:
+    """One run's side of the page, its pictures drawn below ``place``."""
+    with complete(folder), progress(quiet) as report, drawing(content, place) as sheet:
+        return finished(sheet, report)[0]
