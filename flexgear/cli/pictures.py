@@ -296,6 +296,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
     """3D render of a deformed body, or why there is none."""
     from flexgear.views.probe import require_rendering
     from flexgear.views.render import render_deformed
+    from flexgear.views.scenes import body_scene
 
     try:
         require_rendering()
@@ -312,7 +313,10 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         title=f"{_said(content, body)}, equilibrium at {torque * factor:g} {unit}",
     )
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
-    return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated")
+    scene = body_scene(
+        field["point"].to_numpy(), field["cell"].to_numpy(), field["displacement"].to_numpy()
+    )
+    return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated", scene)
 
 
 def _said(content: Folder, body: str) -> str:
@@ -324,6 +328,7 @@ def _said(content: Folder, body: str) -> str:
 def _animate(content: RingFolder, folder: Path, name: str) -> Picture:
     """The star turning with the carrier until planets stand alike, which closes the loop."""
     from flexgear.views.animation import animate_star
+    from flexgear.views.scenes import star_scene
 
     still, period = content.equilibria, content.stage.stage.planet_period
     angles = still["carrier_angle"].to_numpy()
@@ -336,4 +341,5 @@ def _animate(content: RingFolder, folder: Path, name: str) -> Picture:
         dpi=90,
         frames_per_second=12,
     )
-    return Picture(path, "The star turns with the carrier")
+    shown = turn["tooth_displacement"].to_numpy(), turn["carrier_angle"].to_numpy()
+    return Picture(path, "The star turns with the carrier", star_scene(*shown, content.outline))

@@ -25,6 +25,8 @@ PLACES = (
     ("engagement_map", "meshes", "Which teeth of the ring are in contact as the carrier turns."),
     ("transient_forces", "meshes", "Normal force of every gear mesh; equal lines share the load."),
     ("sharing", "sharing", "Each planet's share times the number of planets: 1 is an even share."),
+    ("ring_star_turning", "deflections", "One planet spacing of the carrier: press to turn. "
+     "Displacements are drawn larger as stated; gears are shown undeformed."),
     ("ring_star", "deflections", "The ring bends into a star with a point at each planet, which "
      "turns with the carrier. Displacements are drawn larger as stated."),
     ("ring_profile", "deflections", "Outward displacement round the ring, by angle."),

@@ -14,7 +14,9 @@ import pytest
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
 from flexgear.views.interactive import envelope, panels_of, plain_math
+from flexgear.views.render import deformation_exaggeration
 from flexgear.views.report import Picture, Side, plotly_script, within, write_report
+from flexgear.views.scenes import body_scene, star_scene
 from flexgear.views.style import panels, save_figure
 
 PLOTS = re.compile(r'id="plots">([^<]*)<')
@@ -126,3 +128,32 @@ def test_a_missing_picture_is_one_clear_line(tmp_path: Path):
     with pytest.raises(FlexgearError, match=r"cannot read picture .*gone\.png"):
         write_report(tmp_path / "r.html", "t", "t", [broken])
     assert not (tmp_path / "r.html").exists()
+
+
+def test_a_deformed_body_turns_on_the_page():
+    """A cube of one cell: 12 triangles, moved as stated, coloured by its displacement."""
+    from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
+
+    corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0],
+                       [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)  # fmt: skip
+    cell = np.empty((1, 8), dtype=int)
+    cell[0, HEX_TO_VTK] = np.arange(8)
+    u = np.zeros((8, 3))
+    u[4:, 2] = 2e-5
+    (panel,) = body_scene(corner, cell, u)
+    (body,) = panel["data"]
+    assert len(body["i"]) == 12
+    assert max(body["intensity"]) == 20.0
+    factor = deformation_exaggeration(corner, u)
+    assert max(body["z"]) == pytest.approx(1 + factor * 2e-5, abs=1e-4)
+    assert min(body["z"]) == 0.0
+
+
+def test_the_star_turns_with_the_carrier(outline, field):
+    angles = np.linspace(0, 2 * np.pi / 5, 5, endpoint=False)
+    (panel,) = star_scene(np.asarray(field(angles)), angles, outline)
+    assert [f["name"] for f in panel["frames"]] == ["0.0°", "14.4°", "28.8°", "43.2°", "57.6°"]
+    first = panel["frames"][1]["data"][2]
+    middle = [np.mean(first[k][:-1]) for k in "xy"]
+    assert middle == pytest.approx(outline.planet_centre(0, angles[1]).tolist(), abs=1e-3)
+    assert panel["frames"][1]["traces"] == list(range(1, len(panel["data"])))

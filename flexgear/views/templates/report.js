@@ -16,6 +16,7 @@
   const small = { size: narrow ? 10 : 12 };
   const draw = (box) => {
     const { data, layout, frames } = plots[box.dataset.plot];
+    if (layout.height && narrow) layout.height = 0.75 * layout.height;
     const axis = { gridcolor: "#e3e5e8", zeroline: false, automargin: true };
     const full = {
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', ...small },
