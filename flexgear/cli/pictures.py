@@ -15,7 +15,7 @@ import xarray as xr
 from flexgear.cli.display import Report
 from flexgear.cli.painter import Painter, beside
 from flexgear.cli.report_page import place_of, side_of
-from flexgear.cli.train_pictures import train_plan
+from flexgear.cli.train_pictures import drawings_plan, train_plan
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -189,7 +189,7 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
         made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
         said = f"{ring.name}: " if ring.before else ""
         plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
-    return plan | train_plan(content.flow, content.datasets)
+    return drawings_plan(content.case) | plan | train_plan(content.flow, content.datasets)
 
 
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:

@@ -11,15 +11,28 @@ import xarray as xr
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
+from flexgear.model.case import Case
 from flexgear.results.pieces import between
 from flexgear.solve.transient import settled
 from flexgear.views import mode_charts, train_charts
+from flexgear.views.stage_drawing import front_drawing, section_drawing
 
 MOST_SHOWN = 4000  # samples of a transient in a picture
 CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 
 
 Draw = Callable[[], Any]
+
+
+def drawings_plan(case: Case) -> dict[str, tuple[str, Draw]]:
+    """Drawings of every stage by file name: caption and how to make them."""
+    plan: dict[str, tuple[str, Draw]] = {}
+    for stage in case.stages:
+        view, said = case.view(stage.name), stage.name.replace("_", " ").capitalize()
+        front, section = (partial(f, view) for f in (front_drawing, section_drawing))
+        plan[f"drawing_front_{stage.name}"] = (f"{said} to scale, front", front)
+        plan[f"drawing_section_{stage.name}"] = (f"{said} to scale, section", section)
+    return plan
 
 
 def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:

@@ -60,7 +60,7 @@ def body_scene(
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     layout = {
         "title": {"text": f"displacement {factor_text(factor)}, largest {size.max():.1f} µm"},
-        "scene": {"aspectmode": "data", "camera": {"eye": {"x": 0.7, "y": -1.2, "z": 1.1}},
+        "scene": {"aspectmode": "data", "camera": {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}},
                   "xaxis": axis, "yaxis": axis, "zaxis": axis},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip

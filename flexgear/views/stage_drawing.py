@@ -1,0 +1,232 @@
+"""A stage to scale, from its case: front with teeth, bolts and pins, and a section along the axis.
+
+Front: the ring's first tooth stands on the X axis; planets stand so that their teeth fill the
+spaces of the ring at their pitch points, the sun fits planet 1. Where another planet then cuts the
+sun's teeth, the stage does not assemble. Frames are those of docs/conventions.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flexgear.gears.geometry import StageGeometry, stage_geometry
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.carrier import Carrier
+from flexgear.model.shaft import Shaft
+from flexgear.model.stage_view import StageView
+from flexgear.views.style import NEUTRAL, FloatArray, new_figure, panels, planet_colour, styled
+
+MILLI = 1e3
+POINTS = 10  # of half a tooth
+STEEL, CARRIER, SHAFT = "#D5DAE1", "#BFE3D0", "#F3D9B8"
+LINE: dict[str, Any] = {"ec": "#30343B", "lw": 0.6}
+Box = tuple[float, float, float, float, str]  # z from, z to, r from, r to, colour
+
+
+@styled
+def front_drawing(view: StageView) -> Figure:
+    """The stage along its axis, in mm."""
+    g, stage = stage_geometry(view), view.stage
+    figure, axes = panels(1, 1, height_mm=170)
+    ax = axes[0, 0]
+    outside = _ring_radius(view, g)
+    if stage.kind == "planetary":
+        _ring(ax, g, outside)
+        _carrier_circles(ax, view)
+        _bolts(ax, view)
+    rotations = [_planet_rotation(g, angle) for angle in stage.planet_angles]
+    sun = _sun_rotation(g, stage.planet_angles[0], rotations[0])
+    _fill(ax, gear_outline(g.sun, sun), STEEL)
+    _circle(ax, (0.0, 0.0), _bore(view, "sun"), fill="white")
+    for k, (angle, rotation) in enumerate(zip(stage.planet_angles, rotations, strict=True)):
+        centre = g.center_distance * np.array([math.cos(angle), math.sin(angle)])
+        _fill(ax, centre + gear_outline(g.planet, rotation), planet_colour(k + 1), alpha=0.35)
+        _circle(ax, centre, _bore(view, "planet"), fill="white")
+        if _fe_carrier(view) is not None:
+            _circle(ax, centre, view.carrier.pin_diameter / 2, fill=CARRIER)
+        ax.text(*(MILLI * centre), f"{k + 1}", ha="center", va="center")
+    ax.set_aspect("equal")
+    ax.autoscale_view()
+    ax.set_xlabel("X (mm)")
+    ax.set_ylabel("Y (mm)")
+    ax.set_title(f"centre distance {MILLI * g.center_distance:.1f} mm")
+    return figure
+
+
+@styled
+def section_drawing(view: StageView) -> Figure:
+    """The upper half of the stage cut along its axis, in mm; crossed boxes are bearings."""
+    boxes = [*_gear_boxes(view), *_carrier_boxes(view), *_shaft_boxes(view)]
+    figure = new_figure(110)
+    ax = figure.subplots()
+    for left, right, inner, outer, colour in boxes:
+        z, r = np.array([left, right, right, left]), np.array([inner, inner, outer, outer])
+        ax.fill(MILLI * z, MILLI * r, fc=colour, **LINE)
+    for left, right, inner, outer in _bearing_boxes(view):
+        z = MILLI * np.array([left, right, right, left, left, right, np.nan, left, right])
+        r = MILLI * np.array([inner, inner, outer, outer, inner, outer, np.nan, outer, inner])
+        ax.plot(z, r, color="#0072B2", lw=1.0)
+    for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
+        half = view.stage.face_width / 2
+        sign = 1.0 if view.ring.bolted_end(circle) == "+z" else -1.0
+        at, radius = circle.circle_diameter / 2, circle.diameter / 2
+        z = MILLI * sign * np.array([0.0, 1.15 * half, 1.15 * half, 0.0])
+        r = MILLI * (at + radius * np.array([-1, -1, 1, 1]))
+        ax.plot(z, r, color="#BB5566", lw=1.0)
+    ax.axhline(0.0, color=NEUTRAL, ls="-.", lw=0.8)
+    ax.set_aspect("equal")
+    ax.autoscale_view()
+    ax.set_xlabel("z (mm)")
+    ax.set_ylabel("distance from the axis (mm)")
+    return figure
+
+
+def gear_outline(gear: ToothGeometry, rotation: float) -> FloatArray:
+    """Outline (n, 2) in m of a gear whose first tooth stands at an angle, closed."""
+    half = gear.outline(POINTS)
+    radius, angle = np.hypot(half.x, half.y), np.arctan2(half.y, half.x)
+    r = np.concatenate([[gear.root_radius], radius[::-1], radius])
+    turn = np.concatenate([[-gear.pitch_angle / 2], -angle[::-1], angle])
+    centres = rotation + gear.pitch_angle * np.arange(gear.teeth)
+    theta = (centres[:, None] + turn).ravel()
+    points = np.tile(r, gear.teeth)[:, None] * np.column_stack([np.cos(theta), np.sin(theta)])
+    return np.vstack([points, points[:1]])
+
+
+def _planet_rotation(g: StageGeometry, angle: float) -> float:
+    """Where a planet's first tooth points: at its pitch point its space holds the ring's tooth."""
+    if "ring" not in g.gears:
+        return angle
+    past = (angle / g.ring.pitch_angle) % 1.0  # pitches past a tooth of the ring
+    return angle + (0.5 - past) * g.planet.pitch_angle
+
+
+def _sun_rotation(g: StageGeometry, angle: float, planet: float) -> float:
+    """The same of the sun at planet 1."""
+    past = ((angle + math.pi - planet) / g.planet.pitch_angle) % 1.0
+    return angle + (past + 0.5) * g.sun.pitch_angle
+
+
+def _ring(ax: Axes, g: StageGeometry, outside: float) -> None:
+    circle = outside * np.column_stack([np.cos(t := np.linspace(0, -2 * np.pi, 181)), np.sin(t)])
+    _fill(ax, circle, STEEL)
+    _fill(ax, gear_outline(g.ring, 0.0), "white")
+
+
+def _ring_radius(view: StageView, g: StageGeometry) -> float:
+    """Outer radius of the ring; without a rim in the case three modules outside the root."""
+    if view.stage.kind != "planetary":
+        return 0.0
+    lumped = view.ring_gear.rim_thickness
+    rim = view.ring.rim_thickness if view.stage.form("ring") == "fe" else lumped
+    return g.ring.root_radius + (rim or 3 * view.stage.normal_module)
+
+
+def _bolts(ax: Axes, view: StageView) -> None:
+    for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
+        for k in range(circle.number):
+            at = circle.first_angle + 2 * math.pi * k / circle.number
+            centre = circle.circle_diameter / 2 * np.array([math.cos(at), math.sin(at)])
+            _circle(ax, centre, circle.diameter / 2, fill="#BB5566")
+
+
+def _carrier_circles(ax: Axes, view: StageView) -> None:
+    body = _fe_carrier(view)
+    if body is None:
+        return
+    turn = np.linspace(0, 2 * np.pi, 121)
+    for diameter in (body.plate_diameter, body.hub_outer_diameter):
+        radius = MILLI * diameter / 2
+        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color="#009E73", ls="--", lw=0.8)
+
+
+def _gear_boxes(view: StageView) -> Iterator[Box]:
+    """Gears above the axis; of a planet the one that stands there."""
+    g, stage = stage_geometry(view), view.stage
+    width, gap = stage.face_width, stage.half_gap
+    halves = [(-width / 2, width / 2)]
+    if stage.double_helical:
+        halves = [(-gap / 2 - width, -gap / 2), (gap / 2, gap / 2 + width)]
+    bore = _bore(view, "planet")
+    for left, right in halves:
+        yield left, right, _bore(view, "sun"), g.sun.tip_radius, STEEL
+        planet = planet_colour(1) + "59"
+        yield left, right, g.center_distance + bore, g.center_distance + g.planet.tip_radius, planet
+        yield left, right, g.center_distance - g.planet.tip_radius, g.center_distance - bore, planet
+        if stage.kind == "planetary":
+            yield left, right, g.ring.tip_radius, _ring_radius(view, g), STEEL
+
+
+def _carrier_boxes(view: StageView) -> Iterator[Box]:
+    """Plates, hub, seats and a pin, from the drive side."""
+    body = _fe_carrier(view)
+    if body is None:
+        return
+    g, side = stage_geometry(view), -1.0 if body.drive_side == "-z" else 1.0
+    inner, half = body.hub_bore / 2, body.plate_gap / 2
+    drive, far = half + body.plate_thickness_drive, half + body.plate_thickness_far
+    hub = drive + body.seat_drive.width
+    pieces = [
+        (side * half, side * drive, inner, body.plate_diameter / 2),
+        (-side * half, -side * far, inner, body.plate_diameter / 2),
+        (side * drive, side * hub, inner, body.seat_drive.diameter / 2),
+        (side * hub, side * (drive + body.hub_length), inner, body.hub_outer_diameter / 2),
+        (-side * far, -side * (far + body.seat_far.width), inner, body.seat_far.diameter / 2),
+    ]
+    radius, bore = body.pin_diameter / 2, body.pin_bore / 2
+    pieces += [(-half, half, g.center_distance + bore, g.center_distance + radius)]
+    pieces += [(-half, half, g.center_distance - radius, g.center_distance - bore)]
+    for one, other, low, high in pieces:
+        yield min(one, other), max(one, other), low, high, CARRIER
+
+
+def _bearing_boxes(view: StageView) -> Iterator[tuple[float, float, float, float]]:
+    """Bearings on the carrier's seats, outside of them."""
+    body = _fe_carrier(view)
+    if body is None:
+        return
+    side, half = -1.0 if body.drive_side == "-z" else 1.0, body.plate_gap / 2
+    drive = side * (half + body.plate_thickness_drive)
+    far = -side * (half + body.plate_thickness_far)
+    for start, sign, seat in ((drive, side, body.seat_drive), (far, -side, body.seat_far)):
+        ends = sorted((start, start + sign * seat.width))
+        radius = seat.diameter / 2
+        yield ends[0], ends[1], radius, radius + 0.6 * seat.width
+
+
+def _shaft_boxes(view: StageView) -> Iterator[Box]:
+    """Sections of the sun's shaft, from the middle of the sun."""
+    shaft: Shaft | None = view.stage.sun.shaft if view.stage.sun else None
+    if shaft is None:
+        return
+    at, sign = 0.0, -1.0 if shaft.direction == "-z" else 1.0
+    for section in shaft.sections:
+        ends = sorted((at, at + sign * section.length))
+        yield ends[0], ends[1], section.inner_diameter / 2, section.outer_diameter / 2, SHAFT
+        at += sign * section.length
+
+
+def _fe_carrier(view: StageView) -> Carrier | None:
+    return view.stage.carrier.fe if view.stage.carrier else None
+
+
+def _bore(view: StageView, slot: str) -> float:
+    """Radius of a gear's bore, m."""
+    return float(view.stage.member(view.part(slot)).bore_diameter) / 2  # type: ignore[union-attr]
+
+
+def _fill(ax: Axes, points: FloatArray, colour: str, alpha: float = 1.0) -> None:
+    ax.fill(MILLI * points[:, 0], MILLI * points[:, 1], fc=(colour, alpha), **LINE)
+
+
+def _circle(ax: Axes, centre: FloatArray | tuple[float, float], radius: float, fill: str) -> None:
+    if radius > 0:
+        turn = np.linspace(0, 2 * np.pi, 49)
+        edge = np.column_stack([np.cos(turn), np.sin(turn)])
+        _fill(ax, np.asarray(centre) + radius * edge, fill)
