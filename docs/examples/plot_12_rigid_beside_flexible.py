@@ -11,7 +11,7 @@ import numpy as np
 import flexgear as fg
 
 case = fg.load_case("stage.toml", {"solver.fidelity": "quick"})
-angles = np.linspace(0.0, np.pi / 2, 16)
+angles = np.linspace(0.0, np.radians(10.0), 21)  # two tooth pitches of the ring
 figure, axes = plt.subplots(layout="constrained")
 for name, rigid in (("flexible", []), ("rigid ring", ["ring"]), ("all rigid", ["all"])):
     data = fg.stage_part(fg.static(fg.assemble(case, rigid=rigid), angles), "stage")

@@ -25,7 +25,9 @@ from flexgear.cli import (
     cache_command,
     case_commands,
     compare_command,
+    doctor_command,
     exchange_commands,
+    new_command,
     on_stop,
     run_commands,
     sweep_command,
@@ -46,6 +48,7 @@ app = typer.Typer(
 for module in (
     run_commands,
     case_commands,
+    new_command,
     body_commands,
     analysis_commands,
     compare_command,
@@ -53,6 +56,7 @@ for module in (
     sweep_command,
     tolerance_command,
     cache_command,
+    doctor_command,
 ):
     module.register(app)
 

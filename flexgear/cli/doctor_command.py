@@ -1,0 +1,170 @@
+"""What this system has and lacks, each lack with the line that mends it."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import typer
+
+from flexgear.cli.display import as_json_text, said_size
+from flexgear.cli.options import AsJson
+from flexgear.results.version import version
+from flexgear.structures.cache import cache_directory
+
+LIBRARIES = {  # what gmsh and VTK load on Linux, and the package of Debian and Ubuntu that has it
+    "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libGLU.so.1": "libglu1-mesa",
+    "libXcursor.so.1": "libxcursor1", "libXft.so.2": "libxft2",
+    "libXinerama.so.1": "libxinerama1", "libXrender.so.1": "libxrender1",
+    "libXfixes.so.3": "libxfixes3", "libfontconfig.so.1": "libfontconfig1",
+    "libgomp.so.1": "libgomp1",
+}  # fmt: skip
+LEAST_FREE = 1 << 30  # bytes: some reduced bodies and the results of a run
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at. mend: the line that helps; "" where nothing is wrong."""
+
+    what: str
+    found: str
+    mend: str = ""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(doctor)
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Look at libraries, packages, threads, cache and disk; say what is missing and what mends it.
+
+    Exit code 1 where something is missing.
+    """
+    findings = list(look())
+    wrong = [one for one in findings if one.mend]
+    if as_json:
+        found = {"healthy": not wrong, "findings": [asdict(one) for one in findings]}
+        typer.echo(as_json_text(found))
+    else:
+        width = max(len(one.what) for one in findings)
+        for one in findings:
+            typer.echo(f"{'!!' if one.mend else 'ok'}  {one.what:{width}}  {one.found}")
+        for one in wrong:
+            typer.echo(f"\n{one.what}: {one.mend}")
+    if wrong:
+        raise typer.Exit(1)
+
+
+def look() -> Iterator[Finding]:
+    """All findings in the order in which they are told."""
+    yield Finding("flexgear", f"{version()}, Python {platform.python_version()}")
+    yield from _packages()
+    if sys.platform.startswith("linux"):
+        yield _libraries()
+    yield _rendering()
+    yield _threads()
+    yield from _places()
+
+
+def _packages() -> Iterator[Finding]:
+    """Packages that flexgear needs, with their versions against those that it asks for."""
+    try:
+        wanted = importlib.metadata.requires("flexgear") or []
+    except importlib.metadata.PackageNotFoundError:
+        yield Finding("packages", "flexgear is not installed", "python -m pip install .")
+        return
+    found, wrong = [], []
+    for line in wanted:
+        if ";" in line:
+            continue  # of an extra
+        match = re.match(r"([\w.-]+).*?>=\s*([\d.]+)", line)
+        name, least = match.groups() if match else (line, "0")
+        try:
+            has = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            wrong.append(f"{name} is missing")
+            continue
+        found.append(f"{name} {has}")
+        if _numbers(has) < _numbers(least):
+            wrong.append(f"{name} {has} is older than {least}")
+    mend = f"{sys.executable} -m pip install --upgrade flexgear" if wrong else ""
+    yield Finding("packages", "; ".join(wrong) or ", ".join(found), mend)
+
+
+def _numbers(text: str) -> list[int]:
+    return [int(part) for part in re.findall(r"\d+", text)[:3]]
+
+
+def _libraries() -> Finding:
+    missing = {name: package for name, package in LIBRARIES.items() if not _loads(name)}
+    if not missing:
+        return Finding("system libraries", f"all {len(LIBRARIES)} there")
+    from flexgear.views.probe import apt_line
+
+    return Finding(
+        "system libraries", f"{', '.join(missing)} missing", apt_line(" ".join(missing.values()))
+    )
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def _rendering() -> Finding:
+    """Whether a three-dimensional picture can be drawn without a display."""
+    from flexgear.model.errors import FlexgearError
+    from flexgear.views.probe import apt_line, require_rendering
+
+    try:
+        require_rendering()
+    except FlexgearError as fault:
+        return Finding("rendering", str(fault), apt_line())
+    return Finding("rendering", "works without a display")
+
+
+def _threads() -> Finding:
+    """Processors that may be used, and settings that leave some idle."""
+    may = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    said = ", ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
+    return Finding("threads", f"{may} processors{'; ' + said if said else ''}")
+
+
+def _places() -> Iterator[Finding]:
+    """Cache and working folder: writable, and room on their disks."""
+    cache = cache_directory()
+    for what, place, mend in (
+        ("cache", cache, "export FLEXGEAR_CACHE=/a/folder/that/you/may/write"),
+        ("results", Path.cwd(), "work in a folder that you may write"),
+    ):
+        there = next(p for p in (place, *place.absolute().parents) if p.exists())
+        free = shutil.disk_usage(there).free
+        if not _writable(there):
+            yield Finding(what, f"{place} cannot be written", mend)
+        elif free < LEAST_FREE:
+            mend = "flexgear cache --clear, or make room"
+            yield Finding(what, f"{place}: only {said_size(free)} free", mend)
+        else:
+            yield Finding(what, f"{place}: {said_size(free)} free")
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
