@@ -13,8 +13,10 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
+from flexgear.results.spectrum import force_spectra
 from flexgear.solve.transient import settled
 from flexgear.views import mode_charts, train_charts
+from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
 
 MOST_SHOWN = 4000  # samples of a transient in a picture
@@ -67,6 +69,11 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
                 f"its last {CYCLES_SHOWN} gear-mesh cycles",
                 partial(train_charts.gear_mesh_forces, _close_up(rest, stage)),
             )
+            plan[f"spectrum_{stage.name}"] = (
+                f"Spectrum of the gear-mesh forces of {stage.name.replace('_', ' ')}, planet 1, "
+                f"gear-mesh frequency {stage.gear_mesh_frequency:.4g} Hz",
+                partial(_spectrum, rest, stage),
+            )
     if rest.sizes.get("group", 0):
         plan["transient_sharing"] = (
             "Load sharing in the transient after start-up",
@@ -82,6 +89,11 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
 def _thinned(data: xr.Dataset) -> xr.Dataset:
     """As many samples as a picture can show, in memory."""
     return data.isel(time=slice(None, None, max(1, data.sizes["time"] // MOST_SHOWN))).load()
+
+
+def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
+    """Chart of one stage's spectra."""
+    return spectrum_chart(force_spectra(data, stage.name, stage.gear_mesh_frequency))
 
 
 def _close_up(data: xr.Dataset, stage: StageFlow) -> xr.Dataset:
