@@ -23,7 +23,8 @@ def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
     x = np.asarray(values, dtype=float)
     window = np.hanning(x.shape[-1] + 2)[1:-1]
     found = np.abs(np.fft.rfft((x - x.mean(axis=-1, keepdims=True)) * window, axis=-1))
-    return np.fft.rfftfreq(x.shape[-1], step), np.asarray(2 * found / window.sum())
+    hz = np.fft.rfftfreq(x.shape[-1], step).astype(float)
+    return hz, np.asarray(2 * found / window.sum())
 
 
 def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
