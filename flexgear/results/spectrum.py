@@ -30,8 +30,8 @@ def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
 def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
     """Spectra of the gear-mesh forces of a stage's first planet in a settled transient.
 
-    Variable amplitude (gear_mesh, order) in N; frequency: of the gear mesh, Hz. Orders go as far as
-    the samples tell, 10 at most.
+    Variable amplitude (gear_mesh, order) in N, attribute mean_n; frequency: of the gear mesh, Hz.
+    Orders go as far as the samples tell, 10 at most.
     """
     last = data.isel(time=slice(-MOST, None))
     names = [str(n) for n in last["gear_mesh"].to_numpy()]
@@ -46,4 +46,5 @@ def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
     return xr.Dataset(
         {"amplitude": (("gear_mesh", "order"), amplitude[:, kept], {"units": "N"})},
         {"gear_mesh": [names[k] for k in own], "order": order[kept]},
+        {"mean_n": float(np.abs(force).mean())},
     )

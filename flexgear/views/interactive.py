@@ -29,6 +29,7 @@ LEAST_POINTS = 400  # of one line
 CELLS = 200  # of a map along each side
 TEXTS = 40  # of a panel
 DIGITS = 5
+PIXELS, LEAST_HEIGHT, MARGINS = 92, 300, 120  # an inch; of a panel's axes, and round them
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down", "D": "diamond",
            "x": "x-thin-open", "+": "cross-thin-open", ".": "circle"}  # fmt: skip
@@ -76,6 +77,9 @@ def _panel(group: list[Axes]) -> Panel:
             traces += list(_legend_entries(axes.get_legend(), traces))
         data += traces
     first = group[0]
+    inches = first.get_window_extent().height / first.figure.dpi
+    if PIXELS * inches > LEAST_HEIGHT:
+        layout["height"] = round(PIXELS * inches) + MARGINS
     if first.get_aspect() in (1.0, "equal"):
         layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
     title = first.get_title(loc="left") or first.get_title()

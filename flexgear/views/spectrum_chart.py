@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from flexgear.views.style import panels, planet_colour, styled
 
+CONSTANT = 1e-7  # of the mean force, rounding of what is kept in single precision
 DECADES = 5  # below the largest amplitude that are shown
 
 
@@ -18,11 +19,15 @@ def spectrum_chart(spectra: xr.Dataset) -> Figure:
     ax = axes[0, 0]
     order, found = spectra["order"].to_numpy(), spectra["amplitude"].to_numpy()
     for k, name in enumerate(spectra["gear_mesh"].to_numpy()):
-        ax.plot(order, found[k], color=planet_colour(k + 1), lw=0.9, label=str(name))
+        ax.plot(
+            order, found[k], color=planet_colour(k + 1), lw=0.9, label=str(name).replace("_", " ")
+        )
     top = float(np.max(found, initial=0.0))
-    if top > 0:
+    if top > CONSTANT * float(spectra.attrs["mean_n"]):
         ax.set_yscale("log")
         ax.set_ylim(top * 10.0**-DECADES, 2 * top)
+    else:
+        ax.set_title("the forces are constant")
     for n in range(1, int(order.max(initial=0.0)) + 1):
         ax.axvline(n, color="#9CA3AF", ls=":", lw=0.8)
     ax.set_xlabel("order of the gear mesh (–)")
