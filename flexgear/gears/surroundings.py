@@ -120,5 +120,7 @@ def bearing_stiffness(p: Proposal) -> float:
 
 
 def port_inertia(p: Proposal) -> float:
-    """Polar inertia at the carrier whose energy is the rated power of 0.05 s, kg m²."""
-    return 2 * SECONDS * p.wanted.torque / p.wanted.speed
+    """Polar inertia at the carrier whose energy is the rated power of 0.05 s, but at most that of a
+    hundred steel discs as large as the ring, kg m²."""
+    disc = 0.5 * math.pi * 7850.0 * p.face_width * (0.5 * p.ring * p.transverse_module) ** 4
+    return min(2 * SECONDS * p.wanted.torque / p.wanted.speed, 100 * disc)
