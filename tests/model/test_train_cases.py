@@ -40,14 +40,14 @@ def test_bundled_trains_are_complete(name):
                 assert geometry.assembly == round(geometry.assembly)
 
 
-@pytest.mark.parametrize("name", [*TRAINS, "ev-reducer"])
+@pytest.mark.parametrize("name", [*TRAINS, "ev-reducer", "star-ring", "grc-750kw"])
 def test_every_value_is_labelled(name):
     """A label on the line, on its section's line or in the comment above either."""
     covered = False
     unlabelled = []
     for line in bundled_text(name).splitlines():
         value, _, comment = line.partition("#")
-        labelled = re.search(r"\b([Pp]aper|[Dd]erived|[Cc]hosen)\b", comment) is not None
+        labelled = re.search(r"\b([Pp]aper|[Pp]ublic|[Dd]erived|[Cc]hosen)\b", comment) is not None
         if not value.strip():
             if comment.startswith(" ---"):
                 covered = False
@@ -55,7 +55,7 @@ def test_every_value_is_labelled(name):
                 covered = True
         elif value.startswith("["):
             covered = covered or labelled if value.startswith("[[inputs") else labelled
-        elif value.split("=")[0].strip() not in ("kind", "title", "member", "first", "second"):
+        elif value.split("=")[0].strip() not in ("kind", "title", "name", "member", "first", "second"):
             free = value.split("=")[0].strip() in ("model", "contact_law", "output_interval_ms")
             if not (labelled or covered or free):
                 unlabelled.append(line)
