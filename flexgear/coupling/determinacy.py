@@ -21,6 +21,7 @@ from flexgear.model.errors import InputError
 from flexgear.structures.bodies import Body
 
 Array = NDArray[np.float64]
+ROUND_OFF = 1e-7  # of the largest compression, below which a row is not compressed
 MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
 MOST_KEYS = 3  # that a message lists
 
@@ -59,10 +60,11 @@ def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Arr
 
 def free_motions(rigid: Array, contact: Array) -> Array:
     """Those of the motions ``rigid`` (d, r) that compress no row of ``contact`` (n, d); (d, k)."""
-    # each row against what its terms could add up to, so that round-off stays small
+    # each row against what its terms could add up to, so that round-off stays small; where soft
+    # springs stand beside stiff ones the motions themselves carry some 1e-8 of it
     scale = (np.abs(contact) @ np.abs(rigid)).max(axis=1, keepdims=True, initial=0.0)
     scale = np.maximum(scale, 1e-3 * scale.max(initial=1e-300))
-    return np.asarray(rigid @ linalg.null_space((contact @ rigid) / scale, rcond=1e-9))
+    return np.asarray(rigid @ linalg.null_space((contact @ rigid) / scale, rcond=ROUND_OFF))
 
 
 def rolling_motions(

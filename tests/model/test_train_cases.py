@@ -55,7 +55,14 @@ def test_every_value_is_labelled(name):
                 covered = True
         elif value.startswith("["):
             covered = covered or labelled if value.startswith("[[inputs") else labelled
-        elif value.split("=")[0].strip() not in ("kind", "title", "name", "member", "first", "second"):
+        elif value.split("=")[0].strip() not in (
+            "kind",
+            "title",
+            "name",
+            "member",
+            "first",
+            "second",
+        ):
             free = value.split("=")[0].strip() in ("model", "contact_law", "output_interval_ms")
             if not (labelled or covered or free):
                 unlabelled.append(line)
