@@ -1,4 +1,4 @@
-"""The bundled grc-750kw: the hand calculation of its comments, and what rows and weight do to it."""
+"""The bundled grc-750kw: the hand calculation of its comments, rows of rollers, weight."""
 
 import math
 
@@ -23,7 +23,7 @@ def static_of(**settings):
 
 def test_speeds_and_torques():
     flow = power_flow(load_case("grc-750kw"))
-    assert RATIO == pytest.approx(81.491, abs=5e-4)
+    assert pytest.approx(81.491, abs=5e-4) == RATIO
     assert flow.speed["lss.carrier"] == pytest.approx(1800 / RATIO * RPM)
     assert flow.speed["lss.sun"] == pytest.approx(126.2 * RPM, rel=2e-4)
     assert flow.speed["iss.pinion"] == pytest.approx(-450 * RPM)

@@ -41,5 +41,5 @@ def clearances():  # type: ignore[no-untyped-def]
     )
     left.set(xlabel="clearance on every side (mm)", ylabel="largest pin force over mean (–)")
     right.set(xlabel="clearance on every side (mm)", ylabel="worst row over expected (–)")
-    left.legend()
+    left.legend(loc="center left")
     return figure
