@@ -41,6 +41,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_memory": False,
+    "write_computation_times": False,  # a page that would ask a network for scripts
     "within_subsection_order": "FileNameSortKey",
     "remove_config_comments": True,
 }
