@@ -20,12 +20,11 @@ FAST_SHORT = [
     "--set", "solver.duration_s=0.002",
     "--set", "drive.steps.torques_nm=[]",
 ]  # fmt: skip
-GRC_SHORT = [*FAST_SHORT, "--set", "output.speed_rpm=18000"]
 FLEXIBLE = {
     "wind-5mw": STAGE_SHORT,
     "ev-reducer": FAST_SHORT,
     "star-ring": FAST_SHORT,
-    "grc-750kw": GRC_SHORT,
+    "grc-750kw": FAST_SHORT,
 }
 DRAWN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
 COMMANDS = {
