@@ -21,6 +21,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.stage_view import StageView
+from flexgear.results.report.wording import said
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.interactive import panels_of
@@ -253,17 +254,17 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
         runs = content.runs(f"torque_step_{depth}")
         drop = _spread({n: thinned(d, MOST_SHOWN) for n, d in runs.items()})
         plan[f"torque_step_{depth}"] = (
-            f"Torque drop to {depth} N m",
+            f"Torque drop to {said(float(depth), 'N m')}",
             partial(histories.torque_drop, drop),
         )
         plan[f"torque_step_{depth}_speed"] = (
-            f"Carrier speed, torque drop to {depth} N m",
+            f"Carrier speed, torque drop to {said(float(depth), 'N m')}",
             partial(histories.carrier_speed, drop),
         )
         account = next(iter(drop.values()))
         if "energy_kinetic" in account:
             plan[f"torque_step_{depth}_energy"] = (
-                f"Energy account, torque drop to {depth} N m",
+                f"Energy account, torque drop to {said(float(depth), 'N m')}",
                 partial(charts.energy_balance, account),
             )
     return plan
