@@ -10,7 +10,6 @@ from __future__ import annotations
 import base64
 import io
 import json
-import math
 import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,8 +32,9 @@ MARKS = {"good": "as it should be", "watch": "look at this", "bad": "not as it s
          "note": "for information"}  # fmt: skip
 
 COLOURS = 192  # of a picture in the page
-MOST_PLOTS = 3_500_000  # characters of all plots' data in a page that stays below 10 MB
-MOST_PICTURES = 4_000_000  # characters of all pictures, likewise
+MOST_PLOTS = 3_000_000  # characters of all plots' data in a page that stays below 10 MB
+SMALLEST = 0.3  # of a picture's size to which it may shrink
+MOST_PICTURES = 3_500_000  # characters of all pictures, likewise
 LEAST_POINTS = 200  # of a line
 
 
@@ -120,10 +120,9 @@ def deflated(text: str) -> str:
 
 def embedded(files: Sequence[Path], most: int) -> dict[Path, str]:
     """Pictures as data URIs, smaller ones where they would take more than so many characters."""
-    data = {file: _packed(file) for file in files}
-    total = sum(map(len, data.values())) * 4 / 3
-    if total > most:
-        shrink = math.sqrt(most / total)
+    data, shrink = {file: _packed(file) for file in files}, 1.0
+    while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
+        shrink *= 0.75
         data = {file: _packed(file, shrink) for file in files}
     return {
         file: f"data:{MEDIA[file.suffix.lower()]};base64,{base64.b64encode(raw).decode('ascii')}"
