@@ -32,6 +32,7 @@ _HOME = {
     "campbell": "flexgear.solve.modes",
     "transient": "flexgear.solve.transient",
     "deformed": "flexgear.solve.deformed",
+    "field_grid": "flexgear.views.render",
     "run": "flexgear.solve.run",
     "stage_part": "flexgear.results.stage_part",
     "radial_harmonics": "flexgear.results.harmonics",

@@ -152,11 +152,10 @@ class Recovery:
             out[t] = r.T @ (support.matrix @ (r @ node[t] - other @ housing[t]))
         return out
 
-    def coordinates(self, body: str, sample: int) -> Array:
-        """Elastic coordinates of one body at one sample, for its full displacement field; of an FE
-        ring that turns against its hub."""
-        m = self.modal
-        q = self.result.eta[sample] @ m.modes.T + self.forces[sample] @ m.residual_motion.T
-        q = q - m.system.rolling @ self._roll[sample]
-        turned = float(m.system.ring_turn(body) @ q)
-        return np.asarray(q[m.system.slice_of(body)] - turned * m.system.body(body).spin)
+    def coordinates(self, body: str) -> Array:
+        """Elastic coordinates (t, n) of one body, for its full displacement field; of an FE ring
+        that turns against its hub."""
+        system = self.modal.system
+        own = np.zeros((system.body(body).size, system.size))
+        own[:, system.slice_of(body)] = np.eye(len(own))
+        return self.motion(own - np.outer(system.body(body).spin, system.ring_turn(body)))

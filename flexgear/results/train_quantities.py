@@ -19,6 +19,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "flank_planet": ("1", "planet number, from 1"),
     "flank_sense": ("", "drive: carries under rated torque; coast: the other"),
     "bolt": ("", "bolt of a ring"),
+    "fe_coordinate_of": ("", "FE body that a coordinate belongs to"),
     "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
     "tooth_stage": ("", "stage of the ring tooth"),
     "tooth_number": ("1", "number of the tooth in its ring, from 1"),
@@ -103,6 +104,11 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         (S, "body", "dof"),
         "m, rad",
         "axes of the stage's carrier (planets: radial, tangential, axial), rolling taken off",
+    ),
+    "fe_coordinate": Quantity(
+        (S, "fe_coordinate_of"),
+        "m, rad, 1",
+        "elastic coordinates of FE bodies: motion of interface nodes, then amplitudes of modes",
     ),
     "planet_bearing_force": Quantity(
         (S, "bearing", "direction"), "N", "force of the planet on its pin"

@@ -1,15 +1,20 @@
-"""Displacement fields of finite-element bodies in equilibrium."""
+"""Displacement fields of FE bodies, in equilibrium or at a sample of a transient."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
+from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
+from flexgear.results.train_dataset import variable
 from flexgear.solve.model import Model, rated_rotations
 
 
@@ -24,27 +29,59 @@ def bending_bodies(model: Model) -> list[str]:
     return [name for name in names if not model.system.body(name).rigid]
 
 
-def deformed(
-    model: Model, body: str, carrier_angle: float = 0.0, torque: float | None = None
-) -> xr.Dataset:
-    """Displacement (p, 3) m of every vertex of a body's FE mesh in equilibrium, rolling taken off.
-
-    body: one of ``bending_bodies``; carrier_angle: rotation of the lead, rad; torque: N m on the
-    first input, rated unless given. u = Φ_r q with the recovery Φ_r of the reduction.
-    """
+def require_bending(model: Model, body: str) -> None:
+    """InputError unless a body is one of ``bending_bodies``."""
     known = bending_bodies(model)
     if body not in known:
         raise InputError("deformed", body, "is no body that bends", nearest(body, known))
+
+
+def deformed(
+    model: Model,
+    body: str,
+    carrier_angle: float = 0.0,
+    torque: float | None = None,
+    *,
+    run: xr.Dataset | None = None,
+    time: float = 0.0,
+) -> xr.Dataset:
+    """Displacement (p, 3) m of every vertex of a body's FE mesh, rolling taken off.
+
+    In equilibrium at carrier_angle, rotation of the lead, rad, under torque, N m on the first
+    input, rated unless given; or at the sample of ``run`` nearest to ``time``, s: a transient that
+    was asked to keep the body (``transient(model, fields=[body])``).
+    body: one of ``bending_bodies``. u = Φ_r q with the recovery Φ_r of the reduction.
+    """
+    require_bending(model, body)
     stage, _, part = body.partition(".")
     reduced = model.bodies[stage].by_part[part]
-    system = model.system
-    given = system.rated_torque if torque is None else torque
-    found = revolution(model.modal, rated_rotations(system, np.array([carrier_angle])), given)
-    return field_dataset(
-        body,
-        reduced.points,
-        reduced.cells,
-        reduced.recover(Recovery(found).coordinates(body, 0)),
-        carrier_angle=carrier_angle,
-        input_torque=float(given),
-    )
+    if run is not None:
+        coordinates, attrs = _at(run, body, time)
+    else:
+        system = model.system
+        given = system.rated_torque if torque is None else torque
+        found = revolution(model.modal, rated_rotations(system, np.array([carrier_angle])), given)
+        coordinates = Recovery(found).coordinates(body)[0]
+        attrs = {"carrier_angle": carrier_angle, "input_torque": float(given)}
+    field = reduced.recover(coordinates)
+    return field_dataset(body, reduced.points, reduced.cells, field, **attrs)
+
+
+def body_coordinates(found: Transient, bodies: Sequence[str]) -> xr.Dataset:
+    """``fe_coordinate`` (time, coordinates) of bodies, one after the other."""
+    recovery = Recovery(found)
+    values = [recovery.coordinates(body) for body in bodies]
+    names = np.repeat(list(bodies), [v.shape[1] for v in values])
+    data = xr.Dataset(coords={"time": found.time, "fe_coordinate_of": ("fe_coordinate_of", names)})
+    return data.assign(fe_coordinate=variable("fe_coordinate", np.hstack(values), "time"))
+
+
+def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], dict[str, float]]:
+    """Coordinates of a body at the sample of a transient nearest to a time, and what was found."""
+    kept = run["fe_coordinate_of"].to_numpy().tolist() if "fe_coordinate" in run else []
+    if body not in kept:
+        problem = f"is not kept in the run, which keeps {', '.join(dict.fromkeys(kept)) or 'none'}"
+        raise InputError("deformed", body, problem, f'run it with fields=["{body}"]')
+    sample = run.sel(time=time, method="nearest")
+    own = sample["fe_coordinate"].to_numpy()[np.array(kept) == body]
+    return own.astype(float), {"time": float(sample["time"])}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from flexgear.results.train_sharing import SharingCoefficients
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import train_labels, transient_data
+from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
 from flexgear.solve.machines import braked, ends_of, require_brakes
 from flexgear.solve.model import Model
@@ -107,6 +109,7 @@ def simulate(
     torque_share: float = 1.0,
     output_interval: float | None = None,
     energy: bool = False,
+    fields: Sequence[str] = (),
     progress: Progress = silent,
     label: str = "transient",
     sink: DatasetSink | None = None,
@@ -116,13 +119,16 @@ def simulate(
     duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
     what the case says, all other machines then at rated torque or speed. The torque of brakes is
     scaled by ``torque_share`` too, so that the train keeps its rated speed. Load sharing
-    coefficients are taken after ``start_up``. sink: takes the samples as they come, so that the
+    coefficients are taken after ``start_up``. fields: bodies that bend, whose coordinates are kept
+    at every sample, for ``deformed``. sink: takes the samples as they come, so that the
     run's length does not count; ``data`` is then empty. Raises InputError where a brake drives,
     nothing is left after the start-up or the run would not come to an end, FlexgearError where the
     time stepping runs away.
     """
     case = model.case
     require_brakes(model)
+    for body in fields:
+        require_bending(model, body)
     stepping = stepping_of(case, model.flow, duration, drive=drive, output_interval=output_interval)
     span = stepping.duration
     settle = start_up(model, span)
@@ -139,6 +145,8 @@ def simulate(
     def labelled(found: Transient) -> xr.Dataset:
         attrs = {"settle_s": settle, "torque_share": torque_share}
         data = transient_data(model, found, **attrs)
+        if fields:
+            data = data.merge(body_coordinates(found, fields))
         if not energy:
             return data
         account = {f"energy_{name}": values for name, values in found.energy.items()}

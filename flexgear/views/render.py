@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -68,8 +69,24 @@ def deformation_exaggeration(points: FloatArray, displacement: FloatArray) -> fl
     return nice_number(0.06 * size / largest) if largest > 0 else 1.0
 
 
+def field_grid(field: xr.Dataset) -> Any:
+    """A displacement field (``deformed``) as a pyvista.UnstructuredGrid in the place where nothing
+    has moved, m, with the point data "displacement" (p, 3), m: ``warp_by_vector`` and ``save``
+    work on it."""
+    grid = _grid(field["point"].to_numpy(), field["cell"].to_numpy())
+    grid.point_data["displacement"] = field["displacement"].to_numpy()
+    return grid
+
+
 def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatArray) -> Any:
     """Outer surface (pyvista PolyData) of a hex8 or tet4 mesh with point data "µm"."""
+    grid = _grid(points, cells)
+    grid.point_data["µm"] = values
+    return grid.extract_surface(algorithm="dataset_surface")
+
+
+def _grid(points: FloatArray, cells: NDArray[np.integer]) -> Any:
+    """pyvista.UnstructuredGrid of a hex8 or tet4 mesh."""
     import pyvista
 
     from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
@@ -82,9 +99,7 @@ def body_surface(points: FloatArray, cells: NDArray[np.integer], values: FloatAr
     head = np.full((len(cells), 1), corners, dtype=np.int64)
     table = np.hstack([head, cells.astype(np.int64)]).ravel()
     kinds = np.full(len(cells), VTK_CELLS[corners], dtype=np.uint8)
-    grid = pyvista.UnstructuredGrid(table, kinds, np.ascontiguousarray(points, dtype=float))
-    grid.point_data["µm"] = values
-    return grid.extract_surface(algorithm="dataset_surface")
+    return pyvista.UnstructuredGrid(table, kinds, np.ascontiguousarray(points, dtype=float))
 
 
 def snapshot(

@@ -1,0 +1,73 @@
+"""Displacement fields of FE bodies at samples of a transient."""
+
+import numpy as np
+import pytest
+from stage_samples import cheap_stage
+
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.solve.deformed import deformed
+from flexgear.solve.model import assemble
+from flexgear.solve.transient import transient
+from flexgear.views.render import field_grid
+
+BODIES = ("stage.ring", "stage.carrier")
+VERTICES = [6 * node + axis for node in range(8) for axis in range(3)]
+
+
+@pytest.fixture(scope="module")
+def model():
+    """The bundled stage on cheap bodies whose vertices are their first eight nodes."""
+    case = load_case("wind-5mw")
+    stage = cheap_stage(case.view())
+    made = [
+        body.with_(
+            points=body.positions[:8],
+            recovery=np.eye(len(body.mass), dtype=np.float32)[VERTICES],
+        )
+        for body in stage
+    ]
+    return assemble(case, bodies={"stage": type(stage)(*made)})
+
+
+@pytest.fixture(scope="module")
+def run(model):
+    return transient(model, duration=0.004, fields=BODIES)
+
+
+@pytest.mark.parametrize(
+    ("body", "known"), zip(BODIES, ("tooth_displacement", "carrier_displacement"), strict=True)
+)
+def test_fields_of_samples_move_the_nodes_as_the_results_say(model, run, body, known):
+    for time in run["time"].to_numpy():
+        field = deformed(model, body, run=run, time=time + 1e-5)
+        assert field.attrs["time"] == time
+        nodes = run[known].sel(time=time).to_numpy()[:8, :3]
+        assert np.abs(nodes).max() > 0
+        assert np.allclose(field["displacement"], nodes, atol=1e-6 * np.abs(nodes).max())
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_steady_running_is_near_statics(model, run, body):
+    """What swings about the equilibrium of an angle is a few per cent of it."""
+    angle = float(run["master_angle"][-1, 0])
+    later = deformed(model, body, run=run, time=1.0)
+    static = deformed(model, body, carrier_angle=angle)["displacement"]
+    assert np.abs(static - later["displacement"]).max() < 0.05 * np.abs(static).max()
+
+
+def test_a_field_is_a_grid_for_pyvista(model):
+    field = deformed(model, "stage.ring")
+    grid = field_grid(field)
+    assert grid.n_points == field.sizes["vertex"]
+    assert np.array_equal(grid.point_data["displacement"], field["displacement"])
+    warped = grid.warp_by_vector("displacement", factor=10)
+    assert np.allclose(warped.points, field["point"] + 10 * field["displacement"], atol=1e-6)
+
+
+def test_what_was_not_kept_is_said(model, run):
+    short = transient(model, duration=0.002)
+    with pytest.raises(InputError, match=r"is not kept in the run, which keeps none -- .*fields="):
+        deformed(model, "stage.ring", run=short)
+    with pytest.raises(InputError, match=r"stage\.rings: is no body that bends"):
+        transient(model, duration=0.002, fields=["stage.rings"])
