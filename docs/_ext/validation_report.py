@@ -16,7 +16,7 @@ all of them; `make validate-quick`, which CI runs, does so on coarse FE meshes. 
 What follows says of each source where its figures come from, how signs and frames are mapped, what
 was chosen or calibrated (which is no validation), and what does not agree.
 """
-BUILT = "[The page of the last run](validation/index.html){.external} is part of this manual."
+BUILT = '<a href="validation/index.html">The page of the last run</a> is part of this manual.'
 NOT_BUILT = "It was not there when this manual was made."
 
 
