@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import tomllib
 
 from flexgear.gears import surroundings as around
 from flexgear.gears.sizing import FACTOR, FLANK, FORM, ROOT, Proposal
+from flexgear.model.errors import InputError
+from flexgear.model.load import case_of_toml
 
 _TEXT = """\
 # Proposal of a stage: ratio {ratio:.4g}, {torque:.6g} N m at {speed:.5g} r/min on the carrier.
@@ -135,7 +138,22 @@ sun_tooth_um = {tooth_error:.3g}
 
 
 def new_case_text(p: Proposal) -> str:
-    """The case of a proposal in the short form. InputError where nothing holds its ring."""
+    """The case of a proposal in the short form. InputError where nothing holds its ring, or where a
+    part is larger or smaller than a case may say."""
+    text = _text(p)
+    try:
+        case_of_toml(tomllib.loads(text), "new", "new")
+    except InputError as fault:
+        raise InputError(
+            "new", "--torque-nm",
+            f"of {p.wanted.torque:g} N m with {p.wanted.planets} planets leads to {fault.key}: "
+            f"{fault.problem}",
+            "use more planets or a lower ratio for a smaller stage",
+        ) from None  # fmt: skip
+    return text
+
+
+def _text(p: Proposal) -> str:
     bolts, c = around.bolting(p), around.carrier_size(p)
     stiffness = around.bearing_stiffness(p)
     arm = 0.25 * p.face_width
