@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import StageGeometry
+from flexgear.gears.off_path import OffPath
 from flexgear.gears.stiffness import Law, pair_stiffness
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ class GearMeshPath:
     side: "left" or "right" half of a double-helical stage, whose mid-plane z_offset is where
     z = 0 is meant above. wave: (T,) N/m, stiffness of the whole gear mesh at the shares j/T of a
     base pitch from s = s_lo on, periodic; None where pairs are looked at one by one. gap_grid:
-    gap of modified flanks at s_grid, m along the 3D normal.
+    gap of modified flanks at s_grid, m along the 3D normal. off_path: touch of tips beyond s_lo and
+    s_hi, with their gaps for any s.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -81,6 +83,7 @@ class GearMeshPath:
     zc_grid: Array
     gap_grid: Array
     backlash: float
+    off_path: OffPath
     side: str = ""
     z_offset: float = 0.0
     wave: Array | None = None
@@ -256,4 +259,12 @@ def gear_mesh_path(
         zc_grid=zc,
         gap_grid=np.zeros_like(grid),
         backlash=gear_mesh.backlash,
+        off_path=OffPath(
+            planet=planet,
+            gear=gear,
+            offset=g.center_distance * math.sin(a),
+            s_lo=gear_mesh.s_lo,
+            s_hi=gear_mesh.s_hi,
+            cos_base_helix=math.cos(g.base_helix_angle),
+        ),
     )

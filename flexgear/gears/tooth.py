@@ -244,6 +244,21 @@ class ToothGeometry:
         across = y * np.cos(theta) - x * np.sin(theta)
         return along - self.outward * np.sqrt(np.maximum(fillet.radius**2 - across**2, 0.0))
 
+    def profile_half_angle(self, radius: Array | float) -> Array:
+        """Half angle of flank and fillet, rad; inverse of ``root_profile``. Where no fillet of the
+        radius fits, the flank's down to the root circle.
+
+        On the fillet |ρ e(θ) − c| = ρ_f, of both solutions the one on the tooth's side.
+        """
+        rho, half = np.asarray(radius, dtype=float), self.half_angle(radius)
+        fillet = self.fillet_of(self.fillet_radius)
+        if fillet is None:
+            return half
+        centre = math.hypot(*fillet.centre)
+        cosine = (rho**2 + centre**2 - fillet.radius**2) / (2 * rho * centre)
+        arc = fillet.end - np.arccos(np.clip(cosine, -1.0, 1.0))
+        return np.where(self.outward * (rho - fillet.contact_radius) < 0, arc, half)
+
     def outline(self, points: int = 160) -> ToothOutline:
         """Flank and fillet from tip to root section, ``points`` of them on the flank."""
         fillet, sign = self.fillet, self.outward
