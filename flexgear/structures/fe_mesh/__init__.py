@@ -12,6 +12,12 @@ from flexgear.structures.fe_mesh.files import (
 from flexgear.structures.fe_mesh.groups import Groups, carrier_groups, ring_groups
 from flexgear.structures.fe_mesh.of_case import carrier_of_case, ring_of_case
 from flexgear.structures.fe_mesh.ring import RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh.tooth_segment import (
+    SegmentDivisions,
+    SegmentParameters,
+    ToothSegment,
+    tooth_segment,
+)
 
 __all__ = [
     "UNITS",
@@ -19,6 +25,9 @@ __all__ = [
     "FeMesh",
     "Groups",
     "RingMeshParameters",
+    "SegmentDivisions",
+    "SegmentParameters",
+    "ToothSegment",
     "carrier_fe_mesh",
     "carrier_groups",
     "carrier_of_case",
@@ -28,5 +37,6 @@ __all__ = [
     "ring_fe_mesh",
     "ring_groups",
     "ring_of_case",
+    "tooth_segment",
     "write_fe_mesh",
 ]

@@ -98,6 +98,18 @@ def toothed_section(
     return _replicate(sector, tooth, outer_radius)
 
 
+def base_section_angle(tooth: ToothGeometry) -> float:
+    """Half angle of a tooth's base section, rad: to the fillet's end, and never wholly up to the
+    next tooth's."""
+    land = _MIN_LAND * tooth.fillet_radius / tooth.root_radius
+    return min(tooth.fillet.end, (tooth.pitch_angle - land) / 2.0)
+
+
+def base_section_depth(tooth: ToothGeometry) -> float:
+    """How far the base section bows below the root circle at the tooth's middle, m."""
+    return _BOW * tooth.fillet_radius
+
+
 def _sector(
     gmsh: ModuleType,
     tooth: ToothGeometry,
@@ -107,9 +119,7 @@ def _sector(
 ) -> _Sector:
     geo = gmsh.model.geo
     pitch = tooth.pitch_angle
-    base_angle = min(
-        tooth.fillet.end, pitch / 2.0 - _MIN_LAND * tooth.fillet_radius / tooth.root_radius / 2.0
-    )
+    base_angle = base_section_angle(tooth)
     base_radius = float(tooth.root_profile(base_angle))
     outer_angle = pitch * div.tooth / div.around / 2.0
 
@@ -136,7 +146,7 @@ def _sector(
         name: geo.addCircleArc(ends[-1], origin, ends[1])
         for name, ends in (("tip", tip), ("form", form), ("outer", outer))
     }
-    bowed = point(tooth.root_radius + _BOW * tooth.fillet_radius, 0.0)
+    bowed = point(tooth.root_radius - tooth.outward * base_section_depth(tooth), 0.0)
     across["root"] = geo.addSpline([base[-1], bowed, base[1]])
     land = geo.addLine(base[1], next_base)
     land_outer = geo.addCircleArc(outer[1], origin, next_outer)

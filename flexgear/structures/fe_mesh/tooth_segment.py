@@ -1,0 +1,332 @@
+"""A few teeth of one gear as hexahedra: true flanks and fillets, the rim below, helix.
+
+Frame: the gear's axis is z, z = 0 the middle of the face; the middle of tooth j = 0 … n − 1 of the
+segment stands at (j − (n − 1)/2) 2π/z_gear at z = 0. A point (r, θ, z) of the section moves to
+θ + κ z, so every section along z is the same one turned.
+
+Section of one tooth (an external one; a ring's has its tip inside)::
+
+        tip                  Columns: one layer of stated depth under both flanks, ``tooth``
+       +-+--+-+              columns between them. Rows: ``flank`` elements of equal length along
+       | |  | |              the involute, one or more down a radial flank below the base circle,
+       +-+--+-+              ``fillet`` elements of equal angle on the fillet. Every row bows from
+      / /    \\ \\             the tip circle to the base section.
+     +-+------+-+--+         base section: from fillet end to fillet end, one fillet radius deep,
+     | |      | |  |         the surface that a ring's root tie acts on
+     +-+------+-+--+         ``rim`` rows down to the held circle, ``land`` columns to the next
+
+All nodes of the profile lie on it exactly; the rows need no general mesher.
+
+Patches: tooth_flank_NNN (−θ side), tooth_backflank_NNN (+θ side) on the involutes,
+tooth_fillet_NNN, tooth_backfillet_NNN below them, tooth_root_NNN (base section, interior where
+there is a rim), held (held circle and both cut faces; the base section where there is no rim),
+end_minus, end_plus. NNN counts the teeth of the segment from 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.errors import FlexgearError
+from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
+from flexgear.structures.fe_mesh.ring_section import base_section_angle, base_section_depth
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_RADIAL_PIECE = 0.05  # shortest radial flank that is meshed, in elements of the involute
+_DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
+
+
+@dataclass(frozen=True)
+class SegmentDivisions:
+    """Number of elements: see the module's head; ``layers`` along the face."""
+
+    flank: int = 10
+    fillet: int = 4
+    tooth: int = 3
+    rim: int = 5
+    land: int = 2
+    layers: int = 15
+    growth: float = 1.35  # ratio of successive rows of the rim
+
+
+@dataclass(frozen=True)
+class SegmentParameters:
+    """Everything a segment depends on; m, rad/m.
+
+    held_radius: where the rim is cut and held, inside the root of an external gear and outside that
+    of a ring; None cuts the tooth off at its base section. flank_layer: depth of the layer under
+    the flanks, less where the tip is too thin for it; teeth: of the segment.
+    """
+
+    tooth: ToothGeometry
+    face_width: float
+    helix_rate: float
+    held_radius: float | None
+    flank_layer: float
+    teeth: int = 3
+    divisions: SegmentDivisions = SegmentDivisions()
+
+    @property
+    def middle(self) -> int:
+        """Index of the middle tooth, from 0."""
+        return (self.teeth - 1) // 2
+
+    @property
+    def layer_positions(self) -> Array:
+        """Borders of the layers along the face (layers + 1,), m."""
+        return np.linspace(-0.5, 0.5, self.divisions.layers + 1) * self.face_width
+
+    def check(self) -> None:
+        """FlexgearError where no segment can be made of these."""
+        if self.held_radius is None:
+            if self.teeth != 1:
+                raise FlexgearError("tooth segment: without a rim it has one tooth")
+            return
+        deep = self.tooth.outward * (self.tooth.root_radius - self.held_radius)
+        if deep <= 1.5 * base_section_depth(self.tooth):
+            raise FlexgearError(
+                f"tooth segment: held at {self.held_radius:g} m, which is not below the teeth's "
+                f"base sections (root circle {self.tooth.root_radius:g} m)"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class ToothSegment:
+    """FE mesh of a segment and what of it is regular.
+
+    flank_nodes: (teeth, flank + 1, layers + 1) vertices of the −θ flanks from tip to form circle;
+    inner_nodes: (teeth, rows + 1, layers + 1) the inner border of the layer under them, down to
+    the base section; roll: (flank + 1,) √(r² − r_b²) of the flank's rows, falling outside, rising
+    inside, m; depth: (flank + 1,) of the layer in these rows, m; z: (layers + 1,) m.
+    """
+
+    parameters: SegmentParameters
+    fe_mesh: FeMesh
+    flank_nodes: Ints
+    inner_nodes: Ints
+    roll: Array
+    depth: Array
+    z: Array
+
+
+def tooth_segment(p: SegmentParameters) -> ToothSegment:
+    """Hexahedra and patches as in the module's head. FlexgearError where they cannot be made."""
+    p.check()
+    section = _Section(p)
+    z = p.layer_positions
+    n = len(section.points)
+    turn = p.helix_rate * z
+    x, y = section.points.T
+    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    points = np.stack([cos * x - sin * y, sin * x + cos * y, np.repeat(z[:, None], n, axis=1)], 2)
+    layers = len(z) - 1
+    level = n * np.arange(layers)[:, None, None]
+    vtk = np.concatenate([section.quads + level, section.quads + level + n], axis=2).reshape(-1, 8)
+
+    def wall(line: Ints) -> Ints:
+        """(k + 1,) section nodes, the body to their left -> (k layers, 4) facets, outward."""
+        a, b = line[:-1] + level[:, :, 0], line[1:] + level[:, :, 0]
+        return np.stack([a, b, b + n, a + n], axis=2).reshape(-1, 4)
+
+    facets = {name: wall(line) for name, line in section.lines.items()}
+    facets["held"] = np.concatenate([wall(line) for line in section.held])
+    facets["end_minus"] = section.quads[:, ::-1]
+    facets["end_plus"] = section.quads + n * layers
+    levels = n * np.arange(layers + 1)
+    return ToothSegment(
+        p,
+        FeMesh(points.reshape(-1, 3), vtk[:, HEX_FROM_VTK], "hex", facets),
+        section.flanks[:, : p.divisions.flank + 1, None] + levels,
+        section.inner[:, :, None] + levels,
+        _Profile(p.tooth, p.divisions).roll,
+        section.depth,
+        z,
+    )
+
+
+class _Profile:
+    """The +θ side of a tooth from its tip to its base section."""
+
+    def __init__(self, tooth: ToothGeometry, divisions: SegmentDivisions) -> None:
+        tip, form = tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)
+        # arc length along an involute is ρ²/(2 r_b)
+        self.roll = np.sqrt(np.linspace(tip**2, form**2, divisions.flank + 1))
+        radius = np.hypot(tooth.base_radius, self.roll)
+        half = tooth.half_angle(radius)
+        flank = radius[:, None] * np.column_stack([np.cos(half), np.sin(half)])
+        fillet, radial = _fillet(tooth, divisions.fillet), np.zeros((0, 2))
+        step = np.linalg.norm(flank[-1] - flank[-2])
+        gap = float(np.linalg.norm(fillet[0] - flank[-1])) / step
+        if gap > _RADIAL_PIECE:
+            pieces = np.linspace(0.0, 1.0, ceil(gap - 0.5) + 1 if gap > 1.5 else 2)[1:, None]
+            radial = flank[-1] + pieces * (fillet[0] - flank[-1])
+        #: (rows + 1, 2) m; the flank's first
+        self.points = np.concatenate([flank, radial, fillet[1:]])
+
+
+def _fillet(tooth: ToothGeometry, elements: int) -> Array:
+    """(elements + 1, 2) points of the fillet from the flank to the base section, at equal angles
+    about its centre, m."""
+    fillet, radius, end = tooth.fillet, tooth.fillet.contact_radius, base_section_angle(tooth)
+    half, last = float(tooth.half_angle(radius)), float(tooth.root_profile(end))
+    centre = np.array(fillet.centre)
+    first = radius * np.array([np.cos(half), np.sin(half)]) - centre
+    to = last * np.array([np.cos(end), np.sin(end)]) - centre
+    begin, stop = np.arctan2(first[1], first[0]), np.arctan2(to[1], to[0])
+    angle = begin + np.linspace(0.0, 1.0, elements + 1) * ((stop - begin + pi) % (2 * pi) - pi)
+    return centre + fillet.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _spline_through_three(share: Array) -> Array:
+    """Height over −1 … 1 of gmsh's spline through heights 0, 1, 0, as ``ring_section`` draws the
+    base section (Catmull–Rom)."""
+    t = 1 - np.abs(share)
+    return t + t**2 - t**3
+
+
+class _Section:
+    """Nodes (n, 2) m, quadrilaterals (m, 4) counter-clockwise and named lines of the section."""
+
+    def __init__(self, p: SegmentParameters) -> None:
+        self.p, self.tooth, self.div = p, p.tooth, p.divisions
+        self._points: list[Array] = []
+        self._count = 0
+        self._quads: list[Ints] = []
+        block = self._tooth_block()
+        rows = len(self.profile) - 1
+        columns = [self._placed(block, self._angle(j)) for j in range(p.teeth)]
+        grids = list(columns)
+        sides: tuple[Ints, Ints] = (columns[0][rows:, 0], columns[-1][rows:, -1])
+        if p.held_radius is not None:
+            lands, sides = self._lands(columns, rows)
+            grids += lands
+        for grid in grids:
+            self._quads.append(
+                np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], 2)
+            )
+        self.points = np.concatenate(self._points)
+        self.quads = self._counter_clockwise(
+            np.concatenate([q.reshape(-1, 4) for q in self._quads])
+        )
+        self.flanks = np.array([grid[: rows + 1, 0] for grid in columns])
+        self.inner = np.array([grid[: rows + 1, 1] for grid in columns])
+        self.lines = self._lines(columns, rows)
+        self.held = self._held(grids, columns, sides)
+
+    @cached_property
+    def profile(self) -> Array:
+        return _Profile(self.tooth, self.div).points
+
+    def _angle(self, j: int) -> float:
+        return (j - (self.p.teeth - 1) / 2) * self.tooth.pitch_angle
+
+    def _tooth_block(self) -> Array:
+        """(rows + rim + 1, columns, 2) nodes of the tooth at the angle 0 and of the rim below."""
+        x, y = self.profile.T
+        tooth, out = self.tooth, self.tooth.outward
+        arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+        tip_bow = tooth.tip_radius - x[0]
+        base_bow = tooth.root_radius - out * base_section_depth(tooth) - x[-1]
+        share = (arc / arc[-1]) ** 2
+        across = self._columns()  # (rows + 1, columns)
+        at_tip, at_base = 1 - across**2, _spline_through_three(across)
+        bow = tip_bow * (1 - share)[:, None] * at_tip + base_bow * share[:, None] * at_base
+        block = np.stack([x[:, None] + bow, y[:, None] * across], axis=2)
+        self.depth = self._layer_depth(block)
+        if self.p.held_radius is None:
+            return block
+        half = self._held_share * tooth.pitch_angle / 2 * np.linspace(-1, 1, across.shape[1])
+        foot = self.p.held_radius * np.column_stack([np.cos(half), np.sin(half)])
+        down = self._depths[1:, None, None]
+        return np.concatenate([block, block[-1] + down * (foot - block[-1])])
+
+    def _columns(self) -> Array:
+        """Places −1 … 1 of the columns in every row; the layers have their depth along the
+        flank's normal, and the share of the last flank row from there on."""
+        flank, y = self.div.flank + 1, self.profile[:, 1]
+        slant = 1.0 / np.cos(self.tooth.load_angle(np.hypot(*self.profile[:flank].T)))
+        across = np.minimum(self.p.flank_layer * slant, 2 * _DEEPEST_LAYER * y[:flank])
+        share = 1 - across / y[:flank]
+        share = np.concatenate([share, np.full(len(y) - flank, share[-1])])
+        inner = share[:, None] * np.linspace(-1, 1, self.div.tooth + 1)
+        one = np.ones((len(y), 1))
+        return np.concatenate([-one, inner, one], axis=1)
+
+    def _layer_depth(self, block: Array) -> Array:
+        """Depth of the layer along the normal of the −θ flank, row by row, m."""
+        flank = block[: self.div.flank + 1]
+        slope = self.tooth.load_angle(np.hypot(*flank[:, 0].T))
+        inward = np.column_stack([-self.tooth.outward * np.sin(slope), np.cos(slope)])
+        return np.sum((flank[:, 1] - flank[:, 0]) * inward, axis=1)
+
+    @cached_property
+    def _depths(self) -> Array:
+        """Shares 0 … 1 of the rim's rows from the base section down."""
+        steps = self.div.growth ** np.arange(self.div.rim)
+        return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
+
+    @property
+    def _held_share(self) -> float:
+        """Share of a pitch on the held circle that lies below the tooth."""
+        top = 2 * base_section_angle(self.tooth) / self.tooth.pitch_angle
+        columns = self.div.tooth + 2
+        return min(top, columns / (columns + self.div.land))
+
+    def _placed(self, block: Array, angle: float) -> Ints:
+        """Node numbers of new nodes, the block turned."""
+        c, s = np.cos(angle), np.sin(angle)
+        self._points.append(block.reshape(-1, 2) @ np.array([[c, s], [-s, c]]))
+        first, self._count = self._count, self._count + len(self._points[-1])
+        return np.arange(first, self._count).reshape(block.shape[:2])
+
+    def _lands(self, columns: list[Ints], rows: int) -> tuple[list[Ints], tuple[Ints, Ints]]:
+        """Blocks below the root lands beside and between the teeth, and both cut lines."""
+        begin, pitch = base_section_angle(self.tooth), self.tooth.pitch_angle
+        top = np.linspace(begin, pitch - begin, self.div.land + 1)
+        radius = self.tooth.root_profile(np.minimum(top, pitch - top))
+        upper = radius[:, None] * np.column_stack([np.cos(top), np.sin(top)])
+        held = self._held_share * pitch / 2
+        foot = np.linspace(held, pitch - held, self.div.land + 1)
+        assert self.p.held_radius is not None
+        lower = self.p.held_radius * np.column_stack([np.cos(foot), np.sin(foot)])
+        block = upper + self._depths[:, None, None] * (lower - upper)
+        grids = []
+        for j in range(-1, self.p.teeth):
+            new = slice(None if j < 0 else 1, None if j == self.p.teeth - 1 else -1)
+            grid = self._placed(block[:, new], self._angle(j))
+            left = [columns[j][rows:, -1:]] if j >= 0 else []
+            right = [columns[j + 1][rows:, :1]] if j < self.p.teeth - 1 else []
+            grids.append(np.concatenate([*left, grid, *right], axis=1))
+        return grids, (grids[0][:, 0], grids[-1][:, -1])
+
+    def _lines(self, columns: list[Ints], rows: int) -> dict[str, Ints]:
+        """Lines with the body on their left, seen from +z."""
+        flank, sense = self.div.flank + 1, -int(self.tooth.outward)
+        lines = {}
+        for j, grid in enumerate(columns, 1):
+            for name, column, way in (("", 0, sense), ("back", -1, -sense)):
+                lines[f"tooth_{name}flank_{j:03d}"] = grid[:flank, column][::way]
+                lines[f"tooth_{name}fillet_{j:03d}"] = grid[flank - 1 : rows + 1, column][::way]
+            lines[f"tooth_root_{j:03d}"] = grid[rows][::sense]
+        return lines
+
+    def _held(self, grids: list[Ints], columns: list[Ints], sides: tuple[Ints, Ints]) -> list[Ints]:
+        sense = -int(self.tooth.outward)
+        if self.p.held_radius is None:
+            return [columns[0][-1][::sense]]
+        below = [grid[-1][::sense] for grid in grids]
+        return [*below, sides[0][::sense], sides[1][::-sense]]
+
+    def _counter_clockwise(self, quads: Ints) -> Ints:
+        at = self.points[quads]
+        d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]
+        clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
+        return np.where(clockwise[:, None], quads[:, ::-1], quads)
