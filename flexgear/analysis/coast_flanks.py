@@ -66,12 +66,13 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
     if best < 0:
         active_flanks[mesh.back] = 1
         return
-    r, delta = rows.pair[best].row, 0.0
+    r, count, delta = rows.pair[best].row, rows.pair[best].rows, 0.0
     radial = -mesh.cos_b * mesh.normal_x * motion[6 * rows.blocks[r, 0]]
-    for a in range(rows.row[r].width):
-        base = 6 * rows.blocks[r, a]
-        for p in range(6):
-            delta += rows.coef[r, a, p] * motion[base + p]
+    for i in range(r, r + count):
+        for a in range(rows.row[i].width):
+            base = 6 * rows.blocks[i, a]
+            for p in range(6):
+                delta += rows.coef[i, a, p] * motion[base + p] / count
     c = 6 * rows.blocks[r, 1]
     radial += _gear_approach(mesh, theta, motion[c], motion[c + 1])
     left = _margins_left(meshes[mesh.back], radial, delta, 0.0)
@@ -113,10 +114,11 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
             active_flanks[b] = 1
             fewest = 0.0
             continue
-        r = rows.pair[best].row
+        r, far = rows.pair[best].row, rows.pair[best].row + rows.pair[best].rows - 1
         radial, nearing = _radial_approach(data, work, m, r)
-        delta = work.problem.motion[0, r] - rows.row[r].offset
-        approach = work.problem.motion[1, r]
+        motion = work.problem.motion
+        delta = 0.5 * (motion[0, r] + motion[0, far]) - rows.row[r].offset
+        approach = 0.5 * (motion[1, r] + motion[1, far])
         speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])
         left = _margins_left(meshes[b], radial, delta, ahead * speed[m])
         active_flanks[b] = 1 if left < 1.0 else 0

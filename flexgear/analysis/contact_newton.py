@@ -29,8 +29,8 @@ from flexgear.analysis.static_contact import solve_dense
 from flexgear.analysis.vectors import add_two, dot, fill, rounded_up, wide
 from flexgear.coupling.compiled import FAST, INNER
 from flexgear.coupling.elements import PLACES, places, widest
-from flexgear.coupling.laws import HELD_RATE_LAW
-from flexgear.coupling.pair_data import BEARING, PairData
+from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
+from flexgear.coupling.pair_data import PairData, deepest_gap
 
 Array = NDArray[np.float64]
 TRIES = 60  # linear problems until all laws agree
@@ -40,6 +40,7 @@ ROUNDING = 1e-13  # of a rate times its tangent: steep laws give no force more e
 # m: the motion about which elements are linearised that were not there before; next to nothing,
 # for F₀ − k δ₀ is rounding that small loads must stand out of
 TOUCHING = 1e-30
+BASIC_LAWS = len(BASIC)
 
 
 class ContactProblem(NamedTuple):
@@ -83,10 +84,11 @@ def law_space(elements: int, rows: int) -> LawSpace:
 
 
 def first_memory(data: PairData) -> Array:
-    """Memory (places, 2, r) of the elements before the first step: tooth pairs touch, all else is
-    where it was made."""
+    """Memory (places, 2, r) of the elements before the first step: tooth pairs touch, with all
+    their slices, and all else is where it was made."""
     memory = np.zeros((places(data), 2, widest(data)))
-    memory[: PLACES * len(data.s0), 0] = TOUCHING
+    touch = TOUCHING + 2.0 * deepest_gap(data)
+    memory[: PLACES * len(data.s0), 0] = np.repeat(touch, PLACES)[:, None]
     return memory
 
 
@@ -147,9 +149,9 @@ def _assemble(rows, count, n, space, problem):
 
 @njit(**INNER)
 def disagree(laws, work, count, x, least, share):
-    """Whether laws of an equilibrium that are not tooth pairs' disagree with its forces x (R,) by
-    more than ``least`` of the largest; these are linearised next ``share`` of the way from where
-    they were to its motion."""
+    """Whether laws of an equilibrium that its set of loaded rows does not decide disagree with its
+    forces x (R,) by more than ``least`` of the largest; these are linearised next ``share`` of the
+    way from where they were to its motion."""
     largest, found, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
         element = rows.element[e]
@@ -158,7 +160,7 @@ def disagree(laws, work, count, x, least, share):
     spare = space.motion.shape[0] - 1
     for e in range(count):
         element = rows.element[e]
-        if rows.row[element.first].kind != BEARING:
+        if element.law < BASIC_LAWS:
             continue
         own, force, wrong = space.motion[spare], space.force[spare], False
         for a in range(element.rows):

@@ -27,7 +27,7 @@ from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
@@ -44,7 +44,9 @@ class Equilibrium:
     masters (p, F) independent rotations, rad; theta (p, A) angles of the stages; torques (p, P)
     external torque on every port, N·m; eta (p, n) modal coordinates measured from the undeflected
     train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
-    pair_stiffness N/m, pair_position (path coordinate, m); support_load (p, extra rows) N;
+    pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices far_load (p, M, S) N,
+    what of the load the second row carries, and pair_approach (p, M, S, 2) m of both rows, else of
+    no length; support_load (p, extra rows) N;
     active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
     load.
     """
@@ -58,6 +60,8 @@ class Equilibrium:
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
     pair_position: Array
+    far_load: Array
+    pair_approach: Array
     support_load: Array
     active_flanks: NDArray[np.int64]
     closure: Array
@@ -123,6 +127,8 @@ def revolution(
         tooth=np.full(shape, -1, dtype=np.int16),
         stiffness=np.zeros(shape),
         position=np.zeros(shape),
+        far=np.zeros(two_rows(pairs, count)),
+        approach=np.zeros((*two_rows(pairs, count), 2)),
         supports=np.zeros((count, extra_rows(pairs))),
     )
     found = Positions(
@@ -156,6 +162,8 @@ class PairResults(NamedTuple):
     tooth: NDArray[np.int16]
     stiffness: Array
     position: Array
+    far: Array
+    approach: Array
     supports: Array
 
 
@@ -247,16 +255,22 @@ def _solve_positions(laws, span, forward, train, modes, work, out, found, loads)
             found.torques[p, reactions[f]] = -out[n + r + f]
         put(found.eta[p], out[n : n + r])
         modal_part(elastic, work.channels[1], omega2, r, found.eta[p])
-        _store(work.rows, n, pairs, out, p, loads)
+        _store(work.rows, n, pairs, (out, work.delta[0]), p, loads)
     return span[1], 0.0
 
 
 @njit(**INNER)
-def _store(rows, n, pairs, x, p, loads):
+def _store(rows, n, pairs, found, p, loads):
+    x, delta = found
     for q in range(pairs):
         pair = rows.pair[q]
         m, slot = pair.mesh, pair.slot
         loads.load[p, m, slot] = pair.share * x[pair.row]
+        if pair.rows == 2:
+            loads.far[p, m, slot] = x[pair.row + 1]
+            loads.load[p, m, slot] += x[pair.row + 1]
+            for a in range(2):
+                loads.approach[p, m, slot, a] = delta[pair.row + a]
         loads.tooth[p, m, slot] = pair.tooth
         loads.stiffness[p, m, slot] = pair.stiffness
         loads.position[p, m, slot] = pair.s

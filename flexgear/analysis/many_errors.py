@@ -41,7 +41,7 @@ from flexgear.analysis.static_position import (
 )
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.pair_data import PairData, rows_of_pair
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> Er
         torques=port_torques(system, torque, len(masters)),
         rated=system.rated_port_torques,
         held=held(modal),
-        one_by_one=modal if len(pairs.bearing_law) else None,
+        one_by_one=modal if len(pairs.bearing_law) or rows_of_pair(pairs) > 1 else None,
     )
 
 

@@ -29,12 +29,12 @@ Result = Equilibrium | Transient
 
 
 @njit(**UNCOUNTED)
-def _all_forces(elements, rows, angles, active_flanks, pair_load, support_load, out):
+def _all_forces(elements, rows, angles, active_flanks, loads, out):
     """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
+    pair_load, far_load, other_load = loads
     for t in range(angles.shape[0]):
-        contact_forces(
-            elements, rows, angles[t], active_flanks[t], pair_load[t], support_load[t], out[t]
-        )
+        own = (pair_load[t], far_load[t], other_load[t])
+        contact_forces(elements, rows, angles[t], active_flanks[t], own, out[t])
 
 
 def channel_forces(result: Result) -> Array:
@@ -47,8 +47,7 @@ def channel_forces(result: Result) -> Array:
         pair_rows(pairs),
         result.theta,
         result.active_flanks,
-        result.pair_load,
-        result.support_load,
+        (result.pair_load, result.far_load, result.support_load),
         out,
     )
     out[:, -ports:] = result.torques

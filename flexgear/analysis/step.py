@@ -204,6 +204,11 @@ def _save(samples, at, modal, work, n, pairs, state):
         pair = rows.pair[q]
         m, slot = pair.mesh, pair.slot
         samples.pair_load[at, m, slot] = pair.share * force[pair.row]
+        if pair.rows == 2:
+            samples.far_load[at, m, slot] = force[pair.row + 1]
+            samples.pair_load[at, m, slot] += force[pair.row + 1]
+            for a in range(2):
+                samples.pair_approach[at, m, slot, a] = work.problem.motion[0, pair.row + a]
         samples.pair_tooth[at, m, slot] = pair.tooth
         samples.pair_stiffness[at, m, slot] = pair.stiffness
         samples.pair_position[at, m, slot] = pair.s

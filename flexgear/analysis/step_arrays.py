@@ -89,6 +89,8 @@ class Samples(NamedTuple):
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
     pair_position: Array
+    far_load: Array  # (…, M, SLOTS) of a pair's second row, and its approach; without length where
+    pair_approach: Array  # no pair has two; (…, M, SLOTS, 2)
     support_load: Array  # (…, extra rows)
     energy: Array  # (…, 8)
     active_flanks: NDArray[np.int64]

@@ -15,7 +15,7 @@ from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space,
 from flexgear.analysis.vectors import rounded_up
 from flexgear.coupling.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows
+from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
 
 Array = NDArray[np.float64]
 
@@ -103,6 +103,8 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
         pair_tooth=np.full(shape, -1, dtype=np.int16),
         pair_stiffness=np.zeros(shape),
         pair_position=np.zeros(shape),
+        far_load=np.zeros(two_rows(pairs, count)),
+        pair_approach=np.zeros((*two_rows(pairs, count), 2)),
         support_load=np.zeros((count, extra_rows(pairs))),
         energy=np.zeros((count, len(ENERGIES))),
         active_flanks=np.zeros((count, meshes), dtype=np.int64),

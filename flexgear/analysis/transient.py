@@ -86,7 +86,8 @@ class Transient:
     time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; masters (t, F, 2)
     independent rotations, rad, and their speeds, rad/s; torques (t, P) from outside on the ports,
     N·m, and their speeds (t, P) rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
-    pair_tooth 0-based, −1 none; support_load (t, extra rows); active_flanks
+    pair_tooth 0-based, −1 none; far_load, pair_approach: as of ``Equilibrium``; support_load (t,
+    extra rows); active_flanks
     (t, M); energy: name -> (t,) J (zero if not tracked); steps: how many of which size.
     """
 
@@ -101,6 +102,8 @@ class Transient:
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
     pair_position: Array
+    far_load: Array
+    pair_approach: Array
     support_load: Array
     active_flanks: NDArray[np.int64]
     energy: dict[str, Array]

@@ -18,7 +18,16 @@ from flexgear.coupling.laws import (
     ONE_SIDED_LAW,
     most_rows,
 )
-from flexgear.coupling.pair_data import BEARING, LOAD, SLOTS, SUPPORT, PairData, extra_rows
+from flexgear.coupling.laws.slices import FIRST
+from flexgear.coupling.pair_data import (
+    BEARING,
+    LOAD,
+    SLOTS,
+    SUPPORT,
+    PairData,
+    extra_rows,
+    rows_of_pair,
+)
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -35,7 +44,7 @@ def _record(ints: str, reals: str) -> np.dtype[Any]:
 
 GEAR_MESH = _record(
     "sided model kind front back angle turns planet_block gear_block per_tooth table gear_tooth0 "
-    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth",
+    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset largest_error damping "
     "radial_x radial_y normal_x normal_y tangent_x tangent_y table_start table_step",
@@ -46,7 +55,7 @@ FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows", "")
 
 ROW = _record("kind owner sided width line beyond", "along stiffness damping offset")
-PAIR = _record("row mesh slot tooth planet_tooth index", "stiffness share s z error")
+PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
 
 
@@ -55,6 +64,7 @@ class GearMeshes(NamedTuple):
 
     mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
     table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
+    slices: Array  # (K, T, 1 + 3 n) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
@@ -89,7 +99,7 @@ class Rows(NamedTuple):
     # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m
     blocks: IntArray  # (R, B)
     coef: Array  # (R, B, 6)
-    pair: Records  # (P,) PAIR: share of the row's load; s, z on its path, m
+    pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
     element: Records  # (E,) ELEMENT: law, first row, rows, place in what a step carries on
     parameters: Array  # (E, p) of the laws
 
@@ -160,6 +170,7 @@ def packed(data: PairData) -> Elements:
     gears = GearMeshes(
         mesh=mesh,
         table=np.ascontiguousarray(np.stack([data.k_table, data.z_table, data.gap_table], axis=-1)),
+        slices=np.ascontiguousarray(data.slice_table),
         gear_error=np.ascontiguousarray(data.error_gear),
         planet_error=np.ascontiguousarray(data.error_planet),
         runout=runout,
@@ -212,15 +223,22 @@ def _fixed_rows(data: PairData) -> FixedRows:
 def pair_rows(data: PairData, machines: int = 0) -> Rows:
     """Empty work space for ``data``, with room for so many rows and elements more at ports."""
     pairs, fixed = max(1, len(data.s0) * SLOTS), _fixed_rows(data)
-    rows, elements = (pairs + count + machines for count in (extra_rows(data), len(fixed.element)))
+    rows = rows_of_pair(data) * pairs + extra_rows(data) + machines
+    elements = pairs + len(fixed.element) + machines
+    parameters = max(fixed.parameters.shape[1], slice_parameters(data))
     return Rows(
         row=np.zeros(rows, dtype=ROW),
         blocks=np.zeros((rows, BLOCKS), dtype=np.int64),
         coef=np.zeros((rows, BLOCKS, 6)),
         pair=np.zeros(pairs, dtype=PAIR),
         element=np.zeros(elements, dtype=ELEMENT),
-        parameters=np.zeros((elements, fixed.parameters.shape[1])),
+        parameters=np.zeros((elements, parameters)),
     )
+
+
+def slice_parameters(data: PairData) -> int:
+    """Parameters of the law of pairs in slices; 0 where none is."""
+    return FIRST + data.slice_table.shape[2] - 1 if data.slice_table.shape[2] else 0
 
 
 def places(data: PairData) -> int:
@@ -230,7 +248,7 @@ def places(data: PairData) -> int:
 
 def widest(data: PairData) -> int:
     """Most rows of an element."""
-    return most_rows([int(law) for law in data.bearing_law])
+    return max(rows_of_pair(data), most_rows([int(law) for law in data.bearing_law]))
 
 
 PAIR_LAWS = (LINEAR_LAW, ONE_SIDED_LAW)  # by ``sided``

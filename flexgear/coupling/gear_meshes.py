@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.laws import law_number
-from flexgear.coupling.pair_data import KINDS, PER_PAIR, SLOTS, SUMMED, WAVE, PairData
+from flexgear.coupling.pair_data import (
+    FACE_LOAD,
+    KINDS,
+    PER_PAIR,
+    SLOTS,
+    SUMMED,
+    WAVE,
+    PairData,
+)
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors
 from flexgear.model.errors import FlexgearError
@@ -21,11 +29,12 @@ IntArray = NDArray[np.int64]
 SupportRow = tuple[float, Sequence[tuple[int, Array]]]
 
 
-MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED}  # all others are waves
+# all others are waves
+MODELS = {"per_pair": PER_PAIR, "lumped": SUMMED, "face_load": FACE_LOAD}
 
 
 def model_number(name: str) -> int:
-    """PER_PAIR, SUMMED or WAVE of a model of gear meshes as a case names it."""
+    """PER_PAIR, SUMMED, FACE_LOAD or WAVE of a model of gear meshes as a case names it."""
     return MODELS.get(name, WAVE)
 
 
@@ -39,7 +48,7 @@ class GearMeshSet:
     is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
     same frame; front: the flank that carries the rated torque; one_sided: pairs only push;
     equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m); model: PER_PAIR,
-    SUMMED or WAVE.
+    SUMMED, WAVE or FACE_LOAD.
     """
 
     path: GearMeshPath
@@ -168,6 +177,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         k_table=k_table,
         z_table=z_table,
         gap_table=gap_table,
+        slice_table=_slice_tables(sets, k_table.shape[1]),
         radial=c.reals("radial", 2),
         normal=c.reals("normal", 2),
         tangent_point=c.reals("tangent_point", 2),
@@ -202,7 +212,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
 _INTS = (
     "sided", "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block",
     "per_tooth", "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
-    "planet_teeth",
+    "planet_teeth", "slices",
 )  # fmt: skip
 _REALS = (
     "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "slope", "half_face",
@@ -254,6 +264,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         planet_tooth0=p.planet_tooth0[i],
         planet_step=p.planet_step,
         planet_teeth=p.planet_teeth,
+        slices=0 if p.slices is None else p.slices.count,
         error_amplitude=e.harmonic_amplitude[i],
         error_phase=e.harmonic_phase[i],
         error_offset=e.offset[i],
@@ -319,6 +330,25 @@ def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Ar
         z.append(np.interp(grid, p.s_grid, p.zc_grid))
         gap.append(np.interp(grid, p.s_grid, p.gap_grid))
     return np.array(start), np.array(step), np.array(k), np.array(z), np.array(gap)
+
+
+def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
+    """Tables of slices beside those of ``_tables``, zero where a set has none (K, T, 1 + 3 n)."""
+    most = max((s.path.slices.count for s in sets if s.path.slices is not None), default=0)
+    if most == 0:
+        return np.zeros((len(sets), 0, 0))
+    out = np.zeros((len(sets), size, 1 + 3 * most))
+    for table, s in zip(out, sets, strict=True):
+        p = s.path
+        if p.slices is None:
+            continue
+        columns = np.hstack(
+            [p.slices.radius[:, None], p.slices.z, p.slices.stiffness, p.slices.gap]
+        )
+        grid = np.linspace(p.s_grid[0], p.s_grid[-1], size)
+        for j, column in enumerate(columns.T):
+            table[:, j] = np.interp(grid, p.slices.s, column)
+    return out
 
 
 def _padded(lines: Sequence[object]) -> Array:

@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 
 SLOTS = 4  # most pairs of one gear mesh that are in contact at once; checked when data are built
 KINDS = ("ring", "sun", "ring_back", "sun_back")
-PER_PAIR, SUMMED, WAVE = 0, 1, 2  # models of a gear mesh
+PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
 SUPPORT, BEARING, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 
 
@@ -29,7 +29,7 @@ class PairData(NamedTuple):
 
     one_sided: bool  # any gear mesh is
     sided: IntArray  # (M,) 1 where pairs can only push
-    model: IntArray  # (M,) PER_PAIR, SUMMED or WAVE
+    model: IntArray  # (M,) PER_PAIR, SUMMED, WAVE or FACE_LOAD
     kind: IntArray  # (M,) index into KINDS
     front: IntArray  # (M,) 1 for the flank that carries the rated torque
     back: IntArray  # (M,) gear mesh of the opposite flank, −1 none
@@ -64,12 +64,15 @@ class PairData(NamedTuple):
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)
     z_table: Array  # (K, T) m
     gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
+    slice_table: Array  # (K, T, 1 + 3 n) of contact lines in slices: radius of gyration m, then z
+    # m of all, stiffness N/m and gap m; n: most slices; none: 0 wide
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)
     planet_tooth0: IntArray  # (M,)
     planet_step: IntArray  # (M,)
     planet_teeth: IntArray  # (M,)
+    slices: IntArray  # (M,) of a contact line; 0 where a pair is one spring
     error_amplitude: Array  # (M,) m
     error_phase: Array  # (M,) rad
     error_offset: Array  # (M,) m
@@ -93,6 +96,25 @@ class PairData(NamedTuple):
     load_vector: Array  # (n_l, 6) N, N·m
     load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
     load_grows: IntArray  # (n_l,) 1: with the square of speed, and given at rated speed
+
+
+def rows_of_pair(data: PairData) -> int:
+    """Most rows that a tooth pair has: two where its contact line is cut into slices."""
+    return 2 if np.any(data.model == FACE_LOAD) else 1
+
+
+def two_rows(data: PairData, count: int) -> tuple[int, int, int]:
+    """Shape (count, M, SLOTS) of what pairs with two rows store, without length where none has."""
+    return count, len(data.s0) if rows_of_pair(data) == 2 else 0, SLOTS
+
+
+def deepest_gap(data: PairData) -> Array:
+    """Largest gap (M,) of a slice, m; 0 where pairs have none."""
+    deepest = np.zeros(len(data.s0))
+    for m, (table, own) in enumerate(zip(data.table, data.slices, strict=True)):
+        if own:
+            deepest[m] = max(0.0, data.slice_table[table, :, 1 + 2 * own : 1 + 3 * own].max())
+    return deepest
 
 
 def extra_rows(data: PairData) -> int:

@@ -25,7 +25,17 @@ from numba import njit
 
 from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
-from flexgear.coupling.pair_data import PER_PAIR, SLOTS, WAVE, Array, IntArray, PairData
+from flexgear.coupling.laws import SLICES_LAW
+from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION, SIDED
+from flexgear.coupling.pair_data import (
+    FACE_LOAD,
+    PER_PAIR,
+    SLOTS,
+    WAVE,
+    Array,
+    IntArray,
+    PairData,
+)
 
 LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
 
@@ -146,16 +156,18 @@ def _gear_end(coef, share, n, at, arm):
 
 
 @njit(**INNER, error_model="numpy")
-def _fill_row(gears, m, turn, rows, n, first, stop):
+def _fill_row(gears, m, turn, rows, n, span, away):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
 
-    turn: cosine and sine of the planet's angle in the gear's frame.
+    turn: cosine and sine of the planet's angle in the gear's frame; span: first, stop; away: m
+    along the face from the centre of the pair's contact line.
     """
+    first, stop = span
     mesh, row, pairs = gears.mesh[m], rows.row[n], rows.pair
     blocks, coef = rows.blocks[n], rows.coef[n]
     s, z = mesh.s_pitch, 0.0
-    if mesh.model == PER_PAIR:
-        z = pairs[first].z
+    if mesh.model == PER_PAIR or mesh.model == FACE_LOAD:
+        z = pairs[first].z + away
         s = pairs[first].s + mesh.slope * z
     cx, cy = mesh.tangent_x - s * mesh.normal_x, mesh.tangent_y - s * mesh.normal_y
     cz = mesh.z_offset + z
@@ -171,7 +183,7 @@ def _fill_row(gears, m, turn, rows, n, first, stop):
     row.beyond = 1 if mesh.per_tooth == 1 or mesh.turns >= 0 else 2
     for q in range(first, stop):
         pair = pairs[q]
-        pair.row = n
+        pair.row, pair.rows = n, 1
         if mesh.per_tooth == 1:
             blocks[width] = mesh.gear_block + pair.tooth
             centre = gears.tooth_position[blocks[width]]
@@ -190,25 +202,61 @@ def _fill_row(gears, m, turn, rows, n, first, stop):
 
 
 @njit(**INNER, error_model="numpy")
-def _rows_of_pairs(gears, m, theta, rows, count, first, stop):
-    """Rows and elements from ``count`` on of the pairs first … stop − 1; the new count."""
+def _slices_of_pair(gears, m, turn, rows, n, e, q):
+    """Rows n and n + 1 and element e of pair q: see ``laws.slices``."""
+    mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
+    table, count = gears.slices[mesh.table], mesh.slices
+    last = table.shape[0] - 1
+    y = min(max((pair.s - mesh.table_start) / mesh.table_step, 0.0), float(last))
+    at = min(int(y), last - 1)
+    w = y - at
+    a, b, v = table[at], table[at + 1], 1.0 - w
+    radius, own = v * a[0] + w * b[0], rows.parameters[e]
+    for j in range(3 * count):
+        own[FIRST + j] = v * a[1 + j] + w * b[1 + j]
+    for j in range(count):
+        off = own[FIRST + j] - pair.z
+        own[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
+    for i in range(2):
+        _fill_row(gears, m, turn, rows, n + i, (q, q + 1), radius if i == 1 else -radius)
+        row = rows.row[n + i]
+        row.sided = 0  # the law decides slice by slice
+        row.stiffness *= 0.5
+        row.damping *= 0.5
+    pair.row, pair.rows = n, 2
+    own[COUNT], own[SIDED] = count, mesh.sided
+    own[RELAXATION] = mesh.damping / math.sqrt(pair.stiffness)
+    element.law, element.first, element.rows = SLICES_LAW, n, 2
+    element.place = PLACES * m + pair.index % PLACES
+
+
+@njit(**INNER, error_model="numpy")
+def _rows_of_pairs(gears, m, theta, rows, counts, span):
+    """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
+    (first, stop); the new counts."""
+    count, made = counts
+    first, stop = span
     mesh = gears.mesh[m]
     turn = (mesh.radial_x, mesh.radial_y)
     if mesh.turns >= 0:
         c, s = math.cos(theta[mesh.turns]), math.sin(theta[mesh.turns])
         turn = (c * turn[0] - s * turn[1], s * turn[0] + c * turn[1])
     while first < stop:
+        if mesh.model == FACE_LOAD:
+            _slices_of_pair(gears, m, turn, rows, count, made, first)
+            count, made, first = count + 2, made + 1, first + 1
+            continue
         after = first + 1 if mesh.model == PER_PAIR else stop
-        _fill_row(gears, m, turn, rows, count, first, after)
-        row, element = rows.row[count], rows.element[count]
+        _fill_row(gears, m, turn, rows, count, (first, after), 0.0)
+        row, element = rows.row[count], rows.element[made]
         element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
         element.first, element.rows = count, 1
         element.place = PLACES * m
         if mesh.model == PER_PAIR:
             element.place += rows.pair[first].index % PLACES
-        rows.parameters[count, 0], rows.parameters[count, 1] = row.stiffness, row.damping
-        count, first = count + 1, after
-    return count
+        rows.parameters[made, 0], rows.parameters[made, 1] = row.stiffness, row.damping
+        count, made, first = count + 1, made + 1, after
+    return count, made
 
 
 @njit(**INNER, error_model="numpy")
@@ -222,8 +270,9 @@ def _turned(vector, angle, coef):
 
 
 @njit(**INNER, error_model="numpy")
-def _fixed_rows(fixed, meshes, theta, rows, count):
-    """Rows and elements of supports, bearings and given forces from ``count`` on; new counts."""
+def _fixed_rows(fixed, meshes, theta, rows, counts):
+    """Rows and elements of supports, bearings and given forces after ``counts``; new counts."""
+    count, made = counts
     for f in range(fixed.row.shape[0]):
         given, row = fixed.row[f], rows.row[count + f]
         row.kind, row.owner, row.stiffness = given.kind, given.owner, given.stiffness
@@ -239,12 +288,12 @@ def _fixed_rows(fixed, meshes, theta, rows, count):
                 width += 1
         row.width = width
     for e in range(fixed.element.shape[0]):
-        given, element = fixed.element[e], rows.element[count + e]
+        given, element = fixed.element[e], rows.element[made + e]
         element.law, element.rows = given.law, given.rows
         element.first, element.place = count + given.first, PLACES * meshes + e
         for p in range(fixed.parameters.shape[1]):
-            rows.parameters[count + e, p] = fixed.parameters[e, p]
-    return count + fixed.row.shape[0], count + fixed.element.shape[0]
+            rows.parameters[made + e, p] = fixed.parameters[e, p]
+    return count + fixed.row.shape[0], made + fixed.element.shape[0]
 
 
 @njit(**UNCOUNTED, error_model="numpy")
@@ -254,13 +303,13 @@ def fill_rows(elements, theta, active_flanks, rows):
     active_flanks (M,): 1 where a gear mesh is to be looked at.
     """
     gears = elements.gears
-    count = pairs = ZERO
+    count = made = pairs = ZERO
     for m in range(gears.mesh.shape[0]):
         if active_flanks[m] == 1:
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
-            count = _rows_of_pairs(gears, m, theta, rows, count, pairs, stop)
+            count, made = _rows_of_pairs(gears, m, theta, rows, (count, made), (pairs, stop))
             pairs = stop
-    n, made = _fixed_rows(elements.fixed, gears.mesh.shape[0], theta, rows, count)
+    n, made = _fixed_rows(elements.fixed, gears.mesh.shape[0], theta, rows, (count, made))
     return n, made, pairs
 
 
@@ -274,17 +323,24 @@ def build_rows(
 
 
 @njit(**INNER)
-def contact_forces(elements, rows, theta, active_flanks, pair_load, other_load, out):
-    """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored pair loads.
+def contact_forces(elements, rows, theta, active_flanks, loads, out):
+    """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored loads.
 
-    pair_load: (M, SLOTS) N; other_load: (extra rows,) N. ``out`` is overwritten.
+    loads: of pairs (M, SLOTS) N, what of it their second rows carry (M, SLOTS), or (0, SLOTS) where
+    none has two, and of other rows (extra rows,) N. ``out`` is overwritten.
     """
+    pair_load, far_load, other_load = loads
     n, _, pairs = fill_rows(elements, theta, active_flanks, rows)
     for c in range(out.shape[0]):
         out[c] = 0.0
     for q in range(pairs):  # loads of pairs that share a row add up to its force
         pair = rows.pair[q]
-        _add_row(rows, pair.row, -pair_load[pair.mesh, pair.slot], out)
+        load = pair_load[pair.mesh, pair.slot]
+        if pair.rows == 2:
+            far = far_load[pair.mesh, pair.slot]
+            _add_row(rows, pair.row + 1, -far, out)
+            load -= far
+        _add_row(rows, pair.row, -load, out)
     for r in range(n):
         if rows.row[r].kind < 0:
             _add_row(rows, r, -other_load[rows.row[r].owner], out)

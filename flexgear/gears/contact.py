@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.off_path import OffPath
+from flexgear.gears.slices import Slices
 from flexgear.gears.stiffness import Law, pair_stiffness
 
 if TYPE_CHECKING:
@@ -53,7 +54,8 @@ class GearMeshPath:
     z = 0 is meant above. wave: (T,) N/m, stiffness of the whole gear mesh at the shares j/T of a
     base pitch from s = s_lo on, periodic; None where pairs are looked at one by one. gap_grid:
     gap of modified flanks at s_grid, m along the 3D normal. off_path: touch of tips beyond s_lo and
-    s_hi, with their gaps for any s.
+    s_hi, with their gaps for any s. slices: of contact lines over s_grid, where load along the face
+    is followed; the gap is in them, then.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -87,6 +89,7 @@ class GearMeshPath:
     side: str = ""
     z_offset: float = 0.0
     wave: Array | None = None
+    slices: Slices | None = None
 
     @property
     def cos_base_helix(self) -> float:

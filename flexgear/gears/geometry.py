@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
     from flexgear.model.train_stage import TrainStage
 
-PER_PAIR_MODELS = ("per_pair", "lumped")
+PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
 NO_PLAY = 1e-7  # modules of overlap that are rounding
 
 

@@ -33,7 +33,8 @@ from flexgear.gears.contact import (
 )
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import mean_stiffness, pair_law
-from flexgear.gears.modifications import Flank, Gap, gaps_of, mean_gap
+from flexgear.gears.modifications import Flank, Gap, PairGap, gaps_of, mean_gap, pair_gap
+from flexgear.gears.slices import Slices, cut
 from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
 from flexgear.model.section import Refusal
@@ -101,15 +102,34 @@ def _half_paths(
     gaps = {}
     for kind, path in paths.items():
         slot = kind.removesuffix("_back")
-        gaps[kind] = _gap_grid(view, slot, path, laws[slot])
+        gaps[kind] = _flank_gap(view, slot, path)
+    if view.gear_mesh.model == "face_load":
+        count = view.gear_mesh.slices
+        cuts = {k: _cut(p, laws[k.removesuffix("_back")], count, gaps[k]) for k, p in paths.items()}
+        return {kind: replace(path, slices=cuts[kind]) for kind, path in paths.items()}
     if view.gear_mesh.model in PER_PAIR_MODELS:
-        return {kind: replace(path, gap_grid=gaps[kind]) for kind, path in paths.items()}
+        grids = {k: _mean_gap(p, laws[k.removesuffix("_back")], gaps[k]) for k, p in paths.items()}
+        return {kind: replace(path, gap_grid=grids[kind]) for kind, path in paths.items()}
     waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
     return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
 
 
-def _gap_grid(view: StageView, slot: str, path: GearMeshPath, law: Law) -> NDArray[np.float64]:
-    """Gap of modified flanks along a path; InputError where no path is followed."""
+def _cut(path: GearMeshPath, law: Law, count: int, gap: PairGap | None) -> Slices:
+    ends = (path.s_lo, path.s_hi)
+    whole = (path.k_grid, path.zc_grid)
+    return cut(law, path.s_grid, ends, path.slope, path.half_face, whole, count, gap)
+
+
+def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.float64]:
+    if gap is None:
+        return path.gap_grid
+    ends = (path.s_lo, path.s_hi)
+    return mean_gap(path.s_grid, law, ends, path.slope, path.half_face, gap)
+
+
+def _flank_gap(view: StageView, slot: str, path: GearMeshPath) -> PairGap | None:
+    """Gap of the modified flanks of a path's pairs, None without any; InputError where no path is
+    followed."""
     names = ("gear", "pinion") if view.stage.kind == "parallel" else ("planet", slot)
     reach = path.center_distance * math.sin(path.alpha)
     internal = slot == "ring"
@@ -129,15 +149,14 @@ def _gap_grid(view: StageView, slot: str, path: GearMeshPath, law: Law) -> NDArr
         except Refusal as r:
             raise view.refuse(f"{name}.{r.key}", r.problem, r.remedy) from None
     if not gaps:
-        return path.gap_grid
+        return None
     if view.gear_mesh.model not in PER_PAIR_MODELS:
         raise view.refuse(
             "gear_mesh.model",
             f"{view.gear_mesh.model!r} follows no pair along its path, so tip relief has no place",
-            'use "per_pair" or "lumped", or take the relief out',
+            'use "per_pair", "face_load" or "lumped", or take the relief out',
         )
-    ends_of = (path.s_lo, path.s_hi)
-    return mean_gap(path.s_grid, law, ends_of, path.slope, path.half_face, gaps)
+    return pair_gap(gaps, path.slope)
 
 
 def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:

@@ -48,11 +48,13 @@ class GearMeshTables(Section):
 class GearMesh(Section):
     """Gear-mesh options.
 
-    table: of both gear meshes, for pair_stiffness = "table". harmonics: terms of a fourier wave.
+    table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
+    face_load. harmonics: terms of a fourier wave.
 
-    model: per_pair, one element for every tooth pair; lumped, one element at the pitch point, of
-    all pairs together; constant, the mean stiffness there; rectangular, a wave between the two
-    numbers of pairs in contact; fourier, that wave's first ``harmonics`` terms. ring_stiffness,
+    model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
+    for load along the face; lumped, one element at the pitch point, of all pairs together;
+    constant, the mean stiffness there; rectangular, a wave between the two numbers of pairs in
+    contact; fourier, that wave's first ``harmonics`` terms. ring_stiffness,
     sun_stiffness: mean, N/m along the 3D normal, of one gear mesh (of each half of a double-helical
     stage); if left out from the pairs' law, for waves c_γ b of ISO 6336-1. A parallel stage uses
     sun_*. ring_contact_ratio, sun_contact_ratio: of the waves; from the geometry if left out.
@@ -63,7 +65,10 @@ class GearMesh(Section):
     constant stiffness and linear contact where it does not say.
     """
 
-    model: Literal["per_pair", "lumped", "constant", "rectangular", "fourier"] = "per_pair"
+    model: Literal["per_pair", "face_load", "lumped", "constant", "rectangular", "fourier"] = (
+        "per_pair"
+    )
+    slices: int = Field(default=15, ge=1, le=101)
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from trains import stage_train
 
-from flexgear.gears.modifications import mean_gap
+from flexgear.gears.modifications import mean_gap, pair_gap
 from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import InputError
 
@@ -42,7 +42,8 @@ def test_relief_of_a_spur_gear_rises_from_its_start_to_its_tip(tmp_path, gear, f
 def test_mean_gap_over_a_helical_contact_line():
     """Even stiffness, gap x on a path 0 … 1: the mean of x over what is inside, times cosβ."""
     s, slope, half = np.array([-0.05, 0.3, 0.5, 1.02]), 0.4, 0.25
-    gap = mean_gap(s, np.ones_like, (0.0, 1.0), slope, half, [(lambda rho, z: rho, lambda s: s)])
+    of_pair = pair_gap([(lambda rho, z: rho, lambda s: s)], slope)
+    gap = mean_gap(s, np.ones_like, (0.0, 1.0), slope, half, of_pair)
     low, high = np.clip(s - 0.1, 0, 1), np.clip(s + 0.1, 0, 1)
     expected = 0.5 * (low + high) / np.hypot(1.0, slope)
     np.testing.assert_allclose(gap, expected, rtol=0, atol=1.5e-3)

@@ -34,16 +34,18 @@ from flexgear.coupling.laws.basic import (
 from flexgear.coupling.laws.clearance import CLEARANCE
 from flexgear.coupling.laws.law import Array, Law
 from flexgear.coupling.laws.rollers import ROLLERS
+from flexgear.coupling.laws.slices import SLICES
 from flexgear.model.errors import FlexgearError
 
 # numba's word for calling functions by address, which works since 0.49
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
-LAWS: tuple[Law, ...] = (*BASIC, CLEARANCE, ROLLERS)
+LAWS: tuple[Law, ...] = (*BASIC, SLICES, CLEARANCE, ROLLERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW = range(len(BASIC))
+SLICES_LAW = LAWS.index(SLICES)
 
 
 def functions() -> tuple[object, ...]:

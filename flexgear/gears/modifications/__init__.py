@@ -53,20 +53,35 @@ def gaps_of(gear: Gear, flank: Flank) -> list[Gap]:
     return [gap for gap in found if gap is not None]
 
 
+PairGap = Callable[[Array, Array], Array]
+
+
+def pair_gap(gaps: list[tuple[Gap, Callable[[Array], Array]]], slope: float) -> PairGap:
+    """g(s, z) m of a pair along the 3D normal, at its path coordinate s there and z along the face
+    (any shape); gaps: of each flank, with its rho as a function of the path coordinate; slope:
+    ds/dz of a contact line."""
+    cos_b = math.cos(math.atan(slope))
+
+    def gap(s: Array, z: Array) -> Array:
+        total = np.zeros(np.broadcast_shapes(np.shape(s), np.shape(z)))
+        for of_flank, rho in gaps:
+            total += of_flank(rho(s), z)
+        return total * cos_b
+
+    return gap
+
+
 def mean_gap(
-    s: Array, law: Law, path: tuple[float, float], slope: float, half_face: float,
-    gaps: list[tuple[Gap, Callable[[Array], Array]]],
-) -> Array:  # fmt: skip
+    s: Array, law: Law, path: tuple[float, float], slope: float, half_face: float, gap: PairGap
+) -> Array:
     """ḡ (n,) m at path coordinates s (n,) at mid-face; path: its ends; slope: ds/dz of a contact
-    line; gaps: of each flank, with its rho as a function of the path coordinate."""
+    line; gap: of the pair."""
     z = np.linspace(-half_face, half_face, PLACES)
     place = s[:, None] + slope * z
     share = (place - path[0]) / (path[1] - path[0])
     inside = (share >= 0) & (share <= 1)
     weight = np.where(inside, law(np.clip(share, 0, 1)), 0.0)
-    total = np.zeros_like(place)
-    for gap, rho in gaps:
-        total += gap(rho(place), np.broadcast_to(z, place.shape))
+    total = gap(place, np.broadcast_to(z, place.shape))
     area = weight.sum(axis=1)
     mean = np.divide((weight * total).sum(axis=1), area, out=np.zeros_like(s), where=area > 0)
-    return np.asarray(mean * math.cos(math.atan(slope)))
+    return np.asarray(mean)

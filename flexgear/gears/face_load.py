@@ -1,0 +1,38 @@
+"""Factors of the load along the face, from line loads of slices.
+
+    K_Hβ = max_z W(z) / mean_z W(z),    W(z): line load at z over a cycle of the gear mesh
+
+(ISO 6336-1: largest and mean load per width); instantaneous: the largest line load of a contact
+line over its mean one. Slices know the load at their middles, which converges at first order in
+their number where the load is uneven: it is continued linearly to the ends of the line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def with_ends(line_load: Array) -> Array:
+    """Line load (…, K + 2) with its values at both ends, continued linearly and not below zero.
+
+    line_load: (…, K) at the middles of equal slices. Where an end slice or its neighbour does not
+    touch, the end has the end slice's load at least.
+    """
+    w = np.asarray(line_load, dtype=float)
+    if w.shape[-1] == 1:
+        return np.repeat(w, 3, axis=-1)
+    ends = []
+    for edge, inner in ((w[..., 0], w[..., 1]), (w[..., -1], w[..., -2])):
+        steps = np.where((edge > 0) & (inner > 0), 0.5 * (edge - inner), 0.0)
+        ends.append(np.maximum(edge + steps, 0.0)[..., None])
+    return np.concatenate([ends[0], w, ends[1]], axis=-1)
+
+
+def unevenness(line_load: Array) -> Array:
+    """Largest over mean (…,) of line loads (…, K) of equal slices; NaN without load."""
+    mean = np.asarray(line_load, dtype=float).mean(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(mean > 0, with_ends(line_load).max(axis=-1) / mean, np.nan)

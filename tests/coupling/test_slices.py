@@ -1,0 +1,198 @@
+"""Load along the face: closed forms of tilt and crowning, one slice against one spring."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import flexgear as fg
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.line_loads import interpolated, line_loads
+from flexgear.coupling.laws import SLICES_LAW, respond
+from flexgear.gears.face_load import unevenness
+from flexgear.gears.slices import cut
+from flexgear.model.load import load_case
+from flexgear.results.energy_balance import energy_residual
+
+FACE, STIFFNESS, LOAD = 0.1, 15e9, 3e5  # m, N/m², N/m
+
+
+def pair(count, gap):
+    """Parameters of a spur pair whose stiffness is the same all along the face; gap(z) m."""
+    s = np.array([0.5])
+    whole = np.array([STIFFNESS * FACE]), np.zeros(1)
+    slices = cut(
+        lambda xi: np.full_like(xi, STIFFNESS), s, (0.0, 1.0), 0.0, FACE / 2, whole, count,
+        lambda _, z: gap(z),
+    )  # fmt: skip
+    share = 0.5 * (1 + slices.z[0] / slices.radius[0])
+    fixed = [count, 0.0, 1.0]
+    return np.concatenate([fixed, share, slices.stiffness[0], slices.gap[0]]), slices
+
+
+def factor(count, gap):
+    """K_Hβ of rigid bodies that approach in parallel under the mean line load."""
+    parameters, slices = pair(count, gap)
+
+    def forces(delta):
+        return slices.stiffness[0] * np.maximum(delta - slices.gap[0], 0.0)
+
+    def force(delta):
+        return respond(SLICES_LAW, parameters, np.array([[delta] * 2, [0.0] * 2]))[1][0].sum()
+
+    delta = brentq(lambda d: force(d) - LOAD * FACE, 0.0, 1.0, xtol=1e-18, rtol=1e-14)
+    assert force(delta) == pytest.approx(forces(delta).sum(), rel=1e-12)
+    return float(unevenness(forces(delta) / slices.width[0]))
+
+
+def tilted(f):
+    return lambda z: f * (z / FACE + 0.5)
+
+
+def crowned(c):
+    return lambda z: c * (2 * z / FACE) ** 2
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 1.0])
+def test_tilt_while_the_whole_face_touches(share):
+    """K = 1 + c f/(2 w), exactly for any number of slices."""
+    f = 2 * LOAD / STIFFNESS * share
+    assert factor(15, tilted(f)) == pytest.approx(1 + STIFFNESS * f / (2 * LOAD), rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [3.0, 5.0])
+def test_tilt_beyond_converges_to_the_root(ratio):
+    """K = √(2 c f/w): a thousandth at 201 slices, at second order or better."""
+    exact = np.sqrt(2 * ratio)
+    errors = [abs(factor(n, tilted(ratio * LOAD / STIFFNESS)) / exact - 1) for n in (25, 51, 201)]
+    assert errors[-1] < 1e-3
+    assert errors[-1] < 0.15 * errors[0]
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_crowning_while_the_whole_face_touches(share):
+    """K = 1 + c C/(3 w) up to C = 3 w/(2 c); order two in the number of slices."""
+    c = share * 1.5 * LOAD / STIFFNESS
+    exact = 1 + STIFFNESS * c / (3 * LOAD)
+    errors = [abs(factor(n, crowned(c)) / exact - 1) for n in (15, 31, 101)]
+    assert errors[-1] < 1e-3
+    assert np.log(errors[0] / errors[1]) / np.log(31 / 15) > 1.8
+
+
+def test_crowning_beyond_touches_the_middle_only():
+    """K = c C (b'/b)²/w with (2/3) c C (b'/b)³ = w."""
+    c = 4.0 * LOAD / STIFFNESS
+    width = (1.5 * LOAD / (STIFFNESS * c)) ** (1 / 3)
+    exact = STIFFNESS * c * width**2 / LOAD
+    assert factor(201, crowned(c)) == pytest.approx(exact, rel=1e-3)
+
+
+def test_force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force():
+    rng = np.random.default_rng(3)
+    parameters, _ = pair(9, tilted(4e-5))
+    parameters[1] = 1e-5
+    motion = np.array([[3.1e-5, 1.2e-5], [0.02, -0.01]])
+    energy, force, tangent = respond(SLICES_LAW, parameters, motion)
+    for direction in rng.normal(size=(4, 2, 2)):
+        step = 1e-9 * direction * [[1.0], [1e3]]
+        up, force_up, _ = respond(SLICES_LAW, parameters, motion + step)
+        down, force_down, _ = respond(SLICES_LAW, parameters, motion - step)
+        assert up - down == pytest.approx(2 * force[1] @ step[0], rel=1e-5)
+        slope = 2 * (tangent[0] @ step[0] + tangent[1] @ step[1])
+        assert force_up[0] - force_down[0] == pytest.approx(slope, rel=1e-5)
+    assert energy > 0
+
+
+BASE = load_case("wind-5mw")
+ANGLES = np.linspace(0.0, 0.1, 5)
+
+
+def stage(**changes):
+    return fg.assemble(BASE.with_(**changes), ["all"])
+
+
+@pytest.fixture(scope="module")
+def one_spring():
+    return stage()
+
+
+@pytest.fixture(scope="module")
+def one_slice():
+    return stage(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 1})
+
+
+@pytest.fixture(scope="module")
+def many_slices():
+    return stage(**{"gear_mesh.model": "face_load"})
+
+
+def test_one_slice_at_the_centre_of_the_line_is_one_spring(one_spring, one_slice):
+    a, b = fg.static(one_spring, ANGLES), fg.static(one_slice, ANGLES)
+    for name in ("pair_load", "gear_mesh_force", "port_torque"):
+        largest = abs(a[name]).max().item()
+        np.testing.assert_allclose(b[name], a[name], atol=1e-8 * largest)
+
+
+def test_one_slice_is_one_spring_in_time(one_spring, one_slice):
+    step = {"solver.time_step": 1e-5}
+    models = [fg.assemble(m.case.with_(**step), ["all"]) for m in (one_spring, one_slice)]
+    a, b = (fg.transient(m, duration=5e-3) for m in models)
+    largest = abs(a.pair_load).max().item()
+    np.testing.assert_allclose(b.pair_load, a.pair_load, atol=1e-6 * largest)
+
+
+def revolved(model):
+    return revolution(model.modal, ANGLES, model.system.rated_torque)
+
+
+def distribution(model, gear_mesh):
+    """Line load summed over pairs and positions on a grid along the face."""
+    found = revolved(model)
+    slices, grid = line_loads(found), np.linspace(-0.5, 0.5, 41) * BASE.view().stage.face_width
+    total = np.zeros_like(grid)
+    for load, z, width in zip(slices.line_load, slices.z, slices.width, strict=True):
+        for w, at, step in zip(load[gear_mesh], z[gear_mesh], width[gear_mesh], strict=True):
+            if np.isfinite(w).all():
+                inside = np.abs(grid - at.mean()) <= 0.5 * step.sum()
+                total += np.where(inside, np.interp(grid, at, w), 0.0)
+    return total
+
+
+def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slices):
+    found = revolved(many_slices)
+    assert found.closure.max() < 1e-8
+    slices, pairs = line_loads(found), many_slices.system.pairs
+    largest = found.pair_load.max()
+    np.testing.assert_allclose(
+        np.nansum(slices.force, axis=-1), found.pair_load, atol=1e-8 * largest
+    )
+    for m in range(len(pairs.s0)):
+        at = np.nonzero(found.pair_tooth[:, m] >= 0)
+        values = interpolated(pairs, m, found.pair_position[:, m][at])
+        load, far = found.pair_load[:, m][at], found.far_load[:, m][at]
+        z, k = values[:, 1:16], values[:, 16:31]
+        centre = (z * k).sum(axis=1) / k.sum(axis=1)
+        moment = (slices.force[:, m][at] * (z - centre[:, None])).sum(axis=1)
+        arm = pairs.half_face[m]
+        np.testing.assert_allclose(
+            moment, values[:, 0] * (2 * far - load), atol=1e-6 * largest * arm
+        )
+
+
+def test_twice_the_slices_tell_the_same(many_slices):
+    finer = stage(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 31})
+    for gear_mesh in (0, 4, 7):
+        one, two = (distribution(m, gear_mesh) for m in (many_slices, finer))
+        assert one.max() / one.mean() == pytest.approx(two.max() / two.mean(), rel=0.01)
+
+
+def test_a_torque_drop_keeps_its_energy(many_slices):
+    """What is left of the account, the work of moving geometry included, is below 1 % of the
+    largest elastic energy."""
+    model, drop = many_slices, many_slices.case.drive.drop
+    rated = model.system.rated_torque
+    run = fg.transient(
+        model, duration=0.05, drive=drop(0.2 * rated, 0.01, 0.02, rated), energy=True
+    )
+    assert np.abs(energy_residual(run)).max() < 0.01
+    force = run.gear_mesh_force
+    assert force.isel(time=-1).mean() < 0.7 * force.isel(time=0).mean()
