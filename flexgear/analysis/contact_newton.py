@@ -151,7 +151,8 @@ def _assemble(rows, count, n, space, problem):
 def disagree(laws, work, count, x, least, share):
     """Whether laws of an equilibrium that its set of loaded rows does not decide disagree with its
     forces x (R,) by more than ``least`` of the largest; these are linearised next ``share`` of the
-    way from where they were to its motion."""
+    way from where they were to its motion. Where they agree x becomes the law's, exactly zero of
+    what does not touch."""
     largest, found, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
         element = rows.element[e]
@@ -172,6 +173,8 @@ def disagree(laws, work, count, x, least, share):
             if wrong:
                 known = work.memory[element.place, 0]
                 known[a] += share * (own[0, a] - known[a])
+            else:
+                x[element.first + a] = force[0, a]
         found = found or wrong
     return found
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.pair_data import PairData
-from flexgear.gears.slices import line_ends
+from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.gears.slices import Line, line_ends
 
 Array = NDArray[np.float64]
 LEAST_WIDTH = 1e-6  # of half a face: shorter contact lines have no line load, but rounding over it
@@ -56,10 +56,8 @@ def _of_gear_mesh(
     at = np.nonzero(result.pair_tooth[:, m] >= 0)  # samples and slots
     s, approach = result.pair_position[:, m][at], result.pair_approach[:, m][at]
     values = interpolated(pairs, m, s)
-    radius, z, stiffness, gap = (
-        values[:, 0],
-        *np.split(values[:, 1 : 1 + 3 * count], 3, axis=1),
-    )
+    radius = values[:, 0]
+    z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
     centre = _at(pairs, m, pairs.z_table[pairs.table[m]], s)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(
@@ -90,5 +88,5 @@ def _at(pairs: PairData, m: int, table: Array, s: Array) -> Array:
 
 def _ends(pairs: PairData, m: int, s: Array) -> tuple[Array, Array]:
     """Ends of contact lines along z (n,), m."""
-    path = (float(pairs.s_lo[m]), float(pairs.s_hi[m]))
-    return line_ends(s, path, float(pairs.slope[m]), float(pairs.half_face[m]))
+    span = (float(pairs.s_lo[m]), float(pairs.s_hi[m]))
+    return line_ends(s, Line(span, span, float(pairs.slope[m]), float(pairs.half_face[m])))

@@ -22,6 +22,7 @@ from flexgear.coupling.laws.slices import FIRST
 from flexgear.coupling.pair_data import (
     BEARING,
     LOAD,
+    OF_LINE,
     SLOTS,
     SUPPORT,
     PairData,
@@ -64,7 +65,7 @@ class GearMeshes(NamedTuple):
 
     mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
     table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
-    slices: Array  # (K, T, 1 + 3 n) of contact lines in slices: see ``PairData.slice_table``
+    slices: Array  # (K, T, 2 + 3 n) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)
@@ -238,7 +239,7 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
 
 def slice_parameters(data: PairData) -> int:
     """Parameters of the law of pairs in slices; 0 where none is."""
-    return FIRST + data.slice_table.shape[2] - 1 if data.slice_table.shape[2] else 0
+    return FIRST + data.slice_table.shape[2] - OF_LINE if data.slice_table.shape[2] else 0
 
 
 def places(data: PairData) -> int:

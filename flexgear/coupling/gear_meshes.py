@@ -14,6 +14,7 @@ from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
     KINDS,
+    OF_LINE,
     PER_PAIR,
     SLOTS,
     SUMMED,
@@ -244,8 +245,8 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         s0=p.s0[i],
         rate=p.rate,
         pitch=p.base_pitch,
-        s_lo=p.s_lo,
-        s_hi=p.s_hi,
+        s_lo=p.touching[0],
+        s_hi=p.touching[1],
         slope=p.slope,
         half_face=p.half_face,
         z_offset=p.z_offset,
@@ -280,7 +281,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
 
 def _check_slots(s: GearMeshSet) -> None:
     p = s.path
-    reach = p.s_hi - p.s_lo + 2 * abs(p.slope) * p.half_face
+    reach = p.touching[1] - p.touching[0] + 2 * abs(p.slope) * p.half_face
     if s.model != WAVE and reach / p.base_pitch > SLOTS:
         raise FlexgearError(
             f"more than {SLOTS} tooth pairs of the {p.kind} gear mesh are in contact at once "
@@ -308,6 +309,7 @@ def _back_of(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
 def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Array]:
     """Tables of equal length on uniform grids: start, step, stiffness, centroid, gap."""
     size = max((len(s.path.s_grid) for s in sets if s.model != WAVE), default=2)
+    size = max([size, *(len(s.path.slices.s) for s in sets if s.path.slices is not None)])
     size = max([size, *(len(s.path.wave) for s in sets if s.path.wave is not None)])
     start, step, k, z, gap = [], [], [], [], []
     for s in sets:
@@ -323,9 +325,15 @@ def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Ar
             z.append(np.zeros(size))
             gap.append(np.zeros(size))
             continue
-        grid = np.linspace(p.s_grid[0], p.s_grid[-1], size)
+        own = p.s_grid if p.slices is None else p.slices.s
+        grid = np.linspace(own[0], own[-1], size)
         start.append(grid[0])
         step.append(grid[1] - grid[0])
+        if p.slices is not None:
+            k.append(np.interp(grid, own, p.slices.on_path))
+            z.append(np.interp(grid, own, p.slices.centre))
+            gap.append(np.zeros(size))
+            continue
         k.append(np.interp(grid, p.s_grid, p.k_grid))
         z.append(np.interp(grid, p.s_grid, p.zc_grid))
         gap.append(np.interp(grid, p.s_grid, p.gap_grid))
@@ -337,15 +345,15 @@ def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
     most = max((s.path.slices.count for s in sets if s.path.slices is not None), default=0)
     if most == 0:
         return np.zeros((len(sets), 0, 0))
-    out = np.zeros((len(sets), size, 1 + 3 * most))
+    out = np.zeros((len(sets), size, OF_LINE + 3 * most))
     for table, s in zip(out, sets, strict=True):
         p = s.path
         if p.slices is None:
             continue
-        columns = np.hstack(
-            [p.slices.radius[:, None], p.slices.z, p.slices.stiffness, p.slices.gap]
-        )
-        grid = np.linspace(p.s_grid[0], p.s_grid[-1], size)
+        own = p.slices
+        whole = np.column_stack([own.radius, own.stiffness.sum(axis=1)])
+        columns = np.hstack([whole, own.z, own.stiffness, own.gap])
+        grid = np.linspace(own.s[0], own.s[-1], size)
         for j, column in enumerate(columns.T):
             table[:, j] = np.interp(grid, p.slices.s, column)
     return out

@@ -21,6 +21,7 @@ IntArray = NDArray[np.int64]
 SLOTS = 4  # most pairs of one gear mesh that are in contact at once; checked when data are built
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
+OF_LINE = 2  # columns of a table of slices that are of the whole line
 SUPPORT, BEARING, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 
 
@@ -64,8 +65,8 @@ class PairData(NamedTuple):
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)
     z_table: Array  # (K, T) m
     gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
-    slice_table: Array  # (K, T, 1 + 3 n) of contact lines in slices: radius of gyration m, then z
-    # m of all, stiffness N/m and gap m; n: most slices; none: 0 wide
+    slice_table: Array  # (K, T, 2 + 3 n) of contact lines in slices: radius of gyration m and whole
+    # stiffness N/m, then z m of all, stiffness N/m and gap m; n: most slices; none: 0 wide
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)
@@ -113,7 +114,9 @@ def deepest_gap(data: PairData) -> Array:
     deepest = np.zeros(len(data.s0))
     for m, (table, own) in enumerate(zip(data.table, data.slices, strict=True)):
         if own:
-            deepest[m] = max(0.0, data.slice_table[table, :, 1 + 2 * own : 1 + 3 * own].max())
+            deepest[m] = max(
+                0.0, data.slice_table[table, :, OF_LINE + 2 * own : OF_LINE + 3 * own].max()
+            )
     return deepest
 
 

@@ -29,6 +29,7 @@ from flexgear.coupling.laws import SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION, SIDED
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
+    OF_LINE,
     PER_PAIR,
     SLOTS,
     WAVE,
@@ -107,7 +108,12 @@ def _find_pairs(gears, m, theta, pairs, p):
                 stiffness *= 1.0 - abs(s - mesh.s_pitch) / mesh.pitch
         else:
             stiffness, z, gap = _tabled(table, mesh.table_start, mesh.table_step, s)
-        if stiffness <= 0.0:
+        if mesh.model == FACE_LOAD:
+            a, b, w = _between(gears.slices[mesh.table], mesh, s)
+            touches = (1.0 - w) * a[1] + w * b[1] > 0.0
+        else:
+            touches = stiffness > 0.0
+        if not touches:
             continue
         tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
         other = (mesh.planet_tooth0 + mesh.planet_step * k) % mesh.planet_teeth
@@ -202,18 +208,24 @@ def _fill_row(gears, m, turn, rows, n, span, away):
 
 
 @njit(**INNER, error_model="numpy")
+def _between(table, mesh, s):
+    """Neighbouring rows of a table of slices, and the share of the way from one to the other."""
+    last = table.shape[0] - 1
+    y = min(max((s - mesh.table_start) / mesh.table_step, 0.0), float(last))
+    at = min(int(y), last - 1)
+    return table[at], table[at + 1], y - at
+
+
+@njit(**INNER, error_model="numpy")
 def _slices_of_pair(gears, m, turn, rows, n, e, q):
     """Rows n and n + 1 and element e of pair q: see ``laws.slices``."""
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[mesh.table], mesh.slices
-    last = table.shape[0] - 1
-    y = min(max((pair.s - mesh.table_start) / mesh.table_step, 0.0), float(last))
-    at = min(int(y), last - 1)
-    w = y - at
-    a, b, v = table[at], table[at + 1], 1.0 - w
-    radius, own = v * a[0] + w * b[0], rows.parameters[e]
+    a, b, w = _between(table, mesh, pair.s)
+    v, own = 1.0 - w, rows.parameters[e]
+    radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
     for j in range(3 * count):
-        own[FIRST + j] = v * a[1 + j] + w * b[1 + j]
+        own[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
     for j in range(count):
         off = own[FIRST + j] - pair.z
         own[FIRST + j] = 0.5 * (1.0 + off / radius) if radius > 0.0 else 0.5
@@ -225,7 +237,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
         row.damping *= 0.5
     pair.row, pair.rows = n, 2
     own[COUNT], own[SIDED] = count, mesh.sided
-    own[RELAXATION] = mesh.damping / math.sqrt(pair.stiffness)
+    own[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law, element.first, element.rows = SLICES_LAW, n, 2
     element.place = PLACES * m + pair.index % PLACES
 

@@ -92,6 +92,11 @@ class GearMeshPath:
     slices: Slices | None = None
 
     @property
+    def touching(self) -> tuple[float, float]:
+        """Path coordinates between which a point of a contact line may touch, m."""
+        return (self.s_lo, self.s_hi) if self.slices is None else self.slices.span
+
+    @property
     def cos_base_helix(self) -> float:
         """cos β_b: share of the normal N in the plane of rotation."""
         return 1.0 / math.hypot(1.0, self.slope)

@@ -34,7 +34,7 @@ from flexgear.gears.contact import (
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import mean_stiffness, pair_law
 from flexgear.gears.modifications import Flank, Gap, PairGap, gaps_of, mean_gap, pair_gap
-from flexgear.gears.slices import Slices, cut
+from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
 from flexgear.model.section import Refusal
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 PathKey = tuple[str, str]
+DEEPEST = 3.0
 OTHER_HAND = {"right": "left", "left": "right"}
 
 
@@ -104,9 +105,11 @@ def _half_paths(
         slot = kind.removesuffix("_back")
         gaps[kind] = _flank_gap(view, slot, path)
     if view.gear_mesh.model == "face_load":
-        count = view.gear_mesh.slices
-        cuts = {k: _cut(p, laws[k.removesuffix("_back")], count, gaps[k]) for k, p in paths.items()}
-        return {kind: replace(path, slices=cuts[kind]) for kind, path in paths.items()}
+        return {
+            kind: replace(path, slices=_cut(view, path, laws[slot], forces[slot], gaps[kind]))
+            for kind, path in paths.items()
+            for slot in (kind.removesuffix("_back"),)
+        }
     if view.gear_mesh.model in PER_PAIR_MODELS:
         grids = {k: _mean_gap(p, laws[k.removesuffix("_back")], gaps[k]) for k, p in paths.items()}
         return {kind: replace(path, gap_grid=grids[kind]) for kind, path in paths.items()}
@@ -114,10 +117,22 @@ def _half_paths(
     return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
 
 
-def _cut(path: GearMeshPath, law: Law, count: int, gap: PairGap | None) -> Slices:
-    ends = (path.s_lo, path.s_hi)
-    whole = (path.k_grid, path.zc_grid)
-    return cut(law, path.s_grid, ends, path.slope, path.half_face, whole, count, gap)
+def _cut(
+    view: StageView, path: GearMeshPath, law: Law, force: float, gap: PairGap | None
+) -> Slices:
+    """Slices of a path's pairs; tips touch off the path where the gap is below ``DEEPEST`` times
+    the approach of one pair that carries all of ``force``, N."""
+    options, span = view.gear_mesh, (path.s_lo, path.s_hi)
+    if not options.path_only:
+        stiffness = float(law(np.array([0.5]))[0]) * 2.0 * path.half_face
+        span = path.off_path.span(DEEPEST * abs(force) / stiffness)
+
+    def beyond(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+        lacks = 0.0 if gap is None else gap(s, z)
+        return np.asarray(path.off_path.gap(np.clip(s, *span)) + lacks)
+
+    line = Line((path.s_lo, path.s_hi), span, path.slope, path.half_face)
+    return cut(law, line, options.slices, gap if options.path_only else beyond)
 
 
 def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.float64]:
@@ -143,7 +158,8 @@ def _flank_gap(view: StageView, slot: str, path: GearMeshPath) -> PairGap | None
         Flank(tip=float(own[0]), root=float(own[1]), half_face=path.half_face),
     )
     gaps: list[tuple[Gap, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = []
-    for name, flank, rho in zip(names, flanks, (lambda s: s, of_gear), strict=True):
+    rolls = (lambda s: path.off_path.rolls(s)[0], lambda s: path.off_path.rolls(s)[1])
+    for name, flank, rho in zip(names, flanks, rolls, strict=True):
         try:
             gaps += [(gap, rho) for gap in gaps_of(getattr(view.stage, name), flank)]
         except Refusal as r:

@@ -49,7 +49,8 @@ class GearMesh(Section):
     """Gear-mesh options.
 
     table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
-    face_load. harmonics: terms of a fourier wave.
+    face_load. path_only: under face_load tips do not touch before and after the path of contact.
+    harmonics: terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
     for load along the face; lumped, one element at the pitch point, of all pairs together;
@@ -69,6 +70,7 @@ class GearMesh(Section):
         "per_pair"
     )
     slices: int = Field(default=15, ge=1, le=101)
+    path_only: bool = False
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)

@@ -1,5 +1,8 @@
 """Load along the face: closed forms of tilt and crowning, one slice against one spring."""
 
+from dataclasses import fields
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -9,7 +12,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_loads
 from flexgear.coupling.laws import SLICES_LAW, respond
 from flexgear.gears.face_load import unevenness
-from flexgear.gears.slices import cut
+from flexgear.gears.slices import Line, cut
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 
@@ -18,15 +21,18 @@ FACE, STIFFNESS, LOAD = 0.1, 15e9, 3e5  # m, N/m², N/m
 
 def pair(count, gap):
     """Parameters of a spur pair whose stiffness is the same all along the face; gap(z) m."""
-    s = np.array([0.5])
-    whole = np.array([STIFFNESS * FACE]), np.zeros(1)
-    slices = cut(
-        lambda xi: np.full_like(xi, STIFFNESS), s, (0.0, 1.0), 0.0, FACE / 2, whole, count,
-        lambda _, z: gap(z),
-    )  # fmt: skip
-    share = 0.5 * (1 + slices.z[0] / slices.radius[0])
+    line = Line((0.0, 1.0), (0.0, 1.0), 0.0, FACE / 2)
+    every = cut(lambda xi: np.full_like(xi, STIFFNESS), line, count, lambda _, z: gap(z))
+    middle = len(every.s) // 2
+    arrays = {
+        f.name: v[middle]
+        for f in fields(every)
+        if isinstance(v := getattr(every, f.name), np.ndarray)
+    }
+    slices = SimpleNamespace(**arrays)
+    share = 0.5 * (1 + slices.z / slices.radius)
     fixed = [count, 0.0, 1.0]
-    return np.concatenate([fixed, share, slices.stiffness[0], slices.gap[0]]), slices
+    return np.concatenate([fixed, share, slices.stiffness, slices.gap]), slices
 
 
 def factor(count, gap):
@@ -34,14 +40,14 @@ def factor(count, gap):
     parameters, slices = pair(count, gap)
 
     def forces(delta):
-        return slices.stiffness[0] * np.maximum(delta - slices.gap[0], 0.0)
+        return slices.stiffness * np.maximum(delta - slices.gap, 0.0)
 
     def force(delta):
         return respond(SLICES_LAW, parameters, np.array([[delta] * 2, [0.0] * 2]))[1][0].sum()
 
     delta = brentq(lambda d: force(d) - LOAD * FACE, 0.0, 1.0, xtol=1e-18, rtol=1e-14)
     assert force(delta) == pytest.approx(forces(delta).sum(), rel=1e-12)
-    return float(unevenness(forces(delta) / slices.width[0]))
+    return float(unevenness(forces(delta) / slices.width))
 
 
 def tilted(f):
@@ -117,7 +123,9 @@ def one_spring():
 
 @pytest.fixture(scope="module")
 def one_slice():
-    return stage(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 1})
+    return stage(
+        **{"gear_mesh.model": "face_load", "gear_mesh.slices": 1, "gear_mesh.path_only": True}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +177,7 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
         at = np.nonzero(found.pair_tooth[:, m] >= 0)
         values = interpolated(pairs, m, found.pair_position[:, m][at])
         load, far = found.pair_load[:, m][at], found.far_load[:, m][at]
-        z, k = values[:, 1:16], values[:, 16:31]
+        z, k = values[:, 2:17], values[:, 17:32]
         centre = (z * k).sum(axis=1) / k.sum(axis=1)
         moment = (slices.force[:, m][at] * (z - centre[:, None])).sum(axis=1)
         arm = pairs.half_face[m]
@@ -196,3 +204,22 @@ def test_a_torque_drop_keeps_its_energy(many_slices):
     assert np.abs(energy_residual(run)).max() < 0.01
     force = run.gear_mesh_force
     assert force.isel(time=-1).mean() < 0.7 * force.isel(time=0).mean()
+
+
+RELIEF = {
+    f"stage.{gear}.tip_relief": {"amount": 9e-4, "length": 3e-3}
+    for gear in ("planet", "sun", "ring")
+}
+
+
+def test_tips_touch_off_the_path_unless_they_are_relieved(many_slices):
+    """Sharp tips share the load with pairs that have not come onto the path yet; relieved by more
+    than teeth give way, they do as if they ended there."""
+    path_only = {"gear_mesh.model": "face_load", "gear_mesh.path_only": True}
+    sharp = [revolved(m).pair_load for m in (many_slices, stage(**path_only))]
+    assert (sharp[0] > 0).sum() > (sharp[1] > 0).sum()
+    assert sharp[0].max() < 0.95 * sharp[1].max()
+    both = [{"gear_mesh.model": "face_load"}, path_only]
+    fine = {"gear_mesh.slices": 101, **RELIEF}  # slices of the longer line are wider
+    relieved = [revolved(stage(**change, **fine)).pair_load for change in both]
+    np.testing.assert_allclose(*relieved, atol=2e-3 * relieved[0].max())
