@@ -45,7 +45,7 @@ def _record(ints: str, reals: str) -> np.dtype[Any]:
 
 GEAR_MESH = _record(
     "sided model kind front back angle turns planet_block gear_block per_tooth table gear_tooth0 "
-    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices",
+    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset largest_error damping "
     "radial_x radial_y normal_x normal_y tangent_x tangent_y table_start table_step",
@@ -65,7 +65,7 @@ class GearMeshes(NamedTuple):
 
     mesh: Records  # (M,) GEAR_MESH: PairData's columns, m, rad, N/m
     table: Array  # (K, T, 3) stiffness N/m, centroid z m and gap m over the path
-    slices: Array  # (K, T, 2 + 3 n) of contact lines in slices: see ``PairData.slice_table``
+    slices: Array  # (K, T, …) of contact lines in slices: see ``PairData.slice_table``
     gear_error: Array  # (M, z) m
     planet_error: Array  # (M, z_p) m
     runout: Records  # (M, H) RUNOUT: Σ A sin(rate · θ_angle + phase)

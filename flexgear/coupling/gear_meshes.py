@@ -14,7 +14,6 @@ from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
     KINDS,
-    OF_LINE,
     PER_PAIR,
     SLOTS,
     SUMMED,
@@ -23,6 +22,7 @@ from flexgear.coupling.pair_data import (
 )
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors
+from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
@@ -213,7 +213,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
 _INTS = (
     "sided", "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block",
     "per_tooth", "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
-    "planet_teeth", "slices",
+    "planet_teeth", "slices", "bent",
 )  # fmt: skip
 _REALS = (
     "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "slope", "half_face",
@@ -266,6 +266,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         planet_step=p.planet_step,
         planet_teeth=p.planet_teeth,
         slices=0 if p.slices is None else p.slices.count,
+        bent=int(p.slices is not None and p.slices.bending is not None),
         error_amplitude=e.harmonic_amplitude[i],
         error_phase=e.harmonic_phase[i],
         error_offset=e.offset[i],
@@ -341,22 +342,29 @@ def _tables(sets: Sequence[GearMeshSet]) -> tuple[Array, Array, Array, Array, Ar
 
 
 def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
-    """Tables of slices beside those of ``_tables``, zero where a set has none (K, T, 1 + 3 n)."""
-    most = max((s.path.slices.count for s in sets if s.path.slices is not None), default=0)
-    if most == 0:
+    """Tables of slices beside those of ``_tables``, zero where a set has none (K, T, …)."""
+    columns = [_of_slices(s.path.slices) for s in sets if s.path.slices is not None]
+    if not columns:
         return np.zeros((len(sets), 0, 0))
-    out = np.zeros((len(sets), size, OF_LINE + 3 * most))
+    out = np.zeros((len(sets), size, max(c.shape[1] for c in columns)))
     for table, s in zip(out, sets, strict=True):
-        p = s.path
-        if p.slices is None:
+        if s.path.slices is None:
             continue
-        own = p.slices
-        whole = np.column_stack([own.radius, own.stiffness.sum(axis=1)])
-        columns = np.hstack([whole, own.z, own.stiffness, own.gap])
-        grid = np.linspace(own.s[0], own.s[-1], size)
-        for j, column in enumerate(columns.T):
-            table[:, j] = np.interp(grid, p.slices.s, column)
+        own = s.path.slices.s
+        grid = np.linspace(own[0], own[-1], size)
+        for j, column in enumerate(_of_slices(s.path.slices).T):
+            table[:, j] = np.interp(grid, own, column)
     return out
+
+
+def _of_slices(slices: Slices) -> Array:
+    """Columns of a table of slices, (S, …): ``PairData.slice_table``."""
+    whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1)])
+    columns = [whole, slices.z, slices.stiffness, slices.gap]
+    if slices.bending is not None:
+        bending = slices.bending
+        columns += [bending.scale, bending.limit, bending.lower]
+    return np.hstack(columns)
 
 
 def _padded(lines: Sequence[object]) -> Array:

@@ -66,7 +66,8 @@ class PairData(NamedTuple):
     z_table: Array  # (K, T) m
     gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
     slice_table: Array  # (K, T, 2 + 3 n) of contact lines in slices: radius of gyration m and whole
-    # stiffness N/m, then z m of all, stiffness N/m and gap m; n: most slices; none: 0 wide
+    # stiffness N/m, then z m of all, stiffness N/m and gap m, and where they bend each other what
+    # ``laws.coupled_slices`` takes besides; n: of the set; 0 wide where no pair has slices
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)
@@ -74,6 +75,7 @@ class PairData(NamedTuple):
     planet_step: IntArray  # (M,)
     planet_teeth: IntArray  # (M,)
     slices: IntArray  # (M,) of a contact line; 0 where a pair is one spring
+    bent: IntArray  # (M,) 1 where slices bend each other
     error_amplitude: Array  # (M,) m
     error_phase: Array  # (M,) rad
     error_offset: Array  # (M,) m

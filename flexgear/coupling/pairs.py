@@ -25,7 +25,7 @@ from numba import njit
 
 from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
-from flexgear.coupling.laws import SLICES_LAW
+from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION, SIDED
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
@@ -224,7 +224,8 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     a, b, w = _between(table, mesh, pair.s)
     v, own = 1.0 - w, rows.parameters[e]
     radius, whole = v * a[0] + w * b[0], v * a[1] + w * b[1]
-    for j in range(3 * count):
+    columns = 3 * count + mesh.bent * (2 * count + count * (count + 1) // 2)
+    for j in range(columns):
         own[FIRST + j] = v * a[OF_LINE + j] + w * b[OF_LINE + j]
     for j in range(count):
         off = own[FIRST + j] - pair.z
@@ -238,7 +239,8 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     pair.row, pair.rows = n, 2
     own[COUNT], own[SIDED] = count, mesh.sided
     own[RELAXATION] = mesh.damping / math.sqrt(whole)
-    element.law, element.first, element.rows = SLICES_LAW, n, 2
+    element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
+    element.first, element.rows = n, 2
     element.place = PLACES * m + pair.index % PLACES
 
 

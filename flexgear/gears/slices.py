@@ -12,7 +12,7 @@ what is left of the midpoint rule is of second order in 1/K. Off the path k' is 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,28 @@ GRID = 2001
 
 
 @dataclass(frozen=True)
+class Bending:
+    """How the slices of contact lines bend each other, over the path coordinate (S,).
+
+    lower: (S, K (K + 1)/2) lower triangles, row by row, of the flexibility between them, m/N, of
+    both flanks together and without line contact; scale, limit: (S, K) a m/N and d N of its
+    approach a f ln(d/f) under the force f of a slice.
+    """
+
+    scale: Array
+    limit: Array
+    lower: Array
+
+
+@dataclass(frozen=True)
 class Slices:
     """Slices of the pairs of a gear mesh over its path coordinate s (S,), m; K slices.
 
     z, stiffness, gap, width: (S, K) m, N/m, m, m; gap along the 3D normal, positive where material
     is missing. centre, radius: (S,) m of the stiffness along z, its centre and its radius of
     gyration. on_path: (S,) N/m, stiffness of what of the line is on the path of contact. span: path
-    coordinates between which a point of a line may touch, m.
+    coordinates between which a point of a line may touch, m. bending: None where slices are springs
+    beside each other; else stiffness is their nominal share of that of the line.
     """
 
     s: Array
@@ -43,6 +58,7 @@ class Slices:
     radius: Array
     on_path: Array
     span: tuple[float, float]
+    bending: Bending | None = None
 
     @property
     def count(self) -> int:
@@ -106,3 +122,36 @@ def line_ends(s: Array, line: Line) -> tuple[Array, Array]:
     ends = np.sort((np.array([[low], [high]]) - s) / line.slope, axis=0)
     start, stop = np.clip(ends, -half, half)
     return start, stop
+
+
+def bent(slices: Slices, flexibility: Array, contact: tuple[Array, Array], load: Array) -> Slices:
+    """The same lines with slices that bend each other.
+
+    flexibility: (S, K, K) m/N of both flanks without line contact; contact: scale a m/N and limit d
+    N of the line contact of every slice, (S, K) each; load: (S,) N on the line for which nominal
+    stiffness, centre and radius of gyration are taken, all of it touching evenly. With
+    G = (C + diag h'(f))⁻¹: k = 1ᵀG1, z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
+    """
+    scale, limit = contact
+    even = np.maximum(load[:, None] / slices.count, 1e-9 * limit)
+    slope = scale * (np.log(limit / np.minimum(even, limit / 8.0)) - 1.0)
+    whole = flexibility + slope[:, :, None] * np.eye(slices.count)
+    columns = np.stack([np.ones_like(slices.z), slices.z], axis=-1)
+    solved = np.linalg.solve(whole, columns)
+    share, moment = solved[:, :, 0], solved[:, :, 1]
+    held = (slices.stiffness.sum(axis=1) > 0)[:, None]
+    stiffness = np.where(held, np.maximum(share, 0.0), 0.0)
+    k = np.maximum(share.sum(axis=1), 1e-300)
+    centre = (share * slices.z).sum(axis=1) / k
+    spread = (moment * slices.z).sum(axis=1) / k - centre**2
+    on = np.divide(
+        slices.on_path, slices.stiffness.sum(axis=1), out=np.zeros_like(k), where=held[:, 0]
+    )
+    return replace(
+        slices,
+        stiffness=stiffness,
+        centre=np.where(held[:, 0], centre, slices.centre),
+        radius=np.where(held[:, 0], np.sqrt(np.maximum(spread, 0.0)), 0.0),
+        on_path=on * stiffness.sum(axis=1),
+        bending=Bending(scale, limit, flexibility[:, *np.tril_indices(slices.count)]),
+    )

@@ -32,6 +32,7 @@ from flexgear.coupling.laws.basic import (
     ONE_SIDED,
 )
 from flexgear.coupling.laws.clearance import CLEARANCE
+from flexgear.coupling.laws.coupled_slices import COUPLED_SLICES
 from flexgear.coupling.laws.law import Array, Law
 from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.coupling.laws.slices import SLICES
@@ -41,11 +42,11 @@ from flexgear.model.errors import FlexgearError
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
-LAWS: tuple[Law, ...] = (*BASIC, SLICES, CLEARANCE, ROLLERS)
+LAWS: tuple[Law, ...] = (*BASIC, SLICES, COUPLED_SLICES, CLEARANCE, ROLLERS)
 ROOM = 16  # the number of laws is part of what the solvers are compiled for
 
 LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW = range(len(BASIC))
-SLICES_LAW = LAWS.index(SLICES)
+SLICES_LAW, COUPLED_SLICES_LAW = LAWS.index(SLICES), LAWS.index(COUPLED_SLICES)
 
 
 def functions() -> tuple[object, ...]:
