@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
+from flexgear.coupling.laws.coupled_slices import forces_of
 from flexgear.coupling.pair_data import OF_LINE, PairData
 from flexgear.gears.slices import Line, line_ends
 
@@ -18,22 +19,21 @@ LEAST_WIDTH = 1e-6  # of half a face: shorter contact lines have no line load, b
 
 @dataclass(frozen=True)
 class LineLoads:
-    """Slices of gear meshes over samples: (t, M, SLOTS, K), NaN where no pair has slices.
+    """Slices of gear meshes over samples, (t, M, SLOTS, K), NaN where no pair has slices.
 
-    force N, elastic; z m, middle of a slice along the face; width m of a slice along z; line_load
-    N/m of the face (per length along z); gap m between the unloaded flanks there.
+    force N, elastic; z m, middle of a slice along the face; line_load N/m of the face (per length
+    along z, NaN where a contact line has no length); gap m between the unloaded flanks there.
+    ends: (t, M, SLOTS, 2) m of the contact line along z. approach, tilt: (t, M, SLOTS) m and m/m,
+    how far the bodies have closed along N at z = 0, errors not counted, and its slope along z.
     """
 
     force: Array
     z: Array
-    width: Array
+    line_load: Array
     gap: Array
-
-    @property
-    def line_load(self) -> Array:
-        """w (t, M, SLOTS, K), N/m; NaN where a contact line has no length."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(self.force / self.width)
+    ends: Array
+    approach: Array
+    tilt: Array
 
 
 def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
@@ -42,8 +42,12 @@ def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
     most = int(pairs.slices.max(initial=0))
     if most == 0:
         return None
-    shape = (*result.pair_load.shape, most)
-    out = LineLoads(*(np.full(shape, np.nan) for _ in range(4)))
+    shape = result.pair_load.shape
+
+    def empty(*more: int) -> Array:
+        return np.full((*shape, *more), np.nan)
+
+    out = LineLoads(empty(most), empty(most), empty(most), empty(most), empty(2), empty(), empty())
     for m, count in enumerate(pairs.slices):
         if count:
             _of_gear_mesh(result, pairs, m, int(count), out)
@@ -54,23 +58,28 @@ def _of_gear_mesh(
     result: Equilibrium | Transient, pairs: PairData, m: int, count: int, out: LineLoads
 ) -> None:
     at = np.nonzero(result.pair_tooth[:, m] >= 0)  # samples and slots
-    s, approach = result.pair_position[:, m][at], result.pair_approach[:, m][at]
+    s, found = result.pair_position[:, m][at], result.pair_approach[:, m][at]
     values = interpolated(pairs, m, s)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
     centre = _at(pairs, m, pairs.z_table[pairs.table[m]], s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(
-            radius[:, None] > 0, 0.5 * (1.0 + (z - centre[:, None]) / radius[:, None]), 0.5
-        )
-    x = (1.0 - share) * approach[:, :1] + share * approach[:, 1:] - gap
-    force = stiffness * (np.maximum(x, 0.0) if pairs.sided[m] else x)
+        tilt = np.where(radius > 0, 0.5 * (found[:, 1] - found[:, 0]) / radius, 0.0)
+    middle = 0.5 * (found[:, 0] + found[:, 1])
+    x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
+    if pairs.bent[m]:
+        force = forces_of(x, values[:, OF_LINE + 3 * count :])
+    else:
+        force = stiffness * (np.maximum(x, 0.0) if pairs.sided[m] else x)
     low, high = _ends(pairs, m, s)
     width = (high - low) / count
     width = np.where(width > LEAST_WIDTH * pairs.half_face[m] / count, width, np.nan)
-    place = (at[0], np.full_like(at[0], m), at[1], slice(count))
-    out.force[place], out.z[place], out.gap[place] = force, z, gap
-    out.width[place] = width[:, None]
+    place = (at[0], np.full_like(at[0], m), at[1])
+    slices = (*place, slice(count))
+    out.force[slices], out.z[slices], out.gap[slices] = force, z, gap
+    out.line_load[slices] = force / width[:, None]
+    out.ends[place] = np.column_stack([low, high])
+    out.approach[place], out.tilt[place] = middle - tilt * centre - found[:, 2], tilt
 
 
 def interpolated(pairs: PairData, m: int, s: Array) -> Array:

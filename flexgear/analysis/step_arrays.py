@@ -90,7 +90,7 @@ class Samples(NamedTuple):
     pair_stiffness: Array
     pair_position: Array
     far_load: Array  # (…, M, SLOTS) of a pair's second row, and its approach; without length where
-    pair_approach: Array  # no pair has two; (…, M, SLOTS, 2)
+    pair_approach: Array  # no pair has two; (…, M, SLOTS, 3): δ of both, error less gap
     support_load: Array  # (…, extra rows)
     energy: Array  # (…, 8)
     active_flanks: NDArray[np.int64]

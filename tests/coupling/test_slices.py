@@ -157,10 +157,10 @@ def distribution(model, gear_mesh):
     found = revolved(model)
     slices, grid = line_loads(found), np.linspace(-0.5, 0.5, 41) * BASE.view().stage.face_width
     total = np.zeros_like(grid)
-    for load, z, width in zip(slices.line_load, slices.z, slices.width, strict=True):
-        for w, at, step in zip(load[gear_mesh], z[gear_mesh], width[gear_mesh], strict=True):
+    for load, z, ends in zip(slices.line_load, slices.z, slices.ends, strict=True):
+        for w, at, (low, high) in zip(load[gear_mesh], z[gear_mesh], ends[gear_mesh], strict=True):
             if np.isfinite(w).all():
-                inside = np.abs(grid - at.mean()) <= 0.5 * step.sum()
+                inside = (grid >= low) & (grid <= high)
                 total += np.where(inside, np.interp(grid, at, w), 0.0)
     return total
 

@@ -19,8 +19,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 
-from flexgear.coupling.laws.law import Law, compiled_law
+from flexgear.coupling.compiled import INNER
+from flexgear.coupling.laws.law import Array, Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 
 TRIES = 60
@@ -28,114 +30,134 @@ AGREES = 1e-13  # of the largest approach, by which the equations may differ
 TOUCHES = 1e-9  # of d: the force from which the line contact is looked at
 
 
-@compiled_law
-def _coupled_slices(parameters, motion, force, tangent):
-    """Newton on the slices that touch; sums over them."""
-    count, tau = int(parameters[COUNT]), parameters[RELAXATION]
-    triangle = FIRST + 5 * count
-    for i in range(2):
-        force[0, i], force[1, i] = 0.0, 0.0
-        for j in range(2):
-            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
-    x, f, active = np.empty(count), np.zeros(count), np.zeros(count, np.int64)
-    place, small = np.empty(count, np.int64), np.empty((count, count))
-    sides = np.empty((count, 3))
-    largest, stiffness = 0.0, 0.0
+@njit(**INNER)
+def _flexible(bending, count, i, j):
+    """C_ij from the parameters behind t, k and g."""
+    row, column = max(i, j), min(i, j)
+    return bending[2 * count + row * (row + 1) // 2 + column]
+
+
+@njit(**INNER)
+def _overlap(bending, x, f, j):
+    """x_j − Σ C_ji f_i."""
+    left = x[j]
+    for i in range(x.shape[0]):
+        left -= _flexible(bending, x.shape[0], i, j) * f[i]
+    return left
+
+
+@njit(**INNER)
+def _line_contact(bending, count, j, f):
+    """Approach h and its slope at the force f; towards no force, where ln grows, a secant."""
+    a, d = bending[j], bending[count + j]
+    if not a > 0.0:
+        return 0.0, 0.0
+    if f < TOUCHES * d:
+        secant = -a * math.log(TOUCHES)
+        return secant * f, secant
+    ratio = math.log(d / f)
+    return a * f * ratio, a * (ratio - 1.0)
+
+
+@njit(**INNER)
+def _solved(matrix, sides, n):
+    """Cholesky of the leading n × n block of ``matrix``, in place; sides (n, 3): solved."""
+    for p in range(n):
+        for q in range(p + 1):
+            total = matrix[p, q]
+            for r in range(q):
+                total -= matrix[p, r] * matrix[q, r]
+            matrix[p, q] = math.sqrt(total) if p == q else total / matrix[q, q]
+        for c in range(3):
+            total = sides[p, c]
+            for r in range(p):
+                total -= matrix[p, r] * sides[r, c]
+            sides[p, c] = total / matrix[p, p]
+    for p in range(n - 1, -1, -1):
+        for c in range(3):
+            total = sides[p, c]
+            for r in range(p + 1, n):
+                total -= matrix[r, p] * sides[r, c]
+            sides[p, c] = total / matrix[p, p]
+
+
+@njit(cache=True, error_model="numpy")
+def _newton(share, bending, x, f, place, sides):
+    """Forces f (K,) under the overlaps x (K,); the number of slices that touch, which are in
+    ``place``, with df/dδ of both rows in ``sides`` (K, 3) behind the last correction."""
+    count = x.shape[0]
+    matrix, active, largest = np.empty((count, count)), np.zeros(count, np.int64), 0.0
     for j in range(count):
-        b = parameters[FIRST + j]
-        x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - parameters[FIRST + 2 * count + j]
+        f[j], active[j] = 0.0, 1 if x[j] > 0.0 else 0
         largest = max(largest, abs(x[j]))
-        stiffness += parameters[FIRST + count + j]
-        if x[j] > 0.0:
-            active[j] = 1
-    n = 0
     for _ in range(TRIES):
-        n = 0
+        n, worst = 0, 0.0
         for j in range(count):
             if active[j] == 1:
                 place[n] = j
                 n += 1
         if n == 0:
-            break
-        worst = 0.0
+            return 0
         for p in range(n):
             j = place[p]
-            left = x[j]
-            for q in range(count):
-                row, column = max(j, q), min(j, q)
-                left -= parameters[triangle + row * (row + 1) // 2 + column] * f[q]
-            slope = 0.0
-            a, d = parameters[FIRST + 3 * count + j], parameters[FIRST + 4 * count + j]
-            if a > 0.0:
-                now = max(f[j], TOUCHES * d)
-                left -= a * f[j] * math.log(d / now)
-                slope = a * (math.log(d / now) - 1.0) if f[j] > now * 0.5 else a * math.log(d / now)
+            approach, slope = _line_contact(bending, count, j, f[j])
+            left = _overlap(bending, x, f, j) - approach
             worst = max(worst, abs(left))
+            sides[p, 0], sides[p, 1], sides[p, 2] = left, 1.0 - share[j], share[j]
             for q in range(p + 1):
-                i = place[q]
-                row, column = max(j, i), min(j, i)
-                small[p, q] = parameters[triangle + row * (row + 1) // 2 + column]
-            small[p, p] += slope
-            b = parameters[FIRST + j]
-            sides[p, 0], sides[p, 1], sides[p, 2] = left, 1.0 - b, b
-        for p in range(n):  # Cholesky, and its three right-hand sides
-            for q in range(p + 1):
-                total = small[p, q]
-                for r in range(q):
-                    total -= small[p, r] * small[q, r]
-                small[p, q] = math.sqrt(total) if p == q else total / small[q, q]
-            for c in range(3):
-                total = sides[p, c]
-                for r in range(p):
-                    total -= small[p, r] * sides[r, c]
-                sides[p, c] = total / small[p, p]
-        for p in range(n - 1, -1, -1):
-            for c in range(3):
-                total = sides[p, c]
-                for r in range(p + 1, n):
-                    total -= small[r, p] * sides[r, c]
-                sides[p, c] = total / small[p, p]
+                matrix[p, q] = _flexible(bending, count, j, place[q])
+            matrix[p, p] += slope
+        _solved(matrix, sides, n)
         changed = False
         for p in range(n):
             j = place[p]
             f[j] += sides[p, 0]
             if f[j] < 0.0:
                 f[j], active[j], changed = 0.0, 0, True
-        if not changed and worst <= AGREES * largest:
-            for j in range(count):
-                if active[j] == 0:
-                    left = x[j]
-                    for q in range(count):
-                        row, column = max(j, q), min(j, q)
-                        left -= parameters[triangle + row * (row + 1) // 2 + column] * f[q]
-                    if left > AGREES * largest:
-                        active[j], changed = 1, True
-            if not changed:
-                break
-    energy = 0.0
+        if changed or worst > AGREES * largest:
+            continue
+        for j in range(count):
+            if active[j] == 0 and _overlap(bending, x, f, j) > AGREES * largest:
+                active[j], changed = 1, True
+        if not changed:
+            return n
+    return n
+
+
+@compiled_law
+def _coupled_slices(parameters, motion, force, tangent):
+    """Sums over the slices that touch; a pair in the air keeps a small tangent, and no force."""
+    count, tau = int(parameters[COUNT]), parameters[RELAXATION]
+    share, nominal = parameters[FIRST : FIRST + count], parameters[FIRST + count :]
+    bending = parameters[FIRST + 3 * count :]
+    x, f, place = np.empty(count), np.empty(count), np.empty(count, np.int64)
+    sides, stiffness = np.empty((count, 3)), 0.0
+    for j in range(count):
+        b = share[j]
+        x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
+        stiffness += nominal[j]
+    for i in range(2):
+        force[0, i], force[1, i] = 0.0, 0.0
+        for j in range(2):
+            tangent[0, i, j], tangent[1, i, j] = 0.0, 0.0
+    n, energy = _newton(share, bending, x, f, place, sides), 0.0
     for p in range(n):
         j = place[p]
-        b = parameters[FIRST + j]
-        a = 1.0 - b
-        to_a, to_b, elastic = sides[p, 1], sides[p, 2], f[j]
-        damper = tau * parameters[FIRST + count + j]
-        damping, spring = damper * (a * motion[1, 0] + b * motion[1, 1]), 1.0
+        elastic, b = f[j], share[j]
+        a, damper, spring = 1.0 - b, tau * nominal[j], 1.0
+        damping = damper * (a * motion[1, 0] + b * motion[1, 1])
         if abs(damping) > elastic:
             limited = 1.0 if damping > 0.0 else -1.0
             damping, spring, damper = limited * elastic, 1.0 + limited, 0.0
-        total = elastic + damping
-        scale, d = parameters[FIRST + 3 * count + j], parameters[FIRST + 4 * count + j]
-        energy += 0.5 * elastic * x[j]
-        if scale > 0.0:  # ∫ f dh − ½ f h, with h = a f ln(d/f)
-            energy -= 0.25 * scale * elastic * elastic
-        force[0, 0] += a * total
-        force[0, 1] += b * total
+        # ½ fᵀ C f + ∫ f dh, as f h − ∫ h df = ½ f h − ¼ a f² where h = a f ln(d/f)
+        energy += 0.5 * elastic * x[j] - 0.25 * bending[j] * elastic * elastic
+        force[0, 0] += a * (elastic + damping)
+        force[0, 1] += b * (elastic + damping)
         force[1, 0] += a * elastic
         force[1, 1] += b * elastic
-        tangent[0, 0, 0] += spring * a * to_a
-        tangent[0, 0, 1] += spring * a * to_b
-        tangent[0, 1, 0] += spring * b * to_a
-        tangent[0, 1, 1] += spring * b * to_b
+        for c in range(2):
+            tangent[0, 0, c] += spring * a * sides[p, 1 + c]
+            tangent[0, 1, c] += spring * b * sides[p, 1 + c]
         tangent[1, 0, 0] += damper * a * a
         tangent[1, 0, 1] += damper * a * b
         tangent[1, 1, 0] += damper * a * b
@@ -143,6 +165,18 @@ def _coupled_slices(parameters, motion, force, tangent):
     if n == 0:
         tangent[0, 0, 0] = tangent[0, 1, 1] = 0.5 * LOOSE * stiffness
     return energy
+
+
+@njit(cache=True)
+def forces_of(overlap: Array, bending: Array) -> Array:
+    """Elastic forces (n, K) N of slices that overlap by (n, K) m; bending (n, …): their a, d and
+    lower triangles of C."""
+    out = np.zeros_like(overlap)
+    count = overlap.shape[1]
+    place, sides = np.empty(count, np.int64), np.empty((count, 3))
+    for i in range(overlap.shape[0]):
+        _newton(np.zeros(count), bending[i], overlap[i], out[i], place, sides)
+    return out
 
 
 COUPLED_SLICES = Law("coupled_slices", _coupled_slices)
