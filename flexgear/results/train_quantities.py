@@ -18,6 +18,8 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "flank_side": ("", "half of a double-helical stage"),
     "flank_planet": ("1", "planet number, from 1"),
     "flank_sense": ("", "drive: carries under rated torque; coast: the other"),
+    "slice": ("1", "slice of a contact line, from 1 at -z"),
+    "face": ("1", "place along the face over its width, from -1/2 at -z to 1/2"),
     "bolt": ("", "bolt of a ring"),
     "fe_coordinate_of": ("", "FE body that a coordinate belongs to"),
     "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
@@ -79,6 +81,36 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "pair_stiffness": Quantity((S, "flank", "slot"), "N/m", "stiffness of a tooth pair"),
     "pair_position": Quantity(
         (S, "flank", "slot"), "m", "path coordinate, from the planet's base tangent point"
+    ),
+    "line_load": Quantity(
+        (S, "flank", "slot", "slice"),
+        "N/m",
+        "load of a slice of a contact line per width of the face",
+        missing="without a pair",
+    ),
+    "slice_position": Quantity(
+        (S, "flank", "slot", "slice"),
+        "m",
+        "middle of the slice along the face, from its mid-plane",
+        missing="without a pair",
+    ),
+    "face_line_load": Quantity(
+        (S, "flank", "face"), "N/m", "load per width that all pairs of a flank carry there together"
+    ),
+    "largest_line_load": Quantity(
+        (S, "flank"), "N/m", "largest line load of any pair, continued to the ends of its line"
+    ),
+    "transmission_error": Quantity(
+        (S, "flank"),
+        "m",
+        "approach of both bodies along the line of action at the middle of the face, under load",
+        missing="without load",
+    ),
+    "gear_mesh_misalignment": Quantity(
+        (S, "flank"),
+        "m",
+        "how much more the bodies have approached at the +z end of the face than at its -z end",
+        missing="without load",
     ),
     "tooth_displacement": QUANTITIES["tooth_displacement"],
     "carrier_displacement": QUANTITIES["carrier_displacement"],

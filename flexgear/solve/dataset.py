@@ -23,6 +23,7 @@ from flexgear.results.dataset import provenance
 from flexgear.results.train_dataset import train_dataset
 from flexgear.results.train_sharing import DEFINITIONS, sharing_histories
 from flexgear.solve.angles import given_speeds
+from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.labels import flank_name
 from flexgear.solve.model import Model
 
@@ -90,11 +91,12 @@ def _dataset(
             "rated_gear_mesh_force": model.rated,
             **sharing_histories(force, model.rated, model.gear_meshes.names),
             **_pairs(model, result),
+            **face_arrays(model, result),
             **motions,
             **arrays,
         },
         train_attrs(model, **model.modal.figures, **model.system.header, **attrs),
-        {**train_labels(model), **_flanks(model), **labels},
+        {**train_labels(model), **_flanks(model), **face_labels(model), **labels},
         model.gear_meshes.names,
     )
 

@@ -35,6 +35,7 @@ from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
 from flexgear.solve.deformed import bending_bodies, deformed
+from flexgear.solve.face_load import face_figures
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
@@ -157,6 +158,11 @@ def run(
             still = static(ideal, _positions(first), progress=progress)
             datasets["equilibrium_without_errors"] = still
             fields = {name: deformed(ideal, name) for name in bending_bodies(first)}
+        face_load = {first.variant: face_figures(datasets["equilibrium"])}
+        if "rigid" in models and face_load[first.variant]:
+            rigid = models["rigid"]
+            datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
+            face_load["rigid"] = face_figures(datasets["equilibrium_rigid"])
     with watch.stage("load_sharing"):
         sharing = _sharing(models, progress)
     datasets |= sharing
@@ -205,6 +211,7 @@ def run(
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=own.realtime_factor,
+        **({"face_load": face_load} if face_load[first.variant] else {}),
         **bodies_summary(models, datasets, runs),
     )
     return Run(case, first.flow, datasets, fields, summary)

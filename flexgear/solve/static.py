@@ -15,6 +15,7 @@ from flexgear.model.train_member import PlanetBearing
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.face_load import face_figures
 from flexgear.solve.model import Model, rated_rotations
 
 __all__ = ["CENTRAL", "bearing_loads", "position_figures", "static"]
@@ -59,6 +60,8 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
         },
         "distance_from_axis_um": displacement_summary(data),
     }
+    if "face_line_load" in data:
+        figures["face_load"] = face_figures(data.expand_dims("position"))
     if "planet_bearing_force" in data:
         figures["planet_bearing"] = bearing_loads(model, data)
     return figures

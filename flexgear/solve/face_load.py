@@ -1,0 +1,109 @@
+"""Load along the face in results: line loads of slices, along the face, and what of it counts.
+
+K_Hβ of ISO 6336-1 is the largest over the mean line load along the face, where W(z) is what all
+pairs of a gear mesh carry at z in the mean of a cycle; here of the positions of a dataset, which
+have to be spread evenly over whole cycles of the gear mesh for that.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.analysis.transient import Transient
+from flexgear.gears.face_load import with_ends
+from flexgear.solve.model import Model
+
+Array = NDArray[np.float64]
+
+
+def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]:
+    """Variables of a result whose pairs have slices; all of them of equilibria, in time those that
+    do not say slice by slice."""
+    found = line_loads(result)
+    if found is None:
+        return {}
+    load = np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
+    width = 2.0 * model.system.pairs.half_face
+    arrays = {
+        "largest_line_load": _largest(found),
+        "transmission_error": _by_load(found.approach, load),
+        "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
+    }
+    if isinstance(result, Equilibrium):
+        arrays |= {
+            "line_load": found.line_load,
+            "slice_position": found.z,
+            "face_line_load": along_face(model, found),
+        }
+    return arrays
+
+
+def face_labels(model: Model) -> dict[str, list[float]]:
+    """Labels of the axis along the face."""
+    return {"face": face_places(model).tolist()}
+
+
+def face_places(model: Model) -> Array:
+    """Places along the face over its width, −1/2 … 1/2: twice as many as slices, and the ends."""
+    return np.linspace(-0.5, 0.5, 2 * int(model.system.pairs.slices.max(initial=0)) + 1)
+
+
+def along_face(model: Model, found: LineLoads) -> Array:
+    """Line load (t, M, F) N/m that all pairs of a gear mesh carry together along its face."""
+    places, pairs = face_places(model), model.system.pairs
+    out = np.zeros((*found.approach.shape[:2], len(places)))
+    middle = (np.arange(found.z.shape[-1]) + 0.5) / found.z.shape[-1]
+    share = np.concatenate([[0.0], middle, [1.0]])
+    load = with_ends(np.nan_to_num(found.line_load))
+    for t, m, slot in zip(*np.nonzero(np.isfinite(found.line_load).all(axis=-1)), strict=True):
+        low, high = found.ends[t, m, slot]
+        at = (places * 2.0 * pairs.half_face[m] - low) / (high - low)
+        out[t, m] += np.where(
+            (at >= 0.0) & (at <= 1.0), np.interp(at, share, load[t, m, slot]), 0.0
+        )
+    return out
+
+
+def face_figures(data: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Figures over all positions of a dataset of equilibria, of every flank that carries, by its
+    name; none where pairs have no slices."""
+    if "face_line_load" not in data:
+        return {}
+    found = {}
+    for name in map(str, data["flank"].to_numpy()):
+        own = data.sel(flank=name)
+        load = own["face_line_load"].mean("position").to_numpy()
+        if not load.max() > 0:
+            continue
+        error = own["transmission_error"].to_numpy()
+        found[name] = {
+            "k_h_beta": float(load.max() / mean_along(load)),
+            "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
+            "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
+            "transmission_error_um": 1e6 * float(np.nanmean(error)),
+            "transmission_error_peak_to_peak_um": 1e6 * float(np.nanmax(error) - np.nanmin(error)),
+        }
+    return found
+
+
+def mean_along(load: Array) -> float:
+    """Mean of a line load (F,) at evenly spaced places, its ends included."""
+    return float((load[1:] + load[:-1]).sum() / (2 * (len(load) - 1)))
+
+
+def _largest(found: LineLoads) -> Array:
+    """(t, M) N/m, continued to the ends of the contact lines."""
+    return np.asarray(with_ends(np.nan_to_num(found.line_load)).max(axis=(2, 3)))
+
+
+def _by_load(values: Array, load: Array) -> Array:
+    """Mean (t, M) of values of pairs (t, M, slots), weighted by their loads; NaN without load."""
+    total = load.sum(axis=-1)
+    weighed = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
+    return np.asarray(np.divide(weighed, total, out=np.full_like(total, np.nan), where=total > 0))

@@ -1,0 +1,65 @@
+"""Load along the face in results: even where nothing tilts, and the same however it is counted."""
+
+import numpy as np
+import pytest
+
+import flexgear as fg
+from flexgear.model.load import load_case
+from flexgear.solve.face_load import face_figures
+
+BASE = load_case("wind-5mw")
+CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
+
+
+def found(**changes):
+    case = BASE.with_(**{"gear_mesh.model": "face_load", **changes})
+    return fg.static(fg.assemble(case, ["all"]), CYCLE)
+
+
+@pytest.fixture(scope="module")
+def stage():
+    return found()
+
+
+def test_line_loads_add_up_along_the_contact_line_and_along_the_face(stage):
+    width = BASE.view().stage.face_width
+    load = stage["face_line_load"].to_numpy()
+    along = width * 0.5 * (load[..., 1:] + load[..., :-1]).sum(axis=-1) / (load.shape[-1] - 1)
+    force = stage["pair_load"].sum("slot").to_numpy()
+    # places along the face do not know where lines end: a fraction of a place of each
+    np.testing.assert_allclose(along, force, atol=0.02 * force.max())
+    np.testing.assert_allclose(along.mean(axis=0), force.mean(axis=0), atol=2e-3 * force.max())
+
+
+def test_a_spur_stage_without_errors_or_tilt_is_loaded_evenly():
+    even = {"stage.helix_angle": 0.0, "gear_mesh.path_only": True}
+    data = found(**even)
+    for name, figures in face_figures(data).items():
+        tilt = abs(figures["misalignment_um"])
+        assert figures["k_h_beta"] < 1.0 + 0.2 * tilt, name
+        assert figures["k_h_beta"] >= 1.0 - 1e-9
+
+
+def test_planets_of_a_stage_without_errors_are_loaded_alike():
+    """Five planets see the same within a cycle: K_Hβ differs by the phase of the positions only."""
+    figures = face_figures(found(**{f"errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")}))
+    for kind in ("ring", "sun"):
+        k = [f["k_h_beta"] for name, f in figures.items() if f" {kind} " in name]
+        assert len(k) == 5
+        assert np.ptp(k) < 0.02 * max(k)
+
+
+def test_more_positions_tell_the_same(stage):
+    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
+    finer = fg.static(model, np.linspace(0, CYCLE[1] * 12, 36, endpoint=False))
+    one, two = face_figures(stage), face_figures(finer)
+    for name in one:
+        assert one[name]["k_h_beta"] == pytest.approx(two[name]["k_h_beta"], rel=0.01)
+
+
+def test_in_time_the_largest_line_load_is_there_and_slices_are_not():
+    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
+    run = fg.transient(model, duration=2e-3)
+    assert "line_load" not in run
+    assert run["largest_line_load"].max() > 0
+    assert np.isfinite(run["transmission_error"].sel(flank="stage ring 1 drive")).all()
