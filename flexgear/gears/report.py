@@ -17,6 +17,7 @@ from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geomet
 from flexgear.gears.laws import iso_peak
 from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.power_flow import power_flow
+from flexgear.gears.root_stress import RootStress, stage_root_stress
 from flexgear.gears.tooth import ToothGeometry
 
 if TYPE_CHECKING:
@@ -43,15 +44,19 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
     "gear_mesh"). Lengths of gears are diameters; stiffness is along the 3D normal and, in a
     double-helical stage, of one half, as face width and contact ratios are; forces as in
-    ``stage_paths``."""
+    ``stage_paths``. Root stress is nominal, without load factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for slot, gear in g.gears.items():
         report[view.part(slot)] = _gear(gear, getattr(g.radii, slot))
     side = "left" if stage.double_helical else ""
+    stresses = stage_root_stress(view, g, forces)
     for slot in g.gear_meshes:
         name = "gear_mesh" if stage.kind == "parallel" else f"{slot}_gear_mesh"
         report[name] = _gear_mesh(view, g, slot, paths[slot, side])
+        for (of, part), found in stresses.items():
+            if of == slot:
+                report[name] |= _root(view.part(part), found)
     return report
 
 
@@ -113,6 +118,15 @@ def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath)
     if not g.overridden:
         rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, slot) / 1e9
     return rows
+
+
+def _root(gear: str, found: RootStress) -> dict[str, Any]:
+    """Nominal root stress of a gear at rated torque and its factors; ``root_stress`` says what is
+    left out."""
+    return {
+        f"nominal_root_stress_iso_6336_3_{gear}_mpa": found.stress / 1e6,
+        f"form_and_notch_factor_{gear}": [found.form_factor, found.notch_factor],
+    }
 
 
 def _share(x: float) -> float:

@@ -12,6 +12,7 @@ from flexgear.coupling.pace import timed_drops
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.root_stress import largest_root_stress
 from flexgear.model.case import Case
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
@@ -55,7 +56,7 @@ def flow_summary(flow: PowerFlow) -> dict[str, Any]:
 
 
 def stages_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """Frequencies, mean forces and error cycles of the stages."""
+    """Frequencies, mean forces, nominal root stresses, error cycles of the stages."""
     flow, train = model.flow, model.case
     motions, lives = stage_motions(train, flow), planet_bearing_life_hours(train, flow)
     out: dict[str, dict[str, Any]] = {}
@@ -67,6 +68,11 @@ def stages_summary(model: Model) -> dict[str, dict[str, Any]]:
             "rolling_power_w": own.stage_power,
             "sun_gear_mesh_force_n": abs(own.sun_gear_mesh_force),
             "error_cycle_gear_meshes": motion.cycle.gear_meshes,
+        }
+        view = train.view(stage.name)
+        out[stage.name]["nominal_root_stress_mpa"] = {
+            view.part(slot): value / 1e6
+            for slot, value in largest_root_stress(view, own.gear_mesh_forces).items()
         }
         if stage.kind == "planetary":
             out[stage.name] |= {
