@@ -13,10 +13,10 @@ one's.) Where the line crosses below the root section, the tooth has no part.
     axial       sin²α' (1-ν²)/E ∫ dx/(2y)
     foundation  cos²α' (1-ν²)/E [16.67/π (u_f/s_f)² + 2 (1-2ν)/(1-ν) u_f/s_f
                                  + 4.82/π (1 + tan²α'/(2.4 (1+ν)))]
-    contact     2 (1-ν²)/(πE) [ln(4 h_1 h_2/a²) - ν/(1-ν)],  a² = 8 w ρ (1-ν²)/(πE)
+    contact     line contact (``hertz``) of both flanks, to the points where the load's line
+                crosses the teeth's middle lines
 
-u_f, s_f: lever (negative below the root section) and thickness of the root section; h_1, h_2: from
-the contact along the load's line to the teeth's middle lines; ρ = ρ_1 ρ_2/(ρ_2 ± ρ_1) (- internal).
+u_f, s_f: lever (negative below the root section) and thickness of the root section.
 The contact part is the secant at the line load given.
 The foundation is a half plane held 1.3 s_f below the root section. Against plane-strain finite
 elements held there, tooth and foundation together are 0 … 7 % too soft on external gears and
@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import GearMeshGeometry
+from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.gears.tooth import ToothGeometry, ToothOutline
 
 Array = NDArray[np.float64]
@@ -121,16 +122,16 @@ def pair_compliance(
     rho_g = s + reach if gear.internal else np.maximum(reach - s, 1e-3 * gear_mesh.base_pitch)
     r_p = np.hypot(planet.base_radius, rho_p)
     r_g = np.hypot(gear.base_radius, rho_g)
-    rho = rho_p * rho_g / (rho_g + gear.outward * rho_p)
-    plane = (1 - poisson**2) / young
-    half_width_2 = 8 * line_load * rho * plane / math.pi
-    depth = _depth(planet, r_p) * _depth(gear, r_g)
-    contact = 2 * plane / math.pi * (np.log(4 * depth / half_width_2) - poisson / (1 - poisson))
+    flanks = (
+        ContactBody(young, poisson, _depth(planet, r_p)),
+        ContactBody(young, poisson, _depth(gear, r_g)),
+    )
+    contact = line_contact(*flanks, relative_radius(rho_p, rho_g, internal=gear.internal))
     return PairCompliance(
         xi,
         tooth_compliance(planet.outline(), r_p, young, poisson),
         tooth_compliance(gear.outline(), r_g, young, poisson),
-        contact,
+        contact.secant(line_load),
     )
 
 

@@ -1,0 +1,137 @@
+"""Hertzian line contact: approach, its tangent, half width and pressure of two pressed flanks.
+
+Line load w (N/m), radius of relative curvature ρ, plane strain with c = (1 − ν²)/E of each body:
+
+    a² = 4 w ρ (c_1 + c_2)/π,   p_max = 2 w/(π a)
+    δ  = Σ_bodies (2 c/π) w [ln(2 h/a) + κ]
+
+The approach of a line contact in a half plane has no end: it is counted against a reference, which
+is h and κ of each body:
+
+    "point"   the point at the depth h under the load: κ = −ν/(2 (1 − ν)). Weber & Banaschek 1953
+    "layer"   the surface of a rigid base on which a layer of thickness h is bonded, its load a line
+              against h; κ is the integral in ``layer_constant``. It goes with an FE solution from
+              which that of the same FE mesh, clamped at the depth h, is taken off
+    "length"  infinity, the load being uniform on a length h ≫ a of a half space: κ = 1/2, at the
+              middle of the length. Lundberg 1939, Forschung Ing.-Wes. 10:201
+
+So δ = w (α − β ln w): nonlinear, and the same α, β serve δ, dδ/dw = α − β − β ln w and the secant.
+δ rises with w up to ln w = α/β − 1, where a has grown to about the depth; no law of contact there.
+
+Helical flanks: ρ and w are those of the normal section, ρ_n = ρ_t/cos β_b, and the length of the
+contact line is its axial extent over cos β_b.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+Array = NDArray[np.float64]
+Reference = Literal["point", "layer", "length"]
+_ONE = 20.0  # qh from which the layer's compliance is a half plane's to rounding
+
+
+@dataclass(frozen=True)
+class ContactBody:
+    """One body. young: E, Pa; poisson: ν; depth: h, m, a number or (n,); reference: see above."""
+
+    young: float
+    poisson: float
+    depth: Array | float
+    reference: Reference = "point"
+
+    @property
+    def compliance(self) -> float:
+        """c = (1 − ν²)/E, 1/Pa."""
+        return (1 - self.poisson**2) / self.young
+
+    @property
+    def constant(self) -> float:
+        """κ."""
+        if self.reference == "point":
+            return -self.poisson / (2 * (1 - self.poisson))
+        return layer_constant(self.poisson) if self.reference == "layer" else 0.5
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Law of one or n line contacts, δ = w (α − β ln w). alpha: α, m²/N with w in N/m, (n,) or a
+    number; beta: β, m²/N; spread: a²/w, m²/(N/m)."""
+
+    alpha: Array
+    beta: float
+    spread: Array
+
+    def secant(self, line_load: Array | float) -> Array:
+        """δ/w, m²/N, for w > 0."""
+        return self.alpha - self.beta * np.log(line_load)
+
+    def approach(self, line_load: Array | float) -> Array:
+        """δ, m; zero without load."""
+        w = np.asarray(line_load, dtype=float)
+        return np.where(w > 0, w * self.secant(np.where(w > 0, w, 1.0)), 0.0)
+
+    def tangent(self, line_load: Array | float) -> Array:
+        """dδ/dw, m²/N, for w > 0; grows without bound as w falls to zero."""
+        return self.secant(line_load) - self.beta
+
+    def half_width(self, line_load: Array | float) -> Array:
+        """a, m."""
+        return np.sqrt(self.spread * line_load)
+
+    def pressure(self, line_load: Array | float) -> Array:
+        """p_max = 2 w/(π a), Pa."""
+        return 2 / math.pi * np.sqrt(line_load / self.spread)
+
+    @property
+    def largest_line_load(self) -> Array:
+        """w at which dδ/dw = 0, N/m."""
+        return np.exp(self.alpha / self.beta - 1)
+
+
+def line_contact(first: ContactBody, second: ContactBody, radius: Array | float) -> LineContact:
+    """Law of two bodies pressed with a radius of relative curvature (n,) or a number, m."""
+    bodies = (first, second)
+    total = sum(body.compliance for body in bodies)
+    spread = np.asarray(4 * np.asarray(radius) * total / math.pi)
+    alpha = -total / math.pi * np.log(spread)
+    for body in bodies:
+        alpha = alpha + 2 * body.compliance / math.pi * (
+            np.log(2 * np.asarray(body.depth)) + body.constant
+        )
+    return LineContact(alpha, total / math.pi, spread)
+
+
+def relative_radius(first: Array | float, second: Array | float, *, internal: bool) -> Array:
+    """ρ = ρ_1 ρ_2/(ρ_2 ± ρ_1), − where the second body is hollow (a ring's flank), m."""
+    one, two = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    return one * two / (two - one if internal else two + one)
+
+
+@lru_cache
+def layer_constant(poisson: float) -> float:
+    """κ of a line load on an elastic layer bonded to a rigid base, relative to its thickness.
+
+    A pressure cos(qx) sinks the surface of a layer of thickness h by (2 c/q) L(qh) cos(qx),
+
+        L(t) = (2k sinh 2t − 4t)/(2k cosh 2t + 1 + k² + 4t²),   k = 3 − 4ν,
+
+    so that κ = 1/2 − γ + ∫_0^1 L/t dt + ∫_1^∞ (L − 1)/t dt, γ Euler's constant.
+    Source of L: Bentall & Johnson 1968, Int. J. Mech. Sci. 10:637; κ follows by Hertz's pressure.
+    """
+    k = 3 - 4 * poisson
+
+    def share(t: float) -> float:
+        below = 2 * k * math.cosh(2 * t) + 1 + k**2 + 4 * t**2
+        return (2 * k * math.sinh(2 * t) - 4 * t) / below
+
+    near = quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
+    far = quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
+    return float(0.5 - np.euler_gamma + near + far)
