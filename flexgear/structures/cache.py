@@ -1,8 +1,8 @@
 """The cache on disk: where it is, what is in it, how it is emptied.
 
-It holds reduced bodies (`store`) and finished parts of studies that were interrupted. Each entry
-has a folder named by the SHA-256 of all that it depends on. Whatever else lies there is not
-flexgear's, or is just being made, and stays.
+It holds reduced bodies (`store`), influences of teeth (`tooth_influence`) and finished parts of
+studies that were interrupted. Each entry has a folder named by the SHA-256 of all that it depends
+on. Whatever else lies there is not flexgear's, or is just being made, and stays.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flexgear.files.stage import remove_stale
 
 KINDS = {
     "reduced": "reduced bodies",
+    "influence": "influences of loaded teeth",
     "sweep": "interrupted sweeps",
     "tolerance": "interrupted tolerance studies",
 }

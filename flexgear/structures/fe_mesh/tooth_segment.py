@@ -63,7 +63,8 @@ class SegmentParameters:
 
     held_radius: where the rim is cut and held, inside the root of an external gear and outside that
     of a ring; None cuts the tooth off at its base section. flank_layer: depth of the layer under
-    the flanks, less where the tip is too thin for it; teeth: of the segment.
+    the flanks, less where the tip is too thin for it; teeth: of the segment; margin: rim without
+    teeth beyond the lands at its ends, in pitches.
     """
 
     tooth: ToothGeometry
@@ -73,6 +74,7 @@ class SegmentParameters:
     flank_layer: float
     teeth: int = 3
     divisions: SegmentDivisions = SegmentDivisions()
+    margin: float = 0.0
 
     @property
     def middle(self) -> int:
@@ -102,19 +104,24 @@ class SegmentParameters:
 class ToothSegment:
     """FE mesh of a segment and what of it is regular.
 
-    flank_nodes: (teeth, flank + 1, layers + 1) vertices of the −θ flanks from tip to form circle;
-    inner_nodes: (teeth, rows + 1, layers + 1) the inner border of the layer under them, down to
-    the base section; roll: (flank + 1,) √(r² − r_b²) of the flank's rows, falling outside, rising
-    inside, m; depth: (flank + 1,) of the layer in these rows, m; z: (layers + 1,) m.
+    surface_nodes: (teeth, rows + 1, layers + 1) vertices of the −θ sides from the tip down to the
+    base section, flank + 1 of them on the involute; inner_nodes: the inner border of the layer
+    under them, likewise; roll: (flank + 1,) √(r² − r_b²) of the flank's rows, falling outside,
+    rising inside, m; depth: (flank + 1,) of the layer in these rows, m; z: (layers + 1,) m.
     """
 
     parameters: SegmentParameters
     fe_mesh: FeMesh
-    flank_nodes: Ints
+    surface_nodes: Ints
     inner_nodes: Ints
     roll: Array
     depth: Array
     z: Array
+
+    @property
+    def flank_nodes(self) -> Ints:
+        """(teeth, flank + 1, layers + 1) vertices of the −θ flanks, from tip to form circle."""
+        return self.surface_nodes[:, : len(self.roll)]
 
 
 def tooth_segment(p: SegmentParameters) -> ToothSegment:
@@ -144,7 +151,7 @@ def tooth_segment(p: SegmentParameters) -> ToothSegment:
     return ToothSegment(
         p,
         FeMesh(points.reshape(-1, 3), vtk[:, HEX_FROM_VTK], "hex", facets),
-        section.flanks[:, : p.divisions.flank + 1, None] + levels,
+        section.surface[:, :, None] + levels,
         section.inner[:, :, None] + levels,
         _Profile(p.tooth, p.divisions).roll,
         section.depth,
@@ -216,7 +223,7 @@ class _Section:
         self.quads = self._counter_clockwise(
             np.concatenate([q.reshape(-1, 4) for q in self._quads])
         )
-        self.flanks = np.array([grid[: rows + 1, 0] for grid in columns])
+        self.surface = np.array([grid[: rows + 1, 0] for grid in columns])
         self.inner = np.array([grid[: rows + 1, 1] for grid in columns])
         self.lines = self._lines(columns, rows)
         self.held = self._held(grids, columns, sides)
@@ -288,24 +295,37 @@ class _Section:
         return np.arange(first, self._count).reshape(block.shape[:2])
 
     def _lands(self, columns: list[Ints], rows: int) -> tuple[list[Ints], tuple[Ints, Ints]]:
-        """Blocks below the root lands beside and between the teeth, and both cut lines."""
-        begin, pitch = base_section_angle(self.tooth), self.tooth.pitch_angle
+        """Blocks below the root lands beside and between the teeth, bare rim beyond them, and both
+        cut lines."""
+        begin, pitch, teeth = base_section_angle(self.tooth), self.tooth.pitch_angle, self.p.teeth
+        held = self._held_share * pitch / 2
         top = np.linspace(begin, pitch - begin, self.div.land + 1)
         radius = self.tooth.root_profile(np.minimum(top, pitch - top))
-        upper = radius[:, None] * np.column_stack([np.cos(top), np.sin(top)])
-        held = self._held_share * pitch / 2
-        foot = np.linspace(held, pitch - held, self.div.land + 1)
-        assert self.p.held_radius is not None
-        lower = self.p.held_radius * np.column_stack([np.cos(foot), np.sin(foot)])
-        block = upper + self._depths[:, None, None] * (lower - upper)
+        block = self._rim_block(radius, top, np.linspace(held, pitch - held, self.div.land + 1))
         grids = []
-        for j in range(-1, self.p.teeth):
-            new = slice(None if j < 0 else 1, None if j == self.p.teeth - 1 else -1)
+        for j in range(-1, teeth):
+            new = slice(None if j < 0 else 1, None if j == teeth - 1 else -1)
             grid = self._placed(block[:, new], self._angle(j))
             left = [columns[j][rows:, -1:]] if j >= 0 else []
-            right = [columns[j + 1][rows:, :1]] if j < self.p.teeth - 1 else []
+            right = [columns[j + 1][rows:, :1]] if j < teeth - 1 else []
             grids.append(np.concatenate([*left, grid, *right], axis=1))
+        if self.p.margin > 0.0:
+            away = np.linspace(0, 1, ceil(self.p.margin * (self.div.land + 2)) + 1)[1:]
+            away *= self.p.margin * pitch
+            bare = self._rim_block(radius[-1] + 0 * away, away + top[-1], away + pitch - held)
+            after = self._placed(bare, self._angle(teeth - 1))
+            bare = bare[:, ::-1] * np.array([1.0, -1.0])
+            before = self._placed(bare, self._angle(0))
+            grids.append(np.concatenate([grids[teeth][:, -1:], after], axis=1))
+            grids.insert(0, np.concatenate([before, grids[0][:, :1]], axis=1))
         return grids, (grids[0][:, 0], grids[-1][:, -1])
+
+    def _rim_block(self, radius: Array, top: Array, foot: Array) -> Array:
+        """(rim + 1, k, 2) nodes from (radius, top), (k,) each, straight to the held circle."""
+        upper = radius[:, None] * np.column_stack([np.cos(top), np.sin(top)])
+        assert self.p.held_radius is not None
+        lower = self.p.held_radius * np.column_stack([np.cos(foot), np.sin(foot)])
+        return upper + self._depths[:, None, None] * (lower - upper)
 
     def _lines(self, columns: list[Ints], rows: int) -> dict[str, Ints]:
         """Lines with the body on their left, seen from +z."""

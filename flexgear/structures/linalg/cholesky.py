@@ -9,6 +9,8 @@ Source: Chen, Davis, Hager, Rajamanickam 2008, ACM TOMS 35:22; Python interface:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -30,8 +32,14 @@ class Factor:
 
     name = "cholmod"
 
-    def __init__(self, matrix: sp.csr_matrix) -> None:
-        self._factor = _factored(to_cvxopt(sp.tril(matrix)))
+    def __init__(self, matrix: sp.csr_matrix, order: NDArray[np.int64] | None = None) -> None:
+        """order: of elimination (n,), rows of the matrix; found by CHOLMOD if left out."""
+        lower = to_cvxopt(sp.tril(matrix))
+        if order is None:
+            self._factor = _factored(lower)
+        else:
+            with _options(nmethods=1):  # no other order is tried
+                self._factor = _factored(lower, dense_of(np.asarray(order, dtype=np.int64)))
 
     def solve(self, right: Array) -> Array:
         """x (n, k) with A x = right (n, k)."""
@@ -67,12 +75,19 @@ def factor_in_order(matrix: sp.csr_matrix) -> sp.csc_matrix:
 
     Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
     """
-    before = dict(cholmod.options)
-    cholmod.options.update(nmethods=1, postorder=False)  # the order given, and no other
-    try:
+    with _options(nmethods=1, postorder=False):  # the order given, and no other
         order = dense_of(np.arange(matrix.shape[0]))
         factor = _factored(to_cvxopt(sp.tril(matrix)), order)
         return _to_scipy(cholmod.getfactor(factor))
+
+
+@contextmanager
+def _options(**chosen: Any) -> Iterator[None]:
+    """CHOLMOD's options inside the block."""
+    before = dict(cholmod.options)
+    cholmod.options.update(chosen)
+    try:
+        yield
     finally:
         cholmod.options.clear()
         cholmod.options.update(before)

@@ -45,7 +45,7 @@ def facet_normals(points, facets):
 
 @pytest.mark.parametrize("name", GEARS)
 def test_patches_cover_the_surface_with_outward_normals(name):
-    segment = tooth_segment(parameters(name))
+    segment = tooth_segment(parameters(name, margin=0.8))
     fe_mesh = segment.fe_mesh
     assert fe_mesh.quality() > 0.3
     surface = {tuple(sorted(ids)): ids for ids in fe_mesh.boundary}

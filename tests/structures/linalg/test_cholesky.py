@@ -7,6 +7,7 @@ from plain_meshes import annulus
 
 from flexgear.structures.fem import assemble
 from flexgear.structures.linalg.cholesky import Factor
+from flexgear.structures.linalg.flexibility import flexibility
 
 RANDOM = np.random.default_rng(11)
 
@@ -58,3 +59,14 @@ def test_a_singular_matrix_is_refused(matrix):
     n = matrix.shape[0]
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
         Factor(sp.csr_matrix(matrix - 1e3 * sp.eye_array(n) * matrix.max()))
+
+
+def test_flexibility_of_few_rows_is_that_of_whole_solves(matrix, factor):
+    rows = RANDOM.choice(matrix.shape[0], 12, replace=False)
+    loads = sp.csc_matrix(
+        (RANDOM.standard_normal(12), (rows, np.arange(12) % 5)), shape=(matrix.shape[0], 5)
+    )
+    expected = loads.T @ factor.solve(loads.toarray())
+    found = flexibility(matrix, loads)
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    assert np.array_equal(found, found.T)

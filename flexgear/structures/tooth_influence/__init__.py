@@ -1,0 +1,6 @@
+"""FE influence of a tooth: what a line load on a flank moves along that flank and the next one."""
+
+from flexgear.structures.tooth_influence.influence import ToothInfluence
+from flexgear.structures.tooth_influence.of_case import tooth_influence
+
+__all__ = ["ToothInfluence", "tooth_influence"]

@@ -1,0 +1,85 @@
+"""Influence of the teeth of a stage's gears: where their bodies are held, and the cache of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.stage_view import StageView
+from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
+from flexgear.structures.tooth_influence.flank import flank_compliance
+from flexgear.structures.tooth_influence.influence import ToothInfluence
+from flexgear.structures.tooth_influence.kept import kept
+
+FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same
+DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
+MARGIN = 1.5  # pitches of rim beside three teeth; further away 1 % of the deflection in a plane
+LAYER = 1.6  # modules of a layer along the face
+LEAST_LAYERS, MOST_LAYERS = 8, 30
+_BODY = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
+_TOOTH_ALONE = SegmentDivisions(flank=12, fillet=6, tooth=4)  # small enough to be finer
+
+
+def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
+    """Influence of a tooth of "sun", "planet" or "ring" (of a parallel stage's pinion and gear,
+    "sun" and "planet"), from the cache or made (half a minute).
+
+    None where an FE ring is tied at its flanks: it has the whole tooth, and only line contact
+    ("point" at a depth of the tie's choice) stays outside.
+    """
+    parameters = influence_parameters(case, slot)
+    if parameters is None:
+        return None
+    m = case.material
+    return kept(
+        {"segment": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
+        lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio),
+    )
+
+
+def influence_of(parameters: SegmentParameters, young: float, poisson: float) -> ToothInfluence:
+    """Influence of the middle tooth of a segment; E in Pa."""
+    segment = tooth_segment(parameters)
+    found = flank_compliance(segment, young, poisson)
+    return ToothInfluence(
+        segment.roll, segment.z, segment.depth, found.own, found.neighbour, young, poisson
+    )
+
+
+def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None:
+    """The segment of a gear.
+
+    An FE ring tied at its roots: one tooth, held at the very surface of the tie, so that tooth and
+    fillet are here and the rim is there. Any other body: three teeth, held at its bore (a ring's
+    outer diameter), ``DEEPEST`` below the root at the latest, and at cuts across the rim.
+    """
+    stage, tooth = case.stage, stage_geometry(case).gears[slot]
+    in_fe = slot == "ring" and case.fe_tie is not None
+    if in_fe and case.fe_tie == "flank":
+        return None
+    hand = 1.0 if (stage.planet_hand == "right") == (slot != "sun") else -1.0
+    layers = math.ceil(stage.face_width / (LAYER * stage.normal_module))
+    layers = min(max(layers, LEAST_LAYERS), MOST_LAYERS)
+    divisions = _TOOTH_ALONE if in_fe else _BODY
+    return SegmentParameters(
+        tooth=tooth,
+        face_width=stage.face_width,
+        helix_rate=hand * math.tan(stage.helix_angle) / tooth.reference_radius,
+        held_radius=None if in_fe else _held_radius(case, slot, tooth),
+        flank_layer=FLANK_LAYER * stage.normal_module,
+        teeth=1 if in_fe else 3,
+        margin=0.0 if in_fe else MARGIN,
+        divisions=replace(divisions, layers=layers),
+    )
+
+
+def _held_radius(case: StageView, slot: str, tooth: ToothGeometry) -> float:
+    deepest = tooth.root_radius - tooth.outward * DEEPEST * case.stage.normal_module
+    gear = gears_by_slot(case.stage)[slot]
+    if slot == "ring":
+        rim = gear.rim_thickness
+        return deepest if rim is None else min(deepest, tooth.root_radius + rim)
+    return max(deepest, gear.bore_diameter / 2)
