@@ -48,6 +48,7 @@ def test_place_size_and_entries(flexgear, place):
         "place": str(place), "cleared": False, "size_bytes": sum(sizes),
         "kinds": {
             "reduced bodies": {"entries": 2, "size_bytes": sum(sizes) - 1000},
+            "influences of loaded teeth": {"entries": 0, "size_bytes": 0},
             "interrupted sweeps": {"entries": 1, "size_bytes": 1000},
             "interrupted tolerance studies": {"entries": 0, "size_bytes": 0},
         },
