@@ -1,0 +1,1 @@
+"""Plane contact of two whole gears by finite elements: reference for loaded tooth contact."""

@@ -1,0 +1,169 @@
+"""Plane contact of whole gear pairs: its own accuracy, and flexgear's slices against it."""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from flexgear.gears.off_path import OffPath
+from flexgear.views.style import save_figure
+from plane_contact import active_set, cylinders, fillets, stored
+from plane_contact.body import Elastic
+from plane_contact.cases import FINE, KINDS, LOADINGS, contact, line_load, over_a_pitch, pair
+from plane_contact.face_load import loaded
+
+HERE = Path(__file__).parent
+STEEL = Elastic(210e9, 0.3)
+KIND = pytest.mark.parametrize("kind", KINDS)
+COARSE = replace(FINE, flank=60, fillet=16)
+FEW = 6  # of the stored places
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def coarse(request):
+    return request.param, contact(request.param, COARSE)
+
+
+@pytest.mark.parametrize("radii", [(0.05, 0.1), (0.03, 0.03)])
+def test_two_cylinders_press_as_hertz_says(radii):
+    """Half width and approach; 2 % is demanded, far less is found."""
+    theory = cylinders.theory(radii, 2e6, STEEL)
+    found = cylinders.computed(radii, 2e6, STEEL, edges=6)
+    assert found.half_width == pytest.approx(theory.half_width, rel=2e-3)
+    assert found.approach == pytest.approx(theory.approach, rel=2e-3)
+
+
+def test_active_set_leaves_neither_pull_nor_penetration():
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        half = rng.normal(size=(40, 40))
+        compliance, lever = half @ half.T + np.eye(40), rng.uniform(0.5, 1.5, 40)
+        gap = rng.uniform(0.0, 20.0, 40)
+        p, x = active_set.solve(gap, compliance, lever, 3.0)
+        room = gap + compliance @ p - lever * x
+        assert p.min() >= 0 and room.min() > -1e-9
+        assert abs(p @ room) < 1e-9 and lever @ p == pytest.approx(3.0)
+
+
+def test_rack_cut_fillet_joins_flank_and_root_circle():
+    """Its ends lie on the involute and on the root circle, which nothing in it asks for."""
+    for tooth in (pair("sun").planet, pair("sun").gear):
+        line = fillets.trochoid(tooth, 50)
+        form, root = abs(line[0]), abs(line[-1])
+        assert np.angle(line[0]) == pytest.approx(tooth.half_angle(form), abs=1e-12)
+        assert root == pytest.approx(tooth.root_radius, rel=1e-12)
+
+
+def test_coarse_grid_repeats_the_stored_figures(coarse):
+    """A quarter of the edges on the flanks, every eighth place."""
+    kind, bodies = coarse
+    for loading in LOADINGS:
+        found = over_a_pitch(bodies, kind, loading, FEW)
+        known, step = stored.series(kind, loading.name), len(stored.places(kind)) // FEW
+        error = np.array([f.error for f in found])
+        loads = np.array([f.loads for f in found])
+        stress = np.array([f.root_stress for f in found])
+        assert error == pytest.approx(known.error[::step], rel=0.02)
+        assert loads == pytest.approx(known.loads[::step], abs=0.02 * loads.sum(axis=1).max())
+        for b, expected in enumerate((known.planet_stress, known.gear_stress)):
+            assert stress[:, b] == pytest.approx(expected[::step], abs=0.03 * expected.max())
+
+
+def test_gap_off_the_path_is_flexgears(coarse):
+    """The least gap of a tooth's nodes to its mate is that of the tip edge."""
+    _, bodies = coarse
+    p = bodies.pair
+    edges = OffPath(p.planet, p.gear, p.offset, *p.path, 1.0)
+    rolling = bodies.rolling((np.zeros_like, np.zeros_like), 1e-3, False)
+    beyond = np.array([0.02, 0.06, 0.1]) * p.planet.base_pitch
+    for s in (*(p.path[0] - beyond), *(p.path[1] + beyond)):
+        c = rolling.candidates(s)
+        assert c.gap[c.pair == 1].min() == pytest.approx(float(edges.gap(s)), abs=1e-9)
+
+
+@KIND
+def test_stored_figures_are_converged(kind):
+    """Finest against half as fine on flanks and fillets; bodies held elsewhere change the mean."""
+    grids = stored.pairs()[kind]["grids"]
+    for one, other, names in (
+        ("flank 160", "flank 320", None),
+        ("flank 160", "growth 0.12", None),
+        ("flank 160", "fillet 64", ("largest_planet_stress", "largest_gear_stress")),
+    ):
+        for name in names or grids[one]:
+            assert grids[one][name] == pytest.approx(grids[other][name], rel=0.01), (one, name)
+
+
+@KIND
+@pytest.mark.parametrize("loading", LOADINGS, ids=lambda one: one.name)
+def test_pairs_carry_the_load(kind, loading):
+    """On the path the levers are those of the base circles; off it a tip's lever is shorter."""
+    known, load = stored.series(kind, loading.name), loading.share * line_load(kind)
+    total = known.loads.sum(axis=1) / load
+    assert abs(total - 1).max() < (1e-3 if loading.path_only else 0.02)
+
+
+def test_tips_that_touch_matter_in_internal_pairs():
+    """Peak-to-peak transmission error several times smaller, largest pair load by 40 %."""
+    free, kept = stored.series("ring", "full"), stored.series("ring", "full path only")
+    assert np.ptp(kept.error) > 3 * np.ptp(free.error)
+    assert free.loads.max() < 0.67 * kept.loads.max()
+    free, kept = stored.series("sun", "full"), stored.series("sun", "full path only")
+    assert np.ptp(kept.error) == pytest.approx(np.ptp(free.error), rel=0.05)
+
+
+def accepted():
+    with (HERE / "accepted.csv").open(encoding="utf-8") as stream:
+        return {(r["kind"], r["loading"]): r for r in csv.DictReader(stream)}
+
+
+@KIND
+@pytest.mark.parametrize("loading", LOADINGS, ids=lambda one: one.name)
+def test_slices_against_plane_contact(kind, loading):
+    """Transmission error, mean and peak-to-peak, and pair loads at every place."""
+    known = stored.series(kind, loading.name)
+    found = loaded(kind, loading, stored.places(kind))
+    off = {
+        "mean": found.error.mean() / known.error.mean() - 1,
+        "peak_to_peak": np.ptp(found.error) / np.ptp(known.error) - 1,
+        "pair_load": abs(found.loads - known.loads).max() / (loading.share * line_load(kind)),
+    }
+    print(
+        f"\n{kind}, {loading.name}: " + ", ".join(f"{k} {100 * v:+.1f} %" for k, v in off.items())
+    )
+    limits = accepted()[kind, loading.name]
+    for name, value in off.items():
+        assert abs(value) <= float(limits[name]), name
+
+
+@KIND
+def test_draw(kind, results):
+    """Transmission error, loads and root stress of a pair, with slices beside them."""
+    figure = Figure(figsize=(9, 8), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1)
+    s = stored.places(kind)
+    for k, loading in enumerate(LOADINGS):
+        known, found = stored.series(kind, loading.name), loaded(kind, loading, s)
+        style = "--" if loading.path_only else "-"
+        top.plot(1e3 * s, 1e6 * known.error, style, color=f"C{k}", label=loading.name)
+        top.plot(1e3 * s[::3], 1e6 * found.error[::3], ".", color=f"C{k}")
+        place, loads = stored.along_path(kind, 1e-6 * known.loads)
+        middle.plot(1e3 * place, loads, style, color=f"C{k}")
+        place, loads = stored.along_path(kind, 1e-6 * found.loads)
+        middle.plot(1e3 * place[::3], loads[::3], ".", color=f"C{k}")
+    full = stored.series(kind, "full")
+    for name, values in (("planet", full.planet_stress), (kind, full.gear_stress)):
+        place, stress = stored.along_path(kind, 1e-6 * values)
+        bottom.plot(1e3 * place, stress, label=f"{name}, full")
+    for axes in (middle, bottom):
+        for end in pair(kind).path:
+            axes.axvline(1e3 * end, color="0.7", linewidth=0.8)
+    top.set(ylabel="transmission error (µm)", title=f"{kind} and planet: FE contact, slices (dots)")
+    middle.set(ylabel="pair load (kN/mm)")
+    bottom.set(ylabel="root stress (MPa)", xlabel="place of the pair on its path s (mm)")
+    top.legend(fontsize=7, ncols=3)
+    bottom.legend(fontsize=7)
+    save_figure(figure, results / "plane_contact" / f"{kind}.png", dpi=120)

@@ -1,0 +1,184 @@
+"""FE mesh of some teeth of a gear in the plane, fine along the flanks that touch.
+
+Frame: the gear's centre, x along the middle tooth. The outline is a chain of straight edges between
+points on the true flanks, fillets and circles; each edge is one side of a triangle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from skfem import MeshTri
+
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.structures.fe_mesh.session import gmsh_session
+from plane_contact.fillets import SHAPES, Points
+
+Array = NDArray[np.float64]
+Fillet = Callable[[ToothGeometry, int], Points]
+LOADED = (-1, 0, 1)  # teeth that touch, counted from the middle one
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Sizes of elements. flank: edges on a flank that touches; fillet: edges of one; growth: of the
+    size per distance from them; coarse: of others, modules; neighbours: teeth beyond the loaded
+    ones on either side; held: depth below the root circle at which the body is held, modules;
+    shape: of the fillets."""
+
+    flank: int
+    fillet: int = 20
+    growth: float = 0.25
+    coarse: float = 0.4
+    neighbours: int = 1
+    held: float = 3.0
+    shape: str = "arc"
+
+
+@dataclass(frozen=True)
+class Sector:
+    """FE mesh (m) and its patches.
+
+    vertices: (teeth, n + 1) of the loaded teeth's flanks, from the tip to the fillet, at equal
+    steps of arc length; facets: (teeth, n) between them; arc: (n + 1,) ρ²/(2 r_b) there, m;
+    fillets: (teeth, k) facets of the fillets below them; held: facets.
+    """
+
+    fe_mesh: MeshTri
+    tooth: ToothGeometry
+    side: int
+    vertices: NDArray[np.int64]
+    facets: NDArray[np.int64]
+    arc: Array
+    fillets: NDArray[np.int64]
+    held: NDArray[np.int64]
+
+
+def flank_arc(tooth: ToothGeometry, fillet: Fillet, count: int) -> Array:
+    """Arc lengths ρ²/(2 r_b) of the involute, (count + 1,) from the tip to the fillet, m."""
+    form = abs(fillet(tooth, 1)[0])
+    ends = [tooth.roll_length(r) ** 2 for r in (tooth.tip_radius, form)]
+    return np.linspace(*ends, count + 1) / (2 * tooth.base_radius)
+
+
+def flank_points(tooth: ToothGeometry, arc: Array) -> tuple[Array, Array]:
+    """Radius and half angle at arc lengths of the involute."""
+    radius = np.sqrt(tooth.base_radius**2 + 2 * tooth.base_radius * arc)
+    return radius, tooth.half_angle(radius)
+
+
+def _half(
+    tooth: ToothGeometry, shape: Fillet, flank: int, fillet: int
+) -> tuple[Points, Points, Points]:
+    """Points (k,) of the +y half of a tooth as complex numbers: flank from the tip, fillet from
+    there, root land to half the pitch. Neighbours share their ends."""
+    radius, half = flank_points(tooth, flank_arc(tooth, shape, flank))
+    bend = shape(tooth, fillet)
+    rest = np.linspace(np.angle(bend[-1]), tooth.pitch_angle / 2, 4)
+    return radius * np.exp(1j * half), bend, tooth.root_radius * np.exp(1j * rest)
+
+
+def sector(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Sector:
+    """Mesh of the loaded teeth and their neighbours; side: +1 where flanks at +θ touch, else −1."""
+    shape = SHAPES[grid.shape]
+    teeth = range(LOADED[0] - grid.neighbours, LOADED[-1] + grid.neighbours + 1)
+    chain: list[complex] = []
+    marked: dict[str, list[Array]] = {"flank": [], "fillet": []}
+    coarse = max(4, round((tooth.outward * (tooth.tip_radius - tooth.form_radius)) / module / 0.2))
+    for j in teeth:
+        halves = {}
+        for s in (-1, 1):
+            fine = j in LOADED and s == side
+            parts = _half(tooth, shape, grid.flank if fine else coarse, grid.fillet if fine else 6)
+            turned = [
+                (p if s > 0 else np.conj(p)) * np.exp(1j * j * tooth.pitch_angle) for p in parts
+            ]
+            halves[s] = turned
+            if fine:
+                marked["flank"].append(turned[0])
+                marked["fillet"].append(turned[1])
+        tip = np.angle(halves[-1][0][0]), np.angle(halves[1][0][0])
+        width = (tip[1] - tip[0]) % (2 * math.pi)
+        land = tooth.tip_radius * np.exp(1j * (tip[0] + width * np.linspace(0, 1, 9)))
+        low = np.concatenate([h[::-1] for h in halves[-1][::-1]])
+        chain += [*low, *land[1:-1], *np.concatenate(halves[1])]
+    outline = _distinct(np.array(chain))
+    radius = tooth.root_radius - tooth.outward * grid.held * module
+    ends = np.angle(outline[[-1, 0]])
+    steps = max(16, round(abs(ends[0] - ends[1]) * radius / (grid.coarse * module)))
+    back = radius * np.exp(1j * np.linspace(ends[0], ends[1], steps + 1))
+    down = max(3, round(grid.held / grid.coarse))
+    share = np.linspace(0, 1, down + 1)[1:-1]
+    first = outline[-1] + share * (back[0] - outline[-1])
+    last = back[-1] + share * (outline[0] - back[-1])
+    held = np.concatenate([outline[-1:], first, back, last, outline[:1]])
+    loop = np.concatenate([outline, held[1:-1]])
+    spacing = abs(np.diff(marked["flank"][0])).mean()
+    places = np.concatenate([*marked["flank"], *marked["fillet"]])
+    fine = [spacing, abs(np.diff(marked["fillet"][0])).mean()]
+    fe_mesh = triangles(loop, places, fine, grid, module)
+    flanks = [chain_on(fe_mesh, c) for c in marked["flank"]]
+    return Sector(
+        fe_mesh=fe_mesh,
+        tooth=tooth,
+        side=side,
+        vertices=np.array([f[0] for f in flanks]),
+        facets=np.array([f[1] for f in flanks]),
+        arc=flank_arc(tooth, shape, grid.flank),
+        fillets=np.array([chain_on(fe_mesh, _distinct(c))[1] for c in marked["fillet"]]),
+        held=chain_on(fe_mesh, _distinct(held))[1],
+    )
+
+
+def _distinct(points: Points) -> Points:
+    """Without points that repeat the one before."""
+    near = abs(np.diff(points)) < 1e-9 * abs(points[0])
+    return points[np.concatenate([[True], ~near])]
+
+
+def triangles(
+    loop: Points, places: Points, fine: list[float], grid: Grid,
+    module: float,
+) -> MeshTri:  # fmt: skip
+    """Triangles inside a closed chain, whose edges stay whole; sizes grow from ``places``."""
+    unit = module
+    with gmsh_session("plane teeth") as gmsh:
+        geo = gmsh.model.geo
+        points = [geo.addPoint(p.real, p.imag, 0) for p in loop / unit]
+        lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+        geo.addPlaneSurface([geo.addCurveLoop(lines)])
+        geo.synchronize()
+        for line in lines:
+            gmsh.model.mesh.setTransfiniteCurve(line, 2)
+        tree = cKDTree(np.column_stack([places.real, places.imag]) / unit)
+        smallest = min(fine) / unit
+
+        def size(dim, tag, x, y, z, given):
+            return min(smallest + grid.growth * tree.query([x, y])[0], grid.coarse)
+
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.model.mesh.setSizeCallback(size)
+        gmsh.option.setNumber("Mesh.Algorithm", 6)
+        gmsh.model.mesh.generate(2)
+        tags, xyz, _ = gmsh.model.mesh.getNodes()
+        _, corners = gmsh.model.mesh.getElementsByType(2)
+    used, corners = np.unique(corners, return_inverse=True)
+    row = np.zeros(int(tags.max()) + 1, np.int64)
+    row[tags.astype(np.int64)] = np.arange(len(tags))
+    xy = unit * xyz.reshape(-1, 3)[row[used.astype(np.int64)], :2]
+    return MeshTri(np.ascontiguousarray(xy.T), np.ascontiguousarray(corners.reshape(-1, 3).T))
+
+
+def chain_on(fe_mesh: MeshTri, chain: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Vertices at the points of a chain, and the facets between them."""
+    far, found = cKDTree(fe_mesh.p.T).query(np.column_stack([chain.real, chain.imag]))
+    if far.max() > 1e-9 * abs(chain).max():
+        raise RuntimeError("the mesher moved a point of the outline")
+    pairs = np.sort(np.column_stack([found[:-1], found[1:]]), axis=1)
+    number = {tuple(pair): k for k, pair in enumerate(np.sort(fe_mesh.facets.T, axis=1))}
+    return found, np.array([number[tuple(pair)] for pair in pairs])
