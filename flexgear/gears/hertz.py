@@ -90,6 +90,12 @@ class LineContact:
         """p_max = 2 w/(π a), Pa."""
         return 2 / math.pi * np.sqrt(line_load / self.spread)
 
+    def of_slice(self, length: Array | float) -> tuple[Array, Array]:
+        """a (m/N) and d (N) of the approach a f ln(d/f) under a force f (N) that is even on a
+        length, m."""
+        length = np.asarray(length, dtype=float)
+        return self.beta / length, length * np.exp(self.alpha / self.beta)
+
     @property
     def largest_line_load(self) -> Array:
         """w at which dδ/dw = 0, N/m."""

@@ -123,8 +123,8 @@ def pair_compliance(
     r_p = np.hypot(planet.base_radius, rho_p)
     r_g = np.hypot(gear.base_radius, rho_g)
     flanks = (
-        ContactBody(young, poisson, _depth(planet, r_p)),
-        ContactBody(young, poisson, _depth(gear, r_g)),
+        ContactBody(young, poisson, middle_depth(planet, r_p)),
+        ContactBody(young, poisson, middle_depth(gear, r_g)),
     )
     contact = line_contact(*flanks, relative_radius(rho_p, rho_g, internal=gear.internal))
     return PairCompliance(
@@ -147,6 +147,7 @@ def _trapezoid(values: Array, dx: Array) -> float:
     return float(np.sum(0.5 * (values[1:] + values[:-1]) * dx))
 
 
-def _depth(tooth: ToothGeometry, radius: Array) -> Array:
-    """Distance from the contact along the load's line to the tooth's middle line, m."""
+def middle_depth(tooth: ToothGeometry, radius: Array) -> Array:
+    """Distance from the contact at radii (n,) along the load's line to the tooth's middle line,
+    m."""
     return radius * np.sin(tooth.half_angle(radius)) / np.cos(tooth.load_angle(radius))

@@ -47,6 +47,13 @@ def test_tangent_is_the_derivative():
     assert (contact.tangent(LOADS) > 0).all() and top > LOADS[-1]
 
 
+def test_law_of_a_slice():
+    contact, length = line_contact(STEEL, SOFT, 15e-3), 0.02
+    scale, limit = contact.of_slice(length)
+    force = LOADS * length
+    assert scale * force * np.log(limit / force) == pytest.approx(contact.approach(LOADS))
+
+
 @pytest.mark.parametrize("scale", [1e-3, 50.0])
 def test_similarity(scale):
     """Lengths by L, moduli the same, line load by L: approach and half width by L."""

@@ -13,7 +13,7 @@ from flexgear.model.errors import FlexgearWarning
 from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
-from flexgear.structures.tooth_influence.flank import flank_compliance
+from flexgear.structures.tooth_influence.flank import flank_compliance, flank_normals
 from flexgear.structures.tooth_influence.kept import kept
 from flexgear.structures.tooth_influence.of_case import influence_of
 
@@ -45,7 +45,7 @@ def plane_deflection(slot, *options):
     as `plane_teeth.deflection` counts it; m²/N."""
     segment = tooth_segment(plane_segment(slot, *options))
     own = flank_compliance(segment, *STEEL, plane_strain=True).own
-    influence = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, *STEEL)
+    influence = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, 0.0, *STEEL)
     roll, width = pitch_point(slot), float(np.ptp(segment.z))
     smooth = influence.matrix(*np.array([[roll], [0.0], [width]]))[0, 0] * width
     body = influence.contact_body(roll)
@@ -97,21 +97,32 @@ def influence(helical):
 
 
 def slices(influence, count=15, share=0.5):
-    """Equal slices of the whole face at a share of the flank."""
+    """Equal slices of the whole face, at mid-face at a share of the flank."""
     width = np.ptp(influence.z) / count
     z = influence.z[0] + (np.arange(count) + 0.5) * width
     low, high = sorted(influence.roll[[0, -1]])
-    return np.full(count, low + share * (high - low)), z, np.full(count, width)
+    return low + share * (high - low) + influence.slope * z, z, np.full(count, width)
 
 
 def test_symmetric_and_definite_on_an_oblique_line(influence):
     roll, z, width = slices(influence)
-    c = influence.matrix(roll + 0.14 * z, z, width, slope=0.14)
-    b = influence.averages(roll + 0.14 * z, z, width, slope=0.14)
+    c = influence.matrix(roll, z, width)
+    b = influence.averages(roll, z, width)
     assert np.abs(c - c.T).max() <= 1e-10 * np.abs(c).max()
     assert np.linalg.eigvalsh(c)[0] > 0.01 * np.linalg.eigvalsh(c)[-1]
     assert b.sum(axis=1) == pytest.approx(1.0)  # a slice's whole force
     assert np.linalg.eigvalsh(influence.own)[0] > -1e-10 * np.abs(influence.own).max()
+
+
+def test_contact_lines_have_the_slope_of_the_flank(helical, influence):
+    """Along a contact line the flank's normal is one and the same."""
+    tooth, z = helical.tooth, np.linspace(-0.05, 0.05, 5)
+    radius = np.hypot(tooth.base_radius, influence.roll[2] + influence.slope * z)
+    angle = helical.helix_rate * z - tooth.half_angle(radius)
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
+    normals = flank_normals(tooth_segment(helical), points)
+    assert normals == pytest.approx(np.tile(normals[0], (5, 1)), abs=1e-12)
+    assert influence.turned().slope == influence.mirrored().slope == -influence.slope
 
 
 def test_compliance_goes_with_one_over_e(helical, influence):
@@ -131,7 +142,9 @@ def test_other_hand_is_the_reflection(helical, influence):
 
 
 def test_a_slice_is_softest_at_the_ends_of_the_face(influence):
-    diagonal = np.diag(influence.matrix(*slices(influence, 8)))
+    _, z, width = slices(influence, 8)
+    at_one_height = np.full(8, influence.roll.mean())
+    diagonal = np.diag(influence.matrix(at_one_height, z, width))
     assert diagonal[0] > 1.2 * diagonal[3] and diagonal[-1] > 1.2 * diagonal[4]
     assert (np.diff(diagonal[:4]) < 0).all() and (np.diff(diagonal[4:]) > 0).all()
 
@@ -147,7 +160,7 @@ def test_middle_of_a_long_tooth_is_in_plane_strain():
     wide = replace(plane_segment("planet", COARSE, 0.2, 0.5), face_width=16 * MODULE)
     segment = tooth_segment(replace(wide, divisions=one))
     own = flank_compliance(segment, *STEEL, plane_strain=True).own
-    plane = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, *STEEL)
+    plane = ToothInfluence(segment.roll, segment.z, segment.depth, own, None, 0.0, *STEEL)
     per_width = plane.matrix(*slices(plane, 1))[0, 0] * wide.face_width
     even = influence_of(wide, *STEEL)
     moved = even.matrix(*slices(even, 16)).mean(axis=1) * wide.face_width
@@ -159,10 +172,8 @@ def test_next_tooth_moves_less_and_farther_slices_least(influence):
     line = slices(influence)
     own, beside = influence.matrix(*line), influence.coupling(line, line)
     assert 0.05 * own.mean() < beside.mean() < 0.25 * own.mean()
-    back = influence.turned().turned()
-    assert back.coupling(line, line) == pytest.approx(beside, rel=1e-12)
-    # towards −θ as towards +θ, but for the cut and the lean of the helix
-    assert influence.turned().coupling(line, line).mean() == pytest.approx(beside.mean(), rel=1e-12)
+    assert abs(beside[0, -1]) < 0.05 * beside[0, 0]
+    assert influence.turned().turned().coupling(line, line) == pytest.approx(beside, rel=1e-12)
 
 
 def test_where_gears_of_a_case_are_held():

@@ -2,5 +2,6 @@
 
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
+from flexgear.structures.tooth_influence.pairs import pair_bending
 
-__all__ = ["ToothInfluence", "tooth_influence"]
+__all__ = ["ToothInfluence", "pair_bending", "tooth_influence"]

@@ -26,6 +26,7 @@ from flexgear.structures.tooth_influence.flank import coarse_rows
 Array = NDArray[np.float64]
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a slice's piece within a layer
+_TOGETHER = 200  # contact lines at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +38,10 @@ class ToothInfluence:
     equally spaced, m; depth: (p + 1,) at which the dip is cut off, m; own: D (n, n) m/N, nodes by
     row and layer border, then middles between rows, then between layer borders; neighbour: (m, m)
     m/N, from first, middle and last row to the same of the next tooth in +θ, None where neighbours
-    are not counted; young Pa, poisson.
+    are not counted; slope: d roll/dz of contact lines on this flank (± tan β_b); young Pa, poisson.
 
-    It is the −θ flank of a tooth with the gear's hand of helix.
+    As made it is the −θ flank of a tooth with the gear's hand of helix. The slope tells flank and
+    hand apart as far as ``own`` depends on them.
     """
 
     roll: Array
@@ -47,31 +49,37 @@ class ToothInfluence:
     depth: Array
     own: Array
     neighbour: Array | None
+    slope: float
     young: float
     poisson: float
 
-    def matrix(self, roll: Array, z: Array, width: Array, slope: float = 0.0) -> Array:
-        """C (K, K) m/N of slices: roll, z of their middles and axial width (K,) m; slope:
-        d roll/dz of the contact line (± tan β_b).
+    def matrix(self, roll: Array, z: Array, width: Array) -> Array:
+        """C (…, K, K) m/N of slices: roll, z of their middles and axial width (…, K) m.
 
         Symmetric; positive definite while there are fewer slices than nodes along the face.
         Slices beyond the flank's ends act at its ends.
         """
-        b = self.averages(roll, z, width, slope)
-        c = b @ (b @ self.own).T
-        return 0.5 * (c + c.T)
+        shape = np.broadcast_shapes(np.shape(roll), np.shape(z), np.shape(width))
+        k, n = shape[-1], len(self.own)
+        lines = (np.broadcast_to(a, shape).reshape(-1, k) for a in (roll, z, width))
+        roll, z, width = (np.ascontiguousarray(a, dtype=float) for a in lines)
+        out = np.empty((len(roll), k, k))
+        for start in range(0, len(roll), _TOGETHER):
+            some = slice(start, start + _TOGETHER)
+            means = self.averages(roll[some].ravel(), z[some].ravel(), width[some].ravel())
+            moved = (means @ self.own).reshape(-1, k, n)
+            c = moved @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)
+            out[some] = 0.5 * (c + c.swapaxes(1, 2))
+        return out.reshape(*shape, k)
 
     def coupling(
-        self,
-        slices: tuple[Array, Array, Array],
-        beside: tuple[Array, Array, Array],
-        slope: float = 0.0,
+        self, slices: tuple[Array, Array, Array], beside: tuple[Array, Array, Array]
     ) -> Array:
         """C (K, K') m/N: displacement of slices on a tooth per force on slices of the next one in
         +θ; each (roll, z, width). ValueError where neighbours are not counted."""
         if self.neighbour is None:
             raise ValueError("neighbouring teeth of this body couple through its own FE model")
-        one, two = (self._coarse_averages(*s, slope) for s in (slices, beside))
+        one, two = (self._coarse_averages(*s) for s in (slices, beside))
         return one @ self.neighbour @ two.T
 
     def contact_body(self, roll: Array) -> ContactBody:
@@ -83,17 +91,19 @@ class ToothInfluence:
     def turned(self) -> ToothInfluence:
         """The +θ flank: half a turn about the tooth's radial axis, z -> −z, +θ <-> −θ."""
         neighbour = None if self.neighbour is None else self._flipped_coarse(self.neighbour.T)
-        return replace(self, own=self._flipped(self.own), neighbour=neighbour)
+        own = self._flipped(self.own)
+        return replace(self, own=own, neighbour=neighbour, slope=-self.slope)
 
     def mirrored(self) -> ToothInfluence:
         """The same flank with the other hand of helix: z -> −z."""
         neighbour = None if self.neighbour is None else self._flipped_coarse(self.neighbour)
-        return replace(self, own=self._flipped(self.own), neighbour=neighbour)
+        own = self._flipped(self.own)
+        return replace(self, own=own, neighbour=neighbour, slope=-self.slope)
 
-    def averages(self, roll: Array, z: Array, width: Array, slope: float = 0.0) -> sp.csr_matrix:
+    def averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
         """Rows b_i (K, n): means over slices of the shape functions of the flank's nodes."""
         rows, columns = len(self.roll), len(self.z)
-        row, x, column, y, weights = self._places(roll, z, width, slope)
+        row, x, column, y, weights = self._places(roll, z, width)
         corner = row * columns + column
         between_rows = rows * columns + row * columns + column
         between_layers = (2 * rows - 1) * columns + row * (columns - 1) + column
@@ -102,10 +112,10 @@ class ToothInfluence:
         nodes += [between_layers, between_layers + columns - 1]
         return _means(np.stack(nodes), weights * _serendipity(x, y), len(self.own))
 
-    def _coarse_averages(self, roll: Array, z: Array, width: Array, slope: float) -> sp.csr_matrix:
+    def _coarse_averages(self, roll: Array, z: Array, width: Array) -> sp.csr_matrix:
         """The same on first, middle and last row (parabola in roll²), linear along the face."""
         columns = len(self.z)
-        row, x, column, y, weights = self._places(roll, z, width, slope)
+        row, x, column, y, weights = self._places(roll, z, width)
         at, last = row + 0.5 * (1 + x), len(self.roll) - 1
         middle = coarse_rows(len(self.roll))[1]
         along = [
@@ -117,7 +127,7 @@ class ToothInfluence:
         nodes = [k * columns + column + step for k in range(3) for step in (0, 1)]
         return _means(np.stack(nodes), weights * np.stack(shape), 3 * columns)
 
-    def _places(self, roll: Array, z: Array, width: Array, slope: float) -> tuple[Array, ...]:
+    def _places(self, roll: Array, z: Array, width: Array) -> tuple[Array, ...]:
         """Points (K, p) of slices, cut at layer borders: element row and place in it, −1 … 1,
         element column and place in it, weight (a slice's sum to 1)."""
         roll, z, half = (np.asarray(a, dtype=float) for a in (roll, z, 0.5 * np.asarray(width)))
@@ -130,7 +140,7 @@ class ToothInfluence:
         middle, reach = 0.5 * (cut[:, 1:] + cut[:, :-1]), 0.5 * np.diff(cut, axis=1)
         at = (middle[..., None] + reach[..., None] * _POINTS).reshape(len(z), -1)
         weights = (0.5 * reach / half[:, None])[..., None] * _WEIGHTS
-        place = np.maximum(roll[:, None] + slope * (at - z[:, None]), 0.0)
+        place = np.maximum(roll[:, None] + self.slope * (at - z[:, None]), 0.0)
         top, bottom = self.roll[0] ** 2, self.roll[-1] ** 2
         row, x = _element((place**2 - top) / (bottom - top), len(self.roll) - 1)
         column, y = _element((at - self.z[0]) / (step * count), count)

@@ -15,7 +15,7 @@ from flexgear.structures.cache import cache_directory, sealed, unsealed
 from flexgear.structures.store import content_key
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
-FORMAT = 1  # part of every key: raise it when the numerics change
+FORMAT = 2  # part of every key: raise it when the numerics change
 _ARRAYS = ("roll", "z", "depth", "own", "neighbour")
 
 
@@ -43,13 +43,13 @@ def kept(content: Mapping[str, Any], compute: Callable[[], ToothInfluence]) -> T
 def _written(influence: ToothInfluence) -> bytes:
     stream = io.BytesIO()
     arrays = {name: getattr(influence, name) for name in _ARRAYS}
-    material = np.array([influence.young, influence.poisson])
-    np.savez(stream, material=material, **{k: v for k, v in arrays.items() if v is not None})
+    numbers = np.array([influence.slope, influence.young, influence.poisson])
+    np.savez(stream, numbers=numbers, **{k: v for k, v in arrays.items() if v is not None})
     return stream.getvalue()
 
 
 def _read(data: bytes) -> ToothInfluence:
     with np.load(io.BytesIO(data)) as found:
-        young, poisson = (float(value) for value in found["material"])
+        slope, young, poisson = (float(value) for value in found["numbers"])
         arrays: dict[str, Any] = {name: found.get(name) for name in _ARRAYS}
-    return ToothInfluence(**arrays, young=young, poisson=poisson)
+    return ToothInfluence(**arrays, slope=slope, young=young, poisson=poisson)

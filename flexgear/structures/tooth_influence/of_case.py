@@ -42,10 +42,17 @@ def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
 
 def influence_of(parameters: SegmentParameters, young: float, poisson: float) -> ToothInfluence:
     """Influence of the middle tooth of a segment; E in Pa."""
-    segment = tooth_segment(parameters)
+    segment, tooth = tooth_segment(parameters), parameters.tooth
     found = flank_compliance(segment, young, poisson)
     return ToothInfluence(
-        segment.roll, segment.z, segment.depth, found.own, found.neighbour, young, poisson
+        roll=segment.roll,
+        z=segment.z,
+        depth=segment.depth,
+        own=found.own,
+        neighbour=found.neighbour,
+        slope=-tooth.outward * tooth.base_radius * parameters.helix_rate,
+        young=young,
+        poisson=poisson,
     )
 
 

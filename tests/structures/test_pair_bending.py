@@ -1,0 +1,89 @@
+"""Slices of a pair that bend each other: both teeth on the right flank, hand and place."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.laws import compliance
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.slices import bent
+from flexgear.model.load import load_stage
+from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
+
+COARSE = SegmentDivisions(flank=6, fillet=3, tooth=2, rim=3, layers=5)
+SMALL = {"stage.face_width_mm": "144", "gear_mesh.model": "face_load", "gear_mesh.slices": "5"}
+TURNED = {**SMALL, "stage.planet_hand": "left"}
+SPUR = {**SMALL, "stage.helix_angle_deg": "0"}
+
+
+@pytest.fixture(autouse=True)
+def _coarse(monkeypatch):
+    """Influences of coarse segments, not kept."""
+    monkeypatch.setattr(pairs, "tooth_influence", _coarse_influence)
+
+
+def _coarse_influence(case, slot):
+    parameters = of_case.influence_parameters(case, slot)
+    return _made(replace(parameters, divisions=COARSE))
+
+
+@lru_cache
+def _made(parameters):
+    return of_case.influence_of(parameters, 2.1e11, 0.3)
+
+
+def bending(changes, kind):
+    """Case, force of the gear mesh, its slices, flexibility, and scale and limit of the contact."""
+    case = load_stage("wind-5mw", {**changes, "ring.fits": "[]"})
+    forces = power_flow(case.case).stages[0].gear_mesh_forces
+    path = stage_paths(case, forces)[kind, ""]
+    return (
+        case,
+        abs(forces[kind.removesuffix("_back")]),
+        path,
+        pair_bending(case, path, path.slices),
+    )
+
+
+@pytest.mark.parametrize("slot", ["sun", "ring"])
+def test_symmetric_definite_and_reflected(slot):
+    """Coast flanks and the other hand of helix are reflections in the middle of the face."""
+    _, _, path, (c, (scale, limit)) = bending(SMALL, slot)
+    long = path.slices.width[:, 0] > 0.5 * path.slices.width.max()
+    assert np.array_equal(c, c.swapaxes(1, 2))
+    smallest, largest = np.linalg.eigvalsh(c)[:, [0, -1]].T
+    assert (smallest > -1e-12 * largest).all()  # short lines are definite by their contact alone
+    assert (smallest[long] > 1e-3 * largest[long]).all()
+    assert (scale > 0).all() and (limit > 0).all()
+    for changes, kind in ((SMALL, f"{slot}_back"), (TURNED, slot)):
+        _, _, _, (other, (scale_2, _)) = bending(changes, kind)
+        # slices are put about their centre of stiffness, which is a sum over a table
+        assert other == pytest.approx(c[:, ::-1, ::-1], abs=1e-4 * c.max())
+        assert scale_2 == pytest.approx(scale[:, ::-1], rel=1e-9)
+    middle = c[len(c) // 2]
+    assert np.abs(middle - middle[::-1, ::-1]).max() > 1e-3 * middle.max()  # a helix leans
+
+
+def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
+    """A spur pair, whole face: both teeth and the contact, in 3D against plane strain."""
+    case, force, path, (c, (scale, limit)) = bending(SPUR, "sun")
+    g = stage_geometry(case)
+    theory = compliance(case, g, "sun", force)
+    s_pitch = path.base_radius_planet * np.tan(path.alpha)
+    xi = (s_pitch - path.s_lo) / (path.s_hi - path.s_lo)
+    width = case.stage.face_width
+    # the theory's contact part is the secant at the mean line load of the whole path
+    even = force / g.sun_mesh.transverse_contact_ratio / 5
+    at = int(np.argmin(np.abs(path.slices.s - s_pitch)))
+    approach = c[at].sum(axis=1) * even + scale[at] * even * np.log(limit[at] / even)
+    found = approach.mean() * width / (5 * even)
+    assert found == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
+    # what the contact element takes as its nominal stiffness is the tangent there
+    lines = bent(path.slices, c, (scale, limit), np.full(len(c), 5 * even))
+    assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / found, rel=0.06)
+    assert lines.centre[at] == pytest.approx(0.0, abs=1e-6 * width)
