@@ -17,7 +17,7 @@ of that is the coast flank of a sun gear mesh, under the name of what it does. A
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,13 +31,13 @@ from flexgear.gears.contact import (
     gear_mesh_path,
     planetary_paths,
 )
+from flexgear.gears.flanks import pair_gaps
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import mean_stiffness, pair_law
-from flexgear.gears.modifications import Flank, Gap, PairGap, gaps_of, mean_gap, pair_gap
+from flexgear.gears.modifications import PairGap, mean_gap
 from flexgear.gears.slices import Line, Slices, cut
 from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
-from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
@@ -52,23 +52,20 @@ def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, G
     "right" halves. A parallel stage has "sun" and "sun_back" only.
 
     forces: normal force of one gear mesh of "sun" and "ring" at rated load, N, for stiffness that
-    depends on it (``laws``). Raises InputError for gears that cannot mesh and planets that do not
+    depends on it (``laws``) and for the flanks that carry: of "sun" and "ring" where it is not
+    negative. Raises InputError for gears that cannot mesh and planets that do not
     assemble.
     """
     g, stage = stage_geometry(view), view.stage
     require_assembly(view, g)
     if not stage.double_helical:
-        paths = _half_paths(view, g, forces, stage.planet_hand)
+        paths = _half_paths(view, g, forces)
         return {(kind, ""): path for kind, path in paths.items()}
     offset = 0.5 * (stage.half_gap + stage.face_width)
-    halves = {
-        "left": (stage.planet_hand, -offset),
-        "right": (OTHER_HAND[stage.planet_hand], offset),
-    }
     return {
         (kind, side): replace(path, side=side, z_offset=z)
-        for side, (hand, z) in halves.items()
-        for kind, path in _half_paths(view, g, forces, hand).items()
+        for side, z in (("left", -offset), ("right", offset))
+        for kind, path in _half_paths(view, g, forces, side).items()
     }
 
 
@@ -92,18 +89,17 @@ def require_assembly(view: StageView, g: StageGeometry) -> None:
 
 
 def _half_paths(
-    view: StageView, g: StageGeometry, forces: Mapping[str, float], hand: str
+    view: StageView, g: StageGeometry, forces: Mapping[str, float], side: str = ""
 ) -> dict[str, GearMeshPath]:
-    """Paths of a stage with one helix, or of one half; hand: of the planets."""
+    """Paths of a stage with one helix, or of one half."""
+    hand: str = view.stage.planet_hand
+    hand = OTHER_HAND[hand] if side == "right" else hand
     laws = {slot: pair_law(view, g, slot, forces[slot]) for slot in g.gear_meshes}
     if view.stage.kind == "parallel":
         paths = _parallel_paths(view, g, laws["sun"], hand)
     else:
         paths = planetary_paths(g, view.stage, hand, laws)
-    gaps = {}
-    for kind, path in paths.items():
-        slot = kind.removesuffix("_back")
-        gaps[kind] = _flank_gap(view, slot, path)
+    gaps = pair_gaps(view, paths, forward=forces["sun"] >= 0, mirrored=side == "left")
     if view.gear_mesh.model == "face_load":
         return {
             kind: replace(path, slices=_cut(view, path, laws[slot], forces[slot], gaps[kind]))
@@ -127,12 +123,13 @@ def _cut(
         stiffness = float(law(np.array([0.5]))[0]) * 2.0 * path.half_face
         span = path.off_path.span(DEEPEST * abs(force) / stiffness)
 
-    def beyond(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
-        lacks = 0.0 if gap is None else gap(s, z)
-        return np.asarray(path.off_path.gap(np.clip(s, *span)) + lacks)
+    def whole(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+        s = np.clip(s, *span)  # rounding aside, lines end there
+        lacks = np.zeros(np.shape(s)) if gap is None else gap(s, z)
+        return lacks if options.path_only else np.asarray(path.off_path.gap(s) + lacks)
 
     line = Line((path.s_lo, path.s_hi), span, path.slope, path.half_face)
-    return cut(law, line, options.slices, gap if options.path_only else beyond)
+    return cut(law, line, options.slices, whole)
 
 
 def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.float64]:
@@ -140,39 +137,6 @@ def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.f
         return path.gap_grid
     ends = (path.s_lo, path.s_hi)
     return mean_gap(path.s_grid, law, ends, path.slope, path.half_face, gap)
-
-
-def _flank_gap(view: StageView, slot: str, path: GearMeshPath) -> PairGap | None:
-    """Gap of the modified flanks of a path's pairs, None without any; InputError where no path is
-    followed."""
-    names = ("gear", "pinion") if view.stage.kind == "parallel" else ("planet", slot)
-    reach = path.center_distance * math.sin(path.alpha)
-    internal = slot == "ring"
-
-    def of_gear(s: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(s + reach if internal else reach - s)
-
-    own = of_gear(np.array([path.s_lo, path.s_hi]))
-    flanks = (
-        Flank(tip=path.s_hi, root=path.s_lo, half_face=path.half_face),
-        Flank(tip=float(own[0]), root=float(own[1]), half_face=path.half_face),
-    )
-    gaps: list[tuple[Gap, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = []
-    rolls = (lambda s: path.off_path.rolls(s)[0], lambda s: path.off_path.rolls(s)[1])
-    for name, flank, rho in zip(names, flanks, rolls, strict=True):
-        try:
-            gaps += [(gap, rho) for gap in gaps_of(getattr(view.stage, name), flank)]
-        except Refusal as r:
-            raise view.refuse(f"{name}.{r.key}", r.problem, r.remedy) from None
-    if not gaps:
-        return None
-    if view.gear_mesh.model not in PER_PAIR_MODELS:
-        raise view.refuse(
-            "gear_mesh.model",
-            f"{view.gear_mesh.model!r} follows no pair along its path, so tip relief has no place",
-            'use "per_pair", "face_load" or "lumped", or take the relief out',
-        )
-    return pair_gap(gaps, path.slope)
 
 
 def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:

@@ -27,7 +27,7 @@ from flexgear.gears.tooth import (
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_member import TrainGear
+    from flexgear.model.train_member import MatedGear, PlanetGear
     from flexgear.model.train_stage import TrainStage
 
 SLOTS = ("sun", "planet", "ring")
@@ -55,7 +55,7 @@ class StageRadii:
     ring_reference: float
 
 
-def gears_by_slot(stage: TrainStage) -> dict[str, TrainGear]:
+def gears_by_slot(stage: TrainStage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
     names = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     found = {}

@@ -10,7 +10,6 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Missing, Refusal, Section
-from flexgear.model.tip_relief import TipRelief
 from flexgear.model.units import Angle, Length
 
 
@@ -22,7 +21,6 @@ class Gear(Section):
     circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
     coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
     radius of the rack's tip as a coefficient. bore_diameter: of the gear's hole, 0 for none.
-    tip_relief: material taken off towards the tip.
     """
 
     teeth: int = Field(ge=5, le=2000)
@@ -31,7 +29,6 @@ class Gear(Section):
     dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
     root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
     bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
-    tip_relief: TipRelief | None = None
 
 
 class Stage(Section):

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from flexgear.model.carrier import Carrier
 from flexgear.model.hub import Hub
+from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.shaft import Shaft
@@ -81,14 +82,26 @@ class TrainGear(LumpedInertia, Gear):
         return Gear(**{name: getattr(self, name) for name in Gear.model_fields})
 
 
-class SunGear(TrainGear):
+class PlanetGear(TrainGear):
+    """A planet. modifications: of its flanks."""
+
+    modifications: PlanetModifications = PlanetModifications()
+
+
+class MatedGear(TrainGear):
+    """A gear with one gear mesh. modifications: of its flanks."""
+
+    modifications: GearModifications = GearModifications()
+
+
+class SunGear(MatedGear):
     """A sun: a lumped gear, or the same on a shaft, which is a beam and begins at its middle.
     support: springs to the housing at the gear. shaft: the beam from the gear to a spline."""
 
     shaft: Shaft | None = None
 
 
-class RingGear(TrainGear):
+class RingGear(MatedGear):
     """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own. They
     stand on the housing, or on a hub where the ring turns.
 

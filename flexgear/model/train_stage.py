@@ -16,7 +16,9 @@ from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.springs import Bearing
 from flexgear.model.stage import Stage, check_bore, required_hand
 from flexgear.model.train_member import (
+    MatedGear,
     PlanetBearing,
+    PlanetGear,
     RingGear,
     SunGear,
     TrainCarrier,
@@ -67,11 +69,11 @@ class TrainStage(Section):
     sun_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
     position: Angle = 0.0
     sun: SunGear | None = None
-    planet: TrainGear | None = None
+    planet: PlanetGear | None = None
     ring: RingGear | None = None
     carrier: TrainCarrier | None = None
-    pinion: TrainGear | None = None
-    gear: TrainGear | None = None
+    pinion: MatedGear | None = None
+    gear: MatedGear | None = None
     planet_bearing: PlanetBearing = PlanetBearing()
     gear_mesh: GearMesh = GearMesh()
     errors: GearErrors = GearErrors()

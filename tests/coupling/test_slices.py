@@ -207,7 +207,7 @@ def test_a_torque_drop_keeps_its_energy(many_slices):
 
 
 RELIEF = {
-    f"stage.{gear}.tip_relief": {"amount": 9e-4, "length": 3e-3}
+    f"stage.{gear}.modifications.tip_relief": {"amount": 9e-4, "length": 3e-3}
     for gear in ("planet", "sun", "ring")
 }
 

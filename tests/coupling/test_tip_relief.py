@@ -20,7 +20,7 @@ KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
 
 def keys(prefix, length="12"):
     given = {**KEYS, "length_mm": length}
-    return {f"{prefix}.tip_relief.{name}": value for name, value in given.items()}
+    return {f"{prefix}.modifications.tip_relief.{name}": value for name, value in given.items()}
 
 
 def lumped(folder, **changes):

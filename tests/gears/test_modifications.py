@@ -1,26 +1,168 @@
-"""Tip relief: where it is on the path, its mean over a helical contact line, and its refusals."""
+"""Modified flanks: closed forms of every modification, which flank has it, its mean over a helical
+contact line, and what is refused."""
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from trains import stage_train
 
-from flexgear.gears.modifications import mean_gap, pair_gap
+from flexgear.gears.flanks import gear_flanks
+from flexgear.gears.modifications import MODIFICATIONS, Flank, gaps_of, mean_gap, pair_gap
 from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import InputError
+from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+
+EXTERNAL = Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06)
+INTERNAL = Flank(tip=0.040, root=0.060, half_face=0.05, base_radius=0.12)
+FLANKS = pytest.mark.parametrize("flank", [EXTERNAL, INTERNAL])
+
+
+def missing(flank, height, z, **keys):
+    """What a flank lacks at the share ``height`` of its active profile and at z."""
+    rho = flank.root + np.asarray(height) * (flank.tip - flank.root)
+    return sum(gap(rho, np.asarray(z)) for gap in gaps_of(FlankModifications(**keys), flank))
+
+
+@FLANKS
+@pytest.mark.parametrize(
+    ("keys", "height", "z", "expected"),
+    [
+        ({"profile_crowning": 8e-6}, [0, 0.25, 0.5, 1], 0.02, [8e-6, 2e-6, 0, 8e-6]),
+        ({"profile_slope": 8e-6}, [0, 0.25, 0.5, 1], 0.02, [-4e-6, -2e-6, 0, 4e-6]),
+        ({"lead_crowning": 8e-6}, 0.3, [-0.05, -0.025, 0, 0.05], [8e-6, 2e-6, 0, 8e-6]),
+        ({"helix_slope": 8e-6}, 0.3, [-0.05, -0.025, 0, 0.05], [-4e-6, -2e-6, 0, 4e-6]),
+        ({"twist": 8e-6}, [0, 0, 1, 1, 0.5], [-0.05, 0.05, 0.05, 0.025, 0.05],
+         [2e-6, -2e-6, 2e-6, 1e-6, 0]),
+        ({"tip_relief": Relief(amount=8e-6, length=0.01)}, [0.5, 0.75, 1], 0, [0, 4e-6, 8e-6]),
+        ({"tip_relief": Relief(amount=8e-6, length=0.01, form="parabolic")}, [0.4, 0.75, 1], 0,
+         [0, 2e-6, 8e-6]),
+        ({"root_relief": Relief(amount=8e-6, length=0.01)}, [-0.1, 0, 0.25, 0.6], 0,
+         [8e-6, 8e-6, 4e-6, 0]),
+        ({"end_relief": EndRelief(amount=8e-6, length=0.02)}, 0.2, [-0.05, -0.04, 0.03, 0.05],
+         [8e-6, 4e-6, 0, 8e-6]),
+        ({"end_relief": EndRelief(amount=8e-6, length=0.02, form="parabolic", end="+z")}, 0.2,
+         [-0.05, 0.04, 0.05], [0, 2e-6, 8e-6]),
+        ({"end_relief": EndRelief(amount=8e-6, length=0.08, end="-z")}, 0.2, [-0.05, -0.01, 0.05],
+         [8e-6, 4e-6, 0]),
+    ],
+)  # fmt: skip
+def test_closed_forms(flank, keys, height, z, expected):
+    """Amounts are at the tip of external and internal gears alike, and at the same end in z."""
+    np.testing.assert_allclose(missing(flank, height, z, **keys), expected, rtol=0, atol=1e-18)
+
+
+@FLANKS
+def test_relief_that_starts_at_a_diameter(flank):
+    """The same as the length between the roll lengths of that circle and of the tip."""
+    start = 0.4 * flank.tip + 0.6 * flank.root
+    diameter = 2 * np.hypot(start, flank.base_radius)
+    height = np.linspace(-0.1, 1.0, 23)
+    by_diameter, by_length = (
+        missing(flank, height, 0.0, tip_relief=Relief(amount=1e-5, form="parabolic", **begins))
+        for begins in ({"start_diameter": diameter}, {"length": abs(flank.tip - start)})
+    )
+    np.testing.assert_allclose(by_diameter, by_length, rtol=0, atol=1e-17)
+
+
+amounts = st.floats(-1e-4, 1e-4)
+sizes = st.floats(1e-7, 1e-4)
+forms = st.sampled_from(["linear", "parabolic"])
+reliefs = st.builds(Relief, amount=sizes, length=st.floats(1e-4, 0.02), form=forms)
+everything = st.fixed_dictionaries(
+    {
+        **dict.fromkeys(
+            ("profile_crowning", "profile_slope", "lead_crowning", "helix_slope", "twist"), amounts
+        ),
+        "tip_relief": reliefs,
+        "root_relief": reliefs,
+        "end_relief": st.builds(
+            EndRelief, amount=sizes, length=st.floats(1e-4, 0.05), form=forms,
+            end=st.sampled_from(["both", "+z", "-z"]),
+        ),
+    }
+)  # fmt: skip
+
+
+@given(everything, st.sampled_from([EXTERNAL, INTERNAL]))
+def test_modifications_add_up_and_keep_their_bounds(keys, flank):
+    """Anywhere on the active profile and the face."""
+    height, z = np.linspace(0, 1, 9)[:, None], np.linspace(-0.05, 0.05, 11)
+    alone = {k: missing(flank, height, z, **{k: v}) for k, v in keys.items()}
+    whole = missing(flank, height, z, **keys)
+    np.testing.assert_allclose(whole, sum(alone.values()), rtol=0, atol=1e-18)
+    assert np.isfinite(whole).all() and whole.shape == (9, 11)
+    lowest = {"profile_slope": 0.5, "helix_slope": 0.5, "twist": 0.25}
+    for name, gap in alone.items():
+        amount = getattr(keys[name], "amount", keys[name])
+        low, high = sorted((-lowest[name] * amount, lowest[name] * amount)) if name in lowest else (
+            min(amount, 0.0), max(amount, 0.0))  # fmt: skip
+        assert np.all(np.broadcast_to(gap, whole.shape) >= low - 1e-18)
+        assert np.all(gap <= high + 1e-18)
+
+
+def test_every_modification_has_its_key():
+    assert {made.__name__ for made in MODIFICATIONS} == set(FlankModifications.model_fields)
+
+
+def modified(folder, keys, **changes):
+    """The small stage with these keys of its modifications."""
+    given = {f"stage.{name}": str(value) for name, value in keys.items()}
+    return stage_train(folder, **{"stage.gear_mesh.model": '"per_pair"', **given, **changes})
+
+
+def paths(train, sign=1.0):
+    view = train.view(train.stages[0].name)
+    return {k: p for (k, _), p in stage_paths(view, dict.fromkeys(("sun", "ring"), sign)).items()}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("planet_flank", ["sun", "ring"])
+def test_a_planet_s_flank_meets_the_other_mate_under_the_other_torque(tmp_path, planet_flank, sign):
+    """A flank is a side of the tooth: the same sign of the moment that loads on it have."""
+    keys = {f"planet.modifications.{planet_flank}.lead_crowning_um": 9}
+    found = paths(modified(tmp_path, keys), sign)
+    has = {kind for kind, path in found.items() if path.gap_grid.any()}
+    carrying = planet_flank if sign > 0 else f"{planet_flank}_back"
+    assert carrying in has
+    side = np.sign(found[carrying].planet_arm)
+    assert has == {kind for kind, path in found.items() if np.sign(path.planet_arm) == side}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("gear", ["sun", "ring"])
+@pytest.mark.parametrize("flank", ["drive", "coast"])
+def test_drive_and_coast_flanks_of_a_gear(tmp_path, gear, flank, sign):
+    """The coast flank of a case is the drive flank of the one whose torque has the other sign."""
+    found = paths(modified(tmp_path, {f"{gear}.modifications.{flank}.lead_crowning_um": 9}), sign)
+    has = [kind for kind, path in found.items() if path.gap_grid.any()]
+    assert has == [gear if (flank == "drive") == (sign > 0) else f"{gear}_back"]
+
+
+def test_keys_of_one_flank_replace_those_of_both(tmp_path):
+    keys = {"ring.modifications.lead_crowning_um": 6, "ring.modifications.helix_slope_um": 8,
+            "ring.modifications.coast.lead_crowning_um": 0}  # fmt: skip
+    train = modified(tmp_path, keys)
+    found = gear_flanks(train.view("stage"), paths(train))
+    gaps = {one.name: one.gap(0.0, np.array([0.0, 0.03])) for one in found if one.part == "ring"}
+    np.testing.assert_allclose(gaps["drive"], [0.0, 10e-6], atol=1e-18)
+    np.testing.assert_allclose(gaps["coast"], [0.0, 4e-6], atol=1e-18)
+
+
+def test_halves_of_a_double_helical_stage_mirror_each_other(tmp_path):
+    """A slope takes material off at the outer end of both halves."""
+    keys = {"helix_angle_deg": 20, "double_helical": "true", "half_gap_mm": 20,
+            "planet.modifications.helix_slope_um": 12}  # fmt: skip
+    train = modified(tmp_path, keys)
+    found = stage_paths(train.view("stage"), {"sun": 1.0, "ring": 1.0})
+    for kind in ("sun", "ring", "sun_back", "ring_back"):
+        left, right = found[kind, "left"], found[kind, "right"]
+        assert np.abs(right.gap_grid).max() > 1e-6
+        np.testing.assert_allclose(left.gap_grid, right.gap_grid, atol=1e-15)
+        assert left.slope == -right.slope
+
 
 RELIEF = {"amount_um": "40", "length_mm": "6"}
-
-
-def relieved(folder, gear, form="linear", **changes):
-    relief = {f"stage.{gear}.tip_relief.{k}": v for k, v in RELIEF.items()}
-    relief[f"stage.{gear}.tip_relief.form"] = f'"{form}"'
-    relief["stage.gear_mesh.model"] = '"per_pair"'
-    return stage_train(folder, **{**relief, **changes})
-
-
-def paths(train):
-    view = train.view(train.stages[0].name)
-    return stage_paths(view, {"sun": 1e4, "ring": 1e4})
 
 
 @pytest.mark.parametrize(("form", "power"), [("linear", 1), ("parabolic", 2)])
@@ -28,8 +170,9 @@ def paths(train):
 def test_relief_of_a_spur_gear_rises_from_its_start_to_its_tip(tmp_path, gear, form, power):
     """The planet's tip is at the end of the path with the largest s, those of sun and ring at the
     other; both flanks have it, other gear meshes do not."""
-    found = paths(relieved(tmp_path, gear, form))
-    for (kind, _), path in found.items():
+    keys = {f"{gear}.modifications.tip_relief.{k}": v for k, v in RELIEF.items()}
+    keys[f"{gear}.modifications.tip_relief.form"] = f'"{form}"'
+    for kind, path in paths(modified(tmp_path, keys)).items():
         if gear not in ("planet", kind.removesuffix("_back")):
             assert not path.gap_grid.any()
             continue
@@ -51,8 +194,36 @@ def test_mean_gap_over_a_helical_contact_line():
     np.testing.assert_allclose(gap[inside], expected[inside], rtol=1e-12)
 
 
-def test_what_tip_relief_does_not_fit(tmp_path):
-    with pytest.raises(InputError, match=r"planet\.tip_relief\.length: .* longer than the path"):
-        paths(relieved(tmp_path, "planet", **{"stage.planet.tip_relief.length_mm": "100"}))
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"planet.modifications.tip_relief": "{ amount_um = 9, length_mm = 100 }"},
+         r"stage\.planet\.modifications\.tip_relief\.length.*: 100 mm is longer than the path"),
+        ({"planet.modifications.sun.root_relief": "{ amount_um = 9, length_mm = 99 }"},
+         r"stage\.planet\.modifications\.sun\.root_relief\.length.*longer than the path"),
+        ({"ring.modifications.drive.tip_relief": "{ amount_um = 9, start_diameter_mm = 900 }"},
+         r"ring\.modifications\.drive\.tip_relief\.start_diameter.*not on the active profile"),
+        ({"sun.modifications.end_relief": "{ amount_um = 9, length_mm = 40 }"},
+         r"sun\.modifications\.end_relief\.length.*longer than half of the face, 30 mm"),
+        ({"sun.modifications.end_relief": '{ amount_um = 9, length_mm = 70, end = "+z" }'},
+         r"end_relief\.length.*longer than the face, 60 mm"),
+        ({"sun.modifications.tip_relief": "{ amount_um = 9 }"},
+         r"sun\.modifications\.tip_relief\.length.*is missing.*start_diameter_mm"),
+        ({"sun.modifications.tip_relief":
+          "{ amount_um = 9, length_mm = 2, start_diameter_mm = 110 }"},
+         r"start_diameter.*is given beside length"),
+        ({"sun.modifications.lead_crowning_mm": "8"}, r"sun\.modifications\.lead_crowning_mm"),
+        ({"sun.modifications.lead_crowning": "8"}, r"has no unit \(length\)"),
+        ({"planet.modifications.drive.lead_crowning_um": "8"}, r"drive: is not a known key"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_one_line(tmp_path, keys, said):
+    with pytest.raises(InputError, match=said) as fault:
+        paths(modified(tmp_path, keys))
+    assert "\n" not in str(fault.value)
+
+
+def test_a_gear_mesh_without_paths_has_no_modified_flanks(tmp_path):
+    keys = {"sun.modifications.lead_crowning_um": 5, "gear_mesh.model": '"constant"'}
     with pytest.raises(InputError, match="'constant' follows no pair along its path"):
-        paths(relieved(tmp_path, "sun", **{"stage.gear_mesh.model": '"constant"'}))
+        paths(modified(tmp_path, keys))

@@ -18,7 +18,7 @@ from flexgear.model.joint import Joint
 from flexgear.model.ports import Input, MemberLoad, Output
 from flexgear.model.section import Section
 from flexgear.model.springs import Springs
-from flexgear.model.train_member import Support
+from flexgear.model.train_member import MatedGear, PlanetGear, Support
 from flexgear.model.train_stage import TrainStage
 
 RPM = 60.0 / (2.0 * math.pi)
@@ -49,6 +49,9 @@ def not_written(case: Case) -> list[str]:
             member = getattr(stage, name, None)
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
                 found.append(f"stages.{stage.name}.{name}: its moment of inertia")
+            if isinstance(member, MatedGear | PlanetGear):
+                where = f"stages.{stage.name}.{name}.modifications."
+                found += _set(member.modifications, where, {"tip_relief"})
         if stage.is_flexible:
             found.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"

@@ -230,7 +230,7 @@ class GearReader:
         if len(reliefs) < len(flanks):
             self.case.warn(f"{where}: {reliefs[0].label} is of one flank; both have it here")
         form = "linear" if said in (None, "linear") else "parabolic"
-        relief_section = self.case.section(f"{where[:-1]}.tip_relief]")
+        relief_section = self.case.section(f"{where[:-1]}.modifications.tip_relief]")
         relief_section.put("amount_um", 1e3 * amount.value, amount.source)
         relief_section.put("length_mm", length.value, length.source)
         if said in ("linear", "parabolic"):

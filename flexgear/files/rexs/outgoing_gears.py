@@ -7,7 +7,8 @@ import math
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_slot
-from flexgear.model.train_member import TrainGear
+from flexgear.model.modifications import Relief
+from flexgear.model.train_member import MatedGear, PlanetGear
 from flexgear.model.train_stage import TrainStage
 
 MM = 1e3
@@ -82,7 +83,7 @@ class GearsOut:
         self._flanks(number, gear)
         return number
 
-    def _flanks(self, number: int, gear: TrainGear) -> None:
+    def _flanks(self, number: int, gear: MatedGear | PlanetGear) -> None:
         sides = [
             self.model.add(
                 "cylindrical_gear_flank",
@@ -102,14 +103,19 @@ class GearsOut:
             self.model.relate(
                 "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
             )
-            if gear.tip_relief is not None:
-                relief = self.model.add(
-                    "tip_relief",
-                    tip_relief_depth=MM * gear.tip_relief.amount,
-                    tip_relief_datum_length=MM * gear.tip_relief.length,
-                    shape_of_relief=gear.tip_relief.form,
-                )
+            if gear.modifications.tip_relief is not None:
+                relief = self._tip_relief(gear.modifications.tip_relief)
                 self.model.relate("reference", origin=flank, referenced=relief)
+
+    def _tip_relief(self, given: Relief) -> int:
+        length, start = given.length, given.start_diameter
+        return self.model.add(
+            "tip_relief",
+            tip_relief_depth=MM * given.amount,
+            tip_relief_datum_length=None if length is None else MM * length,
+            tip_relief_datum_diameter=None if start is None else MM * start,
+            shape_of_relief=given.form,
+        )
 
     def mesh(self, whole: int, slot: str, gears: tuple[int, int], name: str) -> int:
         """A cylindrical_stage of two gears (of this slot and the planet's); its id."""

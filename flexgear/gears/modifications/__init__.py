@@ -1,9 +1,11 @@
 """Modified flanks: the gap that a pair of teeth has at every place of its path of contact.
 
-A modification is a function gap(gear, flank, rho, z) -> m, the material taken off a gear's flank
-normal to it in the transverse section, ≥ 0, at the radius of curvature rho of the flank (its
-distance from the base tangent point on the line of action) and at z along the face; None where the
-gear has none. To add one: write its file, enter it in ``MODIFICATIONS``, and give ``Gear`` its key.
+A modification is a function of what a case gives for a flank (``FlankModifications``) and of that
+``Flank``, and returns gap(rho, z) -> m, the material that is missing normal to the flank in the
+transverse section at the radius of curvature rho of the flank (its distance from the base tangent
+point on the line of action) and at z along the face, both of any shapes that broadcast; None where
+the flank has none. To add one: write its file, enter it in ``MODIFICATIONS``, and give
+``FlankModifications`` its key. Modifications of a flank add up.
 
 A pair is one spring δ along its line of action. With the stiffness k' per width that it has there,
 
@@ -17,39 +19,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexgear.gears.modifications.tip_relief import tip_relief
+from flexgear.gears.modifications.crowning import lead_crowning, profile_crowning
+from flexgear.gears.modifications.flank import Array, Flank, Gap
+from flexgear.gears.modifications.relief import end_relief, root_relief, tip_relief
+from flexgear.gears.modifications.slopes import helix_slope, profile_slope, twist
 from flexgear.gears.stiffness import Law
-from flexgear.model.stage import Gear
+from flexgear.model.modifications import FlankModifications
 
-Array = NDArray[np.float64]
+__all__ = ["MODIFICATIONS", "Flank", "Gap", "PairGap", "gaps_of", "mean_gap", "pair_gap"]
 PLACES = 65  # along the face
 
-
-@dataclass(frozen=True)
-class Flank:
-    """Where the path of contact of a gear's flank ends, in radii of curvature, and its face; m.
-
-    tip, root: rho at its ends; half_face. rho rises towards the tip of an external gear and falls
-    towards that of an internal one.
-    """
-
-    tip: float
-    root: float
-    half_face: float
+MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
+    profile_crowning,
+    profile_slope,
+    lead_crowning,
+    helix_slope,
+    twist,
+    tip_relief,
+    root_relief,
+    end_relief,
+)
 
 
-Gap = Callable[[Array, Array], Array]
-MODIFICATIONS: tuple[Callable[[Gear, Flank], Gap | None], ...] = (tip_relief,)
-
-
-def gaps_of(gear: Gear, flank: Flank) -> list[Gap]:
-    """All modifications of one gear."""
-    found = [made(gear, flank) for made in MODIFICATIONS]
+def gaps_of(given: FlankModifications, flank: Flank) -> list[Gap]:
+    """All modifications of one flank of a gear."""
+    found = [made(given, flank) for made in MODIFICATIONS]
     return [gap for gap in found if gap is not None]
 
 
@@ -81,7 +78,7 @@ def mean_gap(
     share = (place - path[0]) / (path[1] - path[0])
     inside = (share >= 0) & (share <= 1)
     weight = np.where(inside, law(np.clip(share, 0, 1)), 0.0)
-    total = gap(place, np.broadcast_to(z, place.shape))
+    total = np.where(inside, gap(np.clip(place, *path), z), 0.0)
     area = weight.sum(axis=1)
     mean = np.divide((weight * total).sum(axis=1), area, out=np.zeros_like(s), where=area > 0)
     return np.asarray(mean)

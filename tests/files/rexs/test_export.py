@@ -20,7 +20,10 @@ from flexgear.model.load import load_case
 
 CASES = (*BUNDLED, "wind-5mw")
 DATE = "2026-01-01T00:00:00+00:00"
-RELIEF = {"stage.sun.tip_relief.amount_um": "30", "stage.sun.tip_relief.length_mm": "12"}
+RELIEF = {
+    "stage.sun.modifications.tip_relief.amount_um": "30",
+    "stage.sun.modifications.tip_relief.length_mm": "12",
+}
 
 
 def exported(case, path):
@@ -88,8 +91,8 @@ def test_tip_relief_gravity_and_inertia_come_back(tmp_path):
     settings = {**RELIEF, "gravity_m_per_s2": "[0.5, -9, 1]", "inputs.0.inertia_kg_m2": "12.5"}
     case = load_case("herringbone", settings)
     found = again(case, tmp_path)
-    assert found.stages[0].sun.tip_relief.amount == pytest.approx(30e-6)
-    assert found.stages[0].sun.tip_relief.length == pytest.approx(12e-3)
+    assert found.stages[0].sun.modifications.tip_relief.amount == pytest.approx(30e-6)
+    assert found.stages[0].sun.modifications.tip_relief.length == pytest.approx(12e-3)
     assert found.gravity == pytest.approx(case.gravity, rel=1e-12)
     assert found.inputs[0].inertia == 12.5
     masses = [

@@ -200,9 +200,9 @@ def test_tip_relief_by_diameter(imported):
     stage = imported(m)[0].stages[0]
     base = 2 * tooth_geometry(stage.sun, stage).base_radius
     wanted = (math.sqrt(0.089**2 - base**2) - math.sqrt(0.086**2 - base**2)) / 2
-    assert stage.sun.tip_relief.amount == pytest.approx(30e-6)
-    assert stage.sun.tip_relief.length == pytest.approx(wanted)
-    assert stage.sun.tip_relief.form == "linear"
+    assert stage.sun.modifications.tip_relief.amount == pytest.approx(30e-6)
+    assert stage.sun.modifications.tip_relief.length == pytest.approx(wanted)
+    assert stage.sun.modifications.tip_relief.form == "linear"
 
 
 def test_double_helical(imported):

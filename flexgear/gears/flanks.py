@@ -1,0 +1,132 @@
+"""Modified flanks of a stage: which flank of a gear meets which, and the gaps of its pairs.
+
+A gear with one gear mesh has a drive flank, which carries the rated torque, and a coast flank. A
+planet's flanks have the names of the mates that they meet under the rated torque, "sun" and "ring";
+under a torque of the other sense each meets the other mate. A flank is ground once: its active
+profile is the path of contact with the mate of its name, whichever it meets.
+
+In a double-helical stage the left half (−z) is the mirror image of the right one: z of a
+modification counts from the middle of a half towards its outer end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.geometry import PER_PAIR_MODELS
+from flexgear.gears.modifications import Flank, Gap, PairGap, gaps_of, pair_gap
+from flexgear.model.section import Refusal
+
+if TYPE_CHECKING:
+    from flexgear.model.stage_view import StageView
+
+Array = NDArray[np.float64]
+_OTHER = {"sun": "ring", "ring": "sun"}
+
+
+@dataclass(frozen=True)
+class GearFlank:
+    """One flank of a gear as it is ground.
+
+    part: the gear as the stage calls it; name: of the flank; gaps: what it lacks, one function a
+    modification, none where it is an involute.
+    """
+
+    part: str
+    name: str
+    flank: Flank
+    gaps: tuple[Gap, ...]
+
+    def gap(self, rho: Array, z: Array) -> Array:
+        """What it lacks at ρ and z (any shapes that broadcast), m, in the transverse section."""
+        total = np.zeros(np.broadcast_shapes(np.shape(rho), np.shape(z)))
+        for one in self.gaps:
+            total += one(rho, z)
+        return total
+
+
+def flank_name(part: str, kind: str, forward: bool) -> str:
+    """Name of the flank of ``part`` that a gear mesh of ``kind`` uses ("sun", "ring_back", …).
+
+    forward: whether the rated torque is carried by "sun" and "ring", not by "…_back".
+    """
+    slot = kind.removesuffix("_back")
+    carries = (slot == kind) == forward
+    if part == "planet":
+        return slot if carries else _OTHER[slot]
+    return "drive" if carries else "coast"
+
+
+def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[GearFlank]:
+    """Both flanks of every gear; paths: by kind, of a stage or of a half. InputError for
+    modifications that leave a flank."""
+    out = []
+    for slot in [kind for kind in paths if not kind.endswith("_back")]:
+        parts = (view.part("planet"), view.part(slot))
+        for part, flank in zip(parts, _active(paths[slot], slot), strict=True):
+            names = (slot,) if part == "planet" else ("drive", "coast")
+            out += [GearFlank(part, name, flank, _gaps(view, part, name, flank)) for name in names]
+    return out
+
+
+def pair_gaps(
+    view: StageView, paths: Mapping[str, GearMeshPath], forward: bool, mirrored: bool
+) -> dict[str, PairGap | None]:
+    """Gap of the pairs of every kind of gear mesh, None where both flanks are involutes.
+
+    forward: as in ``flank_name``; mirrored: whether the half is the mirror image of what the case
+    says. Raises InputError where the model of the gear mesh follows no pair along its path.
+    """
+    flanks = {(one.part, one.name): one for one in gear_flanks(view, paths)}
+    out: dict[str, PairGap | None] = {}
+    for kind, path in paths.items():
+        planet, gear = (
+            flanks[part, flank_name(part, kind, forward)]
+            for part in (view.part("planet"), view.part(kind.removesuffix("_back")))
+        )
+        out[kind] = _of_pair(path, planet, gear, mirrored) if planet.gaps or gear.gaps else None
+    if view.gear_mesh.model not in PER_PAIR_MODELS and any(out.values()):
+        raise view.refuse(
+            "gear_mesh.model",
+            f"{view.gear_mesh.model!r} follows no pair along its path, so modified flanks have no "
+            "place",
+            'use "per_pair", "face_load" or "lumped", or take the modifications out',
+        )
+    return out
+
+
+def _of_pair(path: GearMeshPath, planet: GearFlank, gear: GearFlank, mirrored: bool) -> PairGap:
+    sign = -1.0 if mirrored else 1.0
+    return pair_gap(
+        [
+            (lambda rho, z: planet.gap(rho, sign * z), lambda s: path.off_path.rolls(s)[0]),
+            (lambda rho, z: gear.gap(rho, sign * z), lambda s: path.off_path.rolls(s)[1]),
+        ],
+        path.slope,
+    )
+
+
+def _active(path: GearMeshPath, slot: str) -> tuple[Flank, Flank]:
+    """Flanks of the planet and of its mate over the path of contact."""
+    reach = path.center_distance * math.sin(path.alpha)
+    ends = [s + reach if slot == "ring" else reach - s for s in (path.s_lo, path.s_hi)]
+    return (
+        Flank(path.s_hi, path.s_lo, path.half_face, path.base_radius_planet),
+        Flank(ends[0], ends[1], path.half_face, path.base_radius_gear),
+    )
+
+
+def _gaps(view: StageView, part: str, name: str, flank: Flank) -> tuple[Gap, ...]:
+    given = getattr(view.stage, part).modifications
+    try:
+        return tuple(gaps_of(given.of(name), flank))
+    except Refusal as r:
+        key = f"{part}.modifications.{given.key(name, r.key)}"
+        raise view.refuse(key, r.problem, r.remedy) from None
