@@ -1,19 +1,28 @@
-"""Full displacement fields of a body on its FE mesh, as a dataset."""
+"""Full fields of displacement and stress of a body on its FE mesh, as a dataset."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from flexgear.results.quantities import AXES
 from flexgear.results.version import version
+from flexgear.structures.strain import COMPONENTS, von_mises
+
+
+_HOW = "of the gradient fitted to displacements around a vertex, one value for all cells there"
 
 
 def field_dataset(
-    body: str, points: ArrayLike, cells: ArrayLike, displacement: ArrayLike, **attrs: float
+    body: str,
+    points: ArrayLike,
+    cells: ArrayLike,
+    displacement: ArrayLike,
+    stress: NDArray[np.float64],
+    **attrs: float,
 ) -> xr.Dataset:
-    """points (p, 3) m, cells (c, 8 or 4) vertex numbers, displacement (p, 3) m."""
+    """points (p, 3) m, cells (c, 8 or 4) vertex numbers, displacement (p, 3) m, stress (p, 6) Pa."""
     return xr.Dataset(
         {
             "point": (
@@ -31,7 +40,17 @@ def field_dataset(
                 np.asarray(displacement, dtype=float),
                 {"units": "m", "long_name": "displacement, rolling taken off"},
             ),
+            "stress": (
+                ("vertex", "component"),
+                stress,
+                {"units": "Pa", "long_name": f"stress, {_HOW}"},
+            ),
+            "von_mises_stress": (
+                "vertex",
+                von_mises(stress),
+                {"units": "Pa", "long_name": f"equivalent stress (von Mises), {_HOW}"},
+            ),
         },
-        coords={"axis": list(AXES)},
+        coords={"axis": list(AXES), "component": list(COMPONENTS)},
         attrs={"title": f"deformed {body}", "body": body, "version": version(), **attrs},
     )

@@ -16,6 +16,7 @@ from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
 from flexgear.results.train_dataset import variable
 from flexgear.solve.model import Model, rated_rotations
+from flexgear.structures.strain import stress_of_strain
 
 
 def bending_bodies(model: Model) -> list[str]:
@@ -45,12 +46,14 @@ def deformed(
     run: xr.Dataset | None = None,
     time: float = 0.0,
 ) -> xr.Dataset:
-    """Displacement (p, 3) m of every vertex of a body's FE mesh, rolling taken off.
+    """Displacement (p, 3) m and stress (p, 6) Pa at the vertices of a body's FE mesh, rolling taken
+    off.
 
     In equilibrium at carrier_angle, rotation of the lead, rad, under torque, N m on the first
     input, rated unless given; or at the sample of ``run`` nearest to ``time``, s: a transient that
     was asked to keep the body (``transient(model, fields=[body])``).
-    body: one of ``bending_bodies``. u = Φ_r q with the recovery Φ_r of the reduction.
+    body: one of ``bending_bodies``. u = Φ_r q with the recovery Φ_r of the reduction; stress by
+    ``structures/strain.py``, which smooths what the body's mesh does not resolve (tooth roots).
     """
     require_bending(model, body)
     stage, _, part = body.partition(".")
@@ -64,7 +67,10 @@ def deformed(
         coordinates = Recovery(found).coordinates(body)[0]
         attrs = {"carrier_angle": carrier_angle, "input_torque": float(given)}
     field = reduced.recover(coordinates)
-    return field_dataset(body, reduced.points, reduced.cells, field, **attrs)
+    material = model.case.view(stage).material
+    strain = reduced.strain(coordinates)
+    stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
+    return field_dataset(body, reduced.points, reduced.cells, field, stress, **attrs)
 
 
 def body_coordinates(found: Transient, bodies: Sequence[str]) -> xr.Dataset:

@@ -7,12 +7,15 @@ rad) of each node in node order, eta scaled by Phi^T M Phi = I (kg^(1/2) m).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
+from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 
 
 def _no_probes() -> NDArray[np.float64]:
@@ -80,3 +83,14 @@ class ReducedBody:
         elastic = np.asarray(self.recovery @ rest.astype(np.float32), dtype=np.float64)
         exact = rigid_motion(self.points).reshape(-1, 6) @ motion
         return (elastic + exact).reshape((len(self.points), 3) + q.shape[1:])
+
+    @cached_property
+    def vertex_gradient(self) -> sp.csr_matrix:
+        """(3p, p): derivatives at the mesh vertices of values there; see ``strain``."""
+        return vertex_gradient(self.points, self.cells)
+
+    def strain(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Strain (p, 6) at the mesh vertices for coordinates q (d,), in the order of
+        ``strain.COMPONENTS``, from the displacements of the vertices around each."""
+        rows = (self.vertex_gradient @ self.recover(q)).reshape(len(self.points), 3, 3)
+        return strain_of_gradient(rows.swapaxes(1, 2))

@@ -70,11 +70,13 @@ def deformation_exaggeration(points: FloatArray, displacement: FloatArray) -> fl
 
 
 def field_grid(field: xr.Dataset) -> Any:
-    """A displacement field (``deformed``) as a pyvista.UnstructuredGrid in the place where nothing
-    has moved, m, with the point data "displacement" (p, 3), m: ``warp_by_vector`` and ``save``
-    work on it."""
+    """A field (``deformed``) as a pyvista.UnstructuredGrid in the place where nothing has moved, m,
+    with the point data "displacement" (p, 3), m, "stress_Pa" (p, 6: xx, yy, zz, xy, yz, xz) and
+    "von_mises_stress_Pa": ``warp_by_vector`` and ``save`` work on it."""
     grid = _grid(field["point"].to_numpy(), field["cell"].to_numpy())
     grid.point_data["displacement"] = field["displacement"].to_numpy()
+    for name in ("stress", "von_mises_stress"):
+        grid.point_data[f"{name}_{field[name].attrs['units']}"] = field[name].to_numpy()
     return grid
 
 

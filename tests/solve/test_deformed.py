@@ -60,6 +60,8 @@ def test_a_field_is_a_grid_for_pyvista(model):
     grid = field_grid(field)
     assert grid.n_points == field.sizes["vertex"]
     assert np.array_equal(grid.point_data["displacement"], field["displacement"])
+    assert np.array_equal(grid.point_data["stress_Pa"], field["stress"])
+    assert field["stress"].attrs["units"] == field["von_mises_stress"].attrs["units"] == "Pa"
     warped = grid.warp_by_vector("displacement", factor=10)
     assert np.allclose(warped.points, field["point"] + 10 * field["displacement"], atol=1e-6)
 

@@ -1,0 +1,156 @@
+r"""Strain and stress at the vertices of an FE mesh, from the displacements of its vertices.
+
+At every vertex the quadratic polynomial that best fits the displacements at all vertices of the
+cells that meet there (least squares) gives the displacement gradient: one value a vertex, which
+stands for all elements around. Where they do not determine a quadratic, as at surfaces, it
+is the mean over the neighbours' polynomials. Fields of constant and linear strain come out exactly,
+up to the surface; others converge with the square of the element size. Bodies of one layer of cells
+get linear fields. Source: polynomial preserving recovery, Zhang, Naga 2005, SIAM J. Sci. Comput.
+26:1192.
+
+    eps = (grad u + grad u^T)/2,   sigma = lambda tr(eps) I + 2 mu eps
+    von Mises^2 = (3/2) s : s with the deviator s
+
+Components come in the order of ``COMPONENTS``; shear components of strain are tensor components,
+half of gamma. A notch is resolved only as well as the mesh resolves it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")  # VTK's order of a symmetric tensor
+_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+# smallest over largest singular value of a fit: 0.2 in a cube of 27, 0.04 … 0.15 among tetrahedra,
+# up to 0.008 at surfaces, where it is their curvature that seems to determine the normal direction
+_DETERMINED = 0.02
+_QUADRATIC = 1e-5  # weight of quadratic terms, so that where vertices cannot tell, slope wins
+_FLAT = 1e-12  # of a patch's largest extent squared, rounding
+_CHUNK = 2048  # patches at once
+
+
+def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
+    """G (3p, p): rows 3v, 3v+1, 3v+2 give ∂f/∂x, ∂f/∂y, ∂f/∂z at vertex v of vertex values f (p,).
+
+    points (p, 3) m; cells (c, 8 or 4) vertex numbers.
+    """
+    corners = np.repeat(np.arange(len(cells)), cells.shape[1])
+    at = sp.csr_matrix(
+        (np.ones(cells.size, dtype=np.int32), (cells.ravel(), corners)),
+        shape=(len(points), len(cells)),
+    )
+    around, used = (at @ at.T).tocsr(), np.diff(at.indptr) > 0
+    fits, determined = _fits(points, around, np.flatnonzero(used))
+    lending = (around @ sp.diags_array(determined.astype(float))).tocsr()
+    lending.eliminate_zeros()
+    alone = np.flatnonzero(used & (np.diff(lending.indptr) == 0))
+    wider, _ = _fits(points, (around @ around).tocsr(), alone)
+    own = np.concatenate([np.flatnonzero(determined), alone])
+    lent = np.flatnonzero(~determined & (np.diff(lending.indptr) > 0))
+    found = _values(own, len(points)) + _lent(points, lending, lent)
+    return (found @ (_of(fits, determined) + wider)).tocsr()
+
+
+def strain_of_gradient(gradient: Array) -> Array:
+    """eps (..., 6) of displacement gradients (..., 3, 3), last axes: component of u, direction."""
+    return np.stack(
+        [0.5 * (gradient[..., i, j] + gradient[..., j, i]) for i, j in _PLACES], axis=-1
+    )
+
+
+def stress_of_strain(strain: Array, young_modulus: float, poisson_ratio: float) -> Array:
+    """sigma (..., 6) Pa of an isotropic body, E in Pa."""
+    mu = young_modulus / (2 * (1 + poisson_ratio))
+    lam = 2 * mu * poisson_ratio / (1 - 2 * poisson_ratio)
+    stress = 2 * mu * strain
+    stress[..., :3] += lam * strain[..., :3].sum(axis=-1, keepdims=True)
+    return stress
+
+
+def von_mises(stress: Array) -> Array:
+    """Equivalent stress (...) of stresses (..., 6), in their unit."""
+    deviator = stress.copy()
+    deviator[..., :3] -= stress[..., :3].mean(axis=-1, keepdims=True)
+    squares = (deviator[..., :3] ** 2).sum(axis=-1) + 2 * (deviator[..., 3:] ** 2).sum(axis=-1)
+    return np.sqrt(1.5 * squares)
+
+
+def _fits(
+    points: Array, around: sp.csr_matrix, vertices: NDArray[np.integer]
+) -> tuple[sp.csr_matrix, NDArray[np.bool_]]:
+    """Gradient and second derivatives (12p, p) of the quadratics about vertices, nine of them in
+    rows 12v + 3 + 3i + j, from values of those around, and whether these determine them (p,)."""
+    count = len(points)
+    determined, parts = np.zeros(count, dtype=bool), []
+    own = around[vertices]
+    sizes = np.diff(own.indptr)
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        for start in range(0, len(rows), _CHUNK):
+            some = rows[start : start + _CHUNK]
+            at, near = vertices[some], own.indices[own.indptr[some][:, None] + np.arange(size)]
+            weights, determined[at] = _derivatives(points[near] - points[at][:, None])
+            lines = (12 * at[:, None] + np.arange(12))[..., None]
+            lines, near = np.broadcast_to(lines, weights.shape), near[:, None]
+            parts.append((weights, lines, np.broadcast_to(near, weights.shape)))
+    if not parts:
+        return sp.csr_matrix((12 * count, count)), determined
+    values, lines, columns = (
+        np.concatenate([x.ravel() for x in one]) for one in zip(*parts, strict=True)
+    )
+    return sp.csr_matrix((values, (lines, columns)), shape=(12 * count, count)), determined
+
+
+def _derivatives(arm: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Weights (n, 12, m) of values at arms (n, m, 3) from n vertices in the first and second
+    derivatives there, and whether they are determined.
+
+    Patches are made round first, or those of flat cells would look undetermined.
+    """
+    spread, axes = np.linalg.eigh(np.einsum("nmi,nmj->nij", arm, arm) / arm.shape[1])
+    spread = np.maximum(spread, _FLAT * spread[:, -1:])
+    back = axes / np.sqrt(spread)[:, None]  # (n, 3, 3): xi = arm @ back, grad = back grad_xi
+    xi = arm @ back
+    x, y, z = np.moveaxis(xi, 2, 0)
+    squares = [0.5 * x * x, 0.5 * y * y, 0.5 * z * z, x * y, y * z, x * z]
+    terms = np.stack([np.ones_like(x), x, y, z, *squares], axis=2)
+    size = np.linalg.svd(terms, compute_uv=False)
+    determined = (size.shape[1] == 10) & (size[:, -1] > _DETERMINED * size[:, 0])
+    terms[..., 4:] *= _QUADRATIC
+    inverse = np.linalg.pinv(terms, rcond=1e-10)
+    second = _QUADRATIC * inverse[:, 4:][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]]
+    second = second.reshape(len(arm), 3, 3, -1)
+    second = np.einsum("nia,nabm,njb->nijm", back, second, back).reshape(len(arm), 9, -1)
+    return np.concatenate([back @ inverse[:, 1:4], second], axis=1), determined
+
+
+def _of(fits: sp.csr_matrix, chosen: NDArray[np.bool_]) -> sp.csr_matrix:
+    """Fits of the chosen vertices alone."""
+    return (sp.diags_array(np.repeat(chosen, 12).astype(float)) @ fits).tocsr()
+
+
+def _values(vertices: NDArray[np.integer], count: int) -> sp.csr_matrix:
+    """(3p, 12p): gradients of vertices' own fits."""
+    rows = (3 * vertices[:, None] + np.arange(3)).ravel()
+    columns = (12 * vertices[:, None] + np.arange(3)).ravel()
+    return sp.csr_matrix((np.ones(rows.size), (rows, columns)), shape=(3 * count, 12 * count))
+
+
+def _lent(points: Array, lending: sp.csr_matrix, vertices: NDArray[np.integer]) -> sp.csr_matrix:
+    """(3p, 12p): gradients at vertices as the mean over neighbours of their fits, carried there
+    with the second derivatives."""
+    count, own = len(points), lending[vertices]
+    share = np.diff(own.indptr)
+    to, of = np.repeat(vertices, share), own.indices
+    arm = points[to] - points[of]  # (k, 3)
+    axis = np.arange(3)
+    columns = 12 * of[:, None, None] + np.stack([axis, *(3 + 3 * axis + j for j in axis)], axis=1)
+    weights = np.concatenate([np.ones((len(to), 1)), arm], axis=1)[:, None]  # (k, 1, 4)
+    weights = np.broadcast_to(weights / np.repeat(share, share)[:, None, None], columns.shape)
+    rows = np.broadcast_to(3 * to[:, None, None] + axis[:, None], columns.shape)
+    table = (weights.ravel(), (rows.ravel(), columns.ravel()))
+    return sp.csr_matrix(table, shape=(3 * count, 12 * count))
