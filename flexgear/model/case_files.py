@@ -1,4 +1,4 @@
-"""Files that a case names: FE meshes of its bodies, histories of its machines."""
+"""Files that a case names: FE meshes of its bodies, tables of flanks, histories of machines."""
 
 from __future__ import annotations
 
@@ -8,16 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.model.content import file_digest
+from flexgear.model.flank_table import flank_tables, read_flank_table
 from flexgear.model.history_files import history_sections, read_histories
 
 _OF_BODIES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
 
 
 def resolve_files(data: dict[str, Any], folder: Path) -> None:
-    """Paths in SI data of a case become absolute, from ``folder``; histories are read."""
+    """Paths in SI data of a case become absolute, from ``folder``; tables and histories are
+    read."""
     for inside, key in _files(data):
         if isinstance(inside[key], str):
             inside[key] = os.path.abspath(folder / os.path.expanduser(inside[key]))
+    for table in flank_tables(data):
+        if isinstance(table.get("file"), str):
+            table |= read_flank_table(Path(table["file"]))
     read_histories(data, folder)
 
 
@@ -30,6 +35,7 @@ def digest_files(data: dict[str, Any]) -> None:
 def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
     sections: list[tuple[Any, str]] = [(one, "file") for one in history_sections(data)]
+    sections += [(one, "file") for one in flank_tables(data)]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):
             member = stage.get(name)

@@ -10,10 +10,10 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from flexgear.model.flank_table import LARGEST, FlankTable
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Length
 
-LARGEST = 2e-3  # m
 Form = Literal["linear", "parabolic"]
 
 
@@ -62,7 +62,8 @@ class FlankModifications(Section):
     ends of the face, as a parabola from its middle (C_β). helix_slope: more at the +z end of the
     face than at its -z end, in a straight line (C_Hβ), whatever the hand and the flank. twist: how
     much more profile_slope the +z end has than the -z end (S_α). tip_relief: towards the tip.
-    root_relief: towards the root. end_relief: towards the ends of the face.
+    root_relief: towards the root. end_relief: towards the ends of the face. table: gaps over
+    profile and face, measured or computed.
     """
 
     profile_crowning: Length | None = Field(default=None, ge=-LARGEST, le=LARGEST)
@@ -73,6 +74,7 @@ class FlankModifications(Section):
     tip_relief: Relief | None = None
     root_relief: Relief | None = None
     end_relief: EndRelief | None = None
+    table: FlankTable | None = None
 
     def of(self, flank: str) -> FlankModifications:
         """Those of one of its flanks: its own keys, and of the others those of both."""

@@ -10,7 +10,9 @@ from trains import stage_train
 from flexgear.gears.flanks import gear_flanks
 from flexgear.gears.modifications import MODIFICATIONS, Flank, gaps_of, mean_gap, pair_gap
 from flexgear.gears.paths import stage_paths
+from flexgear.model.case import case_of_dict
 from flexgear.model.errors import InputError
+from flexgear.model.flank_table import FlankTable
 from flexgear.model.modifications import EndRelief, FlankModifications, Relief
 
 EXTERNAL = Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06)
@@ -227,3 +229,99 @@ def test_a_gear_mesh_without_paths_has_no_modified_flanks(tmp_path):
     keys = {"sun.modifications.lead_crowning_um": 5, "gear_mesh.model": '"constant"'}
     with pytest.raises(InputError, match="'constant' follows no pair along its path"):
         paths(modified(tmp_path, keys))
+
+
+def plane(flank, rho, z):
+    """A gap linear in ρ and z, which a table holds exactly; m."""
+    return 1e-5 + 2e-4 * rho - 1e-4 * z + 3e-3 * rho * z
+
+
+@FLANKS
+@pytest.mark.parametrize("axis", ["roll_angles", "diameters"])
+def test_a_table_is_bilinear_in_roll_length_and_z(flank, axis):
+    rho = np.sort([flank.tip, 0.7 * flank.tip + 0.3 * flank.root, flank.root])
+    z = np.array([-0.05, 0.01, 0.05])
+    places = {"roll_angles": rho / flank.base_radius,
+              "diameters": 2 * np.hypot(rho, flank.base_radius)}[axis]  # fmt: skip
+    gaps = plane(flank, rho[:, None], z)
+    table = {axis: tuple(places), "z": tuple(z), "gaps": tuple(map(tuple, gaps))}
+    at, along = np.linspace(rho[0], rho[-1], 7)[:, None], np.linspace(-0.05, 0.05, 5)
+    (gap,) = gaps_of(FlankModifications(table=FlankTable(**table)), flank)
+    np.testing.assert_allclose(gap(at, along), plane(flank, at, along), rtol=0, atol=1e-16)
+    outside = gap(np.array([rho[0] - 1.0, rho[-1] + 1.0]), np.array([-1.0, 1.0]))
+    np.testing.assert_allclose(outside, [gaps[0, 0], gaps[-1, -1]], rtol=1e-12)
+
+
+@FLANKS
+def test_a_single_trace_holds_over_the_rest_of_the_flank(flank):
+    """Of the helix at one diameter, and of the profile at one z."""
+    rho = np.sort([flank.tip, flank.root])
+    lead = {"roll_angles": (float(rho.mean()) / flank.base_radius,), "z": (-0.05, 0.05),
+            "gaps": ((0.0, 4e-6),)}  # fmt: skip
+    profile = {"roll_angles": tuple(rho / flank.base_radius), "z": (0.0,),
+               "gaps": ((0.0,), (4e-6,))}  # fmt: skip
+    points = [(lead, rho, 0.025 * np.ones(2)), (profile, rho @ [0.25, 0.75], np.array([0.04]))]
+    for trace, at, along in points:
+        (gap,) = gaps_of(FlankModifications(table=FlankTable(**trace)), flank)
+        np.testing.assert_allclose(gap(at, along), 3e-6, rtol=1e-12)
+
+
+GRID = "# measured\nz_mm; diameter_mm; gap_um; who\n-30; 105; 1,5; x\n30; 105; 2; x\n{}"
+
+
+def test_a_table_from_a_csv_file(tmp_path):
+    """Points in any order, in the file's units; the same case with the table written out; the
+    file's content, not its name, is in the hash."""
+    (tmp_path / "sun.csv").write_text(GRID.format("30; 110; 4; x\n-30; 110; 3; x\n"))
+    key = "sun.modifications.drive.table"
+    read = modified(tmp_path, {key: '{ file = "sun.csv" }'})
+    table = read.stages[0].sun.modifications.drive.table
+    assert table.diameters == (0.105, 0.110) and table.z == (-0.03, 0.03)
+    assert table.gaps == ((1.5e-6, 2e-6), (3e-6, 4e-6))
+    written = modified(tmp_path, {
+        f"{key}.diameters_mm": [105, 110], f"{key}.z_mm": [-30, 30],
+        f"{key}.gaps_um": [[1.5, 2], [3, 4]],
+    })  # fmt: skip
+    a, b = paths(read), paths(written)
+    assert a["sun"].gap_grid.max() > 1e-6 and not a["sun_back"].gap_grid.any()
+    np.testing.assert_array_equal(a["sun"].gap_grid, b["sun"].gap_grid)
+    assert case_of_dict(tuples_of(read.to_dict())) == read
+    (tmp_path / "again.csv").write_text(GRID.format("30; 110; 4; x\n-30; 110; 3; x\n"))
+    same = modified(tmp_path, {key: '{ file = "again.csv" }'})
+    (tmp_path / "sun.csv").write_text(GRID.format("30; 110; 4; x\n-30; 110; 3,1; x\n"))
+    other = modified(tmp_path, {key: '{ file = "sun.csv" }'})
+    assert same.content_hash() == read.content_hash() != other.content_hash()
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("30; 110; 4; x\n", r"flank table: has 3 points, but 2 different diameter_mm and 2 diff"),
+        ("-30; 110; 4; x\n30; 105; 4; x\n", "line 6: gives a point for the second time"),
+        ("-30; 110; much; x\n", "line 5, gap_um: 'much' is not a number"),
+        ("-30; 110; 4000; x\n30; 110; 4; x\n", r"table\.gaps.*reach 4 mm, beyond 2 mm"),
+        ("-30; 190; 4; x\n30; 190; 4; x\n", r"table\.diameters: 105 … 190 mm do not fit the act"),
+        ("-99; 110; 4; x\n", "has 3 points"),
+        ("-30;110;4;x\n30;110;4;x\n99;105;0;x\n99;110;0;x\n", r"reaches 99 mm, beyond the face"),
+    ],
+)
+def test_csv_tables_that_are_refused(tmp_path, rows, said):
+    (tmp_path / "sun.csv").write_text(GRID.format(rows))
+    with pytest.raises(InputError, match=said) as fault:
+        paths(modified(tmp_path, {"sun.modifications.table": '{ file = "sun.csv" }'}))
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("z_mm,gap_um\n1,2\n", r"column roll_angle or diameter: is not among.*roll_angle_deg"),
+        ("roll_angle_deg,z_mm,gap_n\n1,2,3\n", r"column gap: .*head a column gap_mm"),
+        ("roll_angle_deg,z_mm,gap_um\n", "flank table: has no rows"),
+        ("", "flank table: is empty -- give columns roll_angle_deg, z_mm, gap_mm"),
+    ],
+)
+def test_csv_files_that_are_no_table(tmp_path, text, said):
+    (tmp_path / "sun.csv").write_text(text)
+    with pytest.raises(InputError, match=said):
+        modified(tmp_path, {"sun.modifications.table": '{ file = "sun.csv" }'})

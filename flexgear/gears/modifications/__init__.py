@@ -26,6 +26,7 @@ from flexgear.gears.modifications.crowning import lead_crowning, profile_crownin
 from flexgear.gears.modifications.flank import Array, Flank, Gap
 from flexgear.gears.modifications.relief import end_relief, root_relief, tip_relief
 from flexgear.gears.modifications.slopes import helix_slope, profile_slope, twist
+from flexgear.gears.modifications.table import table
 from flexgear.gears.stiffness import Law
 from flexgear.model.modifications import FlankModifications
 
@@ -41,6 +42,7 @@ MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
     tip_relief,
     root_relief,
     end_relief,
+    table,
 )
 
 
