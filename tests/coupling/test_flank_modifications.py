@@ -1,0 +1,95 @@
+"""Modified flanks in coupled stages: what a gap does to motion and loads."""
+
+import math
+
+import numpy as np
+import pytest
+from two_gears import GEARS
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import rows_at
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.model.load import load_case
+
+GAP = 12e-6
+
+
+def gears(folder, model="per_pair", **overrides):
+    """Pinion and gear with all modes kept; what is there overrides by TOML key of the stage."""
+    path = folder / "gears.toml"
+    path.write_text(GEARS.format(model=model, law="one-sided", damping=0.1, speed=10, backlash=60))
+    given = {f"stages.stage_1.{key}": str(value) for key, value in overrides.items()}
+    helical = {"stages.stage_1.helix_angle_deg": "15", "stages.stage_1.planet_hand": '"right"'}
+    return modal_system(build_system(load_case(path, {**helical, **given})))
+
+
+def approach(modal, angles, torque):
+    """Approach of both bodies along N at mid-face (p,), m, and loads of all pairs."""
+    found = revolution(modal, angles, torque)
+    out = []
+    for angle, eta in zip(angles, found.eta, strict=True):
+        moved = modal.channel_modes @ eta
+        rows, _ = rows_at(modal.system, angle)
+        row = next(i for i in range(len(rows.coef)) if modal.system.pairs.front[rows.owner[i]])
+        at = 6 * rows.blocks[row, : rows.width[row], None] + np.arange(6)
+        coef = rows.coef[row, : rows.width[row]].copy()
+        coef[:, 3:5] = 0.0  # tilts, of a row at another z
+        out.append((coef * moved[at]).sum())
+    return np.array(out), found.pair_load
+
+
+def uniform(gear, *flanks):
+    """A table that lacks the same everywhere."""
+    return {
+        f"{gear}.modifications.{flank}.table":
+        f"{{ roll_angles_deg = [20], z_mm = [0], gaps_um = [[{1e6 * GAP}]] }}"
+        for flank in flanks
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("model", ["per_pair", "face_load"])
+def test_a_uniform_gap_moves_the_transmission_error_by_itself(tmp_path, model):
+    """Loads stay to the last digit that closure allows; bodies approach by g cosβ_b more."""
+    angles, torque = np.linspace(0.0, 0.2, 7), 500.0
+    own = {"gear_mesh.path_only": "true", "gear_mesh.slices": "5"} if model == "face_load" else {}
+    plain, loads = approach(gears(tmp_path, model, **own), angles, torque)
+    (system,) = (gears(tmp_path, model, **own, **uniform("gear", "drive")),)
+    moved, same = approach(system, angles, torque)
+    cos_b = math.cos(math.atan(float(system.system.pairs.slope[0])))
+    np.testing.assert_allclose(moved - plain, GAP * cos_b, rtol=1e-7)
+    np.testing.assert_allclose(same, loads, rtol=0, atol=1e-7 * loads.max())
+
+
+def test_the_flank_that_does_not_carry_lacks_nothing_that_is_felt(tmp_path):
+    """Coast flanks under the rated torque; drive flanks under the other one."""
+    angles = np.linspace(0.0, 0.2, 5)
+    plain = gears(tmp_path)
+    for torque, idle, felt in ((500.0, "coast", "drive"), (-500.0, "drive", "coast")):
+        bare, _ = approach(plain, angles, torque)
+        unfelt, _ = approach(gears(tmp_path, **uniform("pinion", idle)), angles, torque)
+        moved, _ = approach(gears(tmp_path, **uniform("pinion", felt)), angles, torque)
+        np.testing.assert_allclose(unfelt, bare, rtol=1e-9)
+        assert np.abs(moved - bare).min() > 0.9 * GAP
+
+
+@pytest.mark.parametrize("flank", ["drive", "coast"])
+def test_the_coast_flank_is_the_drive_flank_of_the_mirrored_case(tmp_path, flank):
+    """The other torque on a case whose flanks are exchanged, seen in a mirror that keeps z and
+    turns the hand: the same loads where pairs stand at the same places of their paths."""
+    keys = {"lead_crowning_um": 20, "helix_slope_um": 15, "profile_crowning_um": 6,
+            "tip_relief": "{ amount_um = 20, length_mm = 4 }", "twist_um": 8}  # fmt: skip
+    other = {"drive": "coast", "coast": "drive"}[flank]
+    places = np.array([0.1, 0.35, 0.6, 0.85])  # of a base pitch
+
+    def loads(on, hand, sign):
+        given = {f"gear.modifications.{on}.{key}": value for key, value in keys.items()}
+        model = gears(tmp_path, **given, planet_hand=f'"{hand}"')
+        pairs = model.system.pairs
+        m = int(np.flatnonzero(pairs.front == (sign > 0))[0])
+        angles = (pairs.s_lo[m] + places * pairs.pitch[m] - pairs.s0[m]) / pairs.rate[m]
+        return np.sort(revolution(model, angles, sign * 500.0).pair_load.sum(axis=1))
+
+    a, b, plain = loads(flank, "right", 1.0), loads(other, "left", -1.0), loads(other, "right", 1.0)
+    assert np.abs(a - plain).max() > 1e-2 * a.max()
+    np.testing.assert_allclose(a, b, rtol=0, atol=1e-7 * a.max())
