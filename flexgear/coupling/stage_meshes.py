@@ -11,11 +11,16 @@ from numpy.typing import NDArray
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.members import can_turn, mass_properties
 from flexgear.coupling.system import StageFrame
+from flexgear.coupling.tooth_bending import with_bending
 from flexgear.gears.errors import stage_errors
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.laws import line_load
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.radii import stage_radii
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.model.stage_view import StageView
+from flexgear.structures.tooth_influence import ToothInfluence, tooth_influence
 
 Array = NDArray[np.float64]
 
@@ -35,9 +40,15 @@ class GearBlocks:
 
 
 def stage_sets(
-    train: Case, number: int, flow: StageFlow, frame: StageFrame, blocks: GearBlocks
+    train: Case,
+    number: int,
+    flow: StageFlow,
+    frame: StageFrame,
+    blocks: GearBlocks,
+    teeth: Mapping[str, ToothInfluence | None] | None = None,
 ) -> list[GearMeshSet]:
-    """Gear meshes of stage ``number`` of a train.
+    """Gear meshes of stage ``number`` of a train; teeth: influence of those of "sun", "planet" and
+    "ring" where slices bend each other.
 
     With the linear law only the flank that carries the rated torque is there. Pair damping takes
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
@@ -57,7 +68,12 @@ def stage_sets(
         inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
         if can_turn(train, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
-        teeth = blocks.teeth if part == "ring" else None
+        if teeth is not None:
+            slot = kind.removesuffix("_back")
+            both = {"planet": teeth["planet"], "gear": teeth[slot]}
+            load = line_load(view, stage_geometry(view), slot, flow.gear_mesh_forces[slot])
+            path = with_bending(path, both, view.material, load)
+        positions = blocks.teeth if part == "ring" else None
         out.append(
             GearMeshSet(
                 path=path,
@@ -68,8 +84,8 @@ def stage_sets(
                 phi=np.asarray(stage.planet_angles, dtype=float),
                 planet_blocks=blocks.planets,
                 gear_block=blocks.gears[part, side if part == "ring" else ""],
-                tooth_positions=teeth,
-                turns=-1 if teeth is None else frame.theta,
+                tooth_positions=positions,
+                turns=-1 if positions is None else frame.theta,
                 front=front,
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
@@ -78,6 +94,16 @@ def stage_sets(
             )
         )
     return out
+
+
+def tooth_influences(view: StageView) -> dict[str, ToothInfluence | None] | None:
+    """Influence of the teeth of a stage by "planet", "sun", "ring", from the cache or made (half a
+    minute each); None where its slices do not bend each other."""
+    options = view.gear_mesh
+    if options.model != "face_load" or options.tooth_compliance != "fe":
+        return None
+    slots = ("planet", *stage_geometry(view).gear_meshes)
+    return {slot: tooth_influence(view, slot) for slot in slots}
 
 
 def blocks_anywhere(train: Case, number: int) -> GearBlocks:

@@ -49,7 +49,9 @@ class GearMesh(Section):
     """Gear-mesh options.
 
     table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
-    face_load. path_only: under face_load tips do not touch before and after the path of contact.
+    face_load. tooth_compliance: of them: width, springs beside each other by pair_stiffness; fe,
+    they bend each other by an FE influence matrix of both teeth (half a minute a gear, kept), with
+    Hertz's line contact. path_only: under face_load tips do not touch before and after the path of contact.
     harmonics: terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
@@ -71,6 +73,7 @@ class GearMesh(Section):
     )
     slices: int = Field(default=15, ge=1, le=101)
     path_only: bool = False
+    tooth_compliance: Literal["width", "fe"] = "width"
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)
