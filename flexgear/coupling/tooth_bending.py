@@ -23,7 +23,7 @@ from flexgear.structures.tooth_influence import ToothInfluence
 
 Array = NDArray[np.float64]
 PLACES = 61  # contact lines of a path between which flexibility is interpolated
-LEAST = 1e-3  # of the longest contact line: shorter ones bend as that one, and carry next to nothing
+LEAST = 1e-3  # of the longest contact line: shorter ones carry next to nothing
 
 
 def with_bending(
@@ -91,7 +91,8 @@ def _contact(
 ) -> LineContact:
     """Line contact of every slice (S, K)."""
     rolls = _rolls(path, slices.s[:, None] + path.slope * slices.z)
-    bodies, (planet, gear) = [], (rolls["planet"][0], rolls["gear"][0])
+    bodies: list[ContactBody] = []
+    planet, gear = rolls["planet"][0], rolls["gear"][0]
     geometry = {"planet": path.off_path.planet, "gear": path.off_path.gear}
     for name, (roll, _) in rolls.items():
         flank = flanks[name]
@@ -103,10 +104,8 @@ def _contact(
             bodies.append(ContactBody(material.young_modulus, material.poisson_ratio, depth))
     internal = path.kind.startswith("ring")
     least = 1e-3 * path.base_pitch  # a flank that begins at its base circle has no curvature there
-    radius = relative_radius(
-        np.maximum(planet, least), np.maximum(gear, least), internal=internal
-    )
-    return line_contact(*bodies, radius / path.cos_base_helix)
+    radius = relative_radius(np.maximum(planet, least), np.maximum(gear, least), internal=internal)
+    return line_contact(bodies[0], bodies[1], radius / path.cos_base_helix)
 
 
 def _half_thickness(tooth: ToothGeometry, roll: Array) -> Array:

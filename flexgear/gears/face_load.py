@@ -4,7 +4,7 @@
 
 (ISO 6336-1: largest and mean load per width); instantaneous: the largest line load of a contact
 line over its mean one. Slices know the load at their middles, which converges at first order in
-their number where the load is uneven: it is continued linearly to the ends of the line.
+their number where the load is uneven: it is continued to the ends of the line.
 """
 
 from __future__ import annotations
@@ -16,18 +16,22 @@ Array = NDArray[np.float64]
 
 
 def with_ends(line_load: Array) -> Array:
-    """Line load (…, K + 2) with its values at both ends, continued linearly and not below zero.
+    """Line load (…, K + 2) with its values at both ends, continued and not below zero.
 
-    line_load: (…, K) at the middles of equal slices. Where an end slice or its neighbour does not
-    touch, the end has the end slice's load at least.
+    line_load: (…, K) at the middles of equal slices. Continued is the parabola through the three
+    slices at the end, or the line through two where the third does not touch.
     """
     w = np.asarray(line_load, dtype=float)
-    if w.shape[-1] == 1:
-        return np.repeat(w, 3, axis=-1)
     ends = []
-    for edge, inner in ((w[..., 0], w[..., 1]), (w[..., -1], w[..., -2])):
-        steps = np.where((edge > 0) & (inner > 0), 0.5 * (edge - inner), 0.0)
-        ends.append(np.maximum(edge + steps, 0.0)[..., None])
+    for own in (w, w[..., ::-1]):
+        end = own[..., 0].copy()
+        if w.shape[-1] > 1:
+            touches = (own[..., 0] > 0) & (own[..., 1] > 0)
+            end += np.where(touches, 0.5 * (own[..., 0] - own[..., 1]), 0.0)
+        if w.shape[-1] > 2:
+            bend = own[..., 0] - 2 * own[..., 1] + own[..., 2]
+            end += np.where(touches & (own[..., 2] > 0), 0.375 * bend, 0.0)
+        ends.append(np.maximum(end, 0.0)[..., None])
     return np.concatenate([ends[0], w, ends[1]], axis=-1)
 
 

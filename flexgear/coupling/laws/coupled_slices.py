@@ -4,14 +4,14 @@ Slices close by x_j as in ``slices``; the forces f that press on them solve
 
     Σ_i C_ji f_i + h_j(f_j) = x_j  and  f_j > 0,    or    f_j = 0  and  Σ_i C_ji f_i ≥ x_j,
 
-C being the flexibility of the teeth between the slices and h_j(f) = a_j f ln(d_j/f) the approach of
-the line contact (f < d_j/e, where it rises). C is positive definite, so there is one answer; it is
-found by Newton's method on the slices that touch, which are changed until none pulls and none that
-does not touch overlaps. The forces are the slope of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is
-that of the slices that touch. Damping τ k_j ẋ_j takes nominal stiffnesses k_j and neither pulls nor
-exceeds the force, as in ``slices``. Slices do not pull under any contact law. Parameters: number of
-slices, τ s, 1, then t, nominal stiffness N/m and g m of all, a m/N, d N, and the lower triangle of
-C by rows, m/N.
+C being the flexibility of the teeth between the slices and h_j(f) = a_j f ln(d_j/f) the approach
+of the line contact; from d_j/e² on, where contact is nearly as wide as deep, its tangent. C is
+positive definite, so there is one answer; it is found by Newton's method on the slices that touch,
+which are changed until none pulls and none that does not touch overlaps. The forces are the slope
+of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is that of the slices that touch. Damping τ k_j ẋ_j
+takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Slices do
+not pull under any contact law. Parameters: number of slices, τ s, 1, then t, nominal stiffness N/m
+and g m of all, a m/N, d N, and the lower triangle of C by rows, m/N.
 """
 
 from __future__ import annotations
@@ -48,15 +48,19 @@ def _overlap(bending, x, f, j):
 
 @njit(**INNER)
 def _line_contact(bending, count, j, f):
-    """Approach h and its slope at the force f; towards no force, where ln grows, a secant."""
+    """Approach h, its slope and ∫ f dh at the force f: a secant towards no force, where ln grows,
+    and the tangent from f = d/e² on."""
     a, d = bending[j], bending[count + j]
     if not a > 0.0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     if f < TOUCHES * d:
         secant = -a * math.log(TOUCHES)
-        return secant * f, secant
-    ratio = math.log(d / f)
-    return a * f * ratio, a * (ratio - 1.0)
+        return secant * f, secant, 0.5 * secant * f * f
+    known = min(f, d * math.exp(-2.0))
+    ratio, over = math.log(d / known), f - known
+    approach, slope = a * known * ratio, a * (ratio - 1.0)
+    energy = 0.5 * a * known * known * (ratio - 0.5)
+    return approach + slope * over, slope, energy + slope * over * (known + 0.5 * over)
 
 
 @njit(**INNER)
@@ -100,7 +104,7 @@ def _newton(share, bending, x, f, place, sides):
             return 0
         for p in range(n):
             j = place[p]
-            approach, slope = _line_contact(bending, count, j, f[j])
+            approach, slope, _ = _line_contact(bending, count, j, f[j])
             left = _overlap(bending, x, f, j) - approach
             worst = max(worst, abs(left))
             sides[p, 0], sides[p, 1], sides[p, 2] = left, 1.0 - share[j], share[j]
@@ -149,8 +153,8 @@ def _coupled_slices(parameters, motion, force, tangent):
         if abs(damping) > elastic:
             limited = 1.0 if damping > 0.0 else -1.0
             damping, spring, damper = limited * elastic, 1.0 + limited, 0.0
-        # ½ fᵀ C f + ∫ f dh, as f h − ∫ h df = ½ f h − ¼ a f² where h = a f ln(d/f)
-        energy += 0.5 * elastic * x[j] - 0.25 * bending[j] * elastic * elastic
+        approach, _, stored = _line_contact(bending, count, j, elastic)
+        energy += 0.5 * elastic * (x[j] - approach) + stored  # ½ fᵀ C f + ∫ f dh
         force[0, 0] += a * (elastic + damping)
         force[0, 1] += b * (elastic + damping)
         force[1, 0] += a * elastic
