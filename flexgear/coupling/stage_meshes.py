@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,14 +96,22 @@ def stage_sets(
     return out
 
 
-def tooth_influences(view: StageView) -> dict[str, ToothInfluence | None] | None:
+def tooth_influences(
+    view: StageView, progress: Callable[[str, float], None] | None = None
+) -> dict[str, ToothInfluence | None] | None:
     """Influence of the teeth of a stage by "planet", "sun", "ring", from the cache or made (half a
     minute each); None where its slices do not bend each other."""
     options = view.gear_mesh
     if options.model != "face_load" or options.tooth_compliance != "fe":
         return None
-    slots = ("planet", *stage_geometry(view).gear_meshes)
-    return {slot: tooth_influence(view, slot) for slot in slots}
+    found = {}
+    for slot in ("planet", *stage_geometry(view).gear_meshes):
+        if progress is not None:
+            progress(f"{slot}: influence of a tooth", 0.0)
+        found[slot] = tooth_influence(view, slot)
+        if progress is not None:
+            progress(f"{slot}: influence of a tooth", 1.0)
+    return found
 
 
 def blocks_anywhere(train: Case, number: int) -> GearBlocks:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from flexgear.coupling.pace import case_pace
+from flexgear.coupling.stage_meshes import tooth_influences
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
@@ -51,8 +52,10 @@ def stage_bodies(
 
 
 def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBodies]:
-    """Ring and carrier of every flexible stage by its name."""
+    """Ring and carrier of every flexible stage by its name; influences of teeth go to the cache."""
     found = {}
+    for own in case.stages:
+        tooth_influences(case.view(own.name), named(own.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if case.is_short else named(name, progress)
         found[name] = stage_bodies(stage, report, reduction_limit(case, name))
