@@ -23,7 +23,7 @@ from flexgear.coupling.port_machines import (
     port_machines,
     require_free_speeds,
 )
-from flexgear.coupling.stage_meshes import GearBlocks, stage_sets, tooth_influences
+from flexgear.coupling.stage_meshes import GearBlocks, stage_sets
 from flexgear.coupling.stage_springs import pin_rows, spline_matrix, tie_stage
 from flexgear.coupling.system import (
     Damping,
@@ -138,8 +138,7 @@ def _tie_and_mesh(b: UnderWay, number: int) -> None:
     with inside(b.train, stage):
         tie_stage(b.a, b.train.view(stage.name), b.members[number], frame)
     blocks = _gear_blocks(b, number)
-    teeth = tooth_influences(b.train.view(stage.name))
-    b.sets += stage_sets(b.train, number, b.flow.stage(stage.name), frame, blocks, teeth)
+    b.sets += stage_sets(b.train, number, b.flow.stage(stage.name), frame, blocks)
 
 
 def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:

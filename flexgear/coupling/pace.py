@@ -110,7 +110,8 @@ def case_pace(case: Case) -> Pace:
     sets: list[GearMeshSet] = []
     for number, stage in enumerate(case.stages):
         blocks = blocks_anywhere(case, number)
-        sets += stage_sets(case, number, flow.stage(stage.name), StageFrame(0, -1), blocks)
+        own, frame = flow.stage(stage.name), StageFrame(0, -1)
+        sets += stage_sets(case, number, own, frame, blocks, bending=False)
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
     return _pace(highest, sets, case.solver)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from flexgear.coupling.gear_meshes import GearMeshSet, model_number
 from flexgear.coupling.members import can_turn, mass_properties
 from flexgear.coupling.system import StageFrame
-from flexgear.coupling.tooth_bending import with_bending
 from flexgear.gears.errors import stage_errors
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import line_load
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.radii import stage_radii
+from flexgear.gears.slices import bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.tooth_influence import ToothInfluence, tooth_influence
+from flexgear.structures.tooth_influence import pair_bending
 
 Array = NDArray[np.float64]
 
@@ -45,10 +45,10 @@ def stage_sets(
     flow: StageFlow,
     frame: StageFrame,
     blocks: GearBlocks,
-    teeth: Mapping[str, ToothInfluence | None] | None = None,
+    bending: bool = True,
 ) -> list[GearMeshSet]:
-    """Gear meshes of stage ``number`` of a train; teeth: influence of those of "sun", "planet" and
-    "ring" where slices bend each other.
+    """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
+    says so, by influences from the cache or made (half a minute each).
 
     With the linear law only the flank that carries the rated torque is there. Pair damping takes
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
@@ -68,11 +68,12 @@ def stage_sets(
         inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
         if can_turn(train, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
-        if teeth is not None:
+        if bending and bend_each_other(view):
+            assert path.slices is not None
             slot = kind.removesuffix("_back")
-            both = {"planet": teeth["planet"], "gear": teeth[slot]}
             load = line_load(view, stage_geometry(view), slot, flow.gear_mesh_forces[slot])
-            path = with_bending(path, both, view.material, load)
+            found = pair_bending(view, path, path.slices)
+            path = replace(path, slices=bent(path.slices, *found, load / path.cos_base_helix))
         positions = blocks.teeth if part == "ring" else None
         out.append(
             GearMeshSet(
@@ -96,22 +97,10 @@ def stage_sets(
     return out
 
 
-def tooth_influences(
-    view: StageView, progress: Callable[[str, float], None] | None = None
-) -> dict[str, ToothInfluence | None] | None:
-    """Influence of the teeth of a stage by "planet", "sun", "ring", from the cache or made (half a
-    minute each); None where its slices do not bend each other."""
+def bend_each_other(view: StageView) -> bool:
+    """Whether the slices of a stage's tooth pairs do, by FE influences."""
     options = view.gear_mesh
-    if options.model != "face_load" or options.tooth_compliance != "fe":
-        return None
-    found = {}
-    for slot in ("planet", *stage_geometry(view).gear_meshes):
-        if progress is not None:
-            progress(f"{slot}: influence of a tooth", 0.0)
-        found[slot] = tooth_influence(view, slot)
-        if progress is not None:
-            progress(f"{slot}: influence of a tooth", 1.0)
-    return found
+    return options.model == "face_load" and options.tooth_compliance == "fe"
 
 
 def blocks_anywhere(train: Case, number: int) -> GearBlocks:

@@ -124,16 +124,18 @@ def line_ends(s: Array, line: Line) -> tuple[Array, Array]:
     return start, stop
 
 
-def bent(slices: Slices, flexibility: Array, contact: tuple[Array, Array], load: Array) -> Slices:
+def bent(
+    slices: Slices, flexibility: Array, contact: tuple[Array, Array], line_load: float
+) -> Slices:
     """The same lines with slices that bend each other.
 
     flexibility: (S, K, K) m/N of both flanks without line contact; contact: scale a m/N and limit d
-    N of the line contact of every slice, (S, K) each; load: (S,) N on the line for which nominal
-    stiffness, centre and radius of gyration are taken, all of it touching evenly. With
+    N of the line contact of every slice, (S, K) each; line_load: N/m along z, even on all of the
+    line, at which nominal stiffness, centre and radius of gyration are taken. With
     G = (C + diag h'(f))⁻¹: k = 1ᵀG1, z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
     """
     scale, limit = contact
-    even = np.maximum(load[:, None] / slices.count, 1e-9 * limit)
+    even = np.maximum(line_load * slices.width, 1e-9 * limit)
     slope = scale * (np.log(limit / np.minimum(even, limit / 8.0)) - 1.0)
     whole = flexibility + slope[:, :, None] * np.eye(slices.count)
     columns = np.stack([np.ones_like(slices.z), slices.z], axis=-1)

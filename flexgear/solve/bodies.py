@@ -6,14 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from flexgear.coupling.pace import case_pace
-from flexgear.coupling.stage_meshes import tooth_influences
+from flexgear.coupling.stage_meshes import bend_each_other
 from flexgear.coupling.system import Variant
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.tooth_influence import tooth_influence
 
 Progress = Callable[[str, float], None]
 
@@ -55,11 +57,21 @@ def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBo
     """Ring and carrier of every flexible stage by its name; influences of teeth go to the cache."""
     found = {}
     for own in case.stages:
-        tooth_influences(case.view(own.name), named(own.name, progress))
+        _make_influences(case.view(own.name), named(own.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if case.is_short else named(name, progress)
         found[name] = stage_bodies(stage, report, reduction_limit(case, name))
     return found
+
+
+def _make_influences(stage: StageView, progress: Progress) -> None:
+    """Influences of a stage's teeth, where its slices bend each other, into the cache."""
+    if not bend_each_other(stage):
+        return
+    for slot in ("planet", *stage_geometry(stage).gear_meshes):
+        progress(f"{slot}: influence of a tooth", 0.0)
+        tooth_influence(stage, slot)
+        progress(f"{slot}: influence of a tooth", 1.0)
 
 
 def reduction_limit(case: Case, stage: str) -> float:

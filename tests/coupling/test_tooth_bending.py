@@ -8,10 +8,10 @@ import pytest
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
-from flexgear.coupling import build
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.tooth_influence import pairs
 from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
 
 FE = {"gear_mesh.model": "face_load", "gear_mesh.tooth_compliance": "fe"}
@@ -32,7 +32,7 @@ def teeth():
 
 @pytest.fixture
 def assembled(monkeypatch, teeth):
-    monkeypatch.setattr(build, "tooth_influences", lambda view: teeth)
+    monkeypatch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
     return lambda **changes: fg.assemble(BASE.with_(**changes), ["all"])
 
 

@@ -84,6 +84,6 @@ def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     found = approach.mean() * width / (5 * even)
     assert found == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
     # what the contact element takes as its nominal stiffness is the tangent there
-    lines = bent(path.slices, c, (scale, limit), np.full(len(c), 5 * even))
+    lines = bent(path.slices, c, (scale, limit), 5 * even / width)
     assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / found, rel=0.06)
     assert lines.centre[at] == pytest.approx(0.0, abs=1e-6 * width)
