@@ -19,6 +19,7 @@ PLACES = (
     ("drawing_front", "geometry", "Gears and what holds them to scale, seen along the axis: "
      "teeth, bolts, pins and bores as the case gives them."),
     ("drawing_section", "geometry", "The upper half of the stage cut along its axis, to scale."),
+    ("^flank_", "geometry", "Material missing on a flank, normal to it in the transverse section."),
     ("power_flow", "power", "Power that enters is above zero, power that leaves below."),
     ("(ring|sun)_tooth_loads", "meshes", "Each line is one tooth pair from its entry to its "
      "exit; the dashed line is what a split by stiffness alone would give it."),
