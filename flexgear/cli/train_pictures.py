@@ -17,7 +17,7 @@ from flexgear.model.case import Case
 from flexgear.results.pieces import between
 from flexgear.results.spectrum import force_spectra
 from flexgear.solve.transient import settled
-from flexgear.views import mode_charts, train_charts
+from flexgear.views import face_load_charts, mode_charts, train_charts
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
@@ -71,6 +71,20 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             partial(mode_charts.campbell_chart, data["campbell"]),
         ),
     }
+    even = data["equilibrium"]
+    if "face_line_load" in even:
+        plan["face_line_load"] = (
+            "Load along the face of every gear mesh, in the mean of the positions",
+            partial(face_load_charts.along_face_chart, even),
+        )
+        plan["face_contact_pattern"] = (
+            "Contact pattern: largest line load over path and face",
+            partial(face_load_charts.contact_pattern, even),
+        )
+        plan["face_transmission_error"] = (
+            "Transmission error under load",
+            partial(face_load_charts.transmission_error_chart, even),
+        )
     for name, found in data.items():
         if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
             shared = str(found.attrs["stage"]).replace("_", " ")
