@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from coupled import make_bodies
+from stage_samples import cheap_stage
 from trains import STEEL, stage_train, write
 
 from flexgear.model.load import load_case
@@ -71,4 +71,4 @@ output_interval_ms = 1
 def mixed(folder):
     """A train with a flexible stage and its cheap bodies."""
     train = load_case(write(folder, MIXED, 'kind = "train"\nkinematics = "spatial"\n'))
-    return train, {"first": make_bodies(train.view(train.stages[0].name))}
+    return train, {"first": cheap_stage(train.view(train.stages[0].name))}

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.carrier import Carrier
+from flexgear.model.gauge import Gauge
 from flexgear.model.hub import Hub
 from flexgear.model.modifications import GearModifications, PlanetModifications
 from flexgear.model.ring import Ring
@@ -105,17 +106,22 @@ class RingGear(MatedGear):
     """A ring: a lumped gear, or an FE body, which has its mass and its supports of its own. They
     stand on the housing, or on a hub where the ring turns.
 
-    fe: the FE body in place of the lumped one. hub: what an FE ring that turns is held on.
+    fe: the FE body in place of the lumped one. hub: what an FE ring that turns is held on. gauges:
+    virtual strain gauges on an FE ring.
     """
 
     fe: Ring | None = None
     hub: Hub | None = None
+    gauges: tuple[Gauge, ...] = ()
 
     @model_validator(mode="after")
     def _one_body(self) -> RingGear:
         if self.hub is not None and self.fe is None:
             problem = "is that of an FE ring, but the ring is lumped"
             raise Refusal("hub", problem, "take it out, or give the ring fe")
+        if self.gauges and (self.fe is None or self.fe.fe_mesh == "reduced"):
+            problem = "are on an FE mesh, but the ring has none"
+            raise Refusal("gauges", problem, "take them out, or give the ring fe with an FE mesh")
         _refuse_lumped(self, self.fe is not None, "fe", "its bolts, fits and splines")
         return self
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.gauge import check_gauges
 from flexgear.model.gear_errors import GearErrors
 from flexgear.model.gear_mesh import GearMesh
 from flexgear.model.material import Material
@@ -169,6 +170,8 @@ class TrainStage(Section):
             self._check_planetary()
         self._check_errors()
         self._check_clearances()
+        if self.ring is not None:
+            check_gauges(self.ring.gauges, self.ring.teeth, self.face_width)
         return self
 
     def _check_parallel(self) -> None:

@@ -113,6 +113,21 @@ def steady_summary(
     }
 
 
+def rim_stress_summary(equilibria: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
+    """``rim_stress_mpa``: least and largest stress along the circumference on the outer surface of a
+    ring, over all teeth and positions, and how far it ranges at one place as planets pass: at the
+    place where it ranges farthest, and on average over the places. Empty without FE mesh."""
+    if "rim_stress" not in equilibria:
+        return {}
+    own = equilibria["rim_stress"].to_numpy()[:, equilibria["tooth_stage"].to_numpy() == stage]
+    if not np.isfinite(own).all():
+        return {}
+    ranges = own.max(axis=0) - own.min(axis=0)
+    figures = {"min": own.min(), "max": own.max(), "range_max": ranges.max()}
+    figures["range_mean"] = ranges.mean()
+    return {"rim_stress_mpa": {name: float(value) / 1e6 for name, value in figures.items()}}
+
+
 def _steady_histories(data: xr.Dataset) -> xr.Dataset:
     """What of steady running the summary looks at."""
     tooth = carrying_pairs(data, "ring")["tooth"]

@@ -24,6 +24,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "fe_coordinate_of": ("", "FE body that a coordinate belongs to"),
     "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
     "tooth_stage": ("", "stage of the ring tooth"),
+    "gauge": ("", "virtual strain gauge: stage and name"),
     "tooth_number": ("1", "number of the tooth in its ring, from 1"),
     "gear_mesh": ("", "gear mesh of a train: stage, kind, side, planet"),
     "stage": ("", "stage of the gear mesh"),
@@ -94,12 +95,6 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "middle of the slice along the face, from its mid-plane",
         missing="without a pair",
     ),
-    "slice_path": Quantity(
-        (S, "flank", "slot", "slice"),
-        "m",
-        "path coordinate of the middle of the slice",
-        missing="without a pair",
-    ),
     "face_line_load": Quantity(
         (S, "flank", "face"), "N/m", "load per width that all pairs of a flank carry there together"
     ),
@@ -119,6 +114,15 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         missing="without load",
     ),
     "tooth_displacement": QUANTITIES["tooth_displacement"],
+    "gauge_strain": Quantity(
+        (S, "gauge"), "1", "strain that a virtual gauge measures in its direction"
+    ),
+    "rim_stress": Quantity(
+        (S, "tooth"),
+        "Pa",
+        "stress along the circumference on the ring's outer surface over a tooth, at mid-face",
+        missing="of a ring without FE mesh",
+    ),
     "carrier_displacement": QUANTITIES["carrier_displacement"],
     "bolt_force": QUANTITIES["bolt_force"],
     "bearing_force": Quantity((S, "support", "dof"), "N, N m", QUANTITIES["bearing_force"].meaning),

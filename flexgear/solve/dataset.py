@@ -201,6 +201,11 @@ def _motions(
             )
             labels[name] = found
     arrays |= _row_loads(recovery, list(bearings), _supports(model))
+    if model.surface.gauges:
+        arrays["gauge_strain"] = recovery.motion(model.surface.gauge_strain)
+        labels["gauge"] = model.surface.gauges
+    if len(model.surface.rim_stress) and isinstance(result, Equilibrium):
+        arrays["rim_stress"] = recovery.motion(model.surface.rim_stress)
     for name, nodes, dofs in (
         ("tooth", _nodes(model, "ring", "tooth"), 3),
         ("carrier_node", _nodes(model, "carrier"), 6),

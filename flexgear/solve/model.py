@@ -17,6 +17,7 @@ from flexgear.coupling.workable import require_workable
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, silent, variants_of
+from flexgear.solve.gauges import SurfaceRows, surface_rows
 from flexgear.solve.labels import GearMeshes, gear_meshes_of, rated_forces
 
 Array = NDArray[np.float64]
@@ -55,6 +56,12 @@ class Model:
         """The coupled system in the modes that ``solver`` asks for; InputError without load."""
         self.case.require_load()
         return self.made or chosen_modal(self.system, self.pace)
+
+    @cached_property
+    def surface(self) -> SurfaceRows:
+        """What gives the strain of gauges and the stress of rims; InputError for a gauge beside
+        its ring."""
+        return surface_rows(self.case, self.system, self.bodies)
 
     @property
     def has_errors(self) -> bool:

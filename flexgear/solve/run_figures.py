@@ -22,6 +22,7 @@ from flexgear.results.summary import (
     drop_summary,
     finite,
     force_ranges,
+    rim_stress_summary,
     steady_summary,
     torque_step_summary,
 )
@@ -122,6 +123,7 @@ def bodies_summary(
         stage: {
             **steady_summary(compared, datasets["equilibrium_without_errors"], stage),
             "equilibrium_closure_max": datasets["equilibrium"].attrs["closure_max"],
+            **rim_stress_summary(datasets["equilibrium"], stage),
             "inertia_kg_m2": inertias,
         }
         for stage in case.fe_ring_stages

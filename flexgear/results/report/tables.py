@@ -13,6 +13,12 @@ from flexgear.results.report.wording import number, said, split_unit, words
 
 Summary = Mapping[str, Any]
 GEOMETRY, MESH = "geometry", "meshes"
+_RIM = {
+    "min": "least",
+    "max": "largest",
+    "range_max": "range at one place as planets pass, largest",
+    "range_mean": "range at one place as planets pass, mean",
+}
 TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
 
 
@@ -22,7 +28,6 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _geometry(case),
         _power(summary),
         _forces(summary),
-        _face(summary),
         _sharing(summary),
         _bearings(case, flow, summary),
         _deflections(summary),
@@ -110,24 +115,6 @@ def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Tab
     yield Table(section, title, rows)
 
 
-def _face(summary: Summary) -> Iterator[Table]:
-    for variant, flanks in summary.get("face_load", {}).items():
-        rows = []
-        for flank, one in flanks.items():
-            name = words(flank)
-            rows += [
-                Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"]),
-                Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm"),
-                Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m"),
-                Row(
-                    f"{name}, transmission error peak to peak",
-                    1e-6 * one["transmission_error_peak_to_peak_um"],
-                    "m",
-                ),
-            ]
-        yield Table("face", f"{variant}, equilibria", rows)
-
-
 def _sharing(summary: Summary) -> Iterator[Table]:
     found = summary["load_sharing"]
     for variant, stages in found["quasi_static"].items():
@@ -174,6 +161,10 @@ def _deflections(summary: Summary) -> Iterator[Table]:
         peaks = one["tooth_displacement_peak_um"]
         rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
         yield Table("deflections", f"ring tooth node 1{at}, peak in steady running", rows)
+        rim = one.get("rim_stress_mpa", {})
+        rows = [Row(_RIM[key], 1e6 * value, "Pa") for key, value in rim.items()]
+        title = f"stress along the circumference outside on the ring{at}, equilibria at mid-face"
+        yield Table("deflections", title, rows)
         orders = enumerate(one["radial_harmonics_um"])
         rows = [Row(f"order {order}", 1e-6 * value, "m") for order, value in orders]
         largest = sorted(rows, key=lambda row: -float(row.value or 0))[:6]

@@ -1,0 +1,160 @@
+r"""Strain at points of a ring's surface as a linear map of the reduced coordinates.
+
+A point lies where a ray from the axis at a height z meets the surface of the FE mesh: last for the
+outer surface, first for a tooth root. There the strains of the three vertices around are
+interpolated linearly, so that with the gradient G of ``strain`` and the recovery Phi_r
+
+    eps_ij = sum_v w_v (e_i . G_vj Phi_r + e_j . G_vi Phi_r) q / 2 = rows q,
+
+less what rounding leaves of rigid motion. The base at a point: along the surface across the axis,
+along the surface towards +z, outward normal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.model.gauge import Gauge
+from flexgear.model.stage_view import StageView
+from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
+from flexgear.structures.reduced import ReducedBody
+
+Array = NDArray[np.float64]
+
+_QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+_TRIANGLES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+_EDGE = 1e-6  # of a triangle, how far beside it a ray still meets it
+
+
+@dataclass(frozen=True)
+class Ray:
+    """From the axis at height z, m, at an angle, rad; first: up to the surface it meets first."""
+
+    angle: float
+    z: float
+    first: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceStrain:
+    """rows (n, 3, 3, d): strain in the base at each point of reduced coordinates (d,)."""
+
+    body: ReducedBody
+    rows: Array
+
+    def along(self, directions: Sequence[float]) -> Array:
+        """(n, d) strain along the directions cos d e_1 + sin d e_2."""
+        t = np.column_stack([np.cos(directions), np.sin(directions)])
+        return np.einsum("na,nb,nabd->nd", t, t, self.rows[:, :2, :2])
+
+    def hoop_stress(self, young_modulus: float, poisson_ratio: float) -> Array:
+        """(n, d) stress along e_1, Pa, of a surface without load, where the stress along the normal
+        is zero: E/(1 - nu^2) (eps_1 + nu eps_2)."""
+        own = self.rows[:, 0, 0] + poisson_ratio * self.rows[:, 1, 1]
+        return young_modulus / (1.0 - poisson_ratio**2) * own
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Outer surface of a body's FE mesh in triangles."""
+
+    body: ReducedBody
+
+    @cached_property
+    def triangles(self) -> NDArray[np.int64]:
+        """(t, 3) vertex numbers; a quadrilateral is two of them."""
+        cells = np.asarray(self.body.cells)
+        if cells.shape[1] == 4:
+            faces = np.concatenate([cells[:, list(face)] for face in _TRIANGLES])
+        else:
+            faces = np.concatenate([cells[:, HEX_TO_VTK][:, list(face)] for face in _QUADS])
+        _, first, count = np.unique(
+            np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+        )
+        outer = faces[first[count == 1]]
+        return outer if cells.shape[1] == 4 else np.concatenate([outer[:, :3], outer[:, [0, 2, 3]]])
+
+    def meeting(self, ray: Ray) -> tuple[NDArray[np.int64], Array, Array] | None:
+        """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""
+        towards = np.array([math.cos(ray.angle), math.sin(ray.angle), 0.0])
+        corners = np.asarray(self.body.points)[self.triangles]
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        normal = np.cross(a, b)
+        across = normal @ towards
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = corners[:, 0] - [0.0, 0.0, ray.z]
+            far = np.einsum("ti,ti->t", away, normal) / across
+            point = far[:, None] * towards - away
+            square = np.einsum("ti,ti->t", normal, normal)
+            v = np.einsum("ti,ti->t", np.cross(point, b), normal) / square
+            w = np.einsum("ti,ti->t", np.cross(a, point), normal) / square
+            met = (v > -_EDGE) & (w > -_EDGE) & (v + w < 1 + _EDGE) & (far > 0)
+        if not met.any():
+            return None
+        own = np.flatnonzero(met)
+        k = int(own[np.argmin(far[own]) if ray.first else np.argmax(far[own])])
+        outward = normal[k] / math.sqrt(square[k])
+        outward *= np.sign(across[k]) * (-1.0 if ray.first else 1.0)
+        along = np.cross([0.0, 0.0, 1.0], outward)
+        along /= np.linalg.norm(along)
+        base = np.array([along, np.cross(outward, along), outward])
+        return self.triangles[k], np.array([1.0 - v[k] - w[k], v[k], w[k]]), base
+
+    def strain(self, rays: Sequence[Ray]) -> SurfaceStrain:
+        """At the points that the rays meet; not a number at those that meet none."""
+        found = [self.meeting(ray) for ray in rays]
+        rows = np.full((len(rays), 3, 3, len(self.body.mass)), np.nan)
+        there = [i for i, one in enumerate(found) if one is not None]
+        hits = [one for one in found if one is not None]
+        if hits:
+            at, weights, base = (np.array(x) for x in zip(*hits, strict=True))
+            gradient = self._gradient(at, weights)
+            gradient = np.einsum("nai,nijd,nbj->nabd", base, gradient, base, optimize=True)
+            rows[there] = 0.5 * (gradient + gradient.swapaxes(1, 2))
+        return SurfaceStrain(self.body, rows)
+
+    def _gradient(self, vertices: NDArray[np.int64], weights: Array) -> Array:
+        """Displacement gradients (n, 3, 3, d) at points among three vertices each, without what
+        rounding makes of rigid motion."""
+        body, count = self.body, len(vertices)
+        place = (np.repeat(np.arange(count), 3), vertices.ravel())
+        mean = sp.csr_matrix((weights.ravel(), place), shape=(count, len(body.points)))
+        slopes = [(mean @ body.vertex_gradient[j::3]).tocsc() for j in range(3)]
+        used = np.unique(np.concatenate([np.flatnonzero(np.diff(s.indptr)) for s in slopes]))
+        out = np.empty((count, 3, 3, len(body.mass)))
+        for i in range(3):
+            moved = np.asarray(body.recovery[3 * used + i], dtype=float)
+            for j in range(3):
+                out[:, i, j] = slopes[j][:, used] @ moved
+        rigid = body.rigid_modes()
+        symmetric = 0.5 * (out + out.swapaxes(1, 2))
+        return symmetric - (symmetric @ rigid) @ np.linalg.pinv(rigid)
+
+
+def gauge_ray(view: StageView, gauge: Gauge) -> Ray:
+    """Where a gauge is: on the outer surface, or in a root at the tooth's critical section, which
+    the helix turns with z."""
+    if gauge.tooth is None:
+        assert gauge.angle is not None  # the model wants one of both
+        return Ray(gauge.angle, gauge.z)
+    geometry, stage = stage_geometry(view), view.stage
+    hand = 1.0 if stage.planet_hand == "right" else -1.0
+    twist = hand * math.tan(stage.helix_angle) / geometry.ring.reference_radius
+    side = -1.0 if gauge.side == "-theta" else 1.0
+    middle = geometry.ring.pitch_angle * (gauge.tooth - 1) + twist * gauge.z
+    return Ray(middle + side * root_angle(geometry.ring), gauge.z, first=True)
+
+
+def root_angle(tooth: ToothGeometry) -> float:
+    """Angle of the critical section from the middle of a ring's tooth, rad."""
+    root = tooth.outline()
+    return math.atan2(float(root.y[-1]), float(root.x[-1]))
