@@ -18,7 +18,7 @@ FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as l
 DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
 MARGIN = 1.5  # pitches of rim beside three teeth; further away 1 % of the deflection in a plane
 LAYER = 1.6  # modules of a layer along the face
-LEAST_LAYERS, MOST_LAYERS = 8, 30
+LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 2 GB, 30 take 5
 _BODY = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
 _TOOTH_ALONE = SegmentDivisions(flank=12, fillet=6, tooth=4)  # small enough to be finer
 
