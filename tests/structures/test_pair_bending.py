@@ -29,12 +29,12 @@ def _coarse(monkeypatch):
 
 def _coarse_influence(case, slot):
     parameters = of_case.influence_parameters(case, slot)
-    return _made(replace(parameters, divisions=COARSE))
+    return _made(replace(parameters, divisions=COARSE), of_case.is_tied(case, slot))
 
 
 @lru_cache
-def _made(parameters):
-    return of_case.influence_of(parameters, 2.1e11, 0.3)
+def _made(parameters, tied):
+    return of_case.influence_of(parameters, 2.1e11, 0.3, tied=tied)
 
 
 def bending(changes, kind):

@@ -73,7 +73,7 @@ def test_pitch_point_against_plane_contact_and_weber_banaschek(slot, accepted):
 
 @pytest.mark.parametrize("slot", ["planet", "ring"])
 def test_depth_of_the_layer_drops_out_and_the_fe_mesh_converges(slot):
-    standard = replace(of_case._BODY, layers=1)
+    standard = replace(of_case.DIVISIONS, layers=1)
     finest = plane_deflection(slot)
     assert plane_deflection(slot, FINE, 0.3) == pytest.approx(finest, rel=3e-3)
     errors = [
@@ -176,10 +176,35 @@ def test_next_tooth_moves_less_and_farther_slices_least(influence):
     assert influence.turned().turned().coupling(line, line) == pytest.approx(beside, rel=1e-12)
 
 
+def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():
+    """A ring's tooth beyond its root tie: the same with the rim held elsewhere, and softer than
+    held at its base section, which cannot warp there."""
+    case = load_stage("wind-5mw")
+    tied = of_case.influence_parameters(case, "ring")
+    tied = replace(tied, face_width=6 * MODULE, divisions=replace(COARSE, layers=4), margin=0.5)
+    shallow = replace(tied, held_radius=tied.tooth.root_radius + 2.5 * MODULE)
+    clamped = replace(tied, held_radius=None, teeth=1, margin=0.0)
+    deep, other = (influence_of(p, *STEEL, tied=True) for p in (tied, shallow))
+    alone = influence_of(clamped, *STEEL)
+    line = slices(deep, 6)
+    even = [i.matrix(*line).mean() for i in (deep, other, alone)]
+    assert even[1] == pytest.approx(even[0], rel=5e-3)
+    assert 0.9 * even[0] < even[2] < 0.98 * even[0]
+    assert np.linalg.eigvalsh(deep.own)[0] > -1e-10 * np.abs(deep.own).max()
+    assert deep.neighbour is None
+    with pytest.raises(ValueError, match="couple through its own FE model"):
+        deep.coupling(line, line)
+
+
 def test_where_gears_of_a_case_are_held():
     case = load_stage("wind-5mw")
     ring = of_case.influence_parameters(case, "ring")
-    assert ring.held_radius is None and ring.teeth == 1
+    assert ring.held_radius == pytest.approx(ring.tooth.root_radius + of_case.DEEPEST * MODULE)
+    assert of_case.is_tied(case, "ring") and not of_case.is_tied(case, "planet")
+    clamped = load_stage("wind-5mw", {"ring.tie_kind": "rigid"})
+    alone = of_case.influence_parameters(clamped, "ring")
+    assert alone.held_radius is None and alone.teeth == 1
+    assert not of_case.is_tied(clamped, "ring")
     planet = of_case.influence_parameters(case, "planet")
     assert planet.held_radius == pytest.approx(case.stage.planet.bore_diameter / 2)
     sun = of_case.influence_parameters(case, "sun")

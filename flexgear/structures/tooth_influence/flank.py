@@ -19,6 +19,17 @@ Source of the subtraction: Steward 1989 (thesis, Newcastle upon Tyne); Vedmar 19
 Both add Weber and Banaschek's approach to a point at that depth, which is by
 2(1 − ν²)/(πE) [κ_layer − κ_point] w less than the clamped layer's (about 1 % of a pair of steel).
 
+A body whose teeth are tied to nodes (FE ring) has in its own flexibility what the averaging tie
+takes in: the resultants of the flank's load, spread linearly over the tooth's base section. Of the
+same segment that part is taken off, too,
+
+    D <- D − G T G^T,   T = B K^{-1} B^T  (6, 6),   G (n, 6): flank along its normal by q = B u,
+
+so that tooth and node together are the segment in one piece, whatever the tie cannot follow, and
+the depth at which it is held drops out (G T G^T has the same). Holding the tooth at its base
+section instead would leave out how that section warps: 5 % of an even load, a quarter where the
+load changes along the face (``validation/tooth_influence``).
+
 Only the loaded flank, −θ, is tabulated: the +θ one follows by half a turn about the tooth's radial
 axis, the other hand of helix by reflection.
 """
@@ -32,7 +43,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.fe_mesh import ToothSegment
-from flexgear.structures.fem import FeModel, assemble, edge_nodes, facet_nodes, nodes_between
+from flexgear.structures.fem import (
+    FeModel,
+    assemble,
+    averaging_tie,
+    edge_nodes,
+    facet_nodes,
+    facet_sample,
+    nodes_between,
+)
+from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.linalg.flexibility import flexibility
 
 Array = NDArray[np.float64]
@@ -52,30 +72,43 @@ class FlankCompliance:
 
 
 def flank_compliance(
-    segment: ToothSegment, young: float, poisson: float, *, plane_strain: bool = False
+    segment: ToothSegment,
+    young: float,
+    poisson: float,
+    *,
+    plane_strain: bool = False,
+    tied: bool = False,
 ) -> FlankCompliance:
     """Both compliances of a segment held on its patch "held"; E in Pa.
 
-    plane_strain: no axial displacement anywhere (spur teeth only).
+    plane_strain: no axial displacement anywhere (spur teeth only); tied: without what the node of
+    an averaging tie on the tooth's base section takes in, and without the next tooth, which such
+    nodes move.
     """
     model = assemble(segment.fe_mesh, young, poisson, density=1.0)
     j = segment.parameters.middle
-    flank, coarse = flank_nodes(segment, model, j), coarse_nodes(segment, j)
-    has_next = j + 1 < segment.parameters.teeth
+    flank, has_next = flank_nodes(segment, model, j), j + 1 < segment.parameters.teeth and not tied
     beside = coarse_nodes(segment, j + 1) if has_next else np.zeros(0, np.int64)
     free = np.ones((len(model.nodes), 3), dtype=bool)
     free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False
     free[:, 2] &= not plane_strain
-    whole = _flexibility(segment, model, free, np.concatenate([flank, beside]))
+    unit = unit_loads(segment, model, flank)
+    more = [unit_loads(segment, model, beside)] if has_next else []
+    more += [root_tie(segment, model).T] if tied else []
+    whole = held_flexibility(model, free, sp.hstack([unit, *more]))
     layer = np.zeros_like(free)
     rows = slice(None, -1)  # the base section's ends belong to the rim, too
     surface, inner = segment.surface_nodes[j, rows], segment.inner_nodes[j, rows]
     layer[nodes_between(model, surface.ravel(), inner.ravel())] = True
-    clamped = _flexibility(segment, model, layer & free, flank)
     n = len(flank)
-    at = np.searchsorted(flank[order := np.argsort(flank)], coarse)
-    neighbour = whole[order[at], n:] if has_next else None
-    return FlankCompliance(whole[:n, :n] - clamped, neighbour)
+    own = whole[:n, :n] - held_flexibility(model, layer & free, unit)
+    if tied:
+        motion = carried_by_tie(segment, model.nodes[flank])
+        own -= motion @ whole[n:, n:] @ motion.T
+        own = 0.5 * (own + own.T)
+    order = np.argsort(flank)
+    at = order[np.searchsorted(flank[order], coarse_nodes(segment, j))]
+    return FlankCompliance(own, whole[at, n:] if has_next else None)
 
 
 def flank_nodes(segment: ToothSegment, model: FeModel, tooth: int) -> Ints:
@@ -110,18 +143,34 @@ def flank_normals(segment: ToothSegment, points: Array) -> Array:
     return np.column_stack([section, np.full(len(points), slope)]) / np.hypot(1.0, slope)
 
 
-def _flexibility(
-    segment: ToothSegment, model: FeModel, free: NDArray[np.bool_], nodes: Ints
-) -> Array:
-    """R^T K^{-1} R (k, k) for unit loads at nodes (k,); displacements not free (N, 3) are zero."""
-    kept = np.flatnonzero(free)
-    number = np.full(free.size, -1)
-    number[kept] = np.arange(len(kept))
-    rows = number[3 * nodes[:, None] + np.arange(3)]
+def unit_loads(segment: ToothSegment, model: FeModel, nodes: Ints) -> sp.csr_matrix:
+    """R (3N, k): unit loads at nodes (k,) of −θ flanks along the normals there."""
+    rows = 3 * nodes[:, None] + np.arange(3)
     columns = np.broadcast_to(np.arange(len(nodes))[:, None], rows.shape)
     loads = flank_normals(segment, model.nodes[nodes])
-    there = rows >= 0
-    right = sp.csc_matrix(
-        (loads[there], (rows[there], columns[there])), shape=(len(kept), len(nodes))
-    )
-    return flexibility(model.stiffness[kept][:, kept].tocsr(), right)
+    entries = (loads.ravel(), (rows.ravel(), columns.ravel()))
+    return sp.csr_matrix(entries, shape=(model.dofs, len(nodes)))
+
+
+def root_tie(segment: ToothSegment, model: FeModel) -> sp.csr_matrix:
+    """B (6, 3N) of an averaging tie of the middle tooth, like a ring's in ``interfaces``."""
+    name = f"tooth_root_{segment.parameters.middle + 1:03d}"
+    root = facet_sample(model, segment.fe_mesh.facets[name])
+    return sp.csr_matrix(averaging_tie(name, _tie_place(segment), root).rows)
+
+
+def carried_by_tie(segment: ToothSegment, points: Array) -> Array:
+    """G (k, 6): displacement at points (k, 3) of the −θ flank along the normal there by unit
+    motions of the tie's node."""
+    motion = rigid_motion(points - _tie_place(segment))
+    return np.einsum("ki,kij->kj", flank_normals(segment, points), motion)
+
+
+def held_flexibility(model: FeModel, free: NDArray[np.bool_], loads: sp.sparray) -> Array:
+    """R^T K^{-1} R (k, k) of loads R (3N, k); displacements that are not free (N, 3) are zero."""
+    kept = np.flatnonzero(free)
+    return flexibility(model.stiffness[kept][:, kept].tocsr(), sp.csr_matrix(loads)[kept].tocsc())
+
+
+def _tie_place(segment: ToothSegment) -> Array:
+    return np.array([segment.parameters.tooth.reference_radius, 0.0, 0.0])

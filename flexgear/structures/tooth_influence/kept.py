@@ -15,7 +15,7 @@ from flexgear.structures.cache import cache_directory, sealed, unsealed
 from flexgear.structures.store import content_key
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 
-FORMAT = 2  # part of every key: raise it when the numerics change
+FORMAT = 3  # part of every key: raise it when the numerics change
 _ARRAYS = ("roll", "z", "depth", "own", "neighbour")
 
 

@@ -19,8 +19,7 @@ DEEPEST = 4.0  # modules below the root circle where a body is held at the lates
 MARGIN = 1.5  # pitches of rim beside three teeth; further away 1 % of the deflection in a plane
 LAYER = 1.6  # modules of a layer along the face
 LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 2 GB, 30 take 5
-_BODY = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
-_TOOTH_ALONE = SegmentDivisions(flank=12, fillet=6, tooth=4)  # small enough to be finer
+DIVISIONS = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
 
 
 def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
@@ -30,20 +29,23 @@ def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
     None where an FE ring is tied at its flanks: it has the whole tooth, and only line contact
     ("point" at a depth of the tie's choice) stays outside.
     """
-    parameters = influence_parameters(case, slot)
+    parameters, tied = influence_parameters(case, slot), is_tied(case, slot)
     if parameters is None:
         return None
     m = case.material
+    material = {"young": m.young_modulus, "poisson": m.poisson_ratio}
     return kept(
-        {"segment": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
-        lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio),
+        {"segment": parameters, "tied": tied, **material},
+        lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio, tied=tied),
     )
 
 
-def influence_of(parameters: SegmentParameters, young: float, poisson: float) -> ToothInfluence:
-    """Influence of the middle tooth of a segment; E in Pa."""
+def influence_of(
+    parameters: SegmentParameters, young: float, poisson: float, *, tied: bool = False
+) -> ToothInfluence:
+    """Influence of the middle tooth of a segment; E in Pa; tied: see ``flank_compliance``."""
     segment, tooth = tooth_segment(parameters), parameters.tooth
-    found = flank_compliance(segment, young, poisson)
+    found = flank_compliance(segment, young, poisson, tied=tied)
     return ToothInfluence(
         roll=segment.roll,
         z=segment.z,
@@ -56,30 +58,36 @@ def influence_of(parameters: SegmentParameters, young: float, poisson: float) ->
     )
 
 
+def is_tied(case: StageView, slot: str) -> bool:
+    """Whether an averaging tie at the tooth's root takes in part of its flexibility."""
+    fe = slot == "ring" and case.fe_tie == "root"
+    return fe and case.ring.tie_kind == "averaging"
+
+
 def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None:
     """The segment of a gear.
 
-    An FE ring tied at its roots: one tooth, held at the very surface of the tie, so that tooth and
-    fillet are here and the rim is there. Any other body: three teeth, held at its bore (a ring's
-    outer diameter), ``DEEPEST`` below the root at the latest, and at cuts across the rim.
+    Three teeth, held at the body's bore (a ring's outer diameter), ``DEEPEST`` below the root at
+    the latest, and at cuts across the rim. A rigid tie at the root of an FE ring holds the tooth's
+    base section as a clamp does: one tooth, cut off there.
     """
     stage, tooth = case.stage, stage_geometry(case).gears[slot]
     in_fe = slot == "ring" and case.fe_tie is not None
     if in_fe and case.fe_tie == "flank":
         return None
+    alone = in_fe and not is_tied(case, slot)
     hand = 1.0 if (stage.planet_hand == "right") == (slot != "sun") else -1.0
     layers = math.ceil(stage.face_width / (LAYER * stage.normal_module))
     layers = min(max(layers, LEAST_LAYERS), MOST_LAYERS)
-    divisions = _TOOTH_ALONE if in_fe else _BODY
     return SegmentParameters(
         tooth=tooth,
         face_width=stage.face_width,
         helix_rate=hand * math.tan(stage.helix_angle) / tooth.reference_radius,
-        held_radius=None if in_fe else _held_radius(case, slot, tooth),
+        held_radius=None if alone else _held_radius(case, slot, tooth),
         flank_layer=FLANK_LAYER * stage.normal_module,
-        teeth=1 if in_fe else 3,
-        margin=0.0 if in_fe else MARGIN,
-        divisions=replace(divisions, layers=layers),
+        teeth=1 if alone else 3,
+        margin=0.0 if alone else MARGIN,
+        divisions=replace(DIVISIONS, layers=layers),
     )
 
 
@@ -87,6 +95,6 @@ def _held_radius(case: StageView, slot: str, tooth: ToothGeometry) -> float:
     deepest = tooth.root_radius - tooth.outward * DEEPEST * case.stage.normal_module
     gear = gears_by_slot(case.stage)[slot]
     if slot == "ring":
-        rim = gear.rim_thickness
+        rim = case.ring.rim_thickness if case.fe_tie else gear.rim_thickness
         return deepest if rim is None else min(deepest, tooth.root_radius + rim)
     return max(deepest, gear.bore_diameter / 2)
