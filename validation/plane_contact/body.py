@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, MeshTri
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -35,12 +36,17 @@ class Body:
     2 (chain, node) + component, by unit forces (N per m of face) on them.
     """
 
-    def __init__(self, fe_mesh: MeshTri, material: Elastic, held: NDArray[np.int64]):
-        """held: dofs."""
+    def __init__(
+        self, fe_mesh: MeshTri, material: Elastic, held: NDArray[np.int64],
+        springs: sp.csr_matrix | None = None,
+    ):  # fmt: skip
+        """held: dofs; springs: added to the stiffness matrix, N/m per m of face."""
         self.basis, self.material = self.basis_of(fe_mesh), material
         stiffness = linear_elasticity(*lame_parameters(material.young, material.poisson)).assemble(
             self.basis
         )
+        if springs is not None:
+            stiffness = stiffness + springs
         self.free = np.setdiff1d(np.arange(self.basis.N), held)
         self.factor = Factor(stiffness.tocsr()[self.free][:, self.free])
         self.place = np.full(self.basis.N, -1)

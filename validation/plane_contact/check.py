@@ -42,8 +42,8 @@ def test_active_set_leaves_neither_pull_nor_penetration():
         half = rng.normal(size=(40, 40))
         compliance, lever = half @ half.T + np.eye(40), rng.uniform(0.5, 1.5, 40)
         gap = rng.uniform(0.0, 20.0, 40)
-        p, x = active_set.solve(gap, compliance, lever, 3.0)
-        room = gap + compliance @ p - lever * x
+        p, x = active_set.solve(gap, compliance, lever[:, None], np.array([3.0]))
+        room = gap + compliance @ p - lever * x[0]
         assert p.min() >= 0 and room.min() > -1e-9
         assert abs(p @ room) < 1e-9 and lever @ p == pytest.approx(3.0)
 

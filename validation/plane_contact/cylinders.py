@@ -53,14 +53,16 @@ def computed(radii: tuple[float, float], load: float, material: Elastic, edges: 
     nodes, weights = foot_on(x, 0, at)
     own = np.arange(len(at))[:, None] + np.zeros(3, int), np.tile([1.0, 0.0, 0.0], (len(at), 1))
     down = np.tile([0.0, -1.0], (len(at), 1))  # into the material, in each body's own frame
-    flat = np.ones(len(at))
+    here = at.astype(complex)
     c = Candidates(
-        gap, flat, at, (own[0], nodes), (own[1], weights), (down, down), 0 * own[0][:, 0]
+        gap, here, here, at, (own[0], nodes), (own[1], weights), (down, down), own[0][:, 0]
     )
     maps = [forces_on(c, b, body) for b, body in enumerate(bodies)]
     compliance = sum(m.T @ (b.compliance @ m) for m, b in zip(maps, bodies, strict=True))
-    p, approach = active_set.solve(gap, 0.5 * (compliance + compliance.T), flat, load)
-    return Hertz(half_width(at, p), approach)
+    p, approach = active_set.solve(
+        gap, 0.5 * (compliance + compliance.T), np.ones((len(at), 1)), np.array([load])
+    )
+    return Hertz(half_width(at, p), float(approach[0]))
 
 
 def _half_cylinder(radius: float, x: Array, material: Elastic) -> Body:
@@ -72,9 +74,8 @@ def _half_cylinder(radius: float, x: Array, material: Elastic) -> Body:
     left = -np.conj(right[::-1])
     flat = np.linspace(radius, -radius, 21)[1:-1] - 1j * radius
     loop = np.concatenate([left, fine, right, flat])
-    spacing = abs(np.diff(fine)).mean()
     grid = Grid(flank=0, growth=0.15, coarse=0.1)
-    fe_mesh = triangles(loop, fine, [spacing], grid, radius)
+    fe_mesh = triangles([loop], [fine], grid, radius)
     vertices, facets = chain_on(fe_mesh, fine)
     basis = Body.basis_of(fe_mesh)
     base = basis.get_dofs(lambda p: p[1] < -radius * (1 - 1e-9))

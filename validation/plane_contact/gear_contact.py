@@ -49,13 +49,16 @@ class GearContact:
         )
         compliance = 0.5 * (compliance + compliance.T)
         base = self.pair.planet.base_radius
-        p, turn = active_set.solve(c.gap, compliance, c.lever, load * base)
+        p, turn = active_set.solve(c.gap, compliance, c.lever[:, None], np.array([load * base]))
         loads = np.array([p[c.pair == k].sum() for k in range(len(LOADED))])
         widths = np.array(
             [half_width(c.arc, np.where(c.pair == k, p, 0.0)) for k in range(len(LOADED))]
         )
         return Found(
-            turn * base, loads, widths, self._root_stress(maps, p) if stress else np.zeros(0)
+            float(turn[0]) * base,
+            loads,
+            widths,
+            self._root_stress(maps, p) if stress else np.zeros(0),
         )
 
     def rolling(self, relief: tuple[Relief, Relief], window: float, path_only: bool) -> Rolling:

@@ -24,6 +24,7 @@ from flexgear.gears.tooth import ToothGeometry
 from plane_contact.sector import LOADED, Sector, flank_points
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Relief = Callable[[Array], Array]  # material missing (m) at a roll length (m)
 
 
@@ -85,19 +86,25 @@ class Pair:
 class Candidates:
     """Slave nodes that may touch, with their feet; (n,) each unless said otherwise.
 
-    gap m; lever: of the unit force about the planet, m; arc: along the slave's flank, m. Of planet
-    and gear each: nodes (n, 3), weights (n, 3) and force (n, 2) in the body's frame, so that the
-    force on that body is p · weight · force at its nodes, numbered through all chains. pair: index
-    of the tooth pair.
+    gap m; point: of touch, m, and direction: of the force on the gear, as complex numbers in the
+    pair's frame; arc: along the slave's flank, m. Of planet and gear each: nodes (n, 3), weights
+    (n, 3) and force (n, 2) in the body's frame, so that the force on that body is p · weight ·
+    force at its nodes, numbered through all chains. pair: index of the tooth pair.
     """
 
     gap: Array
-    lever: Array
+    point: Complex
+    direction: Complex
     arc: Array
     nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
     weights: tuple[Array, Array]
     force: tuple[Array, Array]
     pair: NDArray[np.int64]
+
+    @property
+    def lever(self) -> Array:
+        """Of the unit force about the planet, m."""
+        return np.asarray((np.conj(self.point) * self.direction).imag)
 
 
 @dataclass(frozen=True)
@@ -126,12 +133,12 @@ class Rolling:
             slave = 0 if at > 0.5 * (low + high) else 1  # whose tip is the nearer one
             found.append((k, self._of_pair(j, slave, places)))
         parts = [(k, c) for k, c in found if len(c[0])]
-        gap, lever, arc = (np.concatenate([c[i] for _, c in parts]) for i in range(3))
+        gap, point, direction, arc = (np.concatenate([c[i] for _, c in parts]) for i in range(4))
         sides = [
-            tuple(np.concatenate([c[i][b] for _, c in parts]) for b in (0, 1)) for i in (3, 4, 5)
+            tuple(np.concatenate([c[i][b] for _, c in parts]) for b in (0, 1)) for i in (4, 5, 6)
         ]
         pair = np.concatenate([np.full(len(c[0]), k) for k, c in parts])
-        return Candidates(gap, lever, arc, *sides, pair)
+        return Candidates(gap, point, direction, arc, *sides, pair)
 
     def _of_pair(self, j: int, slave: int, places: tuple[Place, Place]):
         numbers = (j, self.pair.mate_step * j)
@@ -157,8 +164,7 @@ class Rolling:
         radial = -mate.tooth.outward * roll / at
         along = -side * mate.tooth.base_radius / at
         force = (radial + 1j * along) * (point - other.centre) / at
-        on_planet = force if slave == 1 else -force
-        moment = -(np.conj(point) * on_planet).imag
+        on_gear = -force if slave == 1 else force
         nodes, weights = foot_on(mate.arc, LOADED.index(numbers[1 - slave]), foot[keep])
         count = len(arc)
         mine = np.full((keep.sum(), 3), LOADED.index(numbers[slave]) * count)
@@ -167,7 +173,7 @@ class Rolling:
         by_slave = {slave: (mine, whole, -force[keep]), 1 - slave: (nodes, weights, force[keep])}
         out = [tuple(by_slave[b][i] for b in (0, 1)) for i in (0, 1)]
         forces = tuple(components(by_slave[b][2] * np.exp(-1j * places[b].angle)) for b in (0, 1))
-        return gap[keep], moment[keep], arc[keep], out[0], out[1], forces
+        return gap[keep], point[keep], on_gear[keep], arc[keep], out[0], out[1], forces
 
 
 def with_middles(arc: Array) -> Array:
@@ -188,5 +194,5 @@ def foot_on(places: Array, chain: int, at: Array) -> tuple[NDArray[np.int64], Ar
     return first[:, None] + np.arange(3), weights
 
 
-def components(values: NDArray[np.complex128]) -> Array:
+def components(values: Complex) -> Array:
     return np.column_stack([values.real, values.imag])

@@ -7,7 +7,7 @@ points on the true flanks, fillets and circles; each edge is one side of a trian
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,29 +85,9 @@ def _half(
 
 def sector(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Sector:
     """Mesh of the loaded teeth and their neighbours; side: +1 where flanks at +θ touch, else −1."""
-    shape = SHAPES[grid.shape]
-    teeth = range(LOADED[0] - grid.neighbours, LOADED[-1] + grid.neighbours + 1)
-    chain: list[complex] = []
-    marked: dict[str, list[Array]] = {"flank": [], "fillet": []}
-    coarse = max(4, round((tooth.outward * (tooth.tip_radius - tooth.form_radius)) / module / 0.2))
-    for j in teeth:
-        halves = {}
-        for s in (-1, 1):
-            fine = j in LOADED and s == side
-            parts = _half(tooth, shape, grid.flank if fine else coarse, grid.fillet if fine else 6)
-            turned = [
-                (p if s > 0 else np.conj(p)) * np.exp(1j * j * tooth.pitch_angle) for p in parts
-            ]
-            halves[s] = turned
-            if fine:
-                marked["flank"].append(turned[0])
-                marked["fillet"].append(turned[1])
-        tip = np.angle(halves[-1][0][0]), np.angle(halves[1][0][0])
-        width = (tip[1] - tip[0]) % (2 * math.pi)
-        land = tooth.tip_radius * np.exp(1j * (tip[0] + width * np.linspace(0, 1, 9)))
-        low = np.concatenate([h[::-1] for h in halves[-1][::-1]])
-        chain += [*low, *land[1:-1], *np.concatenate(halves[1])]
-    outline = _distinct(np.array(chain))
+    last = LOADED[-1] + grid.neighbours
+    teeth = teeth_outline(tooth, side, grid, range(-last, last + 1), LOADED)
+    outline = teeth.points
     radius = tooth.root_radius - tooth.outward * grid.held * module
     ends = np.angle(outline[[-1, 0]])
     steps = max(16, round(abs(ends[0] - ends[1]) * radius / (grid.coarse * module)))
@@ -115,22 +95,68 @@ def sector(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Sector
     down = max(3, round(grid.held / grid.coarse))
     share = np.linspace(0, 1, down + 1)[1:-1]
     first = outline[-1] + share * (back[0] - outline[-1])
-    last = back[-1] + share * (outline[0] - back[-1])
-    held = np.concatenate([outline[-1:], first, back, last, outline[:1]])
+    last_side = back[-1] + share * (outline[0] - back[-1])
+    held = np.concatenate([outline[-1:], first, back, last_side, outline[:1]])
     loop = np.concatenate([outline, held[1:-1]])
-    spacing = abs(np.diff(marked["flank"][0])).mean()
-    places = np.concatenate([*marked["flank"], *marked["fillet"]])
-    fine = [spacing, abs(np.diff(marked["fillet"][0])).mean()]
-    fe_mesh = triangles(loop, places, fine, grid, module)
-    flanks = [chain_on(fe_mesh, c) for c in marked["flank"]]
+    return marked(triangles([loop], teeth.fine, grid, module), tooth, side, grid, teeth, held)
+
+
+@dataclass(frozen=True)
+class TeethOutline:
+    """Points along teeth, counter-clockwise; flanks and fillets of those that touch."""
+
+    points: Points
+    flanks: list[Points]
+    fillets: list[Points]
+
+    @property
+    def fine(self) -> list[Points]:
+        """Chains with edges of small elements."""
+        return [*self.flanks, *self.fillets]
+
+
+def teeth_outline(
+    tooth: ToothGeometry, side: int, grid: Grid, numbers: Iterable[int], loaded: Sequence[int]
+) -> TeethOutline:
+    """Teeth ``numbers``, each with half the root land on either side, of which some touch."""
+    shape = SHAPES[grid.shape]
+    chain: list[complex] = []
+    flanks, fillets = [], []
+    height = tooth.outward * (tooth.tip_radius - tooth.form_radius)
+    coarse = max(4, round(height / tooth.pitch_angle / tooth.reference_radius * 16))
+    for j in numbers:
+        halves = {}
+        for s in (-1, 1):
+            fine = j in loaded and s == side
+            parts = _half(tooth, shape, grid.flank if fine else coarse, grid.fillet if fine else 6)
+            turned = [
+                (p if s > 0 else np.conj(p)) * np.exp(1j * j * tooth.pitch_angle) for p in parts
+            ]
+            halves[s] = turned
+            if fine:
+                flanks.append(turned[0])
+                fillets.append(turned[1])
+        tip = np.angle(halves[-1][0][0]), np.angle(halves[1][0][0])
+        width = (tip[1] - tip[0]) % (2 * math.pi)
+        land = tooth.tip_radius * np.exp(1j * (tip[0] + width * np.linspace(0, 1, 9)))
+        low = np.concatenate([h[::-1] for h in halves[-1][::-1]])
+        chain += [*low, *land[1:-1], *np.concatenate(halves[1])]
+    return TeethOutline(_distinct(np.array(chain)), flanks, fillets)
+
+
+def marked(
+    fe_mesh: MeshTri, tooth: ToothGeometry, side: int, grid: Grid, teeth: TeethOutline, held: Points
+) -> Sector:
+    """The FE mesh with its patches; held: chain of points."""
+    flanks = [chain_on(fe_mesh, c) for c in teeth.flanks]
     return Sector(
         fe_mesh=fe_mesh,
         tooth=tooth,
         side=side,
         vertices=np.array([f[0] for f in flanks]),
         facets=np.array([f[1] for f in flanks]),
-        arc=flank_arc(tooth, shape, grid.flank),
-        fillets=np.array([chain_on(fe_mesh, _distinct(c))[1] for c in marked["fillet"]]),
+        arc=flank_arc(tooth, SHAPES[grid.shape], grid.flank),
+        fillets=np.array([chain_on(fe_mesh, _distinct(c))[1] for c in teeth.fillets]),
         held=chain_on(fe_mesh, _distinct(held))[1],
     )
 
@@ -141,22 +167,26 @@ def _distinct(points: Points) -> Points:
     return points[np.concatenate([[True], ~near])]
 
 
-def triangles(
-    loop: Points, places: Points, fine: list[float], grid: Grid,
-    module: float,
-) -> MeshTri:  # fmt: skip
-    """Triangles inside a closed chain, whose edges stay whole; sizes grow from ``places``."""
-    unit = module
+def triangles(loops: list[Points], fine: list[Points], grid: Grid, unit: float) -> MeshTri:
+    """Triangles inside the first of closed chains and outside the others, whose edges stay whole.
+
+    Sizes grow from the chains ``fine``; unit: length in which the grid's sizes are, m.
+    """
     with gmsh_session("plane teeth") as gmsh:
         geo = gmsh.model.geo
-        points = [geo.addPoint(p.real, p.imag, 0) for p in loop / unit]
-        lines = [geo.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
-        geo.addPlaneSurface([geo.addCurveLoop(lines)])
+        closed = []
+        for loop in loops:
+            points = [geo.addPoint(p.real, p.imag, 0) for p in loop / unit]
+            ends = zip(points, points[1:] + points[:1], strict=True)
+            closed.append([geo.addLine(a, b) for a, b in ends])
+        geo.addPlaneSurface([geo.addCurveLoop(lines) for lines in closed])
         geo.synchronize()
-        for line in lines:
-            gmsh.model.mesh.setTransfiniteCurve(line, 2)
+        for lines in closed:
+            for line in lines:
+                gmsh.model.mesh.setTransfiniteCurve(line, 2)
+        places = np.concatenate(fine)
         tree = cKDTree(np.column_stack([places.real, places.imag]) / unit)
-        smallest = min(fine) / unit
+        smallest = min(abs(np.diff(chain)).mean() for chain in fine) / unit
 
         def size(dim, tag, x, y, z, given):
             return min(smallest + grid.growth * tree.query([x, y])[0], grid.coarse)
