@@ -21,14 +21,16 @@ LEAST_WIDTH = 1e-6  # of half a face: shorter contact lines have no line load, b
 class LineLoads:
     """Slices of gear meshes over samples, (t, M, SLOTS, K), NaN where no pair has slices.
 
-    force N, elastic; z m, middle of a slice along the face; line_load N/m of the face (per length
-    along z, NaN where a contact line has no length); gap m between the unloaded flanks there.
+    force N, elastic; z m, middle of a slice along the face; path m, path coordinate there;
+    line_load N/m of the face (per length along z, NaN where a contact line has no length); gap m
+    between the unloaded flanks there.
     ends: (t, M, SLOTS, 2) m of the contact line along z. approach, tilt: (t, M, SLOTS) m and m/m,
     how far the bodies have closed along N at z = 0, errors not counted, and its slope along z.
     """
 
     force: Array
     z: Array
+    path: Array
     line_load: Array
     gap: Array
     ends: Array
@@ -47,7 +49,9 @@ def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
     def empty(*more: int) -> Array:
         return np.full((*shape, *more), np.nan)
 
-    out = LineLoads(empty(most), empty(most), empty(most), empty(most), empty(2), empty(), empty())
+    by_slice = (empty(most) for _ in range(5))
+    force, z, path, line_load, gap = by_slice
+    out = LineLoads(force, z, path, line_load, gap, empty(2), empty(), empty())
     for m, count in enumerate(pairs.slices):
         if count:
             _of_gear_mesh(result, pairs, m, int(count), out)
@@ -77,6 +81,7 @@ def _of_gear_mesh(
     place = (at[0], np.full_like(at[0], m), at[1])
     slices = (*place, slice(count))
     out.force[slices], out.z[slices], out.gap[slices] = force, z, gap
+    out.path[slices] = s[:, None] + pairs.slope[m] * z
     out.line_load[slices] = force / width[:, None]
     out.ends[place] = np.column_stack([low, high])
     out.approach[place], out.tilt[place] = middle - tilt * centre - found[:, 2], tilt

@@ -9,16 +9,21 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.check_sections import derived
+from flexgear.cli.check_sections import Sections, derived
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
-from flexgear.cli.outputs import file_option
-from flexgear.files.atomic import file_target, write_bytes
+from flexgear.cli.outputs import CHECK, Force, claim_folder, file_option, folder_named
+from flexgear.cli.train_pictures import flanks_plan
+from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_cases, bundled_text
+from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_bytes
 from flexgear.model.load import load_case
 from flexgear.model.schema import json_schema
+from flexgear.results.origin import origin_of_case
+from flexgear.views.style import save_figure
 
 RPM = 60 / (2 * math.pi)
 
@@ -30,10 +35,40 @@ def register(app: typer.Typer) -> None:
     app.command()(schema)
 
 
-def check(case: CaseName, settings: Settings = None, as_json: AsJson = False) -> None:
+def check(
+    case: CaseName,
+    settings: Settings = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", parser=folder_named,
+            help="Folder for the same as summary.json, and a picture of every modified flank.",
+        ),
+    ] = None,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
     """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
     found = read_case(case, settings, loaded=False)
-    present(f"{found.name}: {found.title or 'valid'}", derived(found), as_json)
+    if out is not None:
+        claim_folder(out, CHECK, origin_of_case(found, "check"), force)
+    figures = derived(found)
+    if out is not None:
+        _write(out, found, figures)
+    present(f"{found.name}: {found.title or 'valid'}", figures, as_json)
+
+
+def _write(folder: Path, case: Case, figures: Sections) -> None:
+    """Figures and pictures of modified flanks, in place of earlier ones."""
+    plan = flanks_plan(case, power_flow(case))
+    head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
+    with staged_folder(folder) as stage:
+        write_json(stage / "summary.json", {**head, "figures": figures})
+        for name, (_, draw) in plan.items():
+            save_figure(draw(), stage / f"{name}.png")
+    for old in folder.glob(CHECK[1]):
+        if old.stem not in plan:
+            old.unlink()
 
 
 def cases(

@@ -53,8 +53,9 @@ Interactive = Annotated[
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
 PICTURES = ("report.html", "pictures/*")
 RUN = ("*.nc", "case.json", "summary.json", *PICTURES)
+CHECK = ("summary.json", "flank_*.png")
 TOLERANCE = ("tolerance.nc", "summary.json", "tolerance.png")
-_KINDS = {"run": "run", "tolerance": "tolerance study"}
+_KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study"}
 
 
 def claim_file(path: Path | None, origin: Origin, force: bool) -> None:

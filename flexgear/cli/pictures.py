@@ -190,7 +190,11 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
         made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
         said = f"{ring.name}: " if ring.before else ""
         plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
-    return drawings_plan(content.case) | plan | train_plan(content.flow, content.datasets)
+    return (
+        drawings_plan(content.case, content.flow)
+        | plan
+        | train_plan(content.flow, content.datasets)
+    )
 
 
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:

@@ -19,9 +19,16 @@ PLACES = (
     ("drawing_front", "geometry", "Gears and what holds them to scale, seen along the axis: "
      "teeth, bolts, pins and bores as the case gives them."),
     ("drawing_section", "geometry", "The upper half of the stage cut along its axis, to scale."),
+    ("^flank_", "geometry", "Material missing on a flank, normal to it in the transverse section."),
     ("power_flow", "power", "Power that enters is above zero, power that leaves below."),
     ("(ring|sun)_tooth_loads", "meshes", "Each line is one tooth pair from its entry to its "
      "exit; the dashed line is what a split by stiffness alone would give it."),
+    ("face_line_load", "face", "What all pairs of a gear mesh carry together at one place of the "
+     "face; K_Hβ is the largest over the mean (ISO 6336-1)."),
+    ("face_contact_pattern", "face", "Where flanks touch, and how hard at most: load that leans to "
+     "one end of the face tells of tilt or twist."),
+    ("face_transmission_error", "face", "How far the gears stay behind where they would be if they "
+     "were rigid and perfect; its swing is what is heard."),
     ("engagement_map", "meshes", "Which teeth of the ring are in contact as the carrier turns."),
     ("transient_forces", "meshes", "Normal force of every gear mesh; equal lines share the load."),
     ("sharing", "sharing", "Each planet's share times the number of planets: 1 is an even share."),

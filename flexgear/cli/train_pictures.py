@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.gears.flanks import modified_flanks
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
 from flexgear.results.spectrum import force_spectra
 from flexgear.solve.transient import settled
-from flexgear.views import mode_charts, train_charts
+from flexgear.views import face_load_charts, mode_charts, train_charts
+from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
@@ -27,7 +30,7 @@ CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 Draw = Callable[[], Any]
 
 
-def drawings_plan(case: Case) -> dict[str, tuple[str, Draw]]:
+def drawings_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
     """Drawings of every stage by file name: caption and how to make them."""
     plan: dict[str, tuple[str, Draw]] = {}
     for stage in case.stages:
@@ -35,6 +38,21 @@ def drawings_plan(case: Case) -> dict[str, tuple[str, Draw]]:
         front, section = (partial(f, view) for f in (front_drawing, section_drawing))
         plan[f"drawing_front_{stage.name}"] = (f"{said} to scale, front", front)
         plan[f"drawing_section_{stage.name}"] = (f"{said} to scale, section", section)
+    return plan | flanks_plan(case, flow)
+
+
+def flanks_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
+    """Topographies of all modified flanks by file name: caption and how to make them."""
+    plan: dict[str, tuple[str, Draw]] = {}
+    for stage in case.stages:
+        said = stage.name.replace("_", " ").capitalize()
+        view = case.view(stage.name)
+        paths = stage_paths(view, flow.stage(stage.name).gear_mesh_forces)
+        for flank in modified_flanks(view, paths):
+            plan[f"flank_{stage.name}_{flank.part}_{flank.name}"] = (
+                f"{said}: modified {flank.part} flank, {flank.name}",
+                partial(flank_drawing, flank, said),
+            )
     return plan
 
 
@@ -54,6 +72,20 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             partial(mode_charts.campbell_chart, data["campbell"]),
         ),
     }
+    even = data["equilibrium"]
+    if "face_line_load" in even:
+        plan["face_line_load"] = (
+            "Load along the face of every gear mesh, in the mean of the positions",
+            partial(face_load_charts.along_face_chart, even),
+        )
+        plan["face_contact_pattern"] = (
+            "Contact pattern: largest line load over path and face",
+            partial(face_load_charts.contact_pattern, even),
+        )
+        plan["face_transmission_error"] = (
+            "Transmission error under load",
+            partial(face_load_charts.transmission_error_chart, even),
+        )
     for name, found in data.items():
         if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
             shared = str(found.attrs["stage"]).replace("_", " ")

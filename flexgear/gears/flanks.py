@@ -44,6 +44,13 @@ class GearFlank:
     flank: Flank
     gaps: tuple[Gap, ...]
 
+    def surface(self, points: int) -> tuple[Array, Array, Array]:
+        """ρ from the root end to the tip, z from −z to +z (points,), and the gap there (points,
+        points), m."""
+        rho = np.linspace(self.flank.root, self.flank.tip, points)
+        z = self.flank.half_face * np.linspace(-1.0, 1.0, points)
+        return rho, z, self.gap(rho[:, None], z)
+
     def gap(self, rho: Array, z: Array) -> Array:
         """What it lacks at ρ and z (any shapes that broadcast), m, in the transverse section."""
         total = np.zeros(np.broadcast_shapes(np.shape(rho), np.shape(z)))
@@ -74,6 +81,16 @@ def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[Gear
             names = (slot,) if part == "planet" else ("drive", "coast")
             out += [GearFlank(part, name, flank, _gaps(view, part, name, flank)) for name in names]
     return out
+
+
+def modified_flanks(
+    view: StageView, paths: Mapping[tuple[str, str], GearMeshPath]
+) -> list[GearFlank]:
+    """Flanks that are no involutes, of the right half if there are two; paths: by kind and side
+    (``stage_paths``)."""
+    side = "right" if view.stage.double_helical else ""
+    half = {kind: path for (kind, of), path in paths.items() if of == side}
+    return [flank for flank in gear_flanks(view, half) if flank.gaps]
 
 
 def pair_gaps(

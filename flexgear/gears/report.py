@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.flanks import GearFlank, modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import iso_peak
 from flexgear.gears.paths import assembly_misfit, stage_paths
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
     from flexgear.model.stage_view import StageView
 
+POINTS = 101  # of a flank, along profile and face
 Report = dict[str, dict[str, Any]]
 
 
@@ -42,9 +44,10 @@ def case_report(case: Case) -> Report:
 
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
-    "gear_mesh"). Lengths of gears are diameters; stiffness is along the 3D normal and, in a
-    double-helical stage, of one half, as face width and contact ratios are; forces as in
-    ``stage_paths``. Root stress is nominal, without load factors."""
+    "gear_mesh"), and "missing_on_flanks" where some are no involutes. Lengths of gears are
+    diameters; stiffness is along the 3D normal and, in a double-helical stage, of one half, as face
+    width and contact ratios are; forces as in ``stage_paths``. Root stress is nominal,
+    without load factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for slot, gear in g.gears.items():
@@ -57,7 +60,14 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         for (of, part), found in stresses.items():
             if of == slot:
                 report[name] |= _root(view.part(part), found)
-    return report
+    flanks = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
+    return report | ({"missing_on_flanks": flanks} if flanks else {})
+
+
+def _missing(flank: GearFlank) -> list[float]:
+    """Least and most that a flank lacks, µm."""
+    gap = 1e6 * flank.surface(POINTS)[2]
+    return [float(gap.min()), float(gap.max())]
 
 
 def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:

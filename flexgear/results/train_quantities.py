@@ -95,6 +95,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "middle of the slice along the face, from its mid-plane",
         missing="without a pair",
     ),
+    "slice_path": Quantity(
+        (S, "flank", "slot", "slice"),
+        "m",
+        "path coordinate of the middle of the slice",
+        missing="without a pair",
+    ),
     "face_line_load": Quantity(
         (S, "flank", "face"), "N/m", "load per width that all pairs of a flank carry there together"
     ),

@@ -39,6 +39,7 @@ def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]
         arrays |= {
             "line_load": found.line_load,
             "slice_position": found.z,
+            "slice_path": found.path,
             "face_line_load": along_face(model, found),
         }
     return arrays

@@ -29,6 +29,33 @@ def test_check_as_json_follows_willis(flexgear):
     assert found["ring_gear_mesh"]["phase_of_planets_in_pitches"][1] == pytest.approx(0.4)
 
 
+FLANKS = ("--set", "stage.planet.modifications.ring.lead_crowning_um=20",
+          "--set", "stage.sun.modifications.coast.helix_slope_um=12")  # fmt: skip
+
+
+def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
+    """Pictures of an earlier check go with the modifications; another case's stay."""
+    folder = tmp_path / "checked"
+    code, out, err = flexgear("check", "wind-5mw", "--json", "--out", folder, *FLANKS)
+    assert (code, err) == (0, "")
+    expected = {"planet_ring_um": [0.0, 20.0], "sun_coast_um": [-6.0, 6.0]}
+    found = json.loads(out)["missing_on_flanks"]
+    assert found.keys() == expected.keys()
+    assert all(found[name] == pytest.approx(expected[name]) for name in expected)
+    written = json.loads((folder / "summary.json").read_text())
+    assert written["figures"]["missing_on_flanks"] == found
+    files = ["flank_stage_planet_ring.png", "flank_stage_sun_coast.png", "summary.json"]
+    assert sorted(f.name for f in folder.iterdir()) == files
+    assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in files[:2])
+    code, out, _ = flexgear("check", "wind-5mw", "--out", folder, *FLANKS[:2])
+    assert code == 0 and "missing on flanks" in out
+    assert sorted(f.name for f in folder.iterdir()) == [files[0], files[2]]
+    code, out, err = flexgear("check", "lin-parker", "--out", folder)
+    assert (code, out, err.count("\n")) == (2, "", 1) and "holds a check of wind-5mw" in err
+    code, out, _ = flexgear("check", "wind-5mw")
+    assert "missing on flanks" not in out
+
+
 def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, tmp_path):
     """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
     quick = ("--set", "solver.fidelity=quick")

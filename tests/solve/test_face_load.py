@@ -6,6 +6,11 @@ import pytest
 import flexgear as fg
 from flexgear.model.load import load_case
 from flexgear.solve.face_load import face_figures
+from flexgear.views.face_load_charts import (
+    along_face_chart,
+    contact_pattern,
+    transmission_error_chart,
+)
 
 BASE = load_case("wind-5mw")
 CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
@@ -63,3 +68,10 @@ def test_in_time_the_largest_line_load_is_there_and_slices_are_not():
     assert "line_load" not in run
     assert run["largest_line_load"].max() > 0
     assert np.isfinite(run["transmission_error"].sel(flank="stage ring 1 drive")).all()
+
+
+def test_pictures_are_drawn(stage):
+    for chart in (along_face_chart, contact_pattern, transmission_error_chart):
+        figure = chart(stage)
+        assert len(figure.axes) >= 2
+        assert all("stage" in ax.get_title(loc="left") for ax in figure.axes[:2])

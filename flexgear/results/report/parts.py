@@ -13,6 +13,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
     "geometry": ("Geometry", "Gears, centre distances and what holds them, as the case gives them."),
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
     "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
+    "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
     "sharing": ("Load sharing", "How evenly the planets share the load; 1 is perfectly even."),
     "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),

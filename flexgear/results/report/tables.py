@@ -28,6 +28,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _geometry(case),
         _power(summary),
         _forces(summary),
+        _face(summary),
         _sharing(summary),
         _bearings(case, flow, summary),
         _deflections(summary),
@@ -113,6 +114,24 @@ def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Tab
             if key in one:
                 rows.append(Row(f"{words(group)}, {what}", one[key], "N"))
     yield Table(section, title, rows)
+
+
+def _face(summary: Summary) -> Iterator[Table]:
+    for variant, flanks in summary.get("face_load", {}).items():
+        rows = []
+        for flank, one in flanks.items():
+            name = words(flank)
+            rows += [
+                Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"]),
+                Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm"),
+                Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m"),
+                Row(
+                    f"{name}, transmission error peak to peak",
+                    1e-6 * one["transmission_error_peak_to_peak_um"],
+                    "m",
+                ),
+            ]
+        yield Table("face", f"{variant}, equilibria", rows)
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:

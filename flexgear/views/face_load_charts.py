@@ -1,0 +1,143 @@
+"""Load along the face: curves with their factor, maps over the flank, transmission error.
+
+Datasets are those of equilibria whose pairs have slices: ``face_line_load``, ``line_load`` with
+``slice_position`` and ``slice_path``, ``transmission_error``, ``gear_mesh_misalignment`` by flank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from scipy.interpolate import griddata
+
+from flexgear.views.style import (
+    MICRO,
+    NEUTRAL,
+    SEQUENTIAL_MAP,
+    FloatArray,
+    panels,
+    planet_colour,
+    styled,
+)
+
+N_PER_MM = 1e-3  # N/m -> N/mm
+MILLI = 1e3  # m -> mm
+CELLS = 60  # of a map along the path and along the face
+
+
+@styled
+def along_face_chart(data: xr.Dataset) -> Figure:
+    """Line load of a gear mesh (N/mm) along the face in the mean of all positions, by planet."""
+    groups = dict(_carrying(data))
+    figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
+    at = data["face"].to_numpy()
+    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+        factors = []
+        for name in flanks:
+            own = data.sel(flank=name)
+            load = own["face_line_load"].mean("position").to_numpy() * N_PER_MM
+            mean = float(np.sum(0.5 * (load[1:] + load[:-1])) / (len(load) - 1))
+            factors.append(load.max() / mean)
+            planet = int(own["flank_planet"])
+            ax.plot(at, load, color=planet_colour(planet), label=f"planet {planet}")
+            ax.axhline(mean, color=NEUTRAL, lw=0.5, zorder=1)
+        least, most = min(factors), max(factors)
+        span = f"{least:.3f}" if most - least < 5e-4 else f"{least:.3f} to {most:.3f}"
+        ax.set_title(f"{title}: $K_{{Hβ}}$ {span}")
+        ax.set_ylabel("line load (N/mm)")
+        ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
+    axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
+    _legend(figure, axes)
+    return figure
+
+
+@styled
+def contact_pattern(data: xr.Dataset) -> Figure:
+    """Largest line load (N/mm) at every place of the flanks over all positions: of planet 1 with
+    ring and sun, over path of contact and face."""
+    groups = {title: flanks[0] for title, flanks in _carrying(data)}
+    figure, axes = panels(len(groups), 1, height_mm=12 + 62 * len(groups))
+    for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
+        own = data.sel(flank=name)
+        x, z, w = (
+            own[n].to_numpy().ravel() * scale
+            for n, scale in (
+                ("slice_path", MILLI),
+                ("slice_position", MILLI),
+                ("line_load", N_PER_MM),
+            )
+        )
+        touches = np.isfinite(w) & (w > 0)
+        across, along, largest = _binned(x[touches], z[touches], w[touches])
+        shown = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
+        ax.set_title(f"{title} {int(own['flank_planet'])}: largest {np.nanmax(largest):.4g} N/mm")
+        ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
+        ax.set_ylabel("along the face (mm)")
+        ax.grid(visible=False)
+        figure.colorbar(shown, ax=ax, label="line load (N/mm)", pad=0.01)
+    return figure
+
+
+@styled
+def transmission_error_chart(data: xr.Dataset) -> Figure:
+    """Transmission error under load (µm along the line of action) over the positions, by planet;
+    its mean is taken off and said."""
+    groups = dict(_carrying(data))
+    figure, axes = panels(len(groups), 1, height_mm=12 + 45 * len(groups), sharex=True)
+    turn = data["stage_angle"].isel(turning_stage=0).to_numpy()
+    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+        way = []
+        for name in flanks:
+            own = data.sel(flank=name)
+            error = own["transmission_error"].to_numpy() * MICRO
+            way.append(np.nanmax(error) - np.nanmin(error))
+            planet = int(own["flank_planet"])
+            ax.plot(
+                np.degrees(turn),
+                error - np.nanmean(error),
+                color=planet_colour(planet),
+                label=f"planet {planet}",
+                lw=0.9,
+            )
+        mean = float(np.nanmean(data["transmission_error"].sel(flank=flanks).to_numpy()))
+        ax.set_title(f"{title}: mean {mean * MICRO:.4g} µm, peak to peak up to {max(way):.3g} µm")
+        ax.set_ylabel("less its mean (µm)")
+    axes[-1, 0].set_xlabel("turn of the carrier against the ring (°)")
+    axes[-1, 0].set_xlim(np.degrees(turn.min()), np.degrees(turn.max()))
+    _legend(figure, axes)
+    return figure
+
+
+def _carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
+    """Flanks that carry, by stage, kind and side, in their order."""
+    groups: dict[str, list[str]] = {}
+    for name in map(str, data["flank"].to_numpy()):
+        own = data.sel(flank=name)
+        if float(own["face_line_load"].max()) > 0:
+            parts = (str(own[f"flank_{what}"].item()) for what in ("stage", "kind", "side"))
+            said = " ".join(p for p in parts if p).replace("_", " ")
+            groups.setdefault(said, []).append(name)
+    yield from groups.items()
+
+
+def _binned(x: FloatArray, z: FloatArray, w: FloatArray) -> tuple[FloatArray, ...]:
+    """Edges of cells along x and z, and the largest w in each; in cells between that had no sample
+    from their neighbours, NaN outside."""
+    across = np.linspace(x.min(), x.max(), CELLS + 1)
+    along = np.linspace(z.min(), z.max(), CELLS // 2 + 1)
+    column = np.clip(np.searchsorted(across, x, side="right") - 1, 0, CELLS - 1)
+    row = np.clip(np.searchsorted(along, z, side="right") - 1, 0, CELLS // 2 - 1)
+    largest = np.full((CELLS // 2, CELLS), np.nan)
+    np.fmax.at(largest, (row, column), w)
+    there = np.argwhere(np.isfinite(largest))
+    every = np.indices(largest.shape).reshape(2, -1).T
+    filled = griddata(there, largest[tuple(there.T)], every).reshape(largest.shape)
+    return across, along, filled
+
+
+def _legend(figure: Figure, axes: FloatArray) -> None:
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
