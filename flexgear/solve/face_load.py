@@ -108,3 +108,14 @@ def _by_load(values: Array, load: Array) -> Array:
     total = load.sum(axis=-1)
     weighed = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
     return np.asarray(np.divide(weighed, total, out=np.full_like(total, np.nan), where=total > 0))
+
+
+def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
+    """Largest line load (M,) N/m and peak-to-peak transmission error (M,) m of every flank of
+    equilibria whose pairs have slices; zero of those that do not carry throughout."""
+    found = line_loads(result)
+    assert found is not None
+    load = np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
+    error = _by_load(found.approach, load)
+    always = np.isfinite(error).all(axis=0)
+    return _largest(found).max(axis=0), np.where(always, np.ptp(error, axis=0), 0.0)

@@ -55,6 +55,24 @@ def along_face_chart(data: xr.Dataset) -> Figure:
 
 
 @styled
+def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
+    """Line load (N/mm) along the face in the mean of all positions, planet 1, of two sets of
+    flanks."""
+    groups = {title: flanks[0] for title, flanks in _carrying(before)}
+    figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
+    for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
+        for data, style, label in ((before, "--", "before"), (after, "-", "after")):
+            load = data["face_line_load"].sel(flank=name).mean("position").to_numpy() * N_PER_MM
+            ax.plot(data["face"], load, style, color=planet_colour(1), label=label)
+        ax.set_title(f"{title} {int(before.sel(flank=name)['flank_planet'])}")
+        ax.set_ylabel("line load (N/mm)")
+        ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
+    axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
+    _legend(figure, axes)
+    return figure
+
+
+@styled
 def contact_pattern(data: xr.Dataset) -> Figure:
     """Largest line load (N/mm) at every place of the flanks over all positions: of planet 1 with
     ring and sun, over path of contact and face."""

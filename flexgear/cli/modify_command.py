@@ -1,0 +1,120 @@
+"""Flank modifications that even out the load along the face."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from flexgear.cli.analysis_commands import put_together
+from flexgear.cli.display import present, progress
+from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.studies.modify import TRIALS, Aim, Proposal, propose_modifications
+from flexgear.views.face_load_charts import before_and_after
+from flexgear.views.style import save_figure
+
+AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command()(modify)
+
+
+def modify(
+    case: CaseName,
+    stage: Annotated[str | None, typer.Option(help="Stage; the first planetary one.")] = None,
+    aim: Annotated[
+        str, typer.Option("--for", help="line-load or transmission-error: what is made least.")
+    ] = "line-load",
+    torque_share: Annotated[
+        list[float] | None,
+        typer.Option("--torque-share", help="Of the rated torque; repeatable: the worst counts."),
+    ] = None,
+    relief: Annotated[
+        bool, typer.Option("--relief", help="Tip relief of the planets, too.")
+    ] = False,
+    trials: Annotated[
+        int, typer.Option(min=2, help="Series of equilibria for each amount that is sought.")
+    ] = TRIALS,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", help="Draw it before and after (.png, .svg)."),
+    ] = None,
+    rigid: Rigid = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Propose helix slope and crowning of the planets' flanks under load, as keys to copy."""
+    found = read_case(case, settings)
+    parts, name = rigid_parts(rigid, found), _stage(found, stage)
+    wanted = next((a for a in AIMS if a == aim), None)
+    if wanted is None:
+        raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
+    shares = tuple(torque_share or (1.0,))
+    if not all(0.0 < share <= 10.0 for share in shares):
+        raise InputError("modify", "--torque-share", "is not from 0 to 10", "e.g. 1.0")
+    with progress(quiet) as report:
+        model = put_together(found, parts, report)
+        proposal = propose_modifications(
+            model, name, shares=shares, aim=wanted, relief=relief, trials=trials, progress=report
+        )
+    if picture is not None:
+        save_figure(before_and_after(*proposal.data), picture)
+    keys = keys_to_copy(found, name, proposal)
+    if as_json:
+        present("modify", _figures(proposal), as_json=True)
+        return
+    for share in shares:
+        typer.echo(f"\nat {share:g} of the rated torque   before -> after")
+        for flank, old in proposal.before[share].items():
+            new = proposal.after[share][flank]
+            typer.echo(
+                f"{flank:28s} K_Hbeta {old['k_h_beta']:.3f} -> {new['k_h_beta']:.3f}, largest "
+                f"{old['largest_line_load_n_per_mm']:.0f} -> "
+                f"{new['largest_line_load_n_per_mm']:.0f} N/mm, transmission error p-p "
+                f"{old['transmission_error_peak_to_peak_um']:.2f} -> "
+                f"{new['transmission_error_peak_to_peak_um']:.2f} um"
+            )
+    typer.echo(f"\nkeys to copy ({proposal.trials} series of equilibria):\n\n{keys}")
+
+
+def keys_to_copy(case: Case, stage: str, proposal: Proposal) -> str:
+    """The proposal as TOML sections below a stage."""
+    table = "stage" if len(case.stages) == 1 else "stages"
+    sections: dict[str, list[str]] = {}
+    for key, amount in proposal.amounts.items():
+        section, _, name = key.rpartition(".")
+        sections.setdefault(section, []).append(f"{name}_um = {amount * 1e6:.4g}")
+        if name == "amount":
+            own = case.stage(stage)
+            sections[section] += [
+                f"length_mm = {own.normal_module * 1e3:.4g}",
+                'form = "parabolic"',
+            ]
+    lines = [] if table == "stage" else [f"# below the [[stages]] named {stage!r}"]
+    for section, entries in sections.items():
+        lines += [f"[{table}.{section}]", *entries, ""]
+    return "\n".join(lines)
+
+
+def _figures(proposal: Proposal) -> dict[str, Any]:
+    return {
+        "amounts_um": {key: 1e6 * amount for key, amount in proposal.amounts.items()},
+        "before": {f"{share:g}": one for share, one in proposal.before.items()},
+        "after": {f"{share:g}": one for share, one in proposal.after.items()},
+        "trials": proposal.trials,
+    }
+
+
+def _stage(case: Case, name: str | None) -> str:
+    names = [s.name for s in case.stages]
+    if name is None:
+        return next((s.name for s in case.stages if s.kind != "parallel"), names[0])
+    if name not in names:
+        raise InputError("modify", "--stage", f"{name!r} is none", f"one of {', '.join(names)}")
+    return name

@@ -1,0 +1,225 @@
+"""A proposal of flank modifications: helix slope, crowning and tip relief of the planets' flanks.
+
+Gaps of slices are linear in amounts, so that each amount is one table of gaps, made once: with
+
+    g = g_0 + Σ_i p_i g_i
+
+every trial is a series of equilibria over a gear-mesh cycle and nothing else. The search is
+Nelder and Mead's (SciPy): the largest line load is the largest of many, and has kinks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.model.case import Case
+from flexgear.model.errors import InputError
+from flexgear.solve.angles import lead_speed, one_turn, stage_motions
+from flexgear.solve.bodies import Progress, silent
+from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.face_load import face_figures, worst_figures
+from flexgear.solve.model import Model, assemble, rated_rotations
+
+Array = NDArray[np.float64]
+Aim = Literal["line-load", "transmission-error"]
+UNIT = 1e-6  # m: amounts are whole micrometres
+POSITIONS = 12  # of a gear-mesh cycle
+TRIALS = 60  # series of equilibria for each amount
+
+
+@dataclass(frozen=True)
+class Amount:
+    """One amount that is sought.
+
+    gear, flank, name: where it stands; base: what the case has there, m; start: what is added
+    where the search begins, m; signed: may leave material standing.
+    """
+
+    gear: str
+    flank: str
+    name: str
+    base: float
+    start: float
+    signed: bool
+
+    @property
+    def key(self) -> str:
+        """Of the case, below its stage."""
+        amount = ".amount" if self.name == "tip_relief" else ""
+        return f"{self.gear}.modifications.{self.flank}.{self.name}{amount}"
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """amounts: m by key of the case below its stage; before, after: figures of every flank that
+    carries, by torque share, as ``solve.face_load`` gives them; data: equilibria before and after
+    at the first share; trials: series of equilibria that were solved."""
+
+    amounts: dict[str, float]
+    before: dict[float, dict[str, dict[str, float]]]
+    after: dict[float, dict[str, dict[str, float]]]
+    data: tuple[xr.Dataset, xr.Dataset]
+    trials: int
+
+
+def propose_modifications(
+    model: Model,
+    stage: str,
+    *,
+    shares: Sequence[float] = (1.0,),
+    aim: Aim = "line-load",
+    relief: bool = False,
+    trials: int = TRIALS,
+    progress: Progress = silent,
+) -> Proposal:
+    """Amounts of the planets' flanks towards sun and ring (of the gear's in a parallel stage) that
+    make the largest line load, or the largest peak-to-peak transmission error, at all ``shares`` of
+    the rated torque least, added up over sun and ring. relief: tip relief of the planets, too, over
+    a module of the path where the case has none. trials: series of equilibria for each amount.
+
+    InputError where pairs have no slices.
+    """
+    case = model.case
+    if case.stage(stage).gear_mesh.model != "face_load":
+        raise InputError(
+            case.name, f"{stage}.gear_mesh.model",
+            f"is {case.stage(stage).gear_mesh.model!r}, which knows no load along the face",
+            'set it to "face_load"',
+        )  # fmt: skip
+    angles = _cycle(model, stage)
+    trial = _Trial(model, angles, tuple(shares))
+    flat = trial.data(model.system.pairs, shares[0])
+    amounts = _amounts(case, stage, flat, relief)
+    tables = [_table(model, stage, a) for a in amounts]
+    start = np.array([a.start for a in amounts]) / UNIT
+    least = np.array([-np.inf if a.signed else -a.base / UNIT for a in amounts])
+    scale = max(float(np.abs(start).max()), 5.0)
+
+    def cost(p: Array) -> float:
+        held = np.maximum(p, least)
+        value = trial.worst(_gaps(model.system.pairs, tables, held), aim)
+        progress("flanks", min(trial.count / (trials * len(p)), 0.99))
+        return value * (1.0 + float(np.abs(held - p).sum()) / scale)
+
+    corners = np.vstack([start, *(start + 0.5 * scale * row for row in np.eye(len(start)))])
+    found = minimize(
+        cost, start, method="Nelder-Mead",
+        options={
+            "initial_simplex": corners, "maxfev": trials * len(start), "xatol": 0.5, "fatol": 0.0,
+        },
+    )  # fmt: skip
+    best = np.round(np.maximum(found.x, least))
+    if cost(best) > cost(np.zeros_like(best)):
+        best = np.zeros_like(best)
+    progress("flanks", 1.0)
+    ground = _gaps(model.system.pairs, tables, best)
+    return Proposal(
+        amounts={a.key: a.base + float(x) * UNIT for a, x in zip(amounts, best, strict=True)},
+        before={s: face_figures(trial.data(model.system.pairs, s)) for s in shares},
+        after={s: face_figures(trial.data(ground, s)) for s in shares},
+        data=(flat, trial.data(ground, shares[0])),
+        trials=trial.count,
+    )
+
+
+@dataclass
+class _Trial:
+    """Equilibria of a model with other gaps; count: series that were solved."""
+
+    model: Model
+    angles: Array
+    shares: tuple[float, ...]
+    count: int = 0
+
+    def data(self, pairs: PairData, share: float) -> xr.Dataset:
+        """Equilibria over the cycle at a share of the rated torque."""
+        found = self._solved(pairs, share)
+        system = found.modal.system
+        return equilibrium_data(replace(self.model, system=system, made=found.modal), found)
+
+    def worst(self, pairs: PairData, aim: Aim) -> float:
+        """What is to be least, in N/m or m: the largest of all torques and planets, added up over
+        the kinds of gear meshes, so that each of them is made better."""
+        at = ("line-load", "transmission-error").index(aim)
+        found = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
+        largest, kinds = np.max(found, axis=0), pairs.kind
+        return float(sum(largest[kinds == kind].max() for kind in np.unique(kinds)))
+
+    def _solved(self, pairs: PairData, share: float) -> Equilibrium:
+        self.count += 1
+        system = self.model.system.with_(pairs=pairs)
+        modal = replace(self.model.modal, system=system)
+        return revolution(modal, self.angles, share * system.rated_torque)
+
+
+def _cycle(model: Model, stage: str) -> Array:
+    """Rotations (p, F) rad over one gear-mesh cycle of a stage."""
+    motions = stage_motions(model.case, model.flow)
+    own = next(m for m in motions if m.name == stage)
+    if not own.theta:
+        lead = np.zeros(1)
+    else:
+        lead = one_turn(own, lead_speed(model.case, model.flow), POSITIONS, 1)
+    return np.asarray(rated_rotations(model.system, lead))
+
+
+def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amount]:
+    """What is sought, from where misalignment and a little crowning would put it."""
+    own = case.stage(stage)
+    gear = "gear" if own.kind == "parallel" else "planet"
+    ground = getattr(own, gear).modifications
+    found = []
+    for name, one in face_figures(flat).items():
+        labels = flat.sel(flank=name)
+        if str(labels["flank_stage"].item()) != stage or int(labels["flank_planet"]) != 1:
+            continue
+        flank = "drive" if gear == "gear" else str(labels["flank_kind"].item())
+        has = ground.of(flank)
+        tilt, give = one["misalignment_um"] * UNIT, one["transmission_error_um"] * UNIT
+        starts = {"helix_slope": tilt, "lead_crowning": 0.1 * abs(tilt) + UNIT}
+        for what, start in starts.items():
+            base = getattr(has, what) or 0.0
+            found.append(Amount(gear, flank, what, base, start, signed=what == "helix_slope"))
+        if relief:
+            base = has.tip_relief.amount if has.tip_relief is not None else 0.0
+            start = max(0.3 * abs(give), UNIT)
+            found.append(Amount(gear, flank, "tip_relief", base, start, signed=False))
+    return found
+
+
+def _table(model: Model, stage: str, amount: Amount) -> Array:
+    """What one micrometre more of an amount adds to the tables of slices."""
+    own, more = model.case.stage(stage), amount.base + UNIT
+    key = f"stages.{stage}.{amount.gear}.modifications.{amount.flank}.{amount.name}"
+    changes: dict[str, object] = {key: more}
+    if amount.name == "tip_relief":
+        has = getattr(own, amount.gear).modifications.of(amount.flank).tip_relief
+        if has is None:
+            new = {"amount": more, "length": own.normal_module, "form": "parabolic"}
+            changes = {key: new}
+        else:
+            changes = {key: has.model_copy(update={"amount": more})}
+    ground = assemble(
+        model.case.with_(**changes), bodies=model.bodies, variants=model.system.variants
+    )
+    return np.asarray(ground.system.pairs.slice_table - model.system.pairs.slice_table)
+
+
+def _gaps(pairs: PairData, tables: Sequence[Array], amounts: Array) -> PairData:
+    """The pairs with gaps of amounts, µm; only columns of gaps change."""
+    table = pairs.slice_table.copy()
+    for m, count in enumerate(pairs.slices):
+        if count and int(pairs.table[m]) not in pairs.table[:m]:
+            own = slice(OF_LINE + 2 * count, OF_LINE + 3 * count)
+            for change, p in zip(tables, amounts, strict=True):
+                table[pairs.table[m], :, own] += p * change[pairs.table[m], :, own]
+    return pairs._replace(slice_table=table)

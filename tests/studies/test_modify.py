@@ -1,0 +1,59 @@
+"""Proposed flanks: better than before by the very case that they are copied into."""
+
+import tomllib
+
+import pytest
+
+import flexgear as fg
+from flexgear.cli.modify_command import keys_to_copy
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.solve.face_load import face_figures
+from flexgear.studies.modify import propose_modifications
+
+CASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 9})
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fg.assemble(CASE, ["all"])
+
+
+@pytest.fixture(scope="module")
+def proposal(model):
+    return propose_modifications(model, "stage", trials=25)
+
+
+def worst(figures, kind, key):
+    return max(one[key] for name, one in figures.items() if f" {kind} " in name)
+
+
+def test_it_evens_out_the_load(proposal):
+    before, after = proposal.before[1.0], proposal.after[1.0]
+    assert worst(before, "ring", "k_h_beta") > 1.5
+    assert worst(after, "ring", "k_h_beta") < 1.25
+    for kind in ("ring", "sun"):
+        key = "largest_line_load_n_per_mm"
+        assert worst(after, kind, key) < worst(before, kind, key)
+
+
+def test_the_keys_give_what_was_said(proposal):
+    """The case with the keys, read and put together anew, has the figures of the search."""
+    text = tomllib.loads(keys_to_copy(CASE, "stage", proposal))
+    ground = {
+        f"stage.planet.modifications.{flank}.{key.removesuffix('_um')}": 1e-6 * amount
+        for flank, keys in text["stage"]["planet"]["modifications"].items()
+        for key, amount in keys.items()
+    }
+    assert len(ground) == 4
+    model = fg.assemble(CASE.with_(**ground), ["all"])
+    turn = proposal.data[1]["master_angle"].to_numpy()[:, 0]
+    again = face_figures(fg.static(model, turn))
+    for name, one in proposal.after[1.0].items():
+        assert again[name]["k_h_beta"] == pytest.approx(one["k_h_beta"], rel=1e-6), name
+
+
+def test_a_stage_whose_pairs_are_one_spring_is_refused():
+    model = fg.assemble(load_case("wind-5mw"), ["all"])
+    with pytest.raises(InputError, match=r"gear_mesh.model: is 'per_pair', which knows no load"):
+        propose_modifications(model, "stage")
