@@ -25,14 +25,14 @@ POWERS = {
 }  # fmt: skip
 UNITS = {
     "": 0, "1": 0, "rad": 0, "m": 1, "s": 1, "Hz": -1, "rad/s": -1, "N": 2, "N m": 3, "N/m": 1,
-    "J": 3, "W": 2,
+    "J": 3, "W": 2, "Pa": 0,
 }  # fmt: skip
 MIXED = {"m, rad": (1, 0), "N, N m": (2, 3)}  # of the dofs ux … uz and rx … rz
 ALONE = 1e-9  # of a frequency: one that is closer to the next is the same
 MODE_SHAPE = (-1.5, -2.5)  # at a modal mass of 1 kg
 SUFFIXES = {
     "_mm": 1, "_um": 1, "_m": 1, "_s": 1, "_hz": -1, "_rpm": -1, "_n": 2, "_nm": 3, "_w": 2,
-    "_n_per_m": 1, "_n_per_mm_um": 0, "_kg_m2": 5, "_h": 1,
+    "_n_per_m": 1, "_n_per_mm_um": 0, "_kg_m2": 5, "_h": 1, "_mpa": 0,
 }  # fmt: skip
 
 

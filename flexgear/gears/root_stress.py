@@ -133,11 +133,16 @@ def root_stress(
     stage: TrainStage,
     gear_mesh: GearMeshGeometry,
     force: float,
+    *,
+    drawn: bool = False,
 ) -> RootStress:
-    """Of the gear ``tooth`` in a gear mesh of normal force ``force``, N along the 3D normal."""
+    """Of the gear ``tooth`` in a gear mesh of normal force ``force``, N along the 3D normal.
+
+    drawn: with the fillet that ``tooth`` draws, an arc, in the place of the rack's.
+    """
     module, beta_b = stage.normal_module, base_helix_angle(stage)
     virtual = virtual_tooth(tooth, gear, stage)
-    if tooth.internal:
+    if tooth.internal or drawn:
         section = drawn_section(virtual)
     else:
         section = rack_section(virtual_teeth(tooth.teeth, stage), gear, stage)
