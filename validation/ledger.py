@@ -41,6 +41,7 @@ PAPERS = (
     Paper("ren2021"),
     Paper("hu2023"),
     Paper("grc"),
+    Paper("face_load", by_fidelity=True),
     Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
 )
 
