@@ -32,7 +32,8 @@ def accelerate(
 ) -> int:
     """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
 
-    told (P,): of the machines, rates rad/s² of given speeds. Returns 0, or 1 without a solution.
+    told (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0, or 1
+    without a solution.
     """
     status, _ = advance(
         resting, functions(), told[None], 0, state, space, empty_samples(modal, 0),
@@ -46,9 +47,8 @@ def consistent_acceleration(
 ) -> int:
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
-    told (P,): of the machines, rates rad/s² of given speeds. A jump of a torque moves the
-    quasi-static part at once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is
-    then ready for ``data``.
+    told (P + L,): as of ``accelerate``. A jump of a torque moves the quasi-static part at once; the
+    ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for ``data``.
     """
     resting = at_rest(data)
     begin(space, resting)

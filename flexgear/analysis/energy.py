@@ -1,11 +1,11 @@
 """Energy account of a time step.
 
 Kinetic and elastic energy of modes, ½ fᵀ R f of the residual flexibility and the potentials of the
-force elements change by the work of the machines at the ports, of modal damping and of what in the
-elements has no potential, and by *parametric work*: stiffness and contact vectors change with the
-carrier angle, which the small-motion model imposes. What a controller remembers is no energy of the
-train; all that it does is in its torque. With E(rows, u) the potential of a set of rows at
-motion u, the parametric work of a step is
+force elements change by the work of the machines at the ports, of modal damping, of weight and
+given loads, of what else in the elements has no potential, and by *parametric work*: stiffness and
+contact vectors change with the carrier angle, which the small-motion model imposes. What a
+controller remembers is no energy of the train; all that it does is in its torque. With E(rows, u)
+the potential of a set of rows at motion u, the parametric work of a step is
 
     ½ [E(new, u⁺) + E(new, u) − E(old, u⁺) − E(old, u)] ,
 
@@ -31,6 +31,7 @@ from flexgear.analysis.contact_newton import linearise
 from flexgear.analysis.vectors import put
 from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.elements import Rows
+from flexgear.coupling.pair_data import LOAD
 
 Array = NDArray[np.float64]
 ENERGIES = (
@@ -42,6 +43,7 @@ ENERGIES = (
     "damping_work",
     "pair_damping_work",
     "parametric_work",
+    "load_work",
 )
 LEFT_OVER = {  # what is stored less what entered
     "kinetic": 1.0,
@@ -52,8 +54,9 @@ LEFT_OVER = {  # what is stored less what entered
     "damping_work": 1.0,
     "pair_damping_work": 1.0,
     "parametric_work": -1.0,
+    "load_work": -1.0,
 }
-KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC = range(8)
+KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC, LOADED = range(9)
 BOOKED = np.dtype(
     [("tracked", np.int64), ("rows", np.int64), ("elements", np.int64), ("potential", float)]
 )
@@ -95,12 +98,14 @@ def _potential(laws, rows, count, motion, space, elastic):
 
 
 @njit(**INNER)
-def _work(force, now, before, n):
-    """Σ F (δ⁺ − δ)."""
-    total = 0.0
+def _book_work(rows, force, now, before, n, energy):
+    """½ F (δ⁺ − δ) of rows: work that given loads do, and that all others take."""
     for i in range(n):
-        total += force[i] * (now[0, i] - before[0, i])
-    return total
+        work = 0.5 * force[i] * (now[0, i] - before[0, i])
+        if rows.row[i].kind == LOAD:
+            energy[LOADED] -= work
+        else:
+            energy[LOST] += work
 
 
 @njit(**INNER)
@@ -171,13 +176,13 @@ def settle(laws, modal, count, n, state, work, ledger):
                 energy[BRAKE] -= moved
         energy[DAMPING] += taken
         _approach(rows, work.on_dofs, n, dofs.before, before)
-        energy[LOST] += 0.5 * _work(lost[FRESH], now, before, n)
+        _book_work(rows, lost[FRESH], now, before, n, energy)
         was = _potential(laws, rows, count, before, work.space, lost[SPARE])
         last = ledger.rows
         place_rows(work.active, last, booked.rows, ledger.on_dofs)
         _approach(last, ledger.on_dofs, booked.rows, dofs.motion, now)
         put(before[0], ledger.delta[: booked.rows])
-        energy[LOST] += 0.5 * _work(lost[LAST], now, before, booked.rows)
+        _book_work(last, lost[LAST], now, before, booked.rows, energy)
         goes = _potential(laws, last, booked.elements, now, work.space, lost[SPARE])
         energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
     energy[ELEMENTS] = potential

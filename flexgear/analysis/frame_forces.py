@@ -66,9 +66,13 @@ def rotating_forces(h, frames, state, out):
 
 
 @njit(**INNER)
-def scale_loads(share, fixed, rows, count):
-    """Forces that go with the square of speed; the fixed elements are the last of ``count``."""
+def set_loads(share, told, fixed, rows, count):
+    """Forces that go with the square of speed, and those that this step is told, (L,); the fixed
+    elements are the last of ``count``."""
     first = count - fixed.element.shape[0]
     for e in range(fixed.element.shape[0]):
-        if fixed.element[e].grows == 1:
+        element = fixed.element[e]
+        if element.grows == 1:
             rows.parameters[first + e, 0] = share * share * fixed.parameters[e, 0]
+        elif element.told >= 0:
+            rows.parameters[first + e, 0] = told[element.told]

@@ -37,7 +37,7 @@ class Gained:
         self._samples = 0
 
     def too_much(self, energy: Array) -> int | None:
-        """First of some samples more (n, 8), J, at which the run has gained more than ``MOST``
+        """First of some samples more (n, 9), J, at which the run has gained more than ``MOST``
         times the mean elastic energy up to there and all that damping took; None: not one."""
         left, elastic = energy @ SIGNS, energy[:, ELASTIC].sum(axis=1)
         if not self._samples and len(left):

@@ -109,8 +109,8 @@ def machine_line(machine, h, told, guess, port, line):
 
 @njit(**INNER)
 def tell_machines(machines, told, ports):
-    """Note what is told, and the torques that are given."""
-    for p in range(told.shape[0]):
+    """Note what is told them, the first of ``told``, and the torques that are given."""
+    for p in range(machines.shape[0]):
         ports.told[p] = told[p]
         if machines[p].kind == TORQUE:
             ports.given[p] = told[p]

@@ -37,7 +37,7 @@ from flexgear.analysis.active_dofs import (
 from flexgear.analysis.coast_flanks import look_after_step
 from flexgear.analysis.contact_newton import remember, solve_contact, start_guess
 from flexgear.analysis.energy import motion_before, settle
-from flexgear.analysis.frame_forces import rotating_forces, scale_loads
+from flexgear.analysis.frame_forces import rotating_forces, set_loads
 from flexgear.analysis.machines import (
     add_machines,
     carry_on,
@@ -50,6 +50,7 @@ from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
 from flexgear.coupling.laws import HELD_RATE_LAW
+from flexgear.coupling.pair_data import LOAD
 from flexgear.coupling.pairs import fill_rows
 
 BETA, GAMMA = 0.25, 0.5
@@ -93,11 +94,11 @@ def _predict(h, level, modal, active, state, modes):
 
 
 @njit(**PART)
-def _build(data, share, state, work, ledger, level):
-    """Rows and elements at the new angles on active dofs; their numbers."""
+def _build(data, share, told, state, work, ledger, level):
+    """Rows and elements at the new angles on active dofs; their numbers. told (L,): of loads."""
     rows, active = work.rows, work.active
     n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows)
-    scale_loads(share, data.elements.fixed, rows, count)
+    set_loads(share, told, data.elements.fixed, rows, count)
     last = ledger.booked[0].rows
     gather(active, data.channels, rows, n, ledger.rows, last)
     gather_receptance(active, data.channels, level)
@@ -157,7 +158,7 @@ def _accelerate(level, modal, given, work):
 
 
 @njit(**PART)
-def _advance_motion(h, machines, work, state):
+def _advance_motion(h, machines, n_rows, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
     modes = work.modes
     n = state.eta.shape[0]
@@ -167,6 +168,9 @@ def _advance_motion(h, machines, work, state):
         modes.acceleration[j] += modes.push[j]
     velocity = modes.free_rate[:n]
     state.given[0] += moved_energy(h, machines, modes.ports, velocity, work.active.modes)
+    for i in range(n_rows):
+        if work.rows.row[i].kind == LOAD:
+            state.given[0] += h * abs(work.problem.force[i] * work.problem.motion[1, i])
     return 0.5 * dot(modes.free_rate[:n], modes.free_rate) <= RUNAWAY * state.given[0]
 
 
@@ -233,8 +237,9 @@ def _finish(h, machines, state, work, count):
 
 @njit(**UNCOUNTED, nogil=True)
 def advance(data, laws, told, first, state, space, samples, control):
-    """Go len(told) ticks of h₀ on; told (ticks, P): what the ports' machines follow at each new
-    time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake.
+    """Go len(told) ticks of h₀ on; told (ticks, P + L): what the ports' machines follow at each new
+    time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake; then by how much the
+    vectors of loads that are histories are multiplied.
 
     A sample is saved at every ``control.every``-th tick, counted from ``first`` ticks before.
     Returns (status, samples saved): status 0, the 1-based tick of a step without a solution, or
@@ -249,7 +254,8 @@ def advance(data, laws, told, first, state, space, samples, control):
         h, end = modal.h[level], tick + (1 << level)
         tell_machines(machines, told[end - 1], ports)
         share = _predict(h, level, modal, work.active, state, work.modes)
-        n, count, pairs = _build(data, share, state, work, ledger, level)
+        loads = told[end - 1, machines.shape[0] :]
+        n, count, pairs = _build(data, share, loads, state, work, ledger, level)
         total = _contact(laws, data, level, n, count, state, work)
         if total < 0:
             return end, saved
@@ -259,7 +265,7 @@ def advance(data, laws, told, first, state, space, samples, control):
             if not after_step(control, level, error):
                 continue  # the same step again
         machine_torques(machines, work.problem.force, n, ports)
-        if not _advance_motion(h, machines, work, state):
+        if not _advance_motion(h, machines, n, work, state):
             return -end, saved
         if data.elements.gears.mesh.shape[0] > 0 and h > 0.0:
             now = first + tick

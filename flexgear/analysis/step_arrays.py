@@ -47,8 +47,8 @@ class State(NamedTuple):
     memory: Array  # (places, 2, r) δ and δ̇ of elements at the last step; see ``contact_newton``
     active_flanks: NDArray[np.int64]  # (M,) gear meshes to look at
     ports: Any  # (P,) PORT: torque, and what a controller carries on
-    energy: Array  # (8,) in the order of ENERGIES
-    given: Array  # (1,) energy that the train began with and that given torques moved, J
+    energy: Array  # (9,) in the order of ENERGIES
+    given: Array  # (1,) energy that the train began with and that machines and loads moved, J
 
 
 class ModalSpace(NamedTuple):
@@ -92,7 +92,7 @@ class Samples(NamedTuple):
     far_load: Array  # (…, M, SLOTS) of a pair's second row, and its approach; without length where
     pair_approach: Array  # no pair has two; (…, M, SLOTS, 3): δ of both, error less gap
     support_load: Array  # (…, extra rows)
-    energy: Array  # (…, 8)
+    energy: Array  # (…, 9)
     active_flanks: NDArray[np.int64]
 
 

@@ -33,6 +33,7 @@ from flexgear.analysis.step_space import empty_samples, step_data, work_space
 from flexgear.coupling.laws import functions
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import first_sizes
 from flexgear.gears.kinematics import longest_time_step
 from flexgear.model.errors import FlexgearError
 
@@ -43,16 +44,19 @@ BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it
 
 @dataclass(frozen=True)
 class Drive:
-    """What the machines at the ports are told over time, with t (k,) s.
+    """What the machines at the ports, and loads, are told over time, with t (k,) s.
 
     told(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques N·m or
     speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque jumps
     or a given speed has a kink; rates(t): (k, P) their rates of change beside jumps, zero without.
+    loads(t): (k, L) by how much the vectors of loads told over time are multiplied
+    (``PairData.load_told``), which never jump; as at t = 0 without.
     """
 
     told: Told
     jumps: tuple[float, ...] = ()
     rates: Told | None = None
+    loads: Told | None = None
 
 
 class Sink(Protocol):
@@ -280,21 +284,28 @@ class _Run:
             yield end - begin
 
     def _told_at(self, start: float, beside: float) -> Array:
-        """What machines are told (P,) in a step of no duration at ``start``, after a jump there:
-        rates in the place of given speeds."""
+        """What machines and loads are told (P + L,) in a step of no duration at ``start``, after a
+        jump there: rates in the place of given speeds."""
         at, rates = np.array([start + beside]), self._rates(start + beside)
         told: Array = told_machines(self.modal, self.drive, at)[0] - beside * rates
         told[self.held] = rates[self.held]
-        return told
+        return np.r_[told, self._loads(np.array([start]))[0]]
 
     def _told_until(self, times: Array, beside: float) -> Array:
-        """What machines are told (k, P) at the end of steps; at the last one that before a jump,
-        read ``beside`` s before it."""
+        """What machines and loads are told (k, P + L) at the end of steps; at the last one that
+        before a jump, read ``beside`` s before it."""
         before = times.copy()
         before[-1] -= beside
         told = told_machines(self.modal, self.drive, before)
         told[-1] += beside * self._rates(before[-1])
-        return told
+        return np.hstack([told, self._loads(times)])
+
+    def _loads(self, times: Array) -> Array:
+        """By how much vectors of loads are multiplied, (k, L)."""
+        if self.drive.loads is None:
+            first = first_sizes(self.modal.system.pairs)
+            return np.broadcast_to(first, (len(times), len(first)))
+        return np.asarray(self.drive.loads(times), dtype=np.float64)
 
     def _rates(self, time: float) -> Array:
         """Rates of change (P,) of what machines are told, as far as they are known."""

@@ -53,7 +53,7 @@ GEAR_MESH = _record(
 RUNOUT = _record("angle", "amplitude rate phase")
 FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
-FIXED_ELEMENT = _record("law first rows grows", "")
+FIXED_ELEMENT = _record("law first rows grows told", "")
 
 ROW = _record("kind owner sided width line beyond", "along stiffness damping offset")
 PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
@@ -78,7 +78,8 @@ class FixedRows(NamedTuple):
     row: Records  # (F,) FIXED_ROW
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
     vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
-    element: Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed
+    element: Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; told:
+    # place of its force among what a step is told of loads, −1 where it is constant
     parameters: Array  # (E, p) of their laws
 
 
@@ -210,14 +211,15 @@ def _fixed_rows(data: PairData) -> FixedRows:
         data.load_block,
         data.load_angle,
     )
-    vector[at, 0] = -data.load_vector  # a row acts as −V F: its F is 1
-    laws += [(GIVEN_FORCE_LAW, n + i, 1, [1.0]) for i in range(forces)]
+    vector[at, 0] = -data.load_vector  # a row acts as −V F
+    laws += [(GIVEN_FORCE_LAW, n + i, 1, [size]) for i, size in enumerate(data.load_size)]
     element = np.zeros(len(laws), dtype=FIXED_ELEMENT)
     parameters = np.zeros((len(laws), max([RATE_PARAMETERS, *(len(x[3]) for x in laws)])))
     for i, (law, first, rows, given) in enumerate(laws):
-        element[i] = law, first, rows, 0
+        element[i] = law, first, rows, 0, -1
         parameters[i, : len(given)] = given
     element["grows"][len(laws) - forces :] = data.load_grows
+    element["told"][len(laws) - forces :] = data.load_told
     return FixedRows(row, end, vector, element, parameters)
 
 

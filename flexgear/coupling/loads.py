@@ -11,6 +11,7 @@ from flexgear.coupling.rotor_terms import frame_matrices, orbit_force, planet_ax
 from flexgear.coupling.under_way import UnderWay, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
+from flexgear.model.member_load import varying
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -32,7 +33,9 @@ def given_loads(b: UnderWay) -> list[GivenLoad]:
     if any(b.train.gravity) and b.a.has("housing"):
         node = _new_block(b, b.a.weight_rows("housing"))
         out.append(GivenLoad(node, np.r_[b.train.gravity, 0, 0, 0]))
-    return out + [_given_load(b, k) for k in range(len(b.train.loads))]
+    for k in range(len(b.train.loads)):
+        out += _given_load(b, k)
+    return out
 
 
 def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
@@ -47,9 +50,9 @@ def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
     return GivenLoad(block, size * vector, b.body_angle(number, m))
 
 
-def _given_load(b: UnderWay, k: int) -> GivenLoad:
+def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
     """The load that the case lists as number k, on a member where it meets the rest of the train or
-    on any lumped body."""
+    on any lumped body; a history component by component."""
     load, places = b.train.loads[k], _places(b)
     if load.member not in places:
         raise InputError(
@@ -66,8 +69,14 @@ def _given_load(b: UnderWay, k: int) -> GivenLoad:
             b.train.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
-    vector = np.r_[load.force, load.moment]
-    return GivenLoad(block, vector, angle if load.frame == "fixed" else -1)
+    angle = angle if load.frame == "fixed" else -1
+    if not load.is_history:
+        return [GivenLoad(block, load.first, angle)]
+    return [
+        GivenLoad(block, size * np.eye(6)[c], angle, size=load.first[c] / size, told=place)
+        for place, (of, c, size) in enumerate(varying(b.train.loads))
+        if of == k
+    ]
 
 
 def _places(b: UnderWay) -> dict[str, tuple[int, Member, tuple[str, str]]]:

@@ -99,6 +99,10 @@ class PairData(NamedTuple):
     load_vector: Array  # (n_l, 6) N, N·m
     load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
     load_grows: IntArray  # (n_l,) 1: with the square of speed, and given at rated speed
+    load_size: (
+        Array  # (n_l,) by which the vector is multiplied; at t = 0 where it is told over time
+    )
+    load_told: IntArray  # (n_l,) place among what time steps are told of loads, −1: constant
 
 
 def rows_of_pair(data: PairData) -> int:
@@ -126,6 +130,14 @@ def extra_rows(data: PairData) -> int:
     """Rows that are not gear meshes: turning supports, bearings, loads."""
     bearings = sum(len(LAWS[law].components) for law in data.bearing_law)
     return len(data.support_stiffness) + bearings + len(data.load_block)
+
+
+def first_sizes(data: PairData) -> Array:
+    """What time steps are told of loads (L,) as it is at t = 0."""
+    out = np.zeros(int(data.load_told.max(initial=-1)) + 1)
+    told = data.load_told >= 0
+    out[data.load_told[told]] = data.load_size[told]
+    return out
 
 
 def front_meshes(data: PairData) -> IntArray:

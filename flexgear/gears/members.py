@@ -52,7 +52,7 @@ class Port:
 class Members:
     """Names of all members in the order of the stages, ties of their speeds, ports.
 
-    loads: moments about z that are given on top (N m) by member.
+    loads: moments about z that are given on top (N m) by member, those of histories at t = 0.
     """
 
     source: str
@@ -77,7 +77,7 @@ def members_of(case: Case) -> Members:
         ports.append(Port(case.output.member, "output", case.output.speed, case.output.torque))
     loads = dict.fromkeys((load.member for load in case.loads), 0.0)
     for load in case.loads:
-        loads[load.member] += load.moment[2]
+        loads[load.member] += float(load.first[5])
     return Members(case.source, case.member_names(), tuple(ties), tuple(ports), loads)
 
 

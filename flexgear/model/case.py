@@ -17,7 +17,8 @@ from flexgear.model.gear_mesh import Damping
 from flexgear.model.housing import Housing
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
-from flexgear.model.ports import Input, MemberLoad, Output
+from flexgear.model.member_load import MemberLoad
+from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
 from flexgear.model.short_form import missing

@@ -1,4 +1,5 @@
-"""Files that a case names: FE meshes of its bodies, tables of flanks, histories of machines."""
+"""Files that a case names: FE meshes of its bodies, tables of flanks, histories of machines and
+loads."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from typing import Any
 
 from flexgear.model.content import file_digest
 from flexgear.model.flank_table import flank_tables, read_flank_table
-from flexgear.model.history_files import history_sections, read_histories
+from flexgear.model.history_files import history_sections, load_sections, read_histories
 
 _OF_BODIES = ("fe_mesh_file", "fe_mesh_mass_file", "fe_mesh_nodes")
 
@@ -35,7 +36,7 @@ def digest_files(data: dict[str, Any]) -> None:
 def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
     sections: list[tuple[Any, str]] = [(one, "file") for one in history_sections(data)]
-    sections += [(one, "file") for one in flank_tables(data)]
+    sections += [(one, "file") for one in (*load_sections(data), *flank_tables(data))]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):
             member = stage.get(name)

@@ -21,12 +21,16 @@ Values = tuple[int, dict[str, float]]  # number of its line, SI values by column
 
 
 def read_table(
-    path: Path, what: str, columns: Sequence[Mapping[str, str]]
+    path: Path,
+    what: str,
+    columns: Sequence[Mapping[str, str]],
+    optional: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, str], Iterator[Values]]:
     """Titles by column, and rows, of a CSV file; columns that are not asked for are left alone.
 
     what: the table in messages. columns: each with its dimension, or several of which the file has
-    one. Raises InputError with the line and column of what is wrong.
+    one. optional: columns of which the file may have any; a title that only begins like one of them
+    is refused. Raises InputError with the line and column of what is wrong.
     """
     where = str(path)
     text = read_text(path, what, MOST_SERIES)
@@ -37,6 +41,7 @@ def read_table(
         usual = ", ".join(_usual(next(iter(any_of.items()))) for any_of in columns)
         raise InputError(where, what, "is empty", f"give columns {usual}")
     found = [_column(header, any_of, where) for any_of in columns]
+    found += _optional(header, optional or {}, where)
     titles = {name: header[at] for name, _, at, _ in found}
     return titles, _values(rows, header, found, separator, where)
 
@@ -103,15 +108,37 @@ def _usual(column: tuple[str, str]) -> str:
     return f"{name}_{Quantity(dimension).suffixes[0]}"
 
 
+def _optional(header: list[str], optional: Mapping[str, str], where: str) -> list[Column]:
+    """Those of the optional columns that there are."""
+    each = (_found(header, {name: dimension}) for name, dimension in optional.items())
+    found = [column for column in each if column is not None]
+    begins, known = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in found}
+    for at, title in enumerate(header):
+        if begins and title.startswith(begins) and at not in known:
+            raise InputError(
+                where, f"column {echo(title)}", "is not known, or there twice",
+                f"head it {', '.join(map(_usual, optional.items()))}",
+            )  # fmt: skip
+    return found
+
+
 def _column(header: list[str], any_of: Mapping[str, str], where: str) -> Column:
+    """The first column that is one of ``any_of``; InputError without one."""
+    found = _found(header, any_of)
+    if found is not None:
+        return found
+    right = " or ".join(f"{n}_{s}" for n, d in any_of.items() for s in Quantity(d).suffixes)
+    raise InputError(
+        where, f"column {' or '.join(any_of)}", f"is not among {echo(', '.join(header))}",
+        f"head a column {right}",
+    )  # fmt: skip
+
+
+def _found(header: list[str], any_of: Mapping[str, str]) -> Column | None:
     """The first column that is one of ``any_of``."""
     for at, title in enumerate(header):
         for name, dimension in any_of.items():
             suffix = title.removeprefix(f"{name}_")
             if suffix != title and suffix in Quantity(dimension).suffixes:
                 return name, dimension, at, suffix
-    right = " or ".join(f"{n}_{s}" for n, d in any_of.items() for s in Quantity(d).suffixes)
-    raise InputError(
-        where, f"column {' or '.join(any_of)}", f"is not among {echo(', '.join(header))}",
-        f"head a column {right}",
-    )  # fmt: skip
+    return None

@@ -1,15 +1,13 @@
-"""Where power enters and leaves a train, and loads on its members."""
+"""Where power enters and leaves a train."""
 
 from __future__ import annotations
-
-from typing import Literal
 
 from pydantic import Field, model_validator
 
 from flexgear.model.machine import Machine
 from flexgear.model.section import Refusal, Section
 from flexgear.model.springs import Bearing
-from flexgear.model.units import Force, Inertia, Mass, Power, Speed, Torque
+from flexgear.model.units import Inertia, Mass, Power, Speed, Torque
 
 
 class Port(Section):
@@ -84,15 +82,3 @@ class Output(Port):
                 "0 or ≥ 1",
             )
         return self
-
-
-class MemberLoad(Section):
-    """A constant force (3,) and moment (3,) on a member, in fixed axes or the carrier's.
-
-    member: its name. force, moment: along x, y, z. frame: whose axes these are.
-    """
-
-    member: str
-    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
-    moment: tuple[Torque, Torque, Torque] = (0.0, 0.0, 0.0)
-    frame: Literal["fixed", "carrier"] = "fixed"

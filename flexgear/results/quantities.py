@@ -123,4 +123,5 @@ QUANTITIES: dict[str, Quantity] = {
     "energy_parametric_work": Quantity(
         (S,), "J", "work of changing pair stiffness and contact vectors"
     ),
+    "energy_load_work": Quantity((S,), "J", "work done by weight and loads given from outside"),
 }

@@ -39,6 +39,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "member": ("", "member of a stage that turns about its axis"),
     "master": ("", "member whose rotation is independent"),
     "port": ("", "member where torque acts from outside"),
+    "load": ("", "load on a member, as the case lists them: number, member, frame"),
     "direction": ("", "radial outward, tangential, axial, in the planet's axes"),
     "definition": ("", "definition of the load sharing factor"),
     "cycle": ("1", "evaluated gear-mesh cycle, from 1"),
@@ -133,6 +134,9 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "bolt_force": QUANTITIES["bolt_force"],
     "bearing_force": Quantity((S, "support", "dof"), "N, N m", QUANTITIES["bearing_force"].meaning),
     "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
+    "applied_load": Quantity(
+        (S, "load", "dof"), "N, N m", "force and moment that the case puts on a member, in its frame"
+    ),
     "port_speed": Quantity((S, "port"), "rad/s", "speed of the member, elastic motion included"),
     "gear_mesh_force": Quantity(
         (S, "gear_mesh"),

@@ -102,7 +102,7 @@ def given_speeds(train: Case) -> list[str]:
 def _stands_in_space(train: Case) -> bool:
     """Whether weight, loads, supports or joints make a difference in fixed directions."""
     loads = any(
-        load.frame == "fixed" and any((*load.force[:2], *load.moment[:2])) for load in train.loads
+        load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in train.loads
     )
     supports = [s.member(m).support for s in train.stages for m in s.members]
     uneven = any(_is_uneven(s.matrix) for s in supports)

@@ -78,6 +78,10 @@ def _dataset(
     force = model.gear_meshes.forces(result.pair_load)
     masters = result.masters if result.masters.ndim == 2 else result.masters[:, :, 0]
     motions, labels = _motions(model, result)
+    loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(torques))
+    if loads:
+        arrays = {**arrays, "applied_load": np.stack([load.at(time) for load in loads], axis=1)}
+        labels["load"] = [f"{k} {x.member} {x.frame}" for k, x in enumerate(loads)]
     return train_dataset(
         dim,
         samples,

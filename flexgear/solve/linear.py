@@ -113,7 +113,10 @@ def linear_train(system: System, share: float = 1.0) -> LinearTrain:
     turning = []
     pairs = system.pairs
     for block, vector, angle in zip(
-        pairs.load_block, pairs.load_vector, pairs.load_angle, strict=True
+        pairs.load_block,
+        pairs.load_size[:, None] * pairs.load_vector,
+        pairs.load_angle,
+        strict=True,
     ):
         motion = system.blocks[6 * block : 6 * block + 6]
         if angle < 0:

@@ -1,4 +1,4 @@
-"""What the machines at the ports of a case are told over time."""
+"""What the machines at the ports of a case, and its loads, are told over time."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, machine_of, machines_of
+from flexgear.model.member_load import MemberLoad, told_loads
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
@@ -28,11 +29,13 @@ _STEADY = {
 @dataclass(frozen=True)
 class Ends:
     """Histories at the ports (P,): each with its machine, its rated torque N m or speed rad/s, and
-    by how much it is scaled. None: a torque in rated proportion to the first port's."""
+    by how much it is scaled. None: a torque in rated proportion to the first port's. loads: of the
+    case, of which histories are told, too."""
 
     machines: tuple[Machine | None, ...]
     rated: Array
     scale: Array
+    loads: tuple[MemberLoad, ...] = ()
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -46,11 +49,12 @@ class Ends:
     @property
     def steep(self) -> bool:
         """Whether one of them may change fast anywhere."""
-        return any(one is not None and one.kind in ("ramp", "csv") for one in self.machines)
+        steep = any(one is not None and one.kind in ("ramp", "csv") for one in self.machines)
+        return steep or any(load.is_history for load in self.loads)
 
     def drive(self, jumps: tuple[float, ...]) -> Drive:
         """For the time stepping."""
-        return Drive(self._told, jumps, self._rates)
+        return Drive(self._told, jumps, self._rates, lambda time: told_loads(self.loads, time))
 
     def _told(self, time: Array) -> Array:
         return self._columns(time, lambda one, rated: one.at(time, rated))
@@ -90,7 +94,7 @@ def ends_of(
         machines = [one or Machine() for one in machines]
     speeds = [one is not None and one.follows_speed for one in machines]
     rated[speeds] = np.array([flow.speed[member] for member in members])[speeds]
-    return Ends(tuple(machines), rated, np.where(speeds, 1.0, share))
+    return Ends(tuple(machines), rated, np.where(speeds, 1.0, share), case.loads)
 
 
 def require_brakes(model: Model) -> None:

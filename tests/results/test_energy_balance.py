@@ -19,7 +19,8 @@ def account(lost: float = 0.0):
         "energy_brake_work": 2 * t,
         "energy_damping_work": 0.5 * t,
         "energy_pair_damping_work": 0.75 * t,
-        "energy_parametric_work": zero + 0.25 * t + lost * t,
+        "energy_parametric_work": zero + 0.25 * t + lost * t - 0.1 * t,
+        "energy_load_work": 0.1 * t,
     }
     return train_dataset("time", t, energies, {}, {})
 

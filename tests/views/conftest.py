@@ -86,6 +86,7 @@ def make_dataset(variant: str = "flexible", drop: bool = False, samples: int = 3
         "damping_work": 20 * time,
         "pair_damping_work": 10 * time,
         "parametric_work": 3 * np.sin(theta),
+        "load_work": np.zeros_like(theta),
     }
     stored = energies["kinetic"] + energies["elastic"] + energies["pair_elastic"]
     lost = energies["damping_work"] + energies["pair_damping_work"]

@@ -15,7 +15,8 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
-from flexgear.model.ports import Input, MemberLoad, Output
+from flexgear.model.member_load import MemberLoad
+from flexgear.model.ports import Input, Output
 from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.train_member import MatedGear, PlanetGear, Support
@@ -372,7 +373,7 @@ class _StageOut:
 
 
 def _is_written(load: MemberLoad) -> bool:
-    return load.frame == "fixed" and load.moment[2] == 0
+    return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
 
 
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
