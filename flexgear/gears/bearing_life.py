@@ -12,14 +12,20 @@ out: L/L' = (ω'/ω) (P'/P)^p.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
     from flexgear.model.case import Case
+    from flexgear.model.stage_view import StageView
 
 BALL = 3.0
 ROLLER = 10.0 / 3.0
+EXPONENTS = {"ball": BALL, "roller": ROLLER}
 
 
 def rating_life(dynamic_rating: float, load: float, exponent: float = ROLLER) -> float:
@@ -79,7 +85,6 @@ def planet_bearing_life_hours(train: Case, flow: PowerFlow) -> dict[str, float]:
     Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic
     rating, and parallel ones, are left out.
     """
-    exponents = {"ball": BALL, "roller": ROLLER}
     out = {}
     for stage in train.stages:
         bearing, known = stage.planet_bearing, flow.stage(stage.name)
@@ -88,9 +93,38 @@ def planet_bearing_life_hours(train: Case, flow: PowerFlow) -> dict[str, float]:
                 bearing.dynamic_rating,
                 known.planet_bearing_force / bearing.count,
                 known.planet_relative_speed,
-                exponents[bearing.rolling],
+                EXPONENTS[bearing.rolling],
             )
     return out
+
+
+def varying_load(loads: ArrayLike, exponent: float) -> float:
+    """Constant load of the same life, P_m = (mean P^p)^(1/p), N, of loads (n,) N that act for
+    equally many revolutions each (linear damage: Palmgren 1924, Miner 1945)."""
+    _require_exponent(exponent)
+    size = np.abs(np.asarray(loads, dtype=float))
+    most = float(size.max())
+    return most * float(np.mean((size / most) ** exponent)) ** (1 / exponent) if most else 0.0
+
+
+def seat_bearing_life_hours(
+    view: StageView, speed: float, loads: Mapping[str, ArrayLike]
+) -> dict[str, float]:
+    """L₁₀ₕ of the bearings on a carrier's seats, "drive" and "far", in hours.
+
+    speed: of the carrier, rad/s; loads (n,): radial forces on each seat over a turn, N, which
+    bearings side by side share evenly. Seats without a dynamic rating are left out.
+    """
+    return {
+        side: rating_life_hours(
+            bearing.dynamic_rating,
+            varying_load(loads[side], EXPONENTS[bearing.rolling]) / bearing.count,
+            speed,
+            EXPONENTS[bearing.rolling],
+        )
+        for side, bearing in view.seat_bearings.items()
+        if bearing.dynamic_rating and bearing.rolling
+    }
 
 
 def _require_exponent(exponent: float) -> None:

@@ -17,8 +17,8 @@ from flexgear.model.ring import Ring
 from flexgear.model.shaft import Shaft
 from flexgear.model.short_form import long_key, long_text, short_text
 from flexgear.model.solver import Solver
-from flexgear.model.springs import Bearing
 from flexgear.model.train_keys import said
+from flexgear.model.train_member import SeatBearing
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -93,7 +93,7 @@ class StageView:
         return (*self.fe_parts, *(["shaft"] if self.stage.form("sun") == "beam" else []))
 
     @property
-    def seat_bearings(self) -> dict[str, Bearing]:
+    def seat_bearings(self) -> dict[str, SeatBearing]:
         """Bearings of an FE carrier on its seats, "drive" and "far"; none of a lumped carrier."""
         carrier = self.stage.carrier
         if carrier is None or carrier.bearing_drive is None or carrier.bearing_far is None:

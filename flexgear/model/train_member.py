@@ -39,6 +39,10 @@ class PlanetBearing(Support, Rolling):
     """Bearing between planet and pin."""
 
 
+class SeatBearing(Bearing, Rolling):
+    """Bearing between a seat of a carrier and the housing."""
+
+
 class LumpedInertia(Section):
     """Mass properties; what is left out is derived from the geometry of a steel disc or ring.
 
@@ -135,8 +139,8 @@ class TrainCarrier(LumpedInertia):
     """
 
     fe: Carrier | None = None
-    bearing_drive: Bearing | None = None
-    bearing_far: Bearing | None = None
+    bearing_drive: SeatBearing | None = None
+    bearing_far: SeatBearing | None = None
 
     @model_validator(mode="after")
     def _one_body(self) -> TrainCarrier:

@@ -192,7 +192,7 @@ def run(
             **finite(first.modal.figures),
         },
         power_flow=flow_summary(first.flow),
-        stages=stages_summary(first),
+        stages=stages_summary(first, datasets["equilibrium"]),
         modes=modes_summary(datasets["modes"]),
         load_sharing={
             "quasi_static": {n: _shared(sharing, n) for n in models},

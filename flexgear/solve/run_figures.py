@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from flexgear.coupling.pace import timed_drops
-from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.bearing_life import planet_bearing_life_hours, seat_bearing_life_hours
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.root_stress import largest_root_stress
 from flexgear.model.case import Case
+from flexgear.model.stage_view import StageView
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
 from flexgear.results.summary import (
@@ -29,6 +31,7 @@ from flexgear.results.summary import (
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
+from flexgear.solve.static import UNLOADED
 from flexgear.solve.transient import train_histories
 
 
@@ -56,8 +59,11 @@ def flow_summary(flow: PowerFlow) -> dict[str, Any]:
     }
 
 
-def stages_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """Frequencies, mean forces, nominal root stresses, error cycles of the stages."""
+def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Frequencies, mean forces, nominal root stresses, error cycles, bearing lives of the stages.
+
+    equilibria: positions over a turn, from which the loads on the seats of carriers are.
+    """
     flow, train = model.flow, model.case
     motions, lives = stage_motions(train, flow), planet_bearing_life_hours(train, flow)
     out: dict[str, dict[str, Any]] = {}
@@ -83,7 +89,26 @@ def stages_summary(model: Model) -> dict[str, dict[str, Any]]:
             }
         if math.isfinite(lives.get(stage.name, math.inf)):
             out[stage.name]["planet_bearing_life_h"] = lives[stage.name]
+        if view.seat_bearings:
+            force = equilibria["bearing_force"]
+            force = force.where(np.abs(force) > UNLOADED * np.abs(model.rated).max(), 0.0)
+            out[stage.name] |= _seats(view, own.carrier_speed, force)
     return out
+
+
+def _seats(view: StageView, speed: float, force: xr.DataArray) -> dict[str, dict[str, float]]:
+    """Largest radial loads of a carrier's seats over the positions, and lives of their bearings."""
+    radial = {
+        side: np.hypot(*(one.sel(dof=dof).to_numpy() for dof in ("ux", "uy")))
+        for side in view.seat_bearings
+        for one in [force.sel(support=f"{view.name}.carrier_{side}")]
+    }
+    lives = seat_bearing_life_hours(view, speed, radial)
+    lasting = {side: life for side, life in lives.items() if math.isfinite(life)}
+    return {
+        "carrier_bearing_force_n": {side: float(load.max()) for side, load in radial.items()},
+        **({"carrier_bearing_life_h": lasting} if lasting else {}),
+    }
 
 
 def transient_summary(run: TimedRun) -> dict[str, Any]:

@@ -15,6 +15,8 @@ from flexgear.gears.bearing_life import (
     planet_bearing_life_ratios,
     rating_life,
     rating_life_hours,
+    seat_bearing_life_hours,
+    varying_load,
 )
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -125,3 +127,21 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     assert hours == {"stage": pytest.approx(turns / speed / 3600)}
     with pytest.raises(InputError, match=r"bearings.planet.rolling: is missing"):
         load_stage("wind-5mw", {"bearings.planet.dynamic_rating_kn": "9000"})
+
+
+def test_a_varying_load_lasts_as_long_as_its_mean_of_the_exponent():
+    """Of two loads in turn each takes its own share of life: 1/L = (1/L₁ + 1/L₂)/2."""
+    one, two = 3e4, 5e4
+    each = [1 / rating_life(1e6, load, BALL) for load in (one, two)]
+    together = 1 / rating_life(1e6, varying_load([one, -two], BALL), BALL)
+    assert together == pytest.approx(sum(each) / 2, rel=1e-14)
+    assert varying_load([0.0, 0.0], ROLLER) == 0.0
+
+
+def test_life_of_the_bearings_on_the_seats_of_a_flexible_carrier():
+    """Those with a rating only; two side by side share the load; they turn with the carrier."""
+    rating = {"dynamic_rating_kn": "2000", "rolling": "roller", "count": "2"}
+    view = load_stage("wind-5mw", {f"bearings.carrier_far.{k}": v for k, v in rating.items()})
+    hours = seat_bearing_life_hours(view, -1.2, {"drive": [1e5], "far": [4e5, 4e5]})
+    expected = 1e6 * (2e6 / 2e5) ** (10 / 3) * 2 * math.pi / 1.2 / 3600
+    assert hours == {"far": pytest.approx(expected)}

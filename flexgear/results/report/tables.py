@@ -165,6 +165,18 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("basic rating life (ISO 281)", _life(one), "h"),
         ]
         yield Table("bearings", f"planet bearings, {words(own.name)}", rows)
+        yield from _seats(own.name, one)
+
+
+def _seats(stage: str, figures: Mapping[str, Any]) -> Iterator[Table]:
+    """Bearings on the seats of an FE carrier."""
+    lives, rows = figures.get("carrier_bearing_life_h", {}), []
+    for side, force in figures.get("carrier_bearing_force_n", {}).items():
+        rows.append(Row(f"largest radial load of the seat, {words(side)}", force, "N"))
+        life = lives.get(side, "no dynamic rating given")
+        rows.append(Row(f"basic rating life (ISO 281), {words(side)}", life, "h"))
+    if rows:
+        yield Table("bearings", f"carrier bearings, {words(stage)}", rows)
 
 
 def _life(figures: Mapping[str, Any]) -> Value:
