@@ -21,6 +21,7 @@ def random_sets(pairs, count, size, seed=0):
         amplitude=normal(pairs.error_amplitude.shape, 0.3),
         phase=rng.uniform(0, 2 * np.pi, (count, *pairs.error_phase.shape)),
         offset=normal(pairs.error_offset.shape),
+        slope=normal(pairs.error_slope.shape) / pairs.half_face,
         gear=normal(pairs.error_gear.shape, 0.1),
         planet=normal(pairs.error_planet.shape, 0.1),
         runout_amplitude=normal(pairs.runout_amplitude.shape),

@@ -117,7 +117,7 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
         r, far = rows.pair[best].row, rows.pair[best].row + rows.pair[best].rows - 1
         radial, nearing = _radial_approach(data, work, m, r)
         motion = work.problem.motion
-        delta = 0.5 * (motion[0, r] + motion[0, far]) - rows.row[r].offset
+        delta = 0.5 * (motion[0, r] + motion[0, far] - rows.row[r].offset - rows.row[far].offset)
         approach = 0.5 * (motion[1, r] + motion[1, far])
         speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])
         left = _margins_left(meshes[b], radial, delta, ahead * speed[m])

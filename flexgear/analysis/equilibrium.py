@@ -46,7 +46,7 @@ class Equilibrium:
     train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
     pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices far_load (p, M, S) N,
     what of the load the second row carries, and pair_approach (p, M, S, 3) m of both rows and the
-    error less gap in them, else of no length; support_load (p, extra rows) N;
+    mean error less gap in them, else of no length; support_load (p, extra rows) N;
     active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
     load.
     """
@@ -271,7 +271,8 @@ def _store(rows, n, pairs, found, p, loads):
             loads.load[p, m, slot] += x[pair.row + 1]
             for a in range(2):
                 loads.approach[p, m, slot, a] = delta[pair.row + a]
-            loads.approach[p, m, slot, 2] = rows.row[pair.row].offset
+            ends = rows.row[pair.row].offset + rows.row[pair.row + 1].offset
+            loads.approach[p, m, slot, 2] = 0.5 * ends
         loads.tooth[p, m, slot] = pair.tooth
         loads.stiffness[p, m, slot] = pair.stiffness
         loads.position[p, m, slot] = pair.s

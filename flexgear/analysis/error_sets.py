@@ -17,13 +17,15 @@ Array = NDArray[np.float64]
 class ErrorSets:
     """Errors of J sets in the places of ``PairData``: first axis j, then as there.
 
-    amplitude m, phase rad, offset m (J, M); gear (J, M, z), planet (J, M, z_p) m;
-    runout_amplitude m, runout_phase rad (J, M, H), their rates and angles are those of the system.
+    amplitude m, phase rad, offset m, slope along the face m/m (J, M); gear (J, M, z), planet (J, M,
+    z_p) m; runout_amplitude m, runout_phase rad (J, M, H), their rates and angles are those of the
+    system.
     """
 
     amplitude: Array
     phase: Array
     offset: Array
+    slope: Array
     gear: Array
     planet: Array
     runout_amplitude: Array
@@ -36,10 +38,12 @@ class ErrorSets:
         """The pair data with the errors of set j."""
         gear, planet, runout = self.gear[j], self.planet[j], self.runout_amplitude[j]
         largest = self.offset[j] + np.abs(self.amplitude[j]) + np.abs(runout).sum(axis=1)
+        largest = largest + np.abs(self.slope[j]) * base.half_face
         return base._replace(
             error_amplitude=self.amplitude[j],
             error_phase=self.phase[j],
             error_offset=self.offset[j],
+            error_slope=self.slope[j],
             error_gear=gear,
             error_planet=planet,
             runout_amplitude=runout,
@@ -54,6 +58,7 @@ def no_errors(base: PairData) -> ErrorSets:
         amplitude=np.zeros((1, *base.error_amplitude.shape)),
         phase=np.zeros((1, *base.error_phase.shape)),
         offset=np.zeros((1, *base.error_offset.shape)),
+        slope=np.zeros((1, *base.error_slope.shape)),
         gear=np.zeros((1, *base.error_gear.shape)),
         planet=np.zeros((1, *base.error_planet.shape)),
         runout_amplitude=np.zeros((1, *base.runout_amplitude.shape)),
@@ -65,6 +70,7 @@ class Waves(NamedTuple):
     """Errors with j last, harmonics as factors of sine and cosine of the common angle."""
 
     offset: Array  # (M, J)
+    slope: Array  # (M, J)
     sine: Array  # (M, J)
     cosine: Array  # (M, J)
     gear: Array  # (M, z, J)
@@ -81,6 +87,7 @@ def waves_of(sets: ErrorSets) -> Waves:
 
     return Waves(
         last(sets.offset),
+        last(sets.slope),
         last(sets.amplitude * np.cos(sets.phase)),
         last(sets.amplitude * np.sin(sets.phase)),
         last(sets.gear),

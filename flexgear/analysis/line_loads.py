@@ -25,7 +25,7 @@ class LineLoads:
     line_load N/m of the face (per length along z, NaN where a contact line has no length); gap m
     between the unloaded flanks there.
     ends: (t, M, SLOTS, 2) m of the contact line along z. approach, tilt: (t, M, SLOTS) m and m/m,
-    how far the bodies have closed along N at z = 0, errors not counted, and its slope along z.
+    how far the bodies have closed along N at z = 0 and its slope along z, errors not counted.
     """
 
     force: Array
@@ -84,7 +84,8 @@ def _of_gear_mesh(
     out.path[slices] = s[:, None] + pairs.slope[m] * z
     out.line_load[slices] = force / width[:, None]
     out.ends[place] = np.column_stack([low, high])
-    out.approach[place], out.tilt[place] = middle - tilt * centre - found[:, 2], tilt
+    turned = tilt - pairs.error_slope[m]
+    out.approach[place], out.tilt[place] = middle - found[:, 2] - turned * centre, turned
 
 
 def interpolated(pairs: PairData, m: int, s: Array) -> Array:

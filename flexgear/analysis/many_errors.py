@@ -246,6 +246,7 @@ def _row_errors(gears, rows, pairs, theta, waves, n):
         for j in range(count):
             error = steady[j] + sine * waves.sine[m, j] + cosine * waves.cosine[m, j]
             error += waves.gear[m, tooth, j] + waves.planet[m, other, j]
+            error += waves.slope[m, j] * pair.z
             errors[row, j] += share * error
     return errors
 

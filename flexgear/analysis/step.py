@@ -213,7 +213,8 @@ def _save(samples, at, modal, work, n, pairs, state):
             samples.pair_load[at, m, slot] += force[pair.row + 1]
             for a in range(2):
                 samples.pair_approach[at, m, slot, a] = work.problem.motion[0, pair.row + a]
-            samples.pair_approach[at, m, slot, 2] = rows.row[pair.row].offset
+            ends = rows.row[pair.row].offset + rows.row[pair.row + 1].offset
+            samples.pair_approach[at, m, slot, 2] = 0.5 * ends
         samples.pair_tooth[at, m, slot] = pair.tooth
         samples.pair_stiffness[at, m, slot] = pair.stiffness
         samples.pair_position[at, m, slot] = pair.s

@@ -173,6 +173,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
     gear, planet = _padded(c.values["error_gear"]), _padded(c.values["error_planet"])
     runout = _padded(c.values["runout_amplitude"])
     amplitude, offset = c.reals("error_amplitude"), c.reals("error_offset")
+    tilted = np.abs(c.reals("error_slope")) * c.reals("half_face")
     block, vector, stiffness, turning = _supports(extra)
     return PairData(
         one_sided=any(s.one_sided for s in sets),
@@ -193,6 +194,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         runout_phase=_padded(c.values["runout_phase"]),
         runout_angle=_padded(c.values["runout_angle"]).astype(np.int64),
         largest_error=offset
+        + tilted
         + np.abs(amplitude)
         + np.abs(runout).sum(axis=1)
         + np.abs(gear).max(axis=1)
@@ -224,7 +226,7 @@ _INTS = (
 _REALS = (
     "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "slope", "half_face",
     "z_offset", "planet_arm", "gear_arm", "cos_b", "sin_b", "s_pitch", "gap", "error_amplitude",
-    "error_phase", "error_offset", "damping",
+    "error_phase", "error_offset", "error_slope", "damping",
 )  # fmt: skip
 
 
@@ -276,6 +278,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         error_amplitude=e.harmonic_amplitude[i],
         error_phase=e.harmonic_phase[i],
         error_offset=e.offset[i],
+        error_slope=e.slope[i],
         error_gear=e.gear_tooth,
         error_planet=e.planet_tooth[i],
         runout_amplitude=e.runout_amplitude[i],

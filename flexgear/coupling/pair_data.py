@@ -79,6 +79,7 @@ class PairData(NamedTuple):
     error_amplitude: Array  # (M,) m
     error_phase: Array  # (M,) rad
     error_offset: Array  # (M,) m
+    error_slope: Array  # (M,) m/m, along the face from its middle
     error_gear: Array  # (M, z) m
     error_planet: Array  # (M, z_p) m
     runout_amplitude: Array  # (M, H) m: Σ A sin(rate · θ_angle + phase)

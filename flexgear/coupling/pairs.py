@@ -122,7 +122,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         pair.tooth, pair.planet_tooth = tooth, other
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
         own = gears.gear_error[m, tooth] + gears.planet_error[m, other]
-        pair.error = common + own - gap
+        pair.error = common + own + mesh.error_slope * z - gap
         p += 1
     return p
 
@@ -204,7 +204,7 @@ def _fill_row(gears, m, turn, rows, n, span, away):
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
     row.kind, row.owner, row.sided = mesh.kind, m, mesh.sided
     row.stiffness, row.damping = total, mesh.damping * math.sqrt(total)
-    row.offset = error - mesh.gap
+    row.offset = error + mesh.error_slope * away - mesh.gap
 
 
 @njit(**INNER, error_model="numpy")

@@ -58,11 +58,9 @@ def stage_sets(
     options, view = stage.gear_mesh, train.view(stage.name)
     paths, radii = stage_paths(view, flow.gear_mesh_forces), stage_radii(view)
     errors = stage_errors(view, paths)
-    driven_forward = (flow.planet_torque if stage.kind == "parallel" else -flow.sun_torque) >= 0
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")
     for (kind, side), path in paths.items():
-        front = kind.endswith("_back") != driven_forward
-        if not front and options.contact_law == "linear":
+        if not path.carries and options.contact_law == "linear":
             continue
         part = "ring" if kind.startswith("ring") else first
         inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
@@ -87,7 +85,7 @@ def stage_sets(
                 gear_block=blocks.gears[part, side if part == "ring" else ""],
                 tooth_positions=positions,
                 turns=-1 if positions is None else frame.theta,
-                front=front,
+                front=path.carries,
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,

@@ -50,12 +50,13 @@ class GearMeshPath:
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
     s_grid, k_grid, zc_grid: pair stiffness (N/m, along the 3D normal) and centroid (m).
-    side: "left" or "right" half of a double-helical stage, whose mid-plane z_offset is where
-    z = 0 is meant above. wave: (T,) N/m, stiffness of the whole gear mesh at the shares j/T of a
-    base pitch from s = s_lo on, periodic; None where pairs are looked at one by one. gap_grid:
-    gap of modified flanks at s_grid, m along the 3D normal. off_path: touch of tips beyond s_lo and
-    s_hi, with their gaps for any s. slices: of contact lines over s_grid, where load along the face
-    is followed; the gap is in them, then.
+    carries: whether it is on the flanks that carry the rated torque. side: "left" or "right" half
+    of a double-helical stage, whose mid-plane z_offset is where z = 0 is meant above. wave: (T,)
+    N/m, stiffness of the whole gear mesh at the shares j/T of a base pitch from s = s_lo on,
+    periodic; None where pairs are looked at one by one. gap_grid: gap of modified flanks at s_grid,
+    m along the 3D normal. off_path: touch of tips beyond s_lo and s_hi, with their gaps for any s.
+    slices: of contact lines over s_grid, where load along the face is followed; the gap is in them,
+    then.
     Lengths m, angles rad, rate m/rad.
     """
 
@@ -86,6 +87,7 @@ class GearMeshPath:
     gap_grid: Array
     backlash: float
     off_path: OffPath
+    carries: bool = True
     side: str = ""
     z_offset: float = 0.0
     wave: Array | None = None

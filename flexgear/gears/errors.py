@@ -14,6 +14,7 @@ t_r = −1; parallel stage: t_s = −z_gear/z_pinion, t_p = 1):
     planet eccentric         e = −E N·(cos ψ, sin ψ),  ψ = t_p θ + β,  on both gear meshes
     pin displaced (r, t)     e = −N·(r, t)             on both gear meshes
     all pins by E_c at β_c   e = −E_c N·(cos(β_c − φ), sin(β_c − φ)): the carrier's eccentricity
+    helix slope f of a flank e = −f cos β_b z/b: f is missing towards +z, as in ``modifications``
     planet teeth thicker     e = +½ Δs cos α_t cos β_b on both gear meshes; Δs transverse, on the
                              reference circle; half of it is on each flank
 
@@ -46,6 +47,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.flanks import flank_name
 from flexgear.gears.paths import PathKey
 from flexgear.gears.radii import gears_by_slot
 from flexgear.gears.tooth import transverse_angle
@@ -63,15 +65,16 @@ STAGE_ANGLE, CARRIER_ANGLE = 0, 1
 class PairErrors:
     """Errors of one gear mesh kind.
 
-    harmonic_amplitude m, harmonic_phase rad, offset m: (N,); gear_tooth (z,) and planet_tooth
-    (N, z_p): pitch deviations by tooth number, m. Runout, Σ_h A sin(rate · angle + phase):
-    runout_amplitude m and runout_phase rad (N, H), runout_rate (H,) per rad, runout_angle (H,) 0
-    for the stage's θ, 1 for the carrier's absolute angle.
+    harmonic_amplitude m, harmonic_phase rad, offset m, slope along the face m/m: (N,); gear_tooth
+    (z,) and planet_tooth (N, z_p): pitch deviations by tooth number, m. Runout, Σ_h A sin(rate ·
+    angle + phase): runout_amplitude m and runout_phase rad (N, H), runout_rate (H,) per rad,
+    runout_angle (H,) 0 for the stage's θ, 1 for the carrier's absolute angle.
     """
 
     harmonic_amplitude: Array
     harmonic_phase: Array
     offset: Array
+    slope: Array
     gear_tooth: Array
     planet_tooth: Array
     runout_amplitude: Array
@@ -130,6 +133,7 @@ def _errors_of(
         harmonic_amplitude=np.full(n, size),
         harmonic_phase=np.full(n, place),
         offset=_pins(stage, e, path) + _carrier(stage, e, path) + _thickness(stage, e, path),
+        slope=_helix_slopes(stage, e, path, slot),
         gear_tooth=pitch[0],
         planet_tooth=pitch[1],
         runout_amplitude=amplitude,
@@ -196,6 +200,17 @@ def _pins(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     for row, given in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
         row[: len(given)] = given
     return -in_plane_normal(path) @ pins
+
+
+def _helix_slopes(stage: TrainStage, e: GearErrors, path: GearMeshPath, slot: str) -> Array:
+    """Slope (N,) along the face of what both flanks have in excess, m/m; the left half of a
+    double-helical stage is the mirror image of the right one."""
+    flank = flank_name("planet", path)
+    missing = np.array(e.of_planets(f"planet_{flank}_helix_slope", stage.planets))
+    if path.carries:
+        missing = missing + getattr(e, f"{slot}_helix_slope")
+    outward = -1.0 if path.side == "left" else 1.0
+    return -outward * path.cos_base_helix * missing / (2.0 * path.half_face)
 
 
 def _gear_mesh_harmonic(e: GearErrors, slot: str) -> tuple[float, float]:

@@ -59,16 +59,12 @@ class GearFlank:
         return total
 
 
-def flank_name(part: str, kind: str, forward: bool) -> str:
-    """Name of the flank of ``part`` that a gear mesh of ``kind`` uses ("sun", "ring_back", …).
-
-    forward: whether the rated torque is carried by "sun" and "ring", not by "…_back".
-    """
-    slot = kind.removesuffix("_back")
-    carries = (slot == kind) == forward
+def flank_name(part: str, path: GearMeshPath) -> str:
+    """Name of the flank of ``part`` that a gear mesh uses."""
+    slot = path.kind.removesuffix("_back")
     if part == "planet":
-        return slot if carries else _OTHER[slot]
-    return "drive" if carries else "coast"
+        return slot if path.carries else _OTHER[slot]
+    return "drive" if path.carries else "coast"
 
 
 def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[GearFlank]:
@@ -94,18 +90,18 @@ def modified_flanks(
 
 
 def pair_gaps(
-    view: StageView, paths: Mapping[str, GearMeshPath], forward: bool, mirrored: bool
+    view: StageView, paths: Mapping[str, GearMeshPath], mirrored: bool
 ) -> dict[str, PairGap | None]:
     """Gap of the pairs of every kind of gear mesh, None where both flanks are involutes.
 
-    forward: as in ``flank_name``; mirrored: whether the half is the mirror image of what the case
+    mirrored: whether the half is the mirror image of what the case
     says. Raises InputError where the model of the gear mesh follows no pair along its path.
     """
     flanks = {(one.part, one.name): one for one in gear_flanks(view, paths)}
     out: dict[str, PairGap | None] = {}
     for kind, path in paths.items():
         planet, gear = (
-            flanks[part, flank_name(part, kind, forward)]
+            flanks[part, flank_name(part, path)]
             for part in (view.part("planet"), view.part(kind.removesuffix("_back")))
         )
         out[kind] = _of_pair(path, planet, gear, mirrored) if planet.gaps or gear.gaps else None

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 PathKey = tuple[str, str]
 DEEPEST = 3.0
+PLACES = 65  # slices over which a gap is averaged
 OTHER_HAND = {"right": "left", "left": "right"}
 
 
@@ -99,7 +100,12 @@ def _half_paths(
         paths = _parallel_paths(view, g, laws["sun"], hand)
     else:
         paths = planetary_paths(g, view.stage, hand, laws)
-    gaps = pair_gaps(view, paths, forward=forces["sun"] >= 0, mirrored=side == "left")
+    forward = forces["sun"] >= 0
+    paths = {
+        kind: replace(path, carries=kind.endswith("_back") != forward)
+        for kind, path in paths.items()
+    }
+    gaps = pair_gaps(view, paths, mirrored=side == "left")
     if view.gear_mesh.model == "face_load":
         return {
             kind: replace(path, slices=_cut(view, path, laws[slot], forces[slot], gaps[kind]))
@@ -135,8 +141,13 @@ def _cut(
 def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.float64]:
     if gap is None:
         return path.gap_grid
-    ends = (path.s_lo, path.s_hi)
-    return mean_gap(path.s_grid, law, ends, path.slope, path.half_face, gap)
+    ends, whole = (path.s_lo, path.s_hi), gap
+
+    def within(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+        return whole(np.clip(s, *ends), z)  # rounding aside, lines end there
+
+    slices = cut(law, Line(ends, ends, path.slope, path.half_face), PLACES, within)
+    return np.interp(path.s_grid, slices.s, mean_gap(slices))
 
 
 def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:

@@ -8,7 +8,10 @@ from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
 
 _LARGEST = 2e-3  # m
-PLANET_LISTS = ("planet_eccentricity", "planet_eccentricity_phase", "planet_thickness")
+PLANET_LISTS = (
+    "planet_eccentricity", "planet_eccentricity_phase", "planet_thickness",
+    "planet_sun_helix_slope", "planet_ring_helix_slope",
+)  # fmt: skip
 
 
 class GearErrors(Section):
@@ -34,6 +37,10 @@ class GearErrors(Section):
     ring_pitch, planet_pitch, sun_pitch: standard deviation of random single-tooth deviations,
     drawn once a tooth with ``seed``. pin_tangential, pin_radial: position error of each pin
     (list, one value a planet; empty: none), + in the sense of rotation and outward.
+
+    sun_helix_slope, ring_helix_slope: helix slope deviation f_Hβ of the drive flank, how much more
+    is missing at the +z end of the face than at its -z end, as helix_slope of modifications.
+    planet_sun_helix_slope, planet_ring_helix_slope: that of the planets' flank towards sun, ring.
     """
 
     ring_tooth: Length = Field(default=0.0, ge=0.0, le=1e-3)
@@ -58,6 +65,10 @@ class GearErrors(Section):
     ring_offset: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     ring_offset_phase: Angle = 0.0
     planet_thickness: tuple[Length, ...] = ()
+    sun_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
+    ring_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
+    planet_sun_helix_slope: tuple[Length, ...] = ()
+    planet_ring_helix_slope: tuple[Length, ...] = ()
     ring_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     ring_gear_mesh_phase: Angle = 0.0
     sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
@@ -87,7 +98,9 @@ class GearErrors(Section):
 
     @model_validator(mode="after")
     def _plausible(self) -> GearErrors:
-        for name in ("planet_eccentricity", "planet_thickness"):
+        for name in PLANET_LISTS:
+            if name.endswith("_phase"):
+                continue
             values = getattr(self, name)
             low = 0.0 if name == "planet_eccentricity" else -_LARGEST
             wrong = [v for v in values if not low <= v <= _LARGEST]

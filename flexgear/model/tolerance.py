@@ -22,15 +22,17 @@ if TYPE_CHECKING:
 
 OF_PLANETS = (
     "pin_tangential", "pin_radial", "planet_eccentricity", "planet_eccentricity_phase",
-    "planet_thickness",
+    "planet_thickness", "planet_sun_helix_slope", "planet_ring_helix_slope",
 )  # fmt: skip
 OF_EITHER_SIGN = (
     "pin_tangential", "pin_radial", "planet_thickness", "ring_gear_mesh", "sun_gear_mesh",
+    "sun_helix_slope", "ring_helix_slope", "planet_sun_helix_slope", "planet_ring_helix_slope",
 )  # fmt: skip
 NOT_PARALLEL = (  # errors of parts that a parallel stage does not have
     "ring_tooth", "ring_phase", "ring_pitch", "pin_tangential", "pin_radial", "ring_eccentricity",
     "ring_eccentricity_phase", "carrier_eccentricity", "carrier_eccentricity_phase", "ring_offset",
-    "ring_offset_phase", "ring_gear_mesh", "ring_gear_mesh_phase",
+    "ring_offset_phase", "ring_gear_mesh", "ring_gear_mesh_phase", "ring_helix_slope",
+    "planet_ring_helix_slope",
 )  # fmt: skip
 LARGEST = 2e-3  # m
 TAIL = 8.0  # standard deviations that a normal distribution without limits may reach
@@ -144,6 +146,10 @@ class ErrorDistributions(Section):
     ring_offset: SizeDistribution | None = None
     ring_offset_phase: PhaseDistribution | None = None
     planet_thickness: SizeDistribution | None = None
+    sun_helix_slope: SizeDistribution | None = None
+    ring_helix_slope: SizeDistribution | None = None
+    planet_sun_helix_slope: SizeDistribution | None = None
+    planet_ring_helix_slope: SizeDistribution | None = None
     ring_gear_mesh: SizeDistribution | None = None
     ring_gear_mesh_phase: PhaseDistribution | None = None
     sun_gear_mesh: SizeDistribution | None = None

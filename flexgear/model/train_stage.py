@@ -270,6 +270,7 @@ class TrainStage(Section):
         if self.kind == "parallel":
             for key in ("ring_eccentricity", "carrier_eccentricity", "ring_offset",
                         "ring_gear_mesh", "ring_tooth", "ring_pitch", "pin_radial",
+                        "ring_helix_slope", "planet_ring_helix_slope",
                         "pin_tangential"):  # fmt: skip
                 if getattr(self.errors, key):
                     raise Refusal(

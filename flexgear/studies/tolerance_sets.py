@@ -53,6 +53,7 @@ def error_sets(
         amplitude=empty(base.error_amplitude),
         phase=empty(base.error_phase),
         offset=empty(base.error_offset),
+        slope=empty(base.error_slope),
         gear=empty(base.error_gear),
         planet=empty(base.error_planet),
         runout_amplitude=empty(base.runout_amplitude),
@@ -75,6 +76,7 @@ def _enter(sets: ErrorSets, j: int, places: list[int], planets: list[int], e: Pa
     sets.amplitude[j, places] = e.harmonic_amplitude[planets]
     sets.phase[j, places] = e.harmonic_phase[planets]
     sets.offset[j, places] = e.offset[planets]
+    sets.slope[j, places] = e.slope[planets]
     sets.gear[j, places, : len(e.gear_tooth)] = e.gear_tooth
     sets.planet[j, places, : e.planet_tooth.shape[1]] = e.planet_tooth[planets]
     terms = e.runout_amplitude.shape[1]

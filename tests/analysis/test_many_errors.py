@@ -107,6 +107,7 @@ def test_forces_are_linear_in_errors_where_contact_is(linear_modal):
     sets = random_sets(linear_modal.system.pairs, 2, 5e-5)
     sets = picked(sets, [0, 1, 1])
     sets.offset[2] = sets.offset[0] + sets.offset[1]
+    sets.slope[2] = sets.slope[0] + sets.slope[1]
     sets.gear[2] = sets.gear[0] + sets.gear[1]
     sets.planet[2] = sets.planet[0] + sets.planet[1]
     sets.amplitude[:] = 0.0

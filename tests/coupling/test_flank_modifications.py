@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from trains import stage_train
 from two_gears import GEARS
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
@@ -71,6 +73,52 @@ def test_the_flank_that_does_not_carry_lacks_nothing_that_is_felt(tmp_path):
         moved, _ = approach(gears(tmp_path, **uniform("pinion", felt)), angles, torque)
         np.testing.assert_allclose(unfelt, bare, rtol=1e-9)
         assert np.abs(moved - bare).min() > 0.9 * GAP
+
+
+SLOPES = {
+    "sun.modifications.drive.helix_slope_um": "errors.sun_helix_slope_um",
+    "ring.modifications.drive.helix_slope_um": "errors.ring_helix_slope_um",
+    "planet.modifications.sun.helix_slope_um": "errors.planet_sun_helix_slope_um",
+    "planet.modifications.ring.helix_slope_um": "errors.planet_ring_helix_slope_um",
+}
+
+
+@pytest.mark.parametrize("keys", SLOPES.items())
+@pytest.mark.parametrize("torque", ["3000", "-3000"])
+def test_a_helix_slope_error_is_the_modification_of_that_flank(tmp_path, keys, torque):
+    """Line loads of slices and the bodies' own approach and tilt, for the drive flanks and, under
+    the other torque in the run, for the coast flanks."""
+    ground, error = keys
+    options = {"gear_mesh.model": '"face_load"', "gear_mesh.slices": "7", "helix_angle_deg": "12",
+               "gear_mesh.contact_law": '"one-sided"', "gear_mesh.path_only": "true"}  # fmt: skip
+    value = "[20]" if "planet" in error else "20"
+    found = []
+    for key, amount in ((ground, "20"), (error, value), ("planets", "4")):
+        given = {f"stage.{k}": v for k, v in {**options, key: amount}.items()}
+        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **given)))
+        result = revolution(modal, np.array([0.0, 0.02]), float(torque))
+        found.append((result, line_loads(result)))
+    (a, x), (b, y), (plain, _) = found
+    if ground.startswith("planet") or float(torque) > 0:
+        assert np.abs(a.far_load - plain.far_load).max() > 1e-3 * plain.pair_load.max()
+    scale = a.pair_load.max()
+    np.testing.assert_allclose(a.pair_load, b.pair_load, rtol=0, atol=1e-6 * scale)
+    for name, size in (("line_load", scale / 0.06), ("approach", 1e-5), ("tilt", 1e-4)):
+        np.testing.assert_allclose(
+            getattr(x, name), getattr(y, name), rtol=0, atol=1e-5 * size, err_msg=name
+        )
+
+
+def test_a_helix_slope_error_on_pairs_that_are_one_spring(tmp_path):
+    """The slope at the centre of stiffness of the pair, as the modification's mean gap is."""
+    options = {"gear_mesh.model": '"per_pair"', "gear_mesh.contact_law": '"one-sided"'}
+    loads = []
+    for key in ("planet.modifications.sun.helix_slope_um", "errors.planet_sun_helix_slope_um"):
+        value = "[60]" if "errors" in key else "60"
+        given = {f"stage.{k}": v for k, v in {**options, key: value}.items()}
+        modal = modal_system(build_system(stage_train(tmp_path, helix=12, **given)))
+        loads.append(revolution(modal, np.linspace(0, 0.05, 4), 3000.0).pair_load)
+    np.testing.assert_allclose(*loads, rtol=0, atol=2e-3 * loads[0].max())
 
 
 @pytest.mark.parametrize("flank", ["drive", "coast"])

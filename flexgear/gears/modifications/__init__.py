@@ -12,7 +12,8 @@ A pair is one spring δ along its line of action. With the stiffness k' per widt
     F = ∫ k' (δ − g) dz = k (δ − ḡ),   ḡ(s) = ∫ k' g dz / k,
 
 g = (g_gear + g_planet) cosβ_b being the gap along the 3D normal: the mean gap over the contact
-line, exact while all of it touches.
+line, exact while all of it touches. It is taken over ``slices`` of the line, at which a pair under
+face_load feels the gap itself.
 """
 
 from __future__ import annotations
@@ -27,11 +28,10 @@ from flexgear.gears.modifications.flank import Array, Flank, Gap
 from flexgear.gears.modifications.relief import end_relief, root_relief, tip_relief
 from flexgear.gears.modifications.slopes import helix_slope, profile_slope, twist
 from flexgear.gears.modifications.table import table
-from flexgear.gears.stiffness import Law
+from flexgear.gears.slices import Slices
 from flexgear.model.modifications import FlankModifications
 
 __all__ = ["MODIFICATIONS", "Flank", "Gap", "PairGap", "gaps_of", "mean_gap", "pair_gap"]
-PLACES = 65  # along the face
 
 MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
     profile_crowning,
@@ -70,17 +70,8 @@ def pair_gap(gaps: list[tuple[Gap, Callable[[Array], Array]]], slope: float) -> 
     return gap
 
 
-def mean_gap(
-    s: Array, law: Law, path: tuple[float, float], slope: float, half_face: float, gap: PairGap
-) -> Array:
-    """ḡ (n,) m at path coordinates s (n,) at mid-face; path: its ends; slope: ds/dz of a contact
-    line; gap: of the pair."""
-    z = np.linspace(-half_face, half_face, PLACES)
-    place = s[:, None] + slope * z
-    share = (place - path[0]) / (path[1] - path[0])
-    inside = (share >= 0) & (share <= 1)
-    weight = np.where(inside, law(np.clip(share, 0, 1)), 0.0)
-    total = np.where(inside, gap(np.clip(place, *path), z), 0.0)
-    area = weight.sum(axis=1)
-    mean = np.divide((weight * total).sum(axis=1), area, out=np.zeros_like(s), where=area > 0)
-    return np.asarray(mean)
+def mean_gap(slices: Slices) -> Array:
+    """ḡ (S,) m of contact lines in slices, 0 where they hold nothing."""
+    total = slices.stiffness.sum(axis=1)
+    weighted = (slices.stiffness * slices.gap).sum(axis=1)
+    return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0)
