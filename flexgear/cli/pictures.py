@@ -319,7 +319,10 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
     )
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
     scene = body_scene(
-        field["point"].to_numpy(), field["cell"].to_numpy(), field["displacement"].to_numpy()
+        field["point"].to_numpy(),
+        field["cell"].to_numpy(),
+        field["displacement"].to_numpy(),
+        field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None,
     )
     return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated", scene)
 

@@ -14,6 +14,7 @@ from flexgear.views.render import body_surface, deformation_exaggeration
 from flexgear.views.star import StageOutline, ring_points, star_exaggeration
 from flexgear.views.style import (
     DEFORMED_COLOUR,
+    MEGA,
     MICRO,
     NEUTRAL,
     ORIGINAL_COLOUR,
@@ -29,19 +30,27 @@ CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
 
 def body_scene(
-    points: FloatArray, cells: NDArray[np.integer], displacement: FloatArray
+    points: FloatArray,
+    cells: NDArray[np.integer],
+    displacement: FloatArray,
+    von_mises: FloatArray | None = None,
 ) -> list[Panel]:
-    """Surface of a body x + f u, coloured by |u| in µm; arguments as of ``render_deformed``."""
+    """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress in
+    MPa where it is given, (p,) Pa; other arguments as of ``render_deformed``."""
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
     surface = body_surface(points, cells, np.linalg.norm(u, axis=1) * MICRO)
-    surface.point_data["u"] = u[surface.point_data["vtkOriginalPointIds"]]
+    there = surface.point_data["vtkOriginalPointIds"]
+    surface.point_data["u"] = u[there]
+    if von_mises is not None:
+        surface.point_data["MPa"] = MEGA * np.asarray(von_mises)[there]
     surface = surface.triangulate()
     if surface.n_cells > TRIANGLES:
         full = surface  # whose points those that stay are
         surface = full.decimate_pro(1 - TRIANGLES / full.n_cells, preserve_topology=True)
         kept = [full.find_closest_point(point) for point in surface.points]
-        surface.point_data["u"] = np.asarray(full.point_data["u"])[kept]
+        for name in ("u", "MPa") if von_mises is not None else ("u",):
+            surface.point_data[name] = np.asarray(full.point_data[name])[kept]
     moved = np.asarray(surface.points, dtype=float) + factor * np.asarray(surface.point_data["u"])
     size = np.linalg.norm(np.asarray(surface.point_data["u"]), axis=1) * MICRO
     corners = surface.faces.reshape(-1, 4)[:, 1:]
@@ -58,13 +67,40 @@ def body_scene(
     }
 
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
-    layout = {
-        "title": {"text": f"displacement {factor_text(factor)}, largest {size.max():.1f} µm"},
+    said = f"displacement {factor_text(factor)}, largest {size.max():.1f} µm"
+    layout: dict[str, Any] = {
+        "title": {"text": said},
         "scene": {"aspectmode": "data", "camera": {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}},
                   "xaxis": axis, "yaxis": axis, "zaxis": axis},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip
+    if von_mises is not None:
+        layout["updatemenus"] = [_colours_of(trace, said, np.asarray(surface.point_data["MPa"]))]
     return [{"data": [trace], "layout": layout}]
+
+
+def _colours_of(trace: dict[str, Any], said: str, stress: FloatArray) -> dict[str, Any]:
+    """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
+    shape = said.partition(",")[0]
+    ways = {
+        "displacement": (trace["intensity"], "µm", said),
+        "stress": (
+            _short(stress, 1),
+            "MPa",
+            f"equivalent stress, largest {stress.max():.1f} MPa; {shape}",
+        ),
+    }
+    buttons = []
+    for label, (values, unit, title) in ways.items():
+        hover = f"%{{intensity:.1f}} {unit}<extra></extra>"
+        shown = {
+            "intensity": [values],
+            "colorbar.title.text": [unit],
+            "hovertemplate": [hover],
+        }
+        buttons.append({"label": label, "method": "update", "args": [shown, {"title.text": title}]})
+    return {"type": "buttons", "direction": "left", "buttons": buttons, "x": 0.02, "y": 0.98,
+            "xanchor": "left", "yanchor": "top"}  # fmt: skip
 
 
 def star_scene(

@@ -147,6 +147,12 @@ def test_a_deformed_body_turns_on_the_page():
     factor = deformation_exaggeration(corner, u)
     assert max(body["z"]) == pytest.approx(1 + factor * 2e-5, abs=1e-4)
     assert min(body["z"]) == 0.0
+    (panel,) = body_scene(corner, cell, u, np.linspace(0, 70e6, 8))
+    plain, stressed = panel["layout"]["updatemenus"][0]["buttons"]
+    assert plain["args"][0]["intensity"] == [body["intensity"]]
+    values, said = stressed["args"]
+    assert max(values["intensity"][0]) == 70.0 and values["colorbar.title.text"] == ["MPa"]
+    assert "largest 70.0 MPa" in said["title.text"]
 
 
 def test_the_star_turns_with_the_carrier(outline, field):
