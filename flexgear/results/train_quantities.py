@@ -108,6 +108,9 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "largest_line_load": Quantity(
         (S, "flank"), "N/m", "largest line load of any pair, continued to the ends of its line"
     ),
+    "largest_contact_pressure": Quantity(
+        (S, "flank"), "Pa", "largest Hertz pressure at the middle of any slice"
+    ),
     "transmission_error": Quantity(
         (S, "flank"),
         "m",

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads, line_loads
 from flexgear.analysis.transient import Transient
+from flexgear.coupling.pair_data import KINDS
 from flexgear.gears.face_load import with_ends
+from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
@@ -32,6 +34,7 @@ def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]
     width = 2.0 * model.system.pairs.half_face
     arrays = {
         "largest_line_load": _largest(found),
+        "largest_contact_pressure": _pressure(model, found),
         "transmission_error": _by_load(found.approach, load),
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
     }
@@ -85,6 +88,7 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, float]]:
         error = own["transmission_error"].to_numpy()
         found[name] = {
             "k_h_beta": float(load.max() / mean_along(load)),
+            "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
             "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
             "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
             "transmission_error_um": 1e6 * float(np.nanmean(error)),
@@ -101,6 +105,25 @@ def mean_along(load: Array) -> float:
 def _largest(found: LineLoads) -> Array:
     """(t, M) N/m, continued to the ends of the contact lines."""
     return np.asarray(with_ends(np.nan_to_num(found.line_load)).max(axis=(2, 3)))
+
+
+def _pressure(model: Model, found: LineLoads) -> Array:
+    """Largest Hertz pressure (t, M) Pa: of line loads over the length of the contact line, on the
+    radius of relative curvature in the normal section. Off the path, that of its end."""
+    pairs, material = model.system.pairs, model.case.material
+    body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # any depth does
+    largest = np.zeros(found.approach.shape[:2])
+    for m in np.flatnonzero(pairs.slices):
+        internal = KINDS[pairs.kind[m]].startswith("ring")
+        offset = pairs.center_distance[m] * abs(pairs.normal[m, 0])
+        least = 1e-3 * pairs.pitch[m]
+        planet = np.maximum(found.path[:, m], least)
+        gear = np.maximum(offset + planet if internal else offset - planet, least)
+        radius = relative_radius(planet, gear, internal=internal) / pairs.cos_b[m]
+        load = np.nan_to_num(found.line_load[:, m]) * pairs.cos_b[m]
+        pressure = line_contact(body, body, radius).pressure(np.maximum(load, 0.0))
+        largest[:, m] = np.nan_to_num(pressure).max(axis=(1, 2))
+    return largest
 
 
 def _by_load(values: Array, load: Array) -> Array:

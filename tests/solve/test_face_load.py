@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexgear as fg
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_case
 from flexgear.solve.face_load import face_figures
 from flexgear.views.face_load_charts import (
@@ -43,6 +44,22 @@ def test_a_spur_stage_without_errors_or_tilt_is_loaded_evenly():
         tilt = abs(figures["misalignment_um"])
         assert figures["k_h_beta"] < 1.0 + 0.2 * tilt, name
         assert figures["k_h_beta"] >= 1.0 - 1e-9
+
+
+def test_contact_pressure_is_that_of_hertz(stage):
+    """p = √(w E' / (2π ρ)) with E' = E/(1 − ν²) of two equal bodies, normal section."""
+    view = BASE.view()
+    g, material = stage_geometry(view), view.material
+    own = stage.isel(position=3).sel(flank="stage sun 2 drive")
+    at = int(np.nanargmax(own["line_load"].values))
+    w, s = (own[name].values.ravel()[at] for name in ("line_load", "slice_path"))
+    cos_b = np.cos(g.base_helix_angle)
+    reach = g.center_distance * np.sin(g.sun_mesh.working_angle)
+    radius = s * (reach - s) / reach / cos_b
+    modulus = material.young_modulus / (1 - material.poisson_ratio**2)
+    pressure = np.sqrt(w * cos_b * modulus / (2 * np.pi * radius))
+    assert own["largest_contact_pressure"].item() >= pressure * (1 - 1e-9)
+    assert own["largest_contact_pressure"].item() == pytest.approx(pressure, rel=0.25)
 
 
 def test_planets_of_a_stage_without_errors_are_loaded_alike():

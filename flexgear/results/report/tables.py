@@ -124,6 +124,7 @@ def _face(summary: Summary) -> Iterator[Table]:
             rows += [
                 Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"]),
                 Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm"),
+                Row(f"{name}, largest Hertz pressure", 1e6 * one["largest_contact_pressure_mpa"], "Pa"),
                 Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m"),
                 Row(
                     f"{name}, transmission error peak to peak",
