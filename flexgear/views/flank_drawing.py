@@ -69,10 +69,11 @@ def _map(figure: Figure, ax: Axes, z: FloatArray, rho: FloatArray, gap: FloatArr
     """Colours with contours in round micrometres."""
     low, high = float(gap.min()), max(float(gap.max()), float(gap.min()) + 1e-9)
     colours = ax.pcolormesh(
-        z, rho, gap, shading="gouraud", vmin=low, vmax=high, cmap=SEQUENTIAL_MAP, rasterized=True
+        z, rho, gap, shading="nearest", vmin=low, vmax=high, cmap=SEQUENTIAL_MAP, rasterized=True
     )
     if np.ptp(gap) > 1e-6 * np.abs(gap).max():
         lines = ax.contour(z, rho, gap, LEVELS, colors="white", linewidths=0.6, linestyles="solid")
         ax.clabel(lines, fontsize=7, fmt="%g")
+    ax.set_xlim(z[0], z[-1])
     ax.grid(False)
     figure.colorbar(colours, ax=ax, label="missing (µm)")

@@ -9,6 +9,7 @@ from flexgear.gears.flanks import GearFlank
 from flexgear.gears.modifications import Flank, gaps_of
 from flexgear.model.modifications import FlankModifications, Relief
 from flexgear.views.flank_drawing import flank_drawing
+from flexgear.views.interactive import panels_of
 
 FLANKS = {
     "external": Flank(tip=0.030, root=0.010, half_face=0.05, base_radius=0.06),
@@ -42,3 +43,13 @@ def test_a_flank_that_lacks_the_same_everywhere_has_no_contours():
     figure = flank_drawing(one)
     assert figure.axes[0].get_title(loc="left") == "sun, drive flank: 5 … 5 µm missing"
     figure.canvas.draw()
+
+
+def test_the_map_is_interactive_in_a_report():
+    given = FlankModifications(lead_crowning=8e-6)
+    one = GearFlank("sun", "drive", FLANKS["external"], tuple(gaps_of(given, FLANKS["external"])))
+    figure = flank_drawing(one)
+    figure.canvas.draw()
+    maps = [t for p in panels_of(figure) for t in p["data"] if t["type"] == "heatmap"]
+    shown = np.array(maps[0]["z"])
+    assert shown.shape[1] == len(maps[0]["x"]) and shown.max() == pytest.approx(8.0, rel=1e-2)
