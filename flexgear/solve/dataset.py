@@ -205,11 +205,11 @@ def _motions(
             )
             labels[name] = found
     arrays |= _row_loads(recovery, list(bearings), _supports(model))
-    if model.surface.gauges:
-        arrays["gauge_strain"] = recovery.motion(model.surface.gauge_strain)
-        labels["gauge"] = model.surface.gauges
-    if len(model.surface.rim_stress) and isinstance(result, Equilibrium):
-        arrays["rim_stress"] = recovery.motion(model.surface.rim_stress)
+    if model.gauges.names:
+        arrays["gauge_strain"] = recovery.motion(model.gauges.strain)
+        labels["gauge"] = model.gauges.names
+    if isinstance(result, Equilibrium) and len(model.rim_stress):
+        arrays["rim_stress"] = recovery.motion(model.rim_stress)
     for name, nodes, dofs in (
         ("tooth", _nodes(model, "ring", "tooth"), 3),
         ("carrier_node", _nodes(model, "carrier"), 6),

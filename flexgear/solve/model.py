@@ -17,7 +17,7 @@ from flexgear.coupling.workable import require_workable
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, silent, variants_of
-from flexgear.solve.gauges import SurfaceRows, surface_rows
+from flexgear.solve.gauges import GaugeRows, gauge_rows, rim_stress_rows
 from flexgear.solve.labels import GearMeshes, gear_meshes_of, rated_forces
 
 Array = NDArray[np.float64]
@@ -58,10 +58,14 @@ class Model:
         return self.made or chosen_modal(self.system, self.pace)
 
     @cached_property
-    def surface(self) -> SurfaceRows:
-        """What gives the strain of gauges and the stress of rims; InputError for a gauge beside
-        its ring."""
-        return surface_rows(self.case, self.system, self.bodies)
+    def gauges(self) -> GaugeRows:
+        """What gives the strain of the rings' gauges; InputError for one beside its ring."""
+        return gauge_rows(self.case, self.system, self.bodies)
+
+    @cached_property
+    def rim_stress(self) -> Array:
+        """Rows (z, d) that give the stress of the rings' rims over their teeth, Pa."""
+        return rim_stress_rows(self.case, self.system, self.bodies)
 
     @property
     def has_errors(self) -> bool:
