@@ -1,0 +1,65 @@
+"""The plane stage of stage.json beside flexgear's equilibria of the same case."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import flexgear as fg
+from flexgear.model.load import load_case
+
+Array = NDArray[np.float64]
+FOLDER = Path(__file__).parent
+FILE, CASE = FOLDER / "stage.json", FOLDER / "stage_case.toml"
+KINDS = ("ring", "sun")  # in the order of stage.json
+SAME_PLACE = 0.1  # base pitches
+
+
+@dataclass(frozen=True)
+class Stage:
+    """forces (angles, 2, N) and loads (angles, 2, N, 3) N/m of gear meshes and their pairs; orders
+    (angles, n) m of the radial displacement of the ring's teeth."""
+
+    forces: Array
+    loads: Array
+    orders: Array
+
+
+@cache
+def reference(ring: str) -> dict[str, Array]:
+    """The FE contact with a ring "in plane strain" or "in plane stress"."""
+    data: dict[str, Any] = json.loads(FILE.read_text("utf-8"))[f"ring {ring}"]
+    return {name: np.array(values) for name, values in data.items()}
+
+
+def computed(ring: str) -> Stage:
+    """FE contact."""
+    known = reference(ring)
+    return Stage(known["forces"], known["loads"], np.abs(fg.radial_harmonics(known["ring"])))
+
+
+def flexgear_stage(fidelity: str) -> Stage:
+    """Equilibria at the same angles, pairs in the order of the reference's places."""
+    known = reference("in plane strain")
+    case = load_case(CASE, {"solver.fidelity": fidelity})
+    face, planets = case.view().stage.face_width, known["forces"].shape[2]
+    found = fg.static(fg.assemble(case), known["angles"])
+    forces, loads = np.zeros_like(known["forces"]), np.zeros_like(known["loads"])
+    pitch = np.diff(known["places"], axis=-1).mean()
+    for row, kind in enumerate(KINDS):
+        for i in range(planets):
+            name = f"stage {kind} {i + 1}"
+            forces[:, row, i] = found.gear_mesh_force.sel(gear_mesh=name) / face
+            flank = found.sel(flank=f"{name} drive")
+            place, load = flank.pair_position.to_numpy(), flank.pair_load.to_numpy() / face
+            far = np.abs(place[:, None, :] - known["places"][:, row, i, :, None])
+            touch = (load[:, None, :] > 0) & (far < SAME_PLACE * pitch)
+            loads[:, row, i] = np.where(touch, load[:, None, :], 0.0).sum(axis=2)
+    displacement = found.tooth_displacement.to_numpy()[..., :2]
+    return Stage(forces, loads, np.abs(fg.radial_harmonics(displacement)))
