@@ -9,7 +9,7 @@ from plane_teeth import HELD, deflection, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.errors import FlexgearWarning
+from flexgear.model.errors import FlexgearWarning, InputError
 from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
@@ -212,6 +212,20 @@ def test_where_gears_of_a_case_are_held():
     assert sun.helix_rate < 0 < planet.helix_rate and ring.helix_rate > 0
     tied = load_stage("wind-5mw", {"ring.tie": "flank"})
     assert of_case.tooth_influence(tied, "ring") is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("planet.bore_diameter_mm", "545"), ("sun.root_fillet", "0.6")],
+)
+def test_teeth_that_cannot_be_made_are_refused_by_key(key, value):
+    case = load_stage("wind-5mw", {f"stage.{key}": value})
+    with pytest.raises(InputError, match="tooth_compliance") as refused:
+        of_case.influence_parameters(case, key.partition(".")[0])
+    assert refused.value.key == f"stage.{key}"
+    pointed = replace(GEARS.sun, tip_radius=GEARS.sun.tip_radius + 2 * MODULE)
+    with pytest.raises(InputError, match="pointed"):
+        of_case._require_teeth(CASE, "sun", pointed)
 
 
 def test_kept_by_content_and_made_again_where_damaged(influence, tmp_path, monkeypatch):

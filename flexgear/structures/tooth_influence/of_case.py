@@ -69,13 +69,15 @@ def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None
 
     Three teeth, held at the body's bore (a ring's outer diameter), ``DEEPEST`` below the root at
     the latest, and at cuts across the rim. A rigid tie at the root of an FE ring holds the tooth's
-    base section as a clamp does: one tooth, cut off there.
+    base section as a clamp does: one tooth, cut off there. InputError where a tooth or the rim
+    below it cannot be made.
     """
     stage, tooth = case.stage, stage_geometry(case).gears[slot]
     in_fe = slot == "ring" and case.fe_tie is not None
     if in_fe and case.fe_tie == "flank":
         return None
     alone = in_fe and not is_tied(case, slot)
+    _require_teeth(case, slot, tooth)
     hand = 1.0 if (stage.planet_hand == "right") == (slot != "sun") else -1.0
     layers = math.ceil(stage.face_width / (LAYER * stage.normal_module))
     layers = min(max(layers, LEAST_LAYERS), MOST_LAYERS)
@@ -89,6 +91,21 @@ def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None
         margin=0.0 if alone else MARGIN,
         divisions=replace(DIVISIONS, layers=layers),
     )
+
+
+def _require_teeth(case: StageView, slot: str, tooth: ToothGeometry) -> None:
+    part, instead = case.part(slot), 'lower it, or set gear_mesh.tooth_compliance = "width"'
+    if tooth.half_angle(tooth.tip_radius) <= 0.0:
+        problem = "the tooth is pointed before its tip circle, so no FE mesh can be made of it"
+        raise case.refuse(f"{part}.addendum", problem, instead)
+    fillet = tooth.fillet_of(tooth.fillet_radius)
+    if fillet is None or fillet.end > tooth.pitch_angle / 2:
+        problem = f"{1e3 * tooth.fillet_radius:.2f} mm do not fit into the root of the tooth space"
+        raise case.refuse(f"{part}.root_fillet", problem, instead)
+    rim = tooth.root_radius - gears_by_slot(case.stage)[slot].bore_diameter / 2
+    if not tooth.internal and rim < case.stage.normal_module:
+        problem = f"leaves a rim of {1e3 * rim:.2f} mm below the teeth, less than one module"
+        raise case.refuse(f"{part}.bore_diameter_mm", problem, instead)
 
 
 def _held_radius(case: StageView, slot: str, tooth: ToothGeometry) -> float:
