@@ -7,9 +7,14 @@ that use them, and counting took a third of a time step. Such functions must not
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numba.core.options import DefaultOptions
 
+from flexgear.coupling.compile_cache import keep_by_content
+
+keep_by_content([Path(__file__).parent, Path(__file__).parents[1] / "analysis"])
 UNCOUNTED = {"cache": True, "no_cfunc_wrapper": True}
 if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for ever
     UNCOUNTED["_nrt"] = False

@@ -10,7 +10,6 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
-from flexgear.solve.bodies import StageBodies
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import model_of
 from flexgear.structures.kinematics import turn
@@ -109,8 +108,8 @@ def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     planets = {f"bearings.planet.rollers.{k}": v for k, v in (ROLLERS | {"rows": "1"}).items()}
     load = {"member": "carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
     case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(load,)).case
-    bodies = {"stage": StageBodies(*make_bodies(case.view()))}
-    model = model_of(case, build_system(case, bodies), bodies)
+    bodies = {"stage": make_bodies(case.view())}
+    model = model_of(case, build_system(case, bodies))
     found = revolution(model.modal, np.array([0.0, 0.7]), TORQUE)
     data = equilibrium_data(model, found)
     seat = data.bearing_row_load.sel(support="stage.carrier_far")

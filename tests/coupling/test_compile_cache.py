@@ -1,0 +1,101 @@
+"""Machine code is kept for the content of all that it was made of."""
+
+import ast
+import importlib
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import flexgear
+from flexgear.coupling.compile_cache import is_plain, tuple_fields
+
+ROOT = Path(flexgear.__file__).parent
+TOGETHER = (ROOT / "coupling", ROOT / "analysis")
+KEEP = """
+from pathlib import Path
+from flexgear.coupling.compile_cache import keep_by_content
+keep_by_content([Path(__file__).parent])
+"""
+CALLER = """
+from numba import njit
+from inner import part
+@njit(cache=True)
+def whole(x):
+    return part(x) + 1.0
+print(whole(1.0), sum(whole.stats.cache_hits.values()))
+"""
+FILES = {
+    "inner.py": "from numba import njit\nfrom innermost import FACTOR, twice\n"
+    "@njit(inline='always')\ndef part(x):\n    return FACTOR * twice(x)\n",
+    "innermost.py": "from numba import njit\nfrom constants import FACTOR\n"
+    "@njit(cache=True)\ndef twice(x):\n    return 2.0 * x\n",
+    "constants.py": "FACTOR = 1.0\n",
+    "beside.py": "from typing import NamedTuple\nclass Rows(NamedTuple):\n    one: int\n",
+}
+EDITS = {
+    "inner.py": ("FACTOR * twice(x)", "5.0 + FACTOR * twice(x)", "8.0"),
+    "innermost.py": ("2.0 * x", "3.0 * x", "9.0"),
+    "constants.py": ("1.0", "2.0", "12.0"),
+    "beside.py": ("one: int", "other: int", "12.0"),
+}
+
+
+def ran(folder):
+    """What it gives, and how often the code was there."""
+    out = subprocess.run(
+        [sys.executable, "caller.py"], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return out.stdout.split()
+
+
+def test_an_edit_of_what_is_compiled_into_a_function_compiles_it_anew(tmp_path):
+    """An inlined function of another file, what that calls, a constant, a named tuple's fields; and
+    nothing else."""
+    (tmp_path / "caller.py").write_text(KEEP + CALLER)
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    assert ran(tmp_path) == ["3.0", "0"]
+    (tmp_path / "beside.py").write_text(FILES["beside.py"] + "\nx = 1\n")
+    assert ran(tmp_path) == ["3.0", "1"]
+    for name, (old, new, result) in EDITS.items():
+        (tmp_path / name).write_text(FILES[name].replace(old, new))
+        assert ran(tmp_path) == [result, "0"], name
+
+
+def test_fields_of_named_tuples_alone_count(tmp_path):
+    (tmp_path / "a.py").write_text("class A(NamedTuple):\n    x: int  # m\n    y: float = 1.0\n")
+    assert tuple_fields([tmp_path / "a.py"]) == "A: x, y"
+    assert "StepData: modal, channels, elements" in tuple_fields(TOGETHER[1].glob("*.py"))
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for f in TOGETHER for p in sorted(f.rglob("*.py")) if "@njit" in p.read_text("utf-8")],
+    ids=lambda p: p.stem,
+)
+def test_all_that_compiled_functions_take_from_other_files_is_in_their_stamps(path):
+    """Compiled functions and plain constants; and every stamp is a text of that."""
+    dotted = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+    module = importlib.import_module(dotted.removesuffix(".__init__"))
+    own = [
+        f for f in vars(module).values()
+        if hasattr(f, "py_func") and f.py_func.__module__ == module.__name__
+    ]  # fmt: skip
+    for function in own:
+        used = set(function.py_func.__code__.co_names) & imported(module)
+        for name in used:
+            value = vars(module)[name]
+            assert hasattr(value, "py_func") or is_plain(value), f"{function}: {name}"
+        if hasattr(function._cache, "_impl"):
+            assert isinstance(function._cache._impl.locator.get_source_stamp(), str)
+
+
+def imported(module):
+    """Names that a module takes from others of flexgear."""
+    nodes = ast.walk(ast.parse(inspect.getsource(module)))
+    froms = (n for n in nodes if isinstance(n, ast.ImportFrom))
+    ours = (n for n in froms if (n.module or "").startswith("flexgear."))
+    return {alias.asname or alias.name for node in ours for alias in node.names}
