@@ -31,6 +31,8 @@ ring_offset_phase = {}
 carrier_eccentricity = { distribution = "rayleigh", standard_deviation_um = 5 }
 sun_gear_mesh = { standard_deviation_um = 5 }
 sun_gear_mesh_phase = {}
+sun_helix_slope = { standard_deviation_um = 5 }
+planet_sun_helix_slope = { standard_deviation_um = 5 }
 """
 
 
@@ -61,6 +63,8 @@ BODIES = {
         "planet_eccentricity": {"distribution": "rayleigh", "standard_deviation_um": "5"},
         "ring_offset": {"distribution": "rayleigh", "standard_deviation_um": "5"},
         "ring_gear_mesh": {"standard_deviation_um": "5"},
+        "ring_helix_slope": {"standard_deviation_um": "5"},
+        "planet_ring_helix_slope": {"standard_deviation_um": "5"},
     }.items()
     for name, value in given.items()
 }
