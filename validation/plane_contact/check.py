@@ -170,6 +170,31 @@ def test_stage_shares_loads_as_elastic_bodies_do(whole):
     assert abs(waves).max() < 0.10
 
 
+def test_draw_stage(whole, results):
+    """Gear-mesh forces, their pairs and waves of the ring; flexgear as dots."""
+    known, load = computed("in plane strain"), line_load("ring")
+    figure = Figure(figsize=(9, 8), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1)
+    angles = np.arange(len(known.forces)) / len(known.forces)
+    for row, name in enumerate(("ring", "sun")):
+        for i in range(known.forces.shape[2]):
+            label = name if i == 0 else None
+            top.plot(angles, known.forces[:, row, i] / load, f"C{row}-", label=label)
+            top.plot(angles, whole.forces[:, row, i] / load, f"C{row}.")
+        pairs = known.loads[:, row].ravel() / load, whole.loads[:, row].ravel() / load
+        middle.plot(*pairs, ".", color=f"C{row}", label=name)
+    middle.axline((0, 0), slope=1.0, color="0.7")
+    orders = np.arange(16)
+    bottom.bar(orders - 0.2, 1e6 * known.orders.mean(axis=0)[:16], 0.4, label="FE contact")
+    bottom.bar(orders + 0.2, 1e6 * whole.orders.mean(axis=0)[:16], 0.4, label="flexgear")
+    top.set(xlabel="carrier angle (teeth of the ring)", ylabel="gear-mesh force (of the rated)")
+    middle.set(xlabel="pair load, FE contact (of the rated force)", ylabel="flexgear")
+    bottom.set(xlabel="order", ylabel="radial wave of the ring (µm)", yscale="log")
+    for axes in (top, middle, bottom):
+        axes.legend(fontsize=7)
+    save_figure(figure, results / "plane_contact" / "stage.png", dpi=120)
+
+
 def test_plane_strain_and_plane_stress_of_the_ring_differ_by_its_bending():
     """The thin rim's star is larger by 1/(1 − ν²), nearly."""
     means = [computed(f"in plane {name}").orders.mean(axis=0)[5] for name in STATES]
