@@ -74,7 +74,7 @@ def _of_gear_mesh(
     if pairs.bent[m]:
         force = forces_of(x, values[:, OF_LINE + 3 * count :])
     else:
-        force = stiffness * (np.maximum(x, 0.0) if pairs.sided[m] else x)
+        force = stiffness * np.maximum(x, 0.0)
     low, high = _ends(pairs, m, s)
     width = (high - low) / count
     width = np.where(width > LEAST_WIDTH * pairs.half_face[m] / count, width, np.nan)

@@ -26,7 +26,7 @@ from numba import njit
 from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
-from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION, SIDED
+from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
     OF_LINE,
@@ -237,7 +237,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
         row.stiffness *= 0.5
         row.damping *= 0.5
     pair.row, pair.rows = n, 2
-    own[COUNT], own[SIDED] = count, mesh.sided
+    own[COUNT] = count
     own[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2

@@ -65,7 +65,7 @@ class GearMesh(Section):
     pair_stiffness: iso6336, parabola with the peak c'; weber-banaschek, deflection of the real
     profiles; table. end_ratio: value of the parabola at the ends of the path over its peak.
     damping_ratio: of each pair against the gears' equivalent mass. A stage of lumped members has
-    constant stiffness and linear contact where it does not say.
+    constant stiffness and linear contact where it does not say, one-sided with face_load.
     """
 
     model: Literal["per_pair", "face_load", "lumped", "constant", "rectangular", "fourier"] = (
@@ -90,6 +90,12 @@ class GearMesh(Section):
         if self.pair_stiffness == "table" and self.table is None:
             raise Missing(
                 "table", "is missing", "give [gear_mesh.table.ring] and [gear_mesh.table.sun]"
+            )
+        if self.model == "face_load" and self.contact_law == "linear":
+            raise Refusal(
+                "contact_law",
+                "'linear' lets flanks pull, which slices along the face do not",
+                'use "one-sided" with face_load',
             )
         return self
 

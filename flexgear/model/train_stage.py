@@ -159,6 +159,8 @@ class TrainStage(Section):
         given = data.get("gear_mesh", {})
         plain = {"model": "constant", "contact_law": "linear"}
         if isinstance(given, Mapping):
+            if given.get("model") == "face_load":
+                plain["contact_law"] = "one-sided"
             return {**data, "gear_mesh": {**plain, **given}}
         return data
 

@@ -22,7 +22,7 @@ def parameters(flexibility, gap, scale=0.0, limit=1e9, tau=0.0):
     lower = flexibility[np.tril_indices(COUNT)]
     stiffness = 1 / np.diag(flexibility)
     ones = np.ones(COUNT)
-    head = [COUNT, tau, 1.0]
+    head = [COUNT, tau]
     return np.concatenate([head, PLACE, stiffness, gap, scale * ones, limit * ones, lower])
 
 

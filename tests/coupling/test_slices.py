@@ -31,7 +31,7 @@ def pair(count, gap):
     }
     slices = SimpleNamespace(**arrays)
     share = 0.5 * (1 + slices.z / slices.radius)
-    fixed = [count, 0.0, 1.0]
+    fixed = [count, 0.0]
     return np.concatenate([fixed, share, slices.stiffness, slices.gap]), slices
 
 

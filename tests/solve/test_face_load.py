@@ -5,7 +5,9 @@ import pytest
 
 import flexgear as fg
 from flexgear.gears.geometry import stage_geometry
+from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
+from flexgear.model.train_stage import TrainStage
 from flexgear.solve.face_load import face_figures
 from flexgear.views.face_load_charts import (
     along_face_chart,
@@ -92,3 +94,12 @@ def test_pictures_are_drawn(stage):
         figure = chart(stage)
         assert len(figure.axes) >= 2
         assert all("stage" in ax.get_title(loc="left") for ax in figure.axes[:2])
+
+
+def test_slices_push_only():
+    """Linear contact, which a stage of lumped members has where it does not say, is not theirs."""
+    data = fg.load_case("lin-parker").stages[0].model_dump(exclude={"gear_mesh"})
+    lumped = TrainStage.model_validate({**data, "gear_mesh": {"model": "face_load"}})
+    assert lumped.gear_mesh.contact_law == "one-sided"
+    with pytest.raises(InputError, match="lets flanks pull"):
+        fg.load_case("lin-parker", {"stage.gear_mesh.model": "face_load"})

@@ -9,9 +9,9 @@ of the line contact; from d_j/e² on, where contact is nearly as wide as deep, i
 positive definite, so there is one answer; it is found by Newton's method on the slices that touch,
 which are changed until none pulls and none that does not touch overlaps. The forces are the slope
 of J = ½ fᵀ C f + Σ ∫ f dh, and their tangent is that of the slices that touch. Damping τ k_j ẋ_j
-takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Slices do
-not pull under any contact law. Parameters: number of slices, τ s, 1, then t, nominal stiffness N/m
-and g m of all, a m/N, d N, and the lower triangle of C by rows, m/N.
+takes nominal stiffnesses k_j and neither pulls nor exceeds the force, as in ``slices``. Parameters:
+number of slices, τ s, then t, nominal stiffness N/m and g m of all, a m/N, d N, and the lower
+triangle of C by rows, m/N.
 """
 
 from __future__ import annotations

@@ -12,23 +12,21 @@ are two springs of half its stiffness each, not coupled: so z_c and ρ are chose
 
 Slices are springs f = k ⟨x⟩ beside each other. Damping takes the rate of the elastic force, τ ḟ,
 and neither pulls nor exceeds it; with one slice that is the law of pairs that are one spring.
-Under the linear law slices pull, too. Parameters: number of slices, τ s, 1 where slices only push,
-then t, k N/m and g m of all.
+Parameters: number of slices, τ s, then t, k N/m and g m of all.
 """
 
 from __future__ import annotations
 
 from flexgear.coupling.laws.law import Law, compiled_law
 
-COUNT, RELAXATION, SIDED, FIRST = range(4)
+COUNT, RELAXATION, FIRST = range(3)
 LOOSE = 1e-4  # share of its stiffness in the tangent of a pair that does not touch
 
 
 @compiled_law
 def _slices(parameters, motion, force, tangent):
     """Sums over the slices; a pair in the air keeps a small tangent, and no force."""
-    count, sided = int(parameters[COUNT]), parameters[SIDED] > 0.0
-    relaxation = parameters[RELAXATION]
+    count, relaxation = int(parameters[COUNT]), parameters[RELAXATION]
     for i in range(2):
         force[0, i], force[1, i] = 0.0, 0.0
         for j in range(2):
@@ -40,13 +38,13 @@ def _slices(parameters, motion, force, tangent):
         a = 1.0 - b
         stiffness += k
         x = a * motion[0, 0] + b * motion[0, 1] - parameters[at + 2 * count]
-        if sided and not x > 0.0:
+        if not x > 0.0:
             continue
         touching += k
         elastic = k * x
         damping = relaxation * k * (a * motion[1, 0] + b * motion[1, 1])
         spring, damper = k, relaxation * k
-        if sided and abs(damping) > elastic:
+        if abs(damping) > elastic:
             limited = 1.0 if damping > 0.0 else -1.0
             damping, spring, damper = limited * elastic, (1.0 + limited) * k, 0.0
         f = elastic + damping
