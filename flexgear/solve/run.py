@@ -116,7 +116,7 @@ def models_of(
 
 
 def is_still(model: Model) -> bool:
-    """Whether the train rolls in one equilibrium: linear, nothing turning, no errors."""
+    """Whether the train rolls in one equilibrium: linear, none turning, no errors, no histories."""
     system = model.system
     return (
         why_not_linear(system) is None
