@@ -26,7 +26,8 @@ from flexgear.coupling.laws.law import Array, Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 
 TRIES = 60
-AGREES = 1e-13  # of the largest approach, by which the equations may differ
+AGREES = 1e-12  # of the largest approach, by which the equations may differ
+SETTLES = 1e-6  # the same before the last correction, which squares it
 TOUCHES = 1e-9  # of d: the force from which the line contact is looked at
 
 
@@ -118,7 +119,7 @@ def _newton(share, bending, x, f, place, sides):
             f[j] += sides[p, 0]
             if f[j] < 0.0:
                 f[j], active[j], changed = 0.0, 0, True
-        if changed or worst > AGREES * largest:
+        if changed or worst > SETTLES * largest:
             continue
         for j in range(count):
             if active[j] == 0 and _overlap(bending, x, f, j) > AGREES * largest:
