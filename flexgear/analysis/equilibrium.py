@@ -21,10 +21,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.coast_flanks import look_at_rest
-from flexgear.analysis.contact_newton import AGREES, disagree
+from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
+from flexgear.coupling.elements import PLACES
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
@@ -34,6 +35,7 @@ from flexgear.model.errors import FlexgearError
 Array = NDArray[np.float64]
 CHUNK = 100  # positions between two reports of progress
 LOOKS = 60  # tries to agree on coast flanks and on linearised laws
+DEEP = 0.01  # base pitches: a start at which all slices of a flank touch
 CAUTIOUS = 20  # of them after which laws go half way only
 
 
@@ -217,12 +219,30 @@ def _coast_flanks_agree(theta, pairs, work, active_flanks):
     return agreed
 
 
+@njit(**INNER)
+def _start_slices(forward, work):
+    """Slices of flanks that do not carry start open; of those that do, where they were last, or
+    with all of them touching where they were open."""
+    meshes, memory = work.elements.gears.mesh, work.memory
+    for m in range(meshes.shape[0]):
+        if meshes[m].slices == 0:
+            continue
+        carries = (meshes[m].front == 1) == forward
+        for place in range(PLACES * m, PLACES * (m + 1)):
+            for a in range(2):
+                if not carries:
+                    memory[place, 0, a] = -TOUCHING
+                elif memory[place, 0, a] < 0.0:
+                    memory[place, 0, a] = DEEP * meshes[m].pitch
+
+
 @njit(**PART)
 def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
     meshes = work.elements.gears.mesh
     for m in range(meshes.shape[0]):
         active_flanks[m] = meshes[m].front if forward else 1
+    _start_slices(forward, work)
     n, pairs, closure = ZERO, ZERO, 0.0
     for look in range(LOOKS):
         n, count, pairs, closure = solve_position(

@@ -96,6 +96,19 @@ def test_pictures_are_drawn(stage):
         assert all("stage" in ax.get_title(loc="left") for ax in figure.axes[:2])
 
 
+@pytest.mark.parametrize("share", [-1.0, 1e-3, 0.0, 3.0])
+def test_any_torque_has_an_equilibrium(share):
+    """Turned back the coast flanks carry; hardly loaded, single slices do; at rest none has to."""
+    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
+    data = fg.static(model, CYCLE[:3], share * model.system.rated_torque)
+    assert data.closure.max() < 1e-8
+    carries = data["pair_load"].sum(("position", "slot")).groupby("flank_sense").sum()
+    sense = "coast" if share < 0 else "drive"
+    if share:
+        assert carries.sel(flank_sense=sense) > 0
+        assert carries.sum() == pytest.approx(carries.sel(flank_sense=sense).item())
+
+
 def test_slices_push_only():
     """Linear contact, which a stage of lumped members has where it does not say, is not theirs."""
     data = fg.load_case("lin-parker").stages[0].model_dump(exclude={"gear_mesh"})

@@ -20,7 +20,7 @@ from __future__ import annotations
 from flexgear.coupling.laws.law import Law, compiled_law
 
 COUNT, RELAXATION, FIRST = range(3)
-LOOSE = 1e-4  # share of its stiffness in the tangent of a pair that does not touch
+LOOSE = 1e-9  # share of its stiffness in the tangent of a pair that does not touch
 
 
 @compiled_law
