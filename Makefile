@@ -35,9 +35,10 @@ layers: install-dev
 validate: install-dev
 	$(PY) -m pytest validation
 
-# The same on coarse FE meshes, without the study of FE meshes: what CI has time for.
+# The same on coarse FE meshes, without the studies of FE meshes: what CI has time for.
 validate-quick: install-dev
-	$(PY) -m pytest validation --fidelity quick --ignore validation/fe_convergence
+	$(PY) -m pytest validation --fidelity quick --ignore validation/fe_convergence \
+		--ignore validation/tooth_influence
 
 # The manual as plain files: docs/_build/index.html. GALLERY=0 leaves the examples unrun.
 docs: install-docs
