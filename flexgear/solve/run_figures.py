@@ -98,10 +98,12 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
 
 def _seats(view: StageView, speed: float, force: xr.DataArray) -> dict[str, dict[str, float]]:
     """Largest radial loads of a carrier's seats over the positions, and lives of their bearings."""
+    seats = {side: f"{view.name}.carrier_{side}" for side in view.seat_bearings}
+    there = set(map(str, force["support"].to_numpy()))  # a bearing without stiffness is no support
     radial = {
-        side: np.hypot(*(one.sel(dof=dof).to_numpy() for dof in ("ux", "uy")))
-        for side in view.seat_bearings
-        for one in [force.sel(support=f"{view.name}.carrier_{side}")]
+        side: np.hypot(*(force.sel(support=name, dof=dof).to_numpy() for dof in ("ux", "uy")))
+        for side, name in seats.items()
+        if name in there
     }
     lives = seat_bearing_life_hours(view, speed, radial)
     lasting = {side: life for side, life in lives.items() if math.isfinite(life)}
