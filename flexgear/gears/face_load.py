@@ -35,8 +35,12 @@ def with_ends(line_load: Array) -> Array:
     return np.concatenate([ends[0], w, ends[1]], axis=-1)
 
 
-def unevenness(line_load: Array) -> Array:
-    """Largest over mean (…,) of line loads (…, K) of equal slices; NaN without load."""
-    mean = np.asarray(line_load, dtype=float).mean(axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(mean > 0, with_ends(line_load).max(axis=-1) / mean, np.nan)
+def factor_along(load: Array) -> float:
+    """Largest over mean of a line load (F,) at evenly spaced places, the ends of the face included;
+    the mean by the trapezoidal rule."""
+    return float(load.max() / mean_along(load))
+
+
+def mean_along(load: Array) -> float:
+    """Mean of a line load (F,) at evenly spaced places, the ends of the face included."""
+    return float((load[1:] + load[:-1]).sum() / (2 * (len(load) - 1)))

@@ -17,7 +17,7 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads, line_loads
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import KINDS
-from flexgear.gears.face_load import with_ends
+from flexgear.gears.face_load import factor_along, with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
 
@@ -87,7 +87,7 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, float]]:
             continue
         error = own["transmission_error"].to_numpy()
         found[name] = {
-            "k_h_beta": float(load.max() / mean_along(load)),
+            "k_h_beta": factor_along(load),
             "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
             "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
             "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
@@ -95,11 +95,6 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, float]]:
             "transmission_error_peak_to_peak_um": 1e6 * float(np.nanmax(error) - np.nanmin(error)),
         }
     return found
-
-
-def mean_along(load: Array) -> float:
-    """Mean of a line load (F,) at evenly spaced places, its ends included."""
-    return float((load[1:] + load[:-1]).sum() / (2 * (len(load) - 1)))
 
 
 def _largest(found: LineLoads) -> Array:

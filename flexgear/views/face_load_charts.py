@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.interpolate import griddata
 
+from flexgear.gears.face_load import factor_along, mean_along
 from flexgear.views.style import (
     MICRO,
     NEUTRAL,
@@ -39,8 +40,8 @@ def along_face_chart(data: xr.Dataset) -> Figure:
         for name in flanks:
             own = data.sel(flank=name)
             load = own["face_line_load"].mean("position").to_numpy() * N_PER_MM
-            mean = float(np.sum(0.5 * (load[1:] + load[:-1])) / (len(load) - 1))
-            factors.append(load.max() / mean)
+            mean = mean_along(load)
+            factors.append(factor_along(load))
             planet = int(own["flank_planet"])
             ax.plot(at, load, color=planet_colour(planet), label=f"planet {planet}")
             ax.axhline(mean, color=NEUTRAL, lw=0.5, zorder=1)
@@ -104,10 +105,10 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
     """Transmission error under load (µm along the line of action) over the positions, by planet;
     its mean is taken off and said."""
     groups = dict(_carrying(data))
-    figure, axes = panels(len(groups), 1, height_mm=12 + 45 * len(groups), sharex=True)
-    turn = data["stage_angle"].isel(turning_stage=0).to_numpy()
+    figure, axes = panels(len(groups), 1, height_mm=12 + 50 * len(groups))
     for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
         way = []
+        turn = _turn(data, str(data["flank_stage"].sel(flank=flanks[0]).item()))
         for name in flanks:
             own = data.sel(flank=name)
             error = own["transmission_error"].to_numpy() * MICRO
@@ -123,10 +124,15 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
         mean = float(np.nanmean(data["transmission_error"].sel(flank=flanks).to_numpy()))
         ax.set_title(f"{title}: mean {mean * MICRO:.4g} µm, peak to peak up to {max(way):.3g} µm")
         ax.set_ylabel("less its mean (µm)")
-    axes[-1, 0].set_xlabel("turn of the carrier against the ring (°)")
-    axes[-1, 0].set_xlim(np.degrees(turn.min()), np.degrees(turn.max()))
+        ax.set_xlabel("turn of the carrier against the ring, or of the gear (°)")
+        ax.set_xlim(np.degrees(turn.min()), np.degrees(turn.max()))
     _legend(figure, axes)
     return figure
+
+
+def _turn(data: xr.Dataset, stage: str) -> FloatArray:
+    """Angle that the teeth of a stage mesh at, rad."""
+    return np.asarray(data["stage_angle"].sel(turning_stage=stage).to_numpy())
 
 
 def _carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
