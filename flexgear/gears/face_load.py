@@ -2,9 +2,9 @@
 
     K_Hβ = max_z W(z) / mean_z W(z),    W(z): line load at z over a cycle of the gear mesh
 
-(ISO 6336-1: largest and mean load per width); instantaneous: the largest line load of a contact
-line over its mean one. Slices know the load at their middles, which converges at first order in
-their number where the load is uneven: it is continued to the ends of the line.
+(ISO 6336-1: largest and mean load per width). Slices know the load at their middles, which
+converges at first order in their number where the load is uneven: it is continued to the ends of
+the line.
 """
 
 from __future__ import annotations
