@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,11 +11,13 @@ import typer
 from flexgear.cli.analysis_commands import put_together
 from flexgear.cli.display import present, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Rigid, Settings, read_case, rigid_parts
+from flexgear.cli.outputs import Force, claim_file, save_or_rescue
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.results.origin import origin_of_case
 from flexgear.studies.modify import TRIALS, Aim, Proposal, propose_modifications
 from flexgear.views.face_load_charts import before_and_after
-from flexgear.views.style import save_figure
+from flexgear.views.style import PICTURES, save_figure
 
 AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
@@ -42,8 +45,9 @@ def modify(
     ] = TRIALS,
     picture: Annotated[
         Path | None,
-        typer.Option("--picture", help="Draw it before and after (.png, .svg)."),
+        typer.Option("--picture", help="Draw it before and after (.png, .svg, .pdf)."),
     ] = None,
+    force: Force = False,
     rigid: Rigid = None,
     settings: Settings = None,
     as_json: AsJson = False,
@@ -57,14 +61,19 @@ def modify(
         raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
     shares = tuple(torque_share or (1.0,))
     if not all(0.0 < share <= 10.0 for share in shares):
-        raise InputError("modify", "--torque-share", "is not from 0 to 10", "e.g. 1.0")
+        raise InputError("modify", "--torque-share", "is not above 0 and at most 10", "e.g. 1.0")
+    if picture is not None and picture.suffix.lower().lstrip(".") not in PICTURES:
+        raise InputError(
+            "modify", "--picture", f"{picture} is no picture", f"end it in .{', .'.join(PICTURES)}"
+        )
+    claim_file(picture, origin_of_case(found), force)
     with progress(quiet) as report:
         model = put_together(found, parts, report)
         proposal = propose_modifications(
             model, name, shares=shares, aim=wanted, relief=relief, trials=trials, progress=report
         )
     if picture is not None:
-        save_figure(before_and_after(*proposal.data), picture)
+        save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
     keys = keys_to_copy(found, name, proposal)
     if as_json:
         present("modify", _figures(proposal), as_json=True)
@@ -91,10 +100,11 @@ def keys_to_copy(case: Case, stage: str, proposal: Proposal) -> str:
         section, _, name = key.rpartition(".")
         sections.setdefault(section, []).append(f"{name}_um = {amount * 1e6:.4g}")
         if name == "amount":
-            own = case.stage(stage)
+            relief = proposal.reliefs[section]
+            begins = {n: getattr(relief, n) for n in ("length", "start_diameter")}
             sections[section] += [
-                f"length_mm = {own.normal_module * 1e3:.4g}",
-                'form = "parabolic"',
+                *(f"{n}_mm = {1e3 * x:.6g}" for n, x in begins.items() if x is not None),
+                f'form = "{relief.form}"',
             ]
     lines = [] if table == "stage" else [f"# below the [[stages]] named {stage!r}"]
     for section, entries in sections.items():

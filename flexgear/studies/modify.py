@@ -23,6 +23,7 @@ from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.coupling.pair_data import OF_LINE, PairData
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.modifications import Relief
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
@@ -52,19 +53,25 @@ class Amount:
     signed: bool
 
     @property
+    def section(self) -> str:
+        """Where it stands below its stage: a key, or of relief the section of its amount."""
+        return f"{self.gear}.modifications.{self.flank}.{self.name}"
+
+    @property
     def key(self) -> str:
         """Of the case, below its stage."""
-        amount = ".amount" if self.name == "tip_relief" else ""
-        return f"{self.gear}.modifications.{self.flank}.{self.name}{amount}"
+        return self.section + (".amount" if self.name == "tip_relief" else "")
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """amounts: m by key of the case below its stage; before, after: figures of every flank that
+    """amounts: m by key of the case below its stage; reliefs: tip relief by its section, whose
+    amount is among them; before, after: figures of every flank that
     carries, by torque share, as ``solve.face_load`` gives them; data: equilibria before and after
     at the first share; trials: series of equilibria that were solved."""
 
     amounts: dict[str, float]
+    reliefs: dict[str, Relief]
     before: dict[float, dict[str, dict[str, float]]]
     after: dict[float, dict[str, dict[str, float]]]
     data: tuple[xr.Dataset, xr.Dataset]
@@ -96,7 +103,9 @@ def propose_modifications(
             'set it to "face_load"',
         )  # fmt: skip
     angles = _cycle(model, stage)
-    trial = _Trial(model, angles, tuple(shares))
+    number = [s.name for s in case.stages].index(stage)
+    own = np.array([label.stage == number for label in model.system.gear_meshes])
+    trial = _Trial(model, angles, tuple(shares), own)
     flat = trial.data(model.system.pairs, shares[0])
     amounts = _amounts(case, stage, flat, relief)
     tables = [_table(model, stage, a) for a in amounts]
@@ -124,6 +133,7 @@ def propose_modifications(
     ground = _gaps(model.system.pairs, tables, best)
     return Proposal(
         amounts={a.key: a.base + float(x) * UNIT for a, x in zip(amounts, best, strict=True)},
+        reliefs={a.section: _relief(case, stage, a) for a in amounts if a.name == "tip_relief"},
         before={s: face_figures(trial.data(model.system.pairs, s)) for s in shares},
         after={s: face_figures(trial.data(ground, s)) for s in shares},
         data=(flat, trial.data(ground, shares[0])),
@@ -133,11 +143,13 @@ def propose_modifications(
 
 @dataclass
 class _Trial:
-    """Equilibria of a model with other gaps; count: series that were solved."""
+    """Equilibria of a model with other gaps; own: (M,) gear meshes that count; count: series that
+    were solved."""
 
     model: Model
     angles: Array
     shares: tuple[float, ...]
+    own: NDArray[np.bool_]
     count: int = 0
 
     def data(self, pairs: PairData, share: float) -> xr.Dataset:
@@ -151,7 +163,7 @@ class _Trial:
         the kinds of gear meshes, so that each of them is made better."""
         at = ("line-load", "transmission-error").index(aim)
         found = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
-        largest, kinds = np.max(found, axis=0), pairs.kind
+        largest, kinds = np.max(found, axis=0)[self.own], pairs.kind[self.own]
         return float(sum(largest[kinds == kind].max() for kind in np.unique(kinds)))
 
     def _solved(self, pairs: PairData, share: float) -> Equilibrium:
@@ -196,20 +208,22 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
     return found
 
 
+def _relief(case: Case, stage: str, amount: Amount) -> Relief:
+    """Tip relief of a flank: the case's, or over a module of the path where it has none."""
+    own = case.stage(stage)
+    has: Relief | None = getattr(own, amount.gear).modifications.of(amount.flank).tip_relief
+    return has or Relief(amount=UNIT, length=own.normal_module, form="parabolic")
+
+
 def _table(model: Model, stage: str, amount: Amount) -> Array:
     """What one micrometre more of an amount adds to the tables of slices."""
-    own, more = model.case.stage(stage), amount.base + UNIT
-    key = f"stages.{stage}.{amount.gear}.modifications.{amount.flank}.{amount.name}"
-    changes: dict[str, object] = {key: more}
+    more: object = amount.base + UNIT
     if amount.name == "tip_relief":
-        has = getattr(own, amount.gear).modifications.of(amount.flank).tip_relief
-        if has is None:
-            new = {"amount": more, "length": own.normal_module, "form": "parabolic"}
-            changes = {key: new}
-        else:
-            changes = {key: has.model_copy(update={"amount": more})}
+        more = _relief(model.case, stage, amount).model_copy(update={"amount": more})
     ground = assemble(
-        model.case.with_(**changes), bodies=model.bodies, variants=model.system.variants
+        model.case.with_(**{f"stages.{stage}.{amount.section}": more}),
+        bodies=model.bodies,
+        variants=model.system.variants,
     )
     return np.asarray(ground.system.pairs.slice_table - model.system.pairs.slice_table)
 

@@ -58,6 +58,7 @@ RPM = 30.0 / pi  # rad/s -> r/min
 N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
 
 FULL_WIDTH_MM = 183.0
+PICTURES = ("png", "svg", "pdf")  # that figures are written as
 RC: Any = {  # matplotlib's own key types change with its version
     "font.family": ["DejaVu Sans"],
     "font.size": 8.5,
@@ -195,7 +196,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0
     """Write ``figure`` atomically as png, svg or pdf (by suffix) and return the path."""
     target = Path(path)
     kind = target.suffix.lower().lstrip(".")
-    if kind not in {"png", "svg", "pdf"}:
+    if kind not in PICTURES:
         raise FlexgearError(f"cannot write picture {target}: use the suffix .png, .svg or .pdf")
     stamp: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
     with atomic_file(target) as temporary:

@@ -57,3 +57,15 @@ def test_a_stage_whose_pairs_are_one_spring_is_refused():
     model = fg.assemble(load_case("wind-5mw"), ["all"])
     with pytest.raises(InputError, match=r"gear_mesh.model: is 'per_pair', which knows no load"):
         propose_modifications(model, "stage")
+
+
+def test_relief_of_the_case_keeps_its_start_and_form():
+    """Its amount is sought where it begins already; the keys say so, and give what was said."""
+    ring = {"amount": 20e-6, "start_diameter": 0.62, "form": "linear"}
+    has = CASE.with_(**{"stage.planet.modifications.ring.tip_relief": ring})
+    proposal = propose_modifications(fg.assemble(has, ["all"]), "stage", relief=True, trials=4)
+    keys = tomllib.loads(keys_to_copy(has, "stage", proposal))["stage"]["planet"]["modifications"]
+    kept, new = (keys[flank]["tip_relief"] for flank in ("ring", "sun"))
+    assert (kept["start_diameter_mm"], kept["form"]) == (620, "linear")
+    assert (new["length_mm"], new["form"]) == (1e3 * has.stages[0].normal_module, "parabolic")
+    assert "length_mm" not in kept
