@@ -49,8 +49,7 @@ def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
     def empty(*more: int) -> Array:
         return np.full((*shape, *more), np.nan)
 
-    by_slice = (empty(most) for _ in range(5))
-    force, z, path, line_load, gap = by_slice
+    force, z, path, line_load, gap = (empty(most) for _ in range(5))
     out = LineLoads(force, z, path, line_load, gap, empty(2), empty(), empty())
     for m, count in enumerate(pairs.slices):
         if count:

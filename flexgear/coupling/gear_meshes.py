@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -395,8 +395,3 @@ def _supports(extra: ExtraRows) -> tuple[IntArray, Array, Array, IntArray]:
             block[r, e], vector[r, e] = extra.first_block + node, w
             turning[r, e] = extra.support_angles[node]
     return block, vector, np.array([r[0] for r in extra.supports], dtype=float), turning
-
-
-def summed(s: GearMeshSet) -> GearMeshSet:
-    """The same gear meshes as single rows at the pitch point."""
-    return replace(s, model=SUMMED)

@@ -30,7 +30,7 @@ def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]
     found = line_loads(result)
     if found is None:
         return {}
-    load = np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
+    load = _of_slices(result, found)
     width = 2.0 * model.system.pairs.half_face
     arrays = {
         "largest_line_load": _largest(found),
@@ -121,6 +121,11 @@ def _pressure(model: Model, found: LineLoads) -> Array:
     return largest
 
 
+def _of_slices(result: Equilibrium | Transient, found: LineLoads) -> Array:
+    """Loads (t, M, slots) N of the pairs that have slices, 0 of all others."""
+    return np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
+
+
 def _by_load(values: Array, load: Array) -> Array:
     """Mean (t, M) of values of pairs (t, M, slots), weighted by their loads; NaN without load."""
     total = load.sum(axis=-1)
@@ -133,7 +138,6 @@ def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
     equilibria whose pairs have slices; zero of those that do not carry throughout."""
     found = line_loads(result)
     assert found is not None
-    load = np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
-    error = _by_load(found.approach, load)
+    error = _by_load(found.approach, _of_slices(result, found))
     always = np.isfinite(error).all(axis=0)
     return _largest(found).max(axis=0), np.where(always, np.ptp(error, axis=0), 0.0)

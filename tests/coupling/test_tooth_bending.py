@@ -8,6 +8,7 @@ import pytest
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
+from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 from flexgear.structures.fe_mesh import SegmentDivisions
@@ -47,18 +48,23 @@ def test_the_equilibrium_closes_and_slices_add_up(assembled):
 
 
 def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
-    """Rows of half the stiffness each, at the radius of gyration: see ``gears.slices.bent``."""
+    """Two rows of half the stiffness each, not coupled: by the law itself, at the rated load of a
+    line in the middle of the path, pressed in parallel and not by an even load."""
     model = assembled()
-    pairs = model.system.pairs
-    for table in pairs.slice_table[:2]:
-        line = table[len(table) // 2]
-        z, k = line[2:17], line[17:32]
-        assert (k > 0).all()
-        assert 0.2 < line[0] / pairs.half_face[0] < 0.75
-        assert k.sum() == pytest.approx(line[1], rel=1e-9)
-        # ends of the face are softer than its middle
-        assert k[0] < k[len(k) // 2] * 1.3
-        assert abs(z).max() < pairs.half_face[0]
+    pairs, count = model.system.pairs, 15
+    for m in (0, 5):  # ring and sun of planet 1
+        table = pairs.slice_table[pairs.table[m]]
+        middle = int(np.argmax(pairs.k_table[pairs.table[m]]))
+        radius, own = table[middle, 0], table[middle, 2:].copy()
+        centre, nominal = pairs.z_table[pairs.table[m], middle], table[middle, 1]
+        own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
+        parameters = np.concatenate([[count, 0.0], own])
+        approach = 0.5 * model.rated[0] / nominal
+        _, force, tangent = respond(
+            COUPLED_SLICES_LAW, parameters, np.array([[approach] * 2, [0.0] * 2])
+        )
+        assert force[0].sum() == pytest.approx(nominal * approach, rel=0.1)
+        np.testing.assert_allclose(tangent[0] / nominal, [[0.5, 0.0], [0.0, 0.5]], atol=0.05)
 
 
 def test_half_the_load_is_softer_per_load(assembled):
