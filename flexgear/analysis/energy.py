@@ -9,7 +9,8 @@ the potential of a set of rows at motion u, the parametric work of a step is
 
     ½ [E(new, u⁺) + E(new, u) − E(old, u⁺) − E(old, u)] ,
 
-second order in the step and free of bookkeeping about which pair entered or left.
+second order in the step and free of bookkeeping about which pair entered or left. What rows yield
+to their neighbours, and the energy in it, are those of the rows' own forces in both.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from flexgear.analysis.contact_newton import linearise
 from flexgear.analysis.vectors import put
 from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.elements import Rows
+from flexgear.coupling.neighbours import neighbour_energy
 from flexgear.coupling.pair_data import LOAD
 
 Array = NDArray[np.float64]
@@ -58,7 +60,8 @@ LEFT_OVER = {  # what is stored less what entered
 }
 KINETIC, ELASTIC, ELEMENTS, INPUT, BRAKE, DAMPING, LOST, PARAMETRIC, LOADED = range(9)
 BOOKED = np.dtype(
-    [("tracked", np.int64), ("rows", np.int64), ("elements", np.int64), ("potential", float)]
+    [(name, np.int64) for name in ("tracked", "rows", "elements")]
+    + [(name, float) for name in ("potential", "beside")]
 )
 LAST, FRESH, SPARE = range(3)
 
@@ -163,7 +166,8 @@ def settle(laws, modal, count, n, state, work, ledger):
     for d in range(work.active.counts[0].dofs):
         energy[ELASTIC] += 0.5 * dofs.force[d] * dofs.image[2 * d + 1]
     put(now[0], delta)
-    potential = _potential(laws, rows, count, now, work.space, lost[FRESH])
+    beside = neighbour_energy(rows, n, work.problem.force)
+    potential = beside + _potential(laws, rows, count, now, work.space, lost[FRESH])
     for i in range(n):
         lost[FRESH, i] = work.problem.force[i] - lost[FRESH, i]
     if booked.rows >= 0:
@@ -177,16 +181,18 @@ def settle(laws, modal, count, n, state, work, ledger):
         energy[DAMPING] += taken
         _approach(rows, work.on_dofs, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, energy)
-        was = _potential(laws, rows, count, before, work.space, lost[SPARE])
+        was = beside + _potential(laws, rows, count, before, work.space, lost[SPARE])
         last = ledger.rows
         place_rows(work.active, last, booked.rows, ledger.on_dofs)
         _approach(last, ledger.on_dofs, booked.rows, dofs.motion, now)
         put(before[0], ledger.delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, energy)
-        goes = _potential(laws, last, booked.elements, now, work.space, lost[SPARE])
+        goes = booked.beside
+        goes += _potential(laws, last, booked.elements, now, work.space, lost[SPARE])
         energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
     energy[ELEMENTS] = potential
     put(lost[LAST], lost[FRESH])
     put(ledger.delta, delta)
     _copy_rows(rows, n, count, ledger.rows)
-    booked.rows, booked.elements, booked.potential = n, count, potential
+    booked.rows, booked.elements = n, count
+    booked.potential, booked.beside = potential, beside

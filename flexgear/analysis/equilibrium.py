@@ -28,6 +28,7 @@ from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PLACES
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.neighbours import freeze_neighbours
 from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -47,9 +48,9 @@ class Equilibrium:
     external torque on every port, N·m; eta (p, n) modal coordinates measured from the undeflected
     train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
     pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices far_load (p, M, S) N,
-    what of the load the second row carries, and pair_approach (p, M, S, 3) m of both rows and the
-    mean error less gap in them, else of no length; support_load (p, extra rows) N;
-    active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
+    what of the load the second row carries, and pair_approach (p, M, S, 4) m: by how much both rows
+    close, then what the bodies' motion does of it, else of no length; support_load (p, extra rows)
+    N; active_flanks (p, M) gear meshes that were looked at; closure (p,) largest imbalance over the
     load.
     """
 
@@ -130,7 +131,7 @@ def revolution(
         stiffness=np.zeros(shape),
         position=np.zeros(shape),
         far=np.zeros(two_rows(pairs, count)),
-        approach=np.zeros((*two_rows(pairs, count), 3)),
+        approach=np.zeros((*two_rows(pairs, count), 4)),
         supports=np.zeros((count, extra_rows(pairs))),
     )
     found = Positions(
@@ -275,6 +276,7 @@ def _solve_positions(laws, span, forward, train, modes, work, out, found, loads)
             found.torques[p, reactions[f]] = -out[n + r + f]
         put(found.eta[p], out[n : n + r])
         modal_part(elastic, work.channels[1], omega2, r, found.eta[p])
+        freeze_neighbours(work.rows, n, out)
         _store(work.rows, n, pairs, (out, work.delta[0]), p, loads)
     return span[1], 0.0
 
@@ -291,8 +293,8 @@ def _store(rows, n, pairs, found, p, loads):
             loads.load[p, m, slot] += x[pair.row + 1]
             for a in range(2):
                 loads.approach[p, m, slot, a] = delta[pair.row + a]
-            ends = rows.row[pair.row].offset + rows.row[pair.row + 1].offset
-            loads.approach[p, m, slot, 2] = 0.5 * ends
+                moved = delta[pair.row + a] - rows.row[pair.row + a].offset
+                loads.approach[p, m, slot, 2 + a] = moved
         loads.tooth[p, m, slot] = pair.tooth
         loads.stiffness[p, m, slot] = pair.stiffness
         loads.position[p, m, slot] = pair.s

@@ -67,8 +67,9 @@ def _of_gear_mesh(
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
     centre = _at(pairs, m, pairs.z_table[pairs.table[m]], s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        tilt = np.where(radius > 0, 0.5 * (found[:, 1] - found[:, 0]) / radius, 0.0)
-    middle = 0.5 * (found[:, 0] + found[:, 1])
+        lever = np.where(radius > 0, 0.5 / radius, 0.0)
+    tilt, turned = lever * (found[:, 1] - found[:, 0]), lever * (found[:, 3] - found[:, 2])
+    middle, moved = found[:, :2].mean(axis=1), found[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
     if pairs.bent[m]:
         force = forces_of(x, values[:, OF_LINE + 3 * count :])
@@ -83,8 +84,7 @@ def _of_gear_mesh(
     out.path[slices] = s[:, None] + pairs.slope[m] * z
     out.line_load[slices] = force / width[:, None]
     out.ends[place] = np.column_stack([low, high])
-    turned = tilt - pairs.error_slope[m]
-    out.approach[place], out.tilt[place] = middle - found[:, 2] - turned * centre, turned
+    out.approach[place], out.tilt[place] = moved - turned * centre, turned
 
 
 def interpolated(pairs: PairData, m: int, s: Array) -> Array:

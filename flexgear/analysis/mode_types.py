@@ -201,11 +201,6 @@ def strain_shares(
     }
 
 
-def row_springs(rows: Array, stiffness: ArrayLike) -> tuple[Array, Array]:
-    """Contribution of springs k (n,) along rows V (n, d), as of gear meshes: (V, diag k)."""
-    return rows, np.diag(np.atleast_1d(np.asarray(stiffness, dtype=float)))
-
-
 def planar_rows(mass: Array, members: Sequence[Member]) -> tuple[Array, Array]:
     """Mean in-plane motion of the central members that translate: rows (n, 2, d), masses (n,)."""
     rows, masses = [], []

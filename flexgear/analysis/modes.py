@@ -13,6 +13,7 @@ from scipy import linalg
 
 from flexgear.coupling.elements import Rows, pair_rows
 from flexgear.coupling.mode_choice import row_motions
+from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import front_meshes
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
@@ -34,10 +35,10 @@ class Modes:
 def gear_mesh_stiffness(system: System, carrier_angle: float, only_pairs: bool = False) -> Array:
     """Σ k V Vᵀ of all rows at a carrier angle in physical coordinates, (d, d)."""
     rows, n = rows_at(system, carrier_angle)
-    vectors, stiffness = row_vectors(system, rows, n), rows.stiffness[:n].copy()
+    vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     if only_pairs:
         stiffness[rows.kind[:n] < 0] = 0.0
-    return (vectors.T * stiffness) @ vectors
+    return np.asarray(vectors.T @ stiffness @ vectors)
 
 
 def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[Rows, int]:

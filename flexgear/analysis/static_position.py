@@ -31,6 +31,7 @@ from flexgear.analysis.vectors import dot, fill
 from flexgear.coupling.compiled import INNER, PART, ZERO
 from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.neighbours import add_neighbours, yield_to_neighbours
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.pairs import fill_rows
 
@@ -135,6 +136,7 @@ def _row_motions(n, known, train, work):
     first = flex.shape[0] - ports
     m = local_blocks(rows, n, work.local)
     row_products(rows, n, flex, work.local, work.channels[2], motion)
+    add_neighbours(rows, n, motion)
     release(work.local, m)
     for i in range(n):
         free[i] = rows.row[i].offset
@@ -293,6 +295,7 @@ def _closure(n, count, known, train, work, x):
     row_values(rows, n, motion, work.delta[0])
     for i in range(n):
         work.delta[0, i] += rows.row[i].offset
+    yield_to_neighbours(rows, n, x, work.delta[0])
     worst, largest = _law_imbalance(n, count, work, x)
     left, scale = 0.0, 1e-300
     for e in range(r):

@@ -50,6 +50,7 @@ from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
 from flexgear.coupling.laws import HELD_RATE_LAW
+from flexgear.coupling.neighbours import add_neighbours, freeze_neighbours
 from flexgear.coupling.pair_data import LOAD
 from flexgear.coupling.pairs import fill_rows
 
@@ -128,6 +129,7 @@ def _contact(laws, data, level, n, count, state, work):
     row_receptances(
         work.active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
     )
+    add_neighbours(work.rows, n, problem.displacement)
     for e in range(count, elements):
         i = n + e - count
         if work.rows.element[e].law == HELD_RATE_LAW:
@@ -138,6 +140,7 @@ def _contact(laws, data, level, n, count, state, work):
     start_guess(laws, work.rows, elements, state.memory, work.space)
     if solve_contact(laws, work.rows, elements, total, work.space, problem) < 0:
         return -1
+    freeze_neighbours(work.rows, n, problem.force)
     for i in range(total):
         if problem.force[i] != 0.0:
             add_row(on_dofs, i, -problem.force[i], dofs.force)
@@ -212,9 +215,9 @@ def _save(samples, at, modal, work, n, pairs, state):
             samples.far_load[at, m, slot] = force[pair.row + 1]
             samples.pair_load[at, m, slot] += force[pair.row + 1]
             for a in range(2):
-                samples.pair_approach[at, m, slot, a] = work.problem.motion[0, pair.row + a]
-            ends = rows.row[pair.row].offset + rows.row[pair.row + 1].offset
-            samples.pair_approach[at, m, slot, 2] = 0.5 * ends
+                delta = work.problem.motion[0, pair.row + a]
+                samples.pair_approach[at, m, slot, a] = delta
+                samples.pair_approach[at, m, slot, 2 + a] = delta - rows.row[pair.row + a].offset
         samples.pair_tooth[at, m, slot] = pair.tooth
         samples.pair_stiffness[at, m, slot] = pair.stiffness
         samples.pair_position[at, m, slot] = pair.s

@@ -90,7 +90,7 @@ class Samples(NamedTuple):
     pair_stiffness: Array
     pair_position: Array
     far_load: Array  # (…, M, SLOTS) of a pair's second row, and its approach; without length where
-    pair_approach: Array  # no pair has two; (…, M, SLOTS, 3): δ of both, error less gap
+    pair_approach: Array  # no pair has two; (…, M, SLOTS, 4): δ of both, and of the bodies alone
     support_load: Array  # (…, extra rows)
     energy: Array  # (…, 9)
     active_flanks: NDArray[np.int64]

@@ -104,7 +104,7 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
         pair_stiffness=np.zeros(shape),
         pair_position=np.zeros(shape),
         far_load=np.zeros(two_rows(pairs, count)),
-        pair_approach=np.zeros((*two_rows(pairs, count), 3)),
+        pair_approach=np.zeros((*two_rows(pairs, count), 4)),
         support_load=np.zeros((count, extra_rows(pairs))),
         energy=np.zeros((count, len(ENERGIES))),
         active_flanks=np.zeros((count, meshes), dtype=np.int64),

@@ -55,7 +55,9 @@ FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows told", "")
 
-ROW = _record("kind owner sided width line beyond", "along stiffness damping offset")
+ROW = _record(
+    "kind owner sided width line beyond after", "along stiffness damping offset to_near to_far"
+)
 PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
 
@@ -98,7 +100,9 @@ class Rows(NamedTuple):
     )
     # number among the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh
     # whose line of action holds the first blocks, −1 none, and beyond: the first it does not hold;
-    # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m
+    # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m; after: first
+    # row of the next pair that yields to this one, −1 none; to_near, to_far: m/N, by which this row
+    # yields to forces on that row and the one behind it
     blocks: IntArray  # (R, B)
     coef: Array  # (R, B, 6)
     pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m

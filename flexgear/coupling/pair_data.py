@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 SLOTS = 4  # most pairs of one gear mesh that are in contact at once; checked when data are built
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
-OF_LINE = 2  # columns of a table of slices that are of the whole line
+OF_LINE = 6  # columns of a table of slices that are of the whole line
 SUPPORT, BEARING, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 
 
@@ -65,9 +65,10 @@ class PairData(NamedTuple):
     k_table: Array  # (K, T) N/m over the path, or over one base pitch from s_lo on (WAVE)
     z_table: Array  # (K, T) m
     gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
-    slice_table: Array  # (K, T, 2 + 3 n) of contact lines in slices: radius of gyration m and whole
-    # stiffness N/m, then z m of all, stiffness N/m and gap m, and where they bend each other what
-    # ``laws.coupled_slices`` takes besides; n: of the set; 0 wide where no pair has slices
+    slice_table: Array  # (K, T, OF_LINE + 3 n) of contact lines in slices: radius of gyration m,
+    # whole stiffness N/m, B of both rows and those of the next line (4) m/N, then z m of all,
+    # stiffness N/m and gap m, and where they bend each other what ``laws.coupled_slices`` takes
+    # besides; n: of the set; 0 wide where no pair has slices
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)

@@ -16,7 +16,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import line_load
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.radii import stage_radii
-from flexgear.gears.slices import bent
+from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
@@ -71,7 +71,10 @@ def stage_sets(
             slot = kind.removesuffix("_back")
             load = line_load(view, stage_geometry(view), slot, flow.gear_mesh_forces[slot])
             found = pair_bending(view, path, path.slices)
-            path = replace(path, slices=bent(path.slices, *found, load / path.cos_base_helix))
+            nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
+            contact = (found.scale, found.limit)
+            lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)
+            path = replace(path, slices=lines)
         positions = blocks.teeth if part == "ring" else None
         out.append(
             GearMeshSet(

@@ -30,12 +30,14 @@ class Bending:
 
     lower: (S, K (K + 1)/2) lower triangles, row by row, of the flexibility between them, m/N, of
     both flanks together and without line contact; scale, limit: (S, K) a m/N and d N of its
-    approach a f ln(d/f) under the force f of a slice.
+    approach a f ln(d/f) under the force f of a slice. beside: (S, 2, 2) m/N, by which both rows of
+    the line yield to forces on those of the next one, a base pitch further on (``rows_yield``).
     """
 
     scale: Array
     limit: Array
     lower: Array
+    beside: Array
 
 
 @dataclass(frozen=True)
@@ -124,23 +126,32 @@ def line_ends(s: Array, line: Line) -> tuple[Array, Array]:
     return start, stop
 
 
+@dataclass(frozen=True)
+class Nominal:
+    """Contact lines at which nominal stiffness is taken: line_load N/m along z, even on all of the
+    line; base_pitch m between them."""
+
+    line_load: float
+    base_pitch: float
+
+
 def bent(
-    slices: Slices, flexibility: Array, contact: tuple[Array, Array], line_load: float
+    slices: Slices, flexibility: Array, beside: Array, contact: tuple[Array, Array], at: Nominal
 ) -> Slices:
     """The same lines with slices that bend each other.
 
-    flexibility: (S, K, K) m/N of both flanks without line contact; contact: scale a m/N and limit d
-    N of the line contact of every slice, (S, K) each; line_load: N/m along z, even on all of the
-    line, at which nominal stiffness, centre and radius of gyration are taken. With
-    G = (C + diag h'(f))⁻¹: k = 1ᵀG1, z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
+    flexibility: (S, K, K) m/N of both flanks without line contact; beside: (S, K, K) m/N,
+    displacement of slices per force on those of the next line; contact: scale a m/N and limit d N
+    of the line contact of every slice, (S, K) each. With G = (C + diag h'(f))⁻¹: k = 1ᵀG1,
+    z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
     """
     scale, limit = contact
-    even = np.maximum(line_load * slices.width, 1e-9 * limit)
+    even = np.maximum(at.line_load * slices.width, 1e-9 * limit)
     slope = scale * (np.log(limit / np.minimum(even, limit / 8.0)) - 1.0)
     whole = flexibility + slope[:, :, None] * np.eye(slices.count)
     columns = np.stack([np.ones_like(slices.z), slices.z], axis=-1)
     solved = np.linalg.solve(whole, columns)
-    share, moment = solved[:, :, 0], solved[:, :, 1]
+    share, moment = np.asarray(solved[:, :, 0]), np.asarray(solved[:, :, 1])
     held = (slices.stiffness.sum(axis=1) > 0)[:, None]
     stiffness = np.where(held, np.maximum(share, 0.0), 0.0)
     k = np.maximum(share.sum(axis=1), 1e-300)
@@ -149,11 +160,38 @@ def bent(
     on = np.divide(
         slices.on_path, slices.stiffness.sum(axis=1), out=np.zeros_like(k), where=held[:, 0]
     )
-    return replace(
+    found = replace(
         slices,
         stiffness=stiffness,
         centre=np.where(held[:, 0], centre, slices.centre),
         radius=np.where(held[:, 0], np.sqrt(np.maximum(spread, 0.0)), 0.0),
         on_path=on * stiffness.sum(axis=1),
-        bending=Bending(scale, limit, flexibility[:, *np.tril_indices(slices.count)]),
     )
+    yields = rows_yield(found, (share, moment), beside, at.base_pitch)
+    lower = flexibility[:, *np.tril_indices(slices.count)]
+    return replace(found, bending=Bending(scale, limit, lower, yields))
+
+
+def rows_yield(
+    slices: Slices, solved: tuple[Array, Array], beside: Array, base_pitch: float
+) -> Array:
+    """B (S, 2, 2) m/N: what both rows of a line, at z_c ∓ ρ, yield to forces on those of the next.
+
+    Teeth below a loaded one move as bodies do, smoothly along the face, so that resultants are
+    enough: the forces of rows lie on slices as they do where the line is pressed on by rigid
+    bodies, P = G T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between a line and the next.
+    solved: G 1 and G z (S, K); beside: C (S, K, K) m/N.
+    """
+    wide = slices.radius > 0
+    reach = np.where(wide, slices.radius, 1.0)
+    even, lever = solved[0], solved[1] - slices.centre[:, None] * solved[0]
+    k = np.maximum(even.sum(axis=1), 1e-300)[:, None]
+    lever = np.where(wide[:, None], lever / (k * reach[:, None]), 0.0)
+    rows = np.stack([even / k - lever, even / k + lever], axis=-1)  # of 2 t - 1 = (z − z_c)/ρ
+    after = np.clip(slices.s + base_pitch, None, slices.s[-1])
+    step = slices.s[1] - slices.s[0]
+    place = (after - slices.s[0]) / step
+    low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
+    share = (place - low)[:, None, None]
+    further = (1.0 - share) * rows[low] + share * rows[low + 1]
+    return np.asarray(rows.swapaxes(1, 2) @ beside @ further)

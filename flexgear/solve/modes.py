@@ -16,11 +16,11 @@ from flexgear.analysis.mode_types import (
     classify,
     members,
     planar_rows,
-    row_springs,
     strain_shares,
 )
 from flexgear.analysis.modes import gear_mesh_stiffness, row_vectors, rows_at
 from flexgear.analysis.modes import modes as natural_modes
+from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.coupling.system import System
 from flexgear.model.errors import InputError
@@ -90,16 +90,16 @@ def contributions(model: Model, angle: float = 0.0) -> dict[str, tuple[Array, Ar
     for link in system.links:
         found[link.name] = (link.rows, link.matrix)
     rows, n = rows_at(system, _masters(system, angle))
-    vectors, stiffness = row_vectors(system, rows, n), rows.stiffness[:n]
+    vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     gear_meshes = gear_meshes_of(model.case, system)
     for g, name in enumerate(gear_meshes.names):
         own = np.flatnonzero(gear_meshes.sign[:, g])
         at = np.flatnonzero((rows.kind[:n] >= 0) & np.isin(rows.owner[:n], own))
-        found[_gear_mesh_spring(name.label)] = row_springs(vectors[at], stiffness[at])
+        found[_gear_mesh_spring(name.label)] = vectors[at], stiffness[np.ix_(at, at)]
     for kind, said in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
         at = np.flatnonzero(rows.kind[:n] == kind)
         if len(at):
-            found[said] = row_springs(vectors[at], stiffness[at])
+            found[said] = vectors[at], stiffness[np.ix_(at, at)]
     for body in system.bodies:
         if not body.rigid:
             place = np.zeros((body.size, system.size))

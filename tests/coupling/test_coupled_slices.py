@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW, respond
+from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 
 COUNT = 15
@@ -86,7 +87,7 @@ def test_a_stage_whose_slices_do_not_bend_each_other_is_that_of_springs():
     pairs = springs.system.pairs
     count = int(pairs.slices[0])
     table = pairs.slice_table
-    stiffness = table[:, :, 2 + count : 2 + 2 * count]
+    stiffness = table[:, :, OF_LINE + count : OF_LINE + 2 * count]
     lower = np.zeros((*table.shape[:2], count * (count + 1) // 2))
     diagonal = np.cumsum(np.arange(1, count + 1)) - 1
     lower[:, :, diagonal] = 1.0 / np.where(stiffness > 0, stiffness, 1.0)

@@ -11,6 +11,7 @@ import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_loads
 from flexgear.coupling.laws import SLICES_LAW, respond
+from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.slices import Line, cut
 from flexgear.model.load import load_case
@@ -178,7 +179,7 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
         at = np.nonzero(found.pair_tooth[:, m] >= 0)
         values = interpolated(pairs, m, found.pair_position[:, m][at])
         load, far = found.pair_load[:, m][at], found.far_load[:, m][at]
-        z, k = values[:, 2:17], values[:, 17:32]
+        z, k, _ = np.split(values[:, OF_LINE : OF_LINE + 45], 3, axis=1)
         centre = (z * k).sum(axis=1) / k.sum(axis=1)
         moment = (slices.force[:, m][at] * (z - centre[:, None])).sum(axis=1)
         arm = pairs.half_face[m]

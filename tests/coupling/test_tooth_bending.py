@@ -9,6 +9,7 @@ import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, respond
+from flexgear.coupling.pair_data import OF_LINE
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 from flexgear.structures.fe_mesh import SegmentDivisions
@@ -55,7 +56,7 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
     for m in (0, 5):  # ring and sun of planet 1
         table = pairs.slice_table[pairs.table[m]]
         middle = int(np.argmax(pairs.k_table[pairs.table[m]]))
-        radius, own = table[middle, 0], table[middle, 2:].copy()
+        radius, own = table[middle, 0], table[middle, OF_LINE:].copy()
         centre, nominal = pairs.z_table[pairs.table[m], middle], table[middle, 1]
         own[:count] = 0.5 * (1.0 + (own[:count] - centre) / radius)
         parameters = np.concatenate([[count, 0.0], own])

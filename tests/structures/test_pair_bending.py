@@ -10,7 +10,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.slices import bent
+from flexgear.gears.slices import Nominal, bent
 from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
@@ -53,7 +53,8 @@ def bending(changes, kind):
 @pytest.mark.parametrize("slot", ["sun", "ring"])
 def test_symmetric_definite_and_reflected(slot):
     """Coast flanks and the other hand of helix are reflections in the middle of the face."""
-    _, _, path, (c, (scale, limit)) = bending(SMALL, slot)
+    _, _, path, found = bending(SMALL, slot)
+    c, scale, limit = found.flexibility, found.scale, found.limit
     long = path.slices.width[:, 0] > 0.5 * path.slices.width.max()
     assert np.array_equal(c, c.swapaxes(1, 2))
     smallest, largest = np.linalg.eigvalsh(c)[:, [0, -1]].T
@@ -61,17 +62,19 @@ def test_symmetric_definite_and_reflected(slot):
     assert (smallest[long] > 1e-3 * largest[long]).all()
     assert (scale > 0).all() and (limit > 0).all()
     for changes, kind in ((SMALL, f"{slot}_back"), (TURNED, slot)):
-        _, _, _, (other, (scale_2, _)) = bending(changes, kind)
+        _, _, _, other = bending(changes, kind)
         # slices are put about their centre of stiffness, which is a sum over a table
-        assert other == pytest.approx(c[:, ::-1, ::-1], abs=1e-4 * c.max())
-        assert scale_2 == pytest.approx(scale[:, ::-1], rel=1e-9)
+        for one, two in ((other.flexibility, c), (other.beside, found.beside)):
+            assert one == pytest.approx(two[:, ::-1, ::-1], abs=1e-4 * c.max())
+        assert other.scale == pytest.approx(scale[:, ::-1], rel=1e-9)
     middle = c[len(c) // 2]
     assert np.abs(middle - middle[::-1, ::-1]).max() > 1e-3 * middle.max()  # a helix leans
 
 
 def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     """A spur pair, whole face: both teeth and the contact, in 3D against plane strain."""
-    case, force, path, (c, (scale, limit)) = bending(SPUR, "sun")
+    case, force, path, bends = bending(SPUR, "sun")
+    c, scale, limit = bends.flexibility, bends.scale, bends.limit
     g = stage_geometry(case)
     theory = compliance(case, g, "sun", force)
     s_pitch = path.base_radius_planet * np.tan(path.alpha)
@@ -84,6 +87,7 @@ def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     found = approach.mean() * width / (5 * even)
     assert found == pytest.approx(np.interp(xi, theory.xi, theory.total), rel=0.08)
     # what the contact element takes as its nominal stiffness is the tangent there
-    lines = bent(path.slices, c, (scale, limit), 5 * even / width)
+    nominal = Nominal(5 * even / width, path.base_pitch)
+    lines = bent(path.slices, c, bends.beside, (scale, limit), nominal)
     assert lines.stiffness[at].sum() == pytest.approx(1.05 * width / found, rel=0.06)
     assert lines.centre[at] == pytest.approx(0.0, abs=1e-6 * width)

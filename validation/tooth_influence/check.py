@@ -12,7 +12,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import iso_peak
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.slices import bent
+from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.waves import iso_mean_stiffness
 from flexgear.model.load import load_stage
 from flexgear.structures.fe_mesh import tooth_segment
@@ -182,10 +182,12 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
     for (kind, _), path in stage_paths(case, forces).items():
         if kind.endswith("back"):
             continue
-        c, contact = pair_bending(case, path, path.slices)
+        found = pair_bending(case, path, path.slices)
         ratio = g.gear_meshes[kind].transverse_contact_ratio
         width = case.stage.face_width
-        lines = bent(path.slices, c, contact, abs(forces[kind]) / (ratio * width))
+        contact = (found.scale, found.limit)
+        nominal = Nominal(abs(forces[kind]) / (ratio * width), path.base_pitch)
+        lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)
         mean = lines.on_path.sum() * (path.slices.s[1] - path.slices.s[0]) / path.base_pitch / width
         iso = iso_mean_stiffness(iso_peak(case, kind), ratio, width) / width
         print(f"  {kind}: {mean / 1e9:.1f}, ISO 6336-1 c_γ {iso / 1e9:.1f}: {mean / iso:.2f} of it")

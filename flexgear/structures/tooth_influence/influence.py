@@ -75,12 +75,15 @@ class ToothInfluence:
     def coupling(
         self, slices: tuple[Array, Array, Array], beside: tuple[Array, Array, Array]
     ) -> Array:
-        """C (K, K') m/N: displacement of slices on a tooth per force on slices of the next one in
-        +θ; each (roll, z, width). ValueError where neighbours are not counted."""
+        """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next one
+        in +θ; each (roll, z, width), (…, K) m. ValueError where neighbours are not counted."""
         if self.neighbour is None:
             raise ValueError("neighbouring teeth of this body couple through its own FE model")
-        one, two = (self._coarse_averages(*s) for s in (slices, beside))
-        return one @ self.neighbour @ two.T
+        shape, other = np.shape(slices[0]), np.shape(beside[0])[-1]
+        one, two = (self._coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
+        moved = (one @ self.neighbour).reshape(-1, shape[-1], len(self.neighbour))
+        means = two.toarray().reshape(-1, other, len(self.neighbour))
+        return np.asarray(moved @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:
         """The layer whose line contact belongs to ``matrix``, at places (K,) on the flank."""

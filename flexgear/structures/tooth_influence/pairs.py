@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import interp1d
@@ -12,33 +14,52 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView
+from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Lines = tuple[Array, Array, Array]
 
 _PLACES = 251  # contact lines for which the flexibility is computed; linear between
 _LEAST_WIDTH = 1e-6  # of the face, where a line has left it
 
 
-def pair_bending(
-    case: StageView, path: GearMeshPath, slices: Slices
-) -> tuple[Array, tuple[Array, Array]]:
-    """Flexibility (S, K, K) m/N of both teeth between the slices of every contact line, and a
-    (m/N), d (N) of the approach a f ln(d/f) of their line contact, (S, K) each.
+@dataclass(frozen=True)
+class PairBending:
+    """Over the path coordinate (S,), for contact lines of K slices each.
 
-    For ``gears.slices.bent``. Displacement and force are along the normal N. Off the path of
-    contact the line contact is that of the flanks at the tip; a sharp edge is softer.
+    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, K, K) m/N:
+    displacement of its slices per force on those of the next line, a base pitch further on, through
+    the bodies below both; scale m/N and limit N (S, K) of the approach a f ln(d/f) of line contact.
+    """
+
+    flexibility: Array
+    beside: Array
+    scale: Array
+    limit: Array
+
+
+def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBending:
+    """How slices of contact lines bend each other, for ``gears.slices.bent``.
+
+    Displacement and force are along the normal N. Off the path of contact the line contact is that
+    of the flanks at the tip; a sharp edge is softer. Teeth of an FE body move their neighbours by
+    its own model; nothing of it is in ``beside``.
     """
     slot = path.kind.removesuffix("_back")
     width = np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
     on = np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
-    rolls = path.off_path.rolls(on)
-    teeth = (path.off_path.planet, path.off_path.gear)
-    internal = path.off_path.gear.internal
-    slopes = (path.slope, path.slope if internal else -path.slope)
     some = np.unique(np.linspace(0, len(on) - 1, _PLACES).astype(np.int64))
-    flexibility, bodies, radii = np.zeros((len(some), *2 * on.shape[1:])), [], []
-    for name, tooth, roll, slope in zip(("planet", slot), teeth, rolls, slopes, strict=True):
+    shape = (len(some), on.shape[1], on.shape[1])
+    flexibility, beside, bodies, radii = np.zeros(shape), np.zeros(shape), [], []
+    # the flank's sense: 1 where the force pushes its gear's teeth on in +θ, on their −θ flank;
+    # step: teeth in +θ from one pair to the next
+    members = (
+        ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
+        (slot, path.off_path.gear, path.gear_step, path.gear_step),
+    )
+    for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
         low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
         roll = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
         radii.append(roll)
@@ -46,15 +67,43 @@ def pair_bending(
         if influence is None:
             bodies.append(_to_middle(case, tooth, roll))
             continue
-        same = influence.slope * slope >= 0  # else the other flank, or the other hand
-        flank = influence if same else influence.turned()
+        flank = influence if sense > 0 else influence.turned()
         flexibility += flank.matrix(roll[some], slices.z[some], width[some])
         bodies.append(flank.contact_body(roll))
+        if flank.neighbour is not None:
+            lines = (roll, slices.z, width)
+            beside += _next_line(flank, step, lines, (slices.s, some, path.base_pitch))
     cos = path.cos_base_helix
-    radius = relative_radius(radii[0], radii[1], internal=internal) / cos
-    contact = line_contact(bodies[0], bodies[1], radius)
-    between = interp1d(slices.s[some], flexibility, axis=0, copy=False, assume_sorted=True)
-    return between(slices.s), contact.of_slice(width / cos)
+    radius = relative_radius(radii[0], radii[1], internal=path.off_path.gear.internal) / cos
+    scale, limit = line_contact(bodies[0], bodies[1], radius).of_slice(width / cos)
+    return PairBending(
+        flexibility=_at(slices.s[some], flexibility, slices.s),
+        beside=_at(slices.s[some], beside, slices.s),
+        scale=scale,
+        limit=limit,
+    )
+
+
+def _next_line(
+    flank: ToothInfluence, step: int, lines: Lines, places: tuple[Array, Ints, float]
+) -> Array:
+    """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
+    on those a base pitch further on, whose tooth is ``step`` teeth on in +θ.
+
+    places: path coordinates of the lines, numbers of those wanted, base pitch m.
+    """
+    (roll, z, width), (s, some, pitch) = lines, places
+    further = np.clip(s[some] + pitch, None, s[-1])
+    here = roll[some], z[some], width[some]
+    there = _at(s, roll, further), _at(s, z, further), _at(s, width, further)
+    return (
+        flank.coupling(here, there) if step > 0 else np.swapaxes(flank.coupling(there, here), 1, 2)
+    )
+
+
+def _at(s: Array, table: Array, places: Array) -> Array:
+    """Rows of a table over s at other places."""
+    return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 
 
 def _to_middle(case: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:

@@ -1,0 +1,169 @@
+"""Neighbouring tooth pairs of a gear mesh yield to each other through the bodies below them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import flexgear as fg
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.line_loads import interpolated, line_loads
+from flexgear.analysis.modes import rows_at
+from flexgear.coupling.neighbours import row_stiffness
+from flexgear.coupling.pair_data import OF_LINE
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
+from flexgear.results.energy_balance import energy_residual
+from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.tooth_influence import pair_bending, pairs
+from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
+
+CASE = load_case(
+    "wind-5mw",
+    {
+        "gear_mesh.model": "face_load", "gear_mesh.tooth_compliance": "fe",
+        "gear_mesh.slices": "7", "stage.face_width_mm": "150", "ring.fits": "[]",
+        **{f"errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")},
+    },
+)  # fmt: skip
+CYCLE = 2 * np.pi / CASE.view().stage.ring.teeth * np.arange(4) / 4
+COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
+
+
+@pytest.fixture(scope="module")
+def model():
+    """Rigid bodies, with influences of coarse segments of three teeth, a ring's too."""
+    view = CASE.view()
+    steel = view.material.young_modulus, view.material.poisson_ratio
+
+    def made(slot):
+        own = influence_parameters(view, slot)
+        return influence_of(replace(own, divisions=COARSE), *steel)
+
+    teeth = {slot: made(slot) for slot in ("planet", "sun", "ring")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
+        paths = stage_paths(view, power_flow(CASE).stages[0].gear_mesh_forces)
+        bends = {k: pair_bending(view, paths[k, ""], paths[k, ""].slices) for k in ("ring", "sun")}
+        yield fg.assemble(CASE, ["all"]), paths, bends
+
+
+@pytest.fixture(scope="module")
+def turned(model):
+    """Positions over a gear-mesh cycle at the rated torque."""
+    return revolution(model[0].modal, CYCLE, model[0].system.rated_torque)
+
+
+def whole_lines(bends, path, lines, where):
+    """Forces of all slices of the pairs of one gear mesh at once, with all their influences."""
+    position, m = where
+    slots = np.flatnonzero(np.isfinite(lines.approach[position, m]))
+    first = lines.path[position, m, slots] - path.slope * lines.z[position, m, slots]
+    slots = slots[np.argsort(first[:, 0])]
+    s, count = np.sort(first[:, 0]), lines.z.shape[-1]
+    z, gap = lines.z[position, m, slots].ravel(), lines.gap[position, m, slots].ravel()
+    approach, tilt = (np.repeat(a[position, m, slots], count) for a in (lines.approach, lines.tilt))
+    x = approach + tilt * z - gap
+    flexibility = np.zeros((len(x), len(x)))
+    for k, place in enumerate(s):
+        own = slice(k * count, (k + 1) * count)
+        flexibility[own, own] = at(bends.flexibility, place, path)
+        if k + 1 < len(s):
+            after = slice((k + 1) * count, (k + 2) * count)
+            flexibility[own, after] = at(bends.beside, place, path)
+            flexibility[after, own] = flexibility[own, after].T
+    scale = np.concatenate([at(bends.scale, place, path) for place in s])
+    limit = np.concatenate([at(bends.limit, place, path) for place in s])
+    return slots, pressed(flexibility, scale, limit, x).reshape(-1, count)
+
+
+def at(table, place, path):
+    """Row of a table over the path coordinate."""
+    flat = table.reshape(len(table), -1).T
+    return np.array([np.interp(place, path.slices.s, v) for v in flat]).reshape(table.shape[1:])
+
+
+def pressed(flexibility, scale, limit, x):
+    """Newton's method on the slices that touch."""
+    f, touch = np.full(len(x), 1e-6 * limit.min()), x > 0
+    for _ in range(60):
+        f[~touch] = 0.0
+        some = np.flatnonzero(touch)
+        known = np.maximum(f[some], 1e-9 * limit[some])
+        ratio = np.log(limit[some] / known)
+        left = (x - flexibility @ f)[some] - scale[some] * known * ratio
+        tangent = flexibility[np.ix_(some, some)] + np.diag(scale[some] * (ratio - 1))
+        f[some] += np.linalg.solve(tangent, left)
+        wrong = (f < 0) | (~touch & (x - flexibility @ f > 1e-12 * x.max()))
+        touch = np.where(f < 0, False, touch | wrong)
+        if not wrong.any() and np.abs(left).max() < 1e-10 * x.max():
+            return np.where(touch, f, 0.0)
+    raise AssertionError("no answer")
+
+
+@pytest.mark.parametrize(("kind", "m"), [("ring", 0), ("sun", 5)])
+def test_the_whole_set_of_slices_says_the_same(model, turned, kind, m):
+    """Resultants are enough between pairs: all slices of all pairs solved at once, for the bodies
+    where the equilibrium puts them, carry the same; without neighbours they would carry more."""
+    case_model, paths, bends = model
+    assert case_model.system.pairs.kind[m] == ("ring", "sun").index(kind)
+    lines, worst, alone = line_loads(turned), 0.0, []
+    for position in range(len(CYCLE)):
+        slots, force = whole_lines(bends[kind], paths[kind, ""], lines, (position, m))
+        found, largest = lines.force[position, m, slots], turned.pair_load[:, m].max()
+        load = found.sum(axis=1)
+        assert force.sum(axis=1) == pytest.approx(load, abs=0.01 * largest)
+        worst = max(worst, np.abs(force - found).max() / found.max())
+        single = replace(bends[kind], beside=np.zeros_like(bends[kind].beside))
+        _, force = whole_lines(single, paths[kind, ""], lines, (position, m))
+        alone.append(force.sum() / load.sum() - 1)
+    print(f"\n{kind}: slices within {100 * worst:.1f} %, without neighbours {alone}")
+    assert worst < 0.03
+    assert min(alone) > 0.03
+
+
+def test_equilibria_close_and_slices_add_up(model, turned):
+    assert turned.closure.max() < 1e-8
+    total = np.nansum(line_loads(turned).force, axis=-1)
+    np.testing.assert_allclose(total, turned.pair_load, atol=1e-7 * turned.pair_load.max())
+
+
+def test_modes_have_the_flexibility_that_rows_have(model):
+    """(1/k and B)⁻¹ of the rows on the path; what is off it has no nominal stiffness."""
+    rows, n = rows_at(model[0].system)
+    stiffness, k = row_stiffness(rows, n), rows.stiffness[:n]
+    np.testing.assert_allclose(stiffness, stiffness.T, rtol=1e-9, atol=1e-9 * k.max())
+    on = np.flatnonzero(k > 1e-6 * k.max())
+    flexibility = np.linalg.inv(stiffness[np.ix_(on, on)])
+    own = np.diag(1 / k[on])
+    beside = flexibility - own
+    assert np.diag(beside) == pytest.approx(0.0, abs=1e-9 * own.max())
+    table = model[0].system.pairs.slice_table
+    assert 0.0 < beside.max() <= (1 + 1e-9) * table[:, :, 2:OF_LINE].max()
+
+
+def test_what_rows_yield_is_that_of_the_table(model, turned):
+    """Approach of the bodies less that of the slices is B times the neighbours' forces."""
+    system, m = model[0].system, 5
+    at = np.flatnonzero(turned.pair_tooth[0, m] >= 0)
+    at = at[np.argsort(turned.pair_position[0, m, at])]
+    b = interpolated(system.pairs, m, turned.pair_position[0, m, at])[:, 2:OF_LINE]
+    b = b.reshape(-1, 2, 2)
+    far = turned.far_load[0, m, at]
+    force = np.column_stack([turned.pair_load[0, m, at] - far, far])
+    approach = turned.pair_approach[0, m, at]
+    expected = np.zeros_like(force)
+    expected[:-1] += np.einsum("kab,kb->ka", b[:-1], force[1:])
+    expected[1:] += np.einsum("kab,ka->kb", b[:-1], force[:-1])
+    np.testing.assert_allclose(
+        approach[:, 2:] - approach[:, :2], expected, atol=1e-9 * approach.max()
+    )
+    assert expected.min() > 0.02 * approach.max()
+
+
+def test_a_torque_drop_keeps_its_energy(model):
+    rated, drop = model[0].system.rated_torque, model[0].case.drive.drop
+    drive = drop(0.2 * rated, 0.005, 0.01, rated)
+    run = fg.transient(model[0], duration=0.03, drive=drive, energy=True)
+    assert np.abs(energy_residual(run)).max() < 1e-6
