@@ -25,6 +25,8 @@ PLACES = (
      "exit; the dashed line is what a split by stiffness alone would give it."),
     ("face_line_load", "face", "What all pairs of a gear mesh carry together at one place of the "
      "face; K_Hβ is the largest over the mean (ISO 6336-1)."),
+    ("face_misalignment", "face", "How much closer flanks come at the +z end of the face than at "
+     "the other, by the body or bearing whose tilt it is; lines go from least to largest."),
     ("face_contact_pattern", "face", "Where flanks touch, and how hard at most: load that leans to "
      "one end of the face tells of tilt or twist."),
     ("face_transmission_error", "face", "How far the gears stay behind where they would be if they "

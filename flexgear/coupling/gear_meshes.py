@@ -224,9 +224,9 @@ _INTS = (
     "planet_teeth", "slices", "bent",
 )  # fmt: skip
 _REALS = (
-    "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "slope", "half_face",
-    "z_offset", "planet_arm", "gear_arm", "cos_b", "sin_b", "s_pitch", "gap", "error_amplitude",
-    "error_phase", "error_offset", "error_slope", "damping",
+    "phi", "center_distance", "s0", "rate", "pitch", "s_lo", "s_hi", "path_lo", "path_hi", "slope",
+    "half_face", "z_offset", "planet_arm", "gear_arm", "cos_b", "sin_b", "s_pitch", "gap",
+    "error_amplitude", "error_phase", "error_offset", "error_slope", "damping",
 )  # fmt: skip
 
 
@@ -255,6 +255,8 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         pitch=p.base_pitch,
         s_lo=p.touching[0],
         s_hi=p.touching[1],
+        path_lo=p.s_lo,
+        path_hi=p.s_hi,
         slope=p.slope,
         half_face=p.half_face,
         z_offset=p.z_offset,

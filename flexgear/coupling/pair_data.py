@@ -46,8 +46,10 @@ class PairData(NamedTuple):
     s0: Array  # (M,) m
     rate: Array  # (M,) m/rad
     pitch: Array  # (M,) transverse base pitch, m
-    s_lo: Array  # (M,)
+    s_lo: Array  # (M,) path coordinates between which a point of a contact line may touch, m
     s_hi: Array  # (M,)
+    path_lo: Array  # (M,) ends of the path of contact, m
+    path_hi: Array  # (M,)
     slope: Array  # (M,) t = ds/dz
     half_face: Array  # (M,)
     z_offset: Array  # (M,) mid-plane of the gear mesh, m

@@ -77,7 +77,8 @@ def _dataset(
 ) -> xr.Dataset:
     force = model.gear_meshes.forces(result.pair_load)
     masters = result.masters if result.masters.ndim == 2 else result.masters[:, :, 0]
-    motions, labels = _motions(model, result)
+    recovery = Recovery(result)
+    motions, labels = _motions(model, recovery)
     loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(torques))
     if loads:
         arrays = {**arrays, "applied_load": np.stack([load.at(time) for load in loads], axis=1)}
@@ -95,7 +96,7 @@ def _dataset(
             "rated_gear_mesh_force": model.rated,
             **sharing_histories(force, model.rated, model.gear_meshes.names),
             **_pairs(model, result),
-            **face_arrays(model, result),
+            **face_arrays(model, recovery),
             **motions,
             **arrays,
         },
@@ -185,11 +186,9 @@ def body_rows(system: System) -> tuple[list[str], Array]:
     return names, np.vstack(rows)
 
 
-def _motions(
-    model: Model, result: Equilibrium | Transient
-) -> tuple[dict[str, Array], dict[str, Any]]:
+def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[str, Any]]:
     """Displacements of bodies and forces of links, with their labels."""
-    recovery, count = Recovery(result), len(result.theta)
+    result, count = recovery.result, len(recovery.result.theta)
     names, rows = body_rows(model.system)
     arrays = {"body_displacement": recovery.motion(rows).reshape(count, len(names), 6)}
     labels: dict[str, Any] = {"body": names}

@@ -1,32 +1,29 @@
-"""Load along the face in results: line loads of slices, along the face, and what of it counts.
-
-K_Hβ of ISO 6336-1 is the largest over the mean line load along the face, where W(z) is what all
-pairs of a gear mesh carry at z in the mean of a cycle; here of the positions of a dataset, which
-have to be spread evenly over whole cycles of the gear mesh for that.
-"""
+"""Load along the face in datasets: line loads of slices, what follows from them, and its causes."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.analysis.misalignment import CAUSES, tilt_by_cause
+from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import KINDS
-from flexgear.gears.face_load import factor_along, with_ends
+from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
 
 
-def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]:
+def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     """Variables of a result whose pairs have slices; all of them of equilibria, in time those that
     do not say slice by slice."""
+    result = recovery.result
     found = line_loads(result)
     if found is None:
         return {}
@@ -37,6 +34,7 @@ def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]
         "largest_contact_pressure": _pressure(model, found),
         "transmission_error": _by_load(found.approach, load),
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
+        "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
     if isinstance(result, Equilibrium):
         arrays |= {
@@ -48,9 +46,9 @@ def face_arrays(model: Model, result: Equilibrium | Transient) -> dict[str, Any]
     return arrays
 
 
-def face_labels(model: Model) -> dict[str, list[float]]:
-    """Labels of the axis along the face."""
-    return {"face": face_places(model).tolist()}
+def face_labels(model: Model) -> dict[str, list[Any]]:
+    """Labels of the axis along the face, and of causes of misalignment."""
+    return {"face": face_places(model).tolist(), "cause": list(CAUSES)}
 
 
 def face_places(model: Model) -> Array:
@@ -72,29 +70,6 @@ def along_face(model: Model, found: LineLoads) -> Array:
             (at >= 0.0) & (at <= 1.0), np.interp(at, share, load[t, m, slot]), 0.0
         )
     return out
-
-
-def face_figures(data: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Figures over all positions of a dataset of equilibria, of every flank that carries, by its
-    name; none where pairs have no slices."""
-    if "face_line_load" not in data:
-        return {}
-    found = {}
-    for name in map(str, data["flank"].to_numpy()):
-        own = data.sel(flank=name)
-        load = own["face_line_load"].mean("position").to_numpy()
-        if not load.max() > 0:
-            continue
-        error = own["transmission_error"].to_numpy()
-        found[name] = {
-            "k_h_beta": factor_along(load),
-            "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
-            "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
-            "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
-            "transmission_error_um": 1e6 * float(np.nanmean(error)),
-            "transmission_error_peak_to_peak_um": 1e6 * float(np.nanmax(error) - np.nanmin(error)),
-        }
-    return found
 
 
 def _largest(found: LineLoads) -> Array:
@@ -131,6 +106,12 @@ def _by_load(values: Array, load: Array) -> Array:
     total = load.sum(axis=-1)
     weighed = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
     return np.asarray(np.divide(weighed, total, out=np.full_like(total, np.nan), where=total > 0))
+
+
+def _by_cause(recovery: Recovery, load: Array) -> Array:
+    """Tilts (t, M, causes) m/m of gear meshes; NaN without load."""
+    tilts = np.moveaxis(tilt_by_cause(recovery), -1, 0)
+    return np.stack([_by_load(tilt, load) for tilt in tilts], axis=-1)
 
 
 def worst_figures(result: Equilibrium) -> tuple[Array, Array]:

@@ -24,6 +24,7 @@ from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.results.face_load import face_figures
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     build_summary,
@@ -35,7 +36,6 @@ from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
 from flexgear.solve.deformed import bending_bodies, deformed
-from flexgear.solve.face_load import face_figures
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved

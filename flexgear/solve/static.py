@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
 from flexgear.model.train_member import PlanetBearing
+from flexgear.results.face_load import face_figures
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.face_load import face_figures
 from flexgear.solve.model import Model, rated_rotations
 
 __all__ = ["CENTRAL", "bearing_loads", "position_figures", "static"]

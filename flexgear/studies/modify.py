@@ -24,10 +24,11 @@ from flexgear.coupling.pair_data import OF_LINE, PairData
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.modifications import Relief
+from flexgear.results.face_load import face_figures
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.face_load import face_figures, worst_figures
+from flexgear.solve.face_load import worst_figures
 from flexgear.solve.model import Model, assemble, rated_rotations
 
 Array = NDArray[np.float64]

@@ -130,6 +130,35 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
     return figure
 
 
+@styled
+def misalignment_chart(data: xr.Dataset) -> Figure:
+    """Misalignment (µm over the face) of every gear mesh by what causes it, by planet: mean of all
+    positions, and from least to largest; the sum of all of them on the right."""
+    groups = dict(_carrying(data))
+    figure, axes = panels(len(groups), 1, height_mm=14 + 52 * len(groups))
+    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
+        own = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
+        whole = own.sum("cause", skipna=False).assign_coords(cause="all together")
+        causes = own.sel(cause=(own != 0.0).any(["position", "flank"]))
+        every = xr.concat([causes, whole], "cause")
+        width = 0.8 / len(flanks)
+        for k, name in enumerate(flanks):
+            size = every.sel(flank=name)
+            mean = size.mean("position").to_numpy()
+            ends = [mean - size.min("position").to_numpy(), size.max("position").to_numpy() - mean]
+            planet = int(data["flank_planet"].sel(flank=name))
+            at = np.arange(len(mean)) + width * (k - 0.5 * (len(flanks) - 1))
+            ax.bar(at, mean, width, color=planet_colour(planet), label=f"planet {planet}")
+            ax.errorbar(at, mean, np.array(ends), fmt="none", ecolor=NEUTRAL, elinewidth=0.7)
+        ax.axhline(0.0, color=NEUTRAL, lw=0.7)
+        ax.set_xticks(range(every.sizes["cause"]), [str(c) for c in every["cause"].to_numpy()])
+        ax.grid(visible=False, axis="x")
+        ax.set_title(title)
+        ax.set_ylabel("closer at +z than at −z (µm)")
+    _legend(figure, axes)
+    return figure
+
+
 def _turn(data: xr.Dataset, stage: str) -> FloatArray:
     """Angle that the teeth of a stage mesh at, rad."""
     return np.asarray(data["stage_angle"].sel(turning_stage=stage).to_numpy())

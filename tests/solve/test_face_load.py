@@ -8,7 +8,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train_stage import TrainStage
-from flexgear.solve.face_load import face_figures
+from flexgear.results.face_load import face_figures
 from flexgear.views.face_load_charts import (
     along_face_chart,
     contact_pattern,

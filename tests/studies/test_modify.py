@@ -8,7 +8,7 @@ import flexgear as fg
 from flexgear.cli.modify_command import keys_to_copy
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.solve.face_load import face_figures
+from flexgear.results.face_load import face_figures
 from flexgear.studies.modify import propose_modifications
 
 CASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 9})

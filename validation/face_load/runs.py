@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 import flexgear as fg
-from flexgear.solve.face_load import face_figures
+from flexgear.results.face_load import face_figures
 from flexgear.solve.model import Model
 from flexgear.studies.modify import Proposal, propose_modifications
 

@@ -8,6 +8,7 @@ from typing import Any
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_report
 from flexgear.model.case import Case
+from flexgear.results.face_load import misalignment_of_groups
 from flexgear.results.report.parts import Row, Table, Value
 from flexgear.results.report.wording import number, said, split_unit, words
 
@@ -133,6 +134,13 @@ def _face(summary: Summary) -> Iterator[Table]:
                 ),
             ]
         yield Table("face", f"{variant}, equilibria", rows)
+        causes = [
+            Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
+            for group, found in misalignment_of_groups(flanks).items()
+            for cause, size in found.items()
+        ]
+        title = f"{variant}, misalignment over the face by cause, mean of the planets"
+        yield Table("face", title, causes)
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:
