@@ -200,6 +200,18 @@ def _disagrees(laws, rows, e, problem, space, least):
 
 
 @njit(**INNER)
+def _take_over(rows, e, space):
+    """Linearise element e about the answer, as ``_disagrees`` has just done in the spare place."""
+    element, spare = rows.element[e], space.motion.shape[0] - 1
+    for p in range(2):
+        for a in range(element.rows):
+            space.motion[e, p, a] = space.motion[spare, p, a]
+            space.force[e, p, a] = space.force[spare, p, a]
+            for b in range(element.rows):
+                space.tangent[e, p, a, b] = space.tangent[spare, p, a, b]
+
+
+@njit(**INNER)
 def solve_contact(laws, rows, count, n, space, problem):
     """Forces and motion of n rows in ``problem``; the number of linear problems, −1 without
     agreement. ``space`` holds a first linearisation of the ``count`` elements."""
@@ -216,7 +228,7 @@ def solve_contact(laws, rows, count, n, space, problem):
         wrong = 0
         for e in range(count):
             if _disagrees(laws, rows, e, problem, space, AGREES * largest):
-                linearise(laws, rows, e, problem.motion, space)
+                _take_over(rows, e, space)
                 wrong += 1
                 if tries > CAUTIOUS:
                     break

@@ -88,12 +88,14 @@ def _solved(matrix, sides, n):
 
 @njit(cache=True, error_model="numpy")
 def _newton(share, bending, x, f, place, sides):
-    """Forces f (K,) under the overlaps x (K,); the number of slices that touch, which are in
-    ``place``, with df/dδ of both rows in ``sides`` (K, 3) behind the last correction."""
+    """Forces f (K,) under the overlaps x (K,), from a guess in f; the number of slices that touch,
+    which are in ``place``, with df/dδ of both rows in ``sides`` (K, 3) behind the last
+    correction."""
     count = x.shape[0]
     matrix, active, largest = np.empty((count, count)), np.zeros(count, np.int64), 0.0
     for j in range(count):
-        f[j], active[j] = 0.0, 1 if x[j] > 0.0 else 0
+        active[j] = 1 if x[j] > 0.0 else 0
+        f[j] *= active[j]
         largest = max(largest, abs(x[j]))
     for _ in range(TRIES):
         n, worst = 0, 0.0
@@ -140,6 +142,7 @@ def _coupled_slices(parameters, motion, force, tangent):
     for j in range(count):
         b = share[j]
         x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
+        f[j] = nominal[j] * x[j]  # a guess
         stiffness += nominal[j]
     for i in range(2):
         force[0, i], force[1, i] = 0.0, 0.0
