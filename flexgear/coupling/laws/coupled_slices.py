@@ -131,6 +131,16 @@ def _newton(share, bending, x, f, place, sides):
     return n
 
 
+@njit(**INNER)
+def _guess(stiffness, a, d, x):
+    """A force below that of an overlap x, from where Newton's method does not overshoot: nominal
+    flexibility and line contact one after the other."""
+    most = stiffness * x
+    if not most > TOUCHES * d:
+        return 0.0
+    return most / (1.0 + stiffness * a * max(math.log(d / most), 1.0))
+
+
 @compiled_law
 def _coupled_slices(parameters, motion, force, tangent):
     """Sums over the slices that touch; a pair in the air keeps a small tangent, and no force."""
@@ -142,7 +152,7 @@ def _coupled_slices(parameters, motion, force, tangent):
     for j in range(count):
         b = share[j]
         x[j] = (1.0 - b) * motion[0, 0] + b * motion[0, 1] - nominal[count + j]
-        f[j] = nominal[j] * x[j]  # a guess
+        f[j] = _guess(nominal[j], bending[j], bending[count + j], x[j])
         stiffness += nominal[j]
     for i in range(2):
         force[0, i], force[1, i] = 0.0, 0.0
