@@ -18,6 +18,7 @@ from benchmarks import (  # noqa: E402
     calculix,
     cyclic,
     exudyn_peer,
+    face_load,
     growth,
     page,
     pictures,
@@ -37,6 +38,7 @@ GROUPS = {
     "steps": steps,
     "growth": growth,
     "revolution": revolution,
+    "face_load": face_load,
 }
 ROOT = TESTS.parent
 RESULTS = ROOT / "results" / "benchmarks"
