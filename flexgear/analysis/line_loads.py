@@ -23,9 +23,10 @@ class LineLoads:
 
     force N, elastic; z m, middle of a slice along the face; path m, path coordinate there;
     line_load N/m of the face (per length along z, NaN where a contact line has no length); gap m
-    between the unloaded flanks there.
+    between the unloaded flanks there; width m along z.
     ends: (t, M, SLOTS, 2) m of the contact line along z. approach, tilt: (t, M, SLOTS) m and m/m,
     how far the bodies have closed along N at z = 0 and its slope along z, errors not counted.
+    tangent: (t, M, SLOTS, 2, 2) N/m of the pair's two rows under its load.
     """
 
     force: Array
@@ -33,9 +34,11 @@ class LineLoads:
     path: Array
     line_load: Array
     gap: Array
+    width: Array
     ends: Array
     approach: Array
     tilt: Array
+    tangent: Array
 
 
 def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
@@ -49,8 +52,9 @@ def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
     def empty(*more: int) -> Array:
         return np.full((*shape, *more), np.nan)
 
-    force, z, path, line_load, gap = (empty(most) for _ in range(5))
-    out = LineLoads(force, z, path, line_load, gap, empty(2), empty(), empty())
+    force, z, path, line_load, gap, width = (empty(most) for _ in range(6))
+    of_pairs = empty(2), empty(), empty(), empty(2, 2)
+    out = LineLoads(force, z, path, line_load, gap, width, *of_pairs)
     for m, count in enumerate(pairs.slices):
         if count:
             _of_gear_mesh(result, pairs, m, int(count), out)
@@ -71,19 +75,21 @@ def _of_gear_mesh(
     tilt, turned = lever * (found[:, 1] - found[:, 0]), lever * (found[:, 3] - found[:, 2])
     middle, moved = found[:, :2].mean(axis=1), found[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
+    far = 0.5 + lever[:, None] * (z - centre[:, None])  # share of the second row in each slice
     if pairs.bent[m]:
-        force = forces_of(x, values[:, OF_LINE + 3 * count :])
+        force, tangent = forces_of(x, far, values[:, OF_LINE + 3 * count :])
     else:
-        force = stiffness * np.maximum(x, 0.0)
+        force, shares = stiffness * np.maximum(x, 0.0), np.stack([1.0 - far, far], axis=1)
+        tangent = np.einsum("nik,njk,nk->nij", shares, shares, stiffness * (x > 0.0))
     low, high = _ends(pairs, m, s)
     width = (high - low) / count
     width = np.where(width > LEAST_WIDTH * pairs.half_face[m] / count, width, np.nan)
     place = (at[0], np.full_like(at[0], m), at[1])
     slices = (*place, slice(count))
     out.force[slices], out.z[slices], out.gap[slices] = force, z, gap
-    out.path[slices] = s[:, None] + pairs.slope[m] * z
+    out.path[slices], out.width[slices] = s[:, None] + pairs.slope[m] * z, width[:, None]
     out.line_load[slices] = force / width[:, None]
-    out.ends[place] = np.column_stack([low, high])
+    out.ends[place], out.tangent[place] = np.column_stack([low, high]), tangent
     out.approach[place], out.tilt[place] = moved - turned * centre, turned
 
 

@@ -30,7 +30,10 @@ PLACES = (
     ("face_contact_pattern", "face", "Where flanks touch, and how hard at most: load that leans to "
      "one end of the face tells of tilt or twist."),
     ("face_transmission_error", "face", "How far the gears stay behind where they would be if they "
-     "were rigid and perfect; its swing is what is heard."),
+     "were rigid and perfect; its swing is what is heard, order by order. Unloaded: by ground "
+     "flanks alone."),
+    ("face_stiffness", "face", "Slope of the force as all tooth pairs close alike, under load: of "
+     "the teeth, without gear bodies."),
     ("engagement_map", "meshes", "Which teeth of the ring are in contact as the carrier turns."),
     ("transient_forces", "meshes", "Normal force of every gear mesh; equal lines share the load."),
     ("sharing", "sharing", "Each planet's share times the number of planets: 1 is an even share."),

@@ -17,7 +17,7 @@ from flexgear.model.case import Case
 from flexgear.results.pieces import between
 from flexgear.results.spectrum import force_spectra
 from flexgear.solve.transient import settled
-from flexgear.views import face_load_charts, mode_charts, train_charts
+from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, train_charts
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.spectrum_chart import spectrum_chart
@@ -86,10 +86,18 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             "Contact pattern: largest line load over path and face",
             partial(face_load_charts.contact_pattern, even),
         )
-        plan["face_transmission_error"] = (
-            "Transmission error under load",
-            partial(face_load_charts.transmission_error_chart, even),
-        )
+    for stage in flow.stages:
+        cycles = data.get(f"gear_mesh_cycles_{stage.name}")
+        if cycles is not None:
+            said = stage.name.replace("_", " ")
+            plan[f"face_transmission_error_{stage.name}"] = (
+                f"Transmission error of {said}, planet 1, over a gear-mesh cycle without errors",
+                partial(gear_mesh_charts.transmission_error_chart, cycles),
+            )
+            plan[f"face_stiffness_{stage.name}"] = (
+                f"Stiffness of the gear meshes of {said} over a cycle",
+                partial(gear_mesh_charts.stiffness_chart, cycles),
+            )
     for name, found in data.items():
         if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
             shared = str(found.attrs["stage"]).replace("_", " ")

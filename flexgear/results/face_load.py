@@ -27,15 +27,14 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
         load = own["face_line_load"].mean("position").to_numpy()
         if not load.max() > 0:
             continue
-        error = own["transmission_error"].to_numpy()
         found[name] = {
             "k_h_beta": factor_along(load),
             "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
             "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
             "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
             "misalignment_by_cause_um": _causes(own),
-            "transmission_error_um": 1e6 * float(np.nanmean(error)),
-            "transmission_error_peak_to_peak_um": 1e6 * float(np.nanmax(error) - np.nanmin(error)),
+            **_mean_and_swing(own, "transmission_error"),
+            **_mean_and_swing(own, "unloaded_transmission_error"),
         }
     return found
 
@@ -59,6 +58,15 @@ def _group(flank: str) -> str:
 
 def _all_keys(every: Iterable[Mapping[str, float]]) -> list[str]:
     return list(dict.fromkeys(key for one in every for key in one))
+
+
+def _mean_and_swing(own: xr.Dataset, error: str) -> dict[str, float]:
+    """Mean and peak to peak, µm, of one flank."""
+    values = own[error].to_numpy()[np.isfinite(own["transmission_error"].to_numpy())]
+    return {
+        f"{error}_um": 1e6 * float(values.mean()),
+        f"{error}_peak_to_peak_um": 1e6 * float(np.ptp(values)),
+    }
 
 
 def _causes(own: xr.Dataset) -> dict[str, float]:

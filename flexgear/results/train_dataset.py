@@ -85,11 +85,11 @@ def train_dataset(
     every = {**_gear_mesh_labels(gear_meshes), **fixed, **labels}
     data = xr.Dataset(
         {name: _variable(name, sample_dim, value) for name, value in arrays.items()},
-        coords={sample_dim: _coordinate(sample_dim, sample_dim, samples)},
+        coords={sample_dim: coordinate(sample_dim, sample_dim, samples)},
         attrs=dict(attrs),
     )
     ticks = {str(d): _ticks(str(d), n, every) for d, n in data.sizes.items() if d != sample_dim}
-    data = data.assign_coords({d: _coordinate(d, d, v) for d, v in ticks.items()})
+    data = data.assign_coords({d: coordinate(d, d, v) for d, v in ticks.items()})
     beside: dict[str, dict[str, Sequence[Any]]] = {
         "gear_mesh": _beside_gear_mesh(gear_meshes),
         "group": _beside_group(gear_meshes),
@@ -97,7 +97,7 @@ def train_dataset(
     }
     for dim, columns in beside.items():
         if dim in data.dims:
-            data = data.assign_coords({n: _coordinate(n, dim, v) for n, v in columns.items()})
+            data = data.assign_coords({n: coordinate(n, dim, v) for n, v in columns.items()})
     return data
 
 
@@ -136,7 +136,8 @@ def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
     return xr.Variable(dims, array, quantity.attrs)
 
 
-def _coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
+def coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
+    """One coordinate of ``train_quantities`` with its unit."""
     units, meaning = TRAIN_COORDINATES[name]
     return xr.Variable((dim,), np.asarray(values), {"units": units, "long_name": meaning})
 

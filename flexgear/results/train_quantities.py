@@ -21,6 +21,8 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "slice": ("1", "slice of a contact line, from 1 at -z"),
     "face": ("1", "place along the face over its width, from -1/2 at -z to 1/2"),
     "cause": ("", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"),
+    "gear_mesh_order": ("1", "order of the gear mesh, from 1"),
+    "gear_mesh_phase": ("1", "gear-mesh cycles from the first position on"),
     "bolt": ("", "bolt of a ring"),
     "fe_coordinate_of": ("", "FE body that a coordinate belongs to"),
     "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
@@ -117,6 +119,29 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "m",
         "approach of both bodies along the line of action at the middle of the face, under load",
         missing="without load",
+    ),
+    "unloaded_transmission_error": Quantity(
+        (S, "flank"),
+        "m",
+        "approach at which rigid flanks without tilt touch first, by errors and ground flanks alone",
+        missing="without a pair",
+    ),
+    "transmission_error_order": Quantity(
+        ("flank", "gear_mesh_order"),
+        "m",
+        "amplitude of the transmission error under load by order of the gear mesh",
+        missing="of a flank that does not carry throughout",
+    ),
+    "unloaded_transmission_error_order": Quantity(
+        ("flank", "gear_mesh_order"),
+        "m",
+        "the same of the unloaded one",
+        missing="of a flank that does not carry throughout",
+    ),
+    "gear_mesh_stiffness": Quantity(
+        (S, "flank"),
+        "N/m",
+        "slope of the gear-mesh force as all pairs close alike, bodies held; under load",
     ),
     "gear_mesh_misalignment": Quantity(
         (S, "flank"),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.gear_mesh_state import first_touch, gear_mesh_stiffness, pairs_at
 from flexgear.analysis.line_loads import LineLoads, line_loads
 from flexgear.analysis.misalignment import CAUSES, tilt_by_cause
 from flexgear.analysis.recovery import Recovery
@@ -28,7 +29,8 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     if found is None:
         return {}
     load = _of_slices(result, found)
-    width = 2.0 * model.system.pairs.half_face
+    pairs = model.system.pairs
+    width = 2.0 * pairs.half_face
     arrays = {
         "largest_line_load": _largest(found),
         "largest_contact_pressure": _pressure(model, found),
@@ -42,6 +44,8 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
             "slice_position": found.z,
             "slice_path": found.path,
             "face_line_load": along_face(model, found),
+            "unloaded_transmission_error": first_touch(pairs, found, pairs_at(result).error),
+            "gear_mesh_stiffness": gear_mesh_stiffness(result, found),
         }
     return arrays
 

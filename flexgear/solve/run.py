@@ -36,6 +36,7 @@ from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
 from flexgear.solve.deformed import bending_bodies, deformed
+from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
@@ -159,11 +160,11 @@ def run(
             still = static(ideal, _positions(first), progress=progress)
             datasets["equilibrium_without_errors"] = still
             fields = {name: deformed(ideal, name) for name in bending_bodies(first)}
-        face_load = {first.variant: face_figures(datasets["equilibrium"])}
-        if "rigid" in models and face_load[first.variant]:
+        if "rigid" in models and sliced_stages(first):
             rigid = models["rigid"]
             datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
-            face_load["rigid"] = face_figures(datasets["equilibrium_rigid"])
+        cycles, face_load = _face_load(models, datasets, progress)
+        datasets |= cycles
     with watch.stage("load_sharing"):
         sharing = _sharing(models, progress)
     datasets |= sharing
@@ -212,10 +213,29 @@ def run(
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=own.realtime_factor,
-        **({"face_load": face_load} if face_load[first.variant] else {}),
+        **({"face_load": face_load} if face_load else {}),
         **bodies_summary(models, datasets, runs),
     )
     return Run(case, first.flow, datasets, fields, summary)
+
+
+def _face_load(
+    models: Mapping[str, Model], datasets: Mapping[str, xr.Dataset], progress: Progress
+) -> tuple[dict[str, xr.Dataset], dict[str, Any]]:
+    """Gear-mesh cycles of stages with load along the face, and figures of every flank by variant;
+    empty where no stage has it."""
+    cycles, figures = {}, {}
+    for label, model in models.items():
+        even = datasets.get(_name("equilibrium", label))
+        if model.ideal or even is None or not sliced_stages(model):
+            continue
+        found = figures[label] = face_figures(even)
+        for stage in sliced_stages(model):
+            data = gear_mesh_cycles(model, stage, progress)
+            cycles[_name(f"gear_mesh_cycles_{stage}", label)] = data
+            for flank, one in cycle_figures(data).items():
+                found.setdefault(flank, {}).update(one)
+    return cycles, figures
 
 
 def _positions(model: Model) -> NDArray[np.float64]:

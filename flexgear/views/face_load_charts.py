@@ -1,7 +1,7 @@
-"""Load along the face: curves with their factor, maps over the flank, transmission error.
+"""Load along the face: curves with their factor, maps over the flank, what misaligns it.
 
 Datasets are those of equilibria whose pairs have slices: ``face_line_load``, ``line_load`` with
-``slice_position`` and ``slice_path``, ``transmission_error``, ``gear_mesh_misalignment`` by flank.
+``slice_position`` and ``slice_path``, ``gear_mesh_misalignment_by_cause`` by flank.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CELLS = 60  # of a map along the path and along the face
 @styled
 def along_face_chart(data: xr.Dataset) -> Figure:
     """Line load of a gear mesh (N/mm) along the face in the mean of all positions, by planet."""
-    groups = dict(_carrying(data))
+    groups = dict(carrying(data))
     figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
     at = data["face"].to_numpy()
     for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
@@ -51,7 +51,7 @@ def along_face_chart(data: xr.Dataset) -> Figure:
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
     axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
-    _legend(figure, axes)
+    legend(figure, axes)
     return figure
 
 
@@ -59,7 +59,7 @@ def along_face_chart(data: xr.Dataset) -> Figure:
 def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
     """Line load (N/mm) along the face in the mean of all positions, planet 1, of two sets of
     flanks."""
-    groups = {title: flanks[0] for title, flanks in _carrying(before)}
+    groups = {title: flanks[0] for title, flanks in carrying(before)}
     figure, axes = panels(len(groups), 1, height_mm=12 + 48 * len(groups), sharex=True)
     for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):
@@ -69,7 +69,7 @@ def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
     axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
-    _legend(figure, axes)
+    legend(figure, axes)
     return figure
 
 
@@ -77,7 +77,7 @@ def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
 def contact_pattern(data: xr.Dataset) -> Figure:
     """Largest line load (N/mm) at every place of the flanks over all positions: of planet 1 with
     ring and sun, over path of contact and face."""
-    groups = {title: flanks[0] for title, flanks in _carrying(data)}
+    groups = {title: flanks[0] for title, flanks in carrying(data)}
     figure, axes = panels(len(groups), 1, height_mm=12 + 62 * len(groups))
     for ax, (title, name) in zip(axes[:, 0], groups.items(), strict=True):
         own = data.sel(flank=name)
@@ -101,40 +101,10 @@ def contact_pattern(data: xr.Dataset) -> Figure:
 
 
 @styled
-def transmission_error_chart(data: xr.Dataset) -> Figure:
-    """Transmission error under load (µm along the line of action) over the positions, by planet;
-    its mean is taken off and said."""
-    groups = dict(_carrying(data))
-    figure, axes = panels(len(groups), 1, height_mm=12 + 50 * len(groups))
-    for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
-        way = []
-        turn = _turn(data, str(data["flank_stage"].sel(flank=flanks[0]).item()))
-        for name in flanks:
-            own = data.sel(flank=name)
-            error = own["transmission_error"].to_numpy() * MICRO
-            way.append(np.nanmax(error) - np.nanmin(error))
-            planet = int(own["flank_planet"])
-            ax.plot(
-                np.degrees(turn),
-                error - np.nanmean(error),
-                color=planet_colour(planet),
-                label=f"planet {planet}",
-                lw=0.9,
-            )
-        mean = float(np.nanmean(data["transmission_error"].sel(flank=flanks).to_numpy()))
-        ax.set_title(f"{title}: mean {mean * MICRO:.4g} µm, peak to peak up to {max(way):.3g} µm")
-        ax.set_ylabel("less its mean (µm)")
-        ax.set_xlabel("turn of the carrier against the ring, or of the gear (°)")
-        ax.set_xlim(np.degrees(turn.min()), np.degrees(turn.max()))
-    _legend(figure, axes)
-    return figure
-
-
-@styled
 def misalignment_chart(data: xr.Dataset) -> Figure:
     """Misalignment (µm over the face) of every gear mesh by what causes it, by planet: mean of all
     positions, and from least to largest; the sum of all of them on the right."""
-    groups = dict(_carrying(data))
+    groups = dict(carrying(data))
     figure, axes = panels(len(groups), 1, height_mm=14 + 52 * len(groups))
     for ax, (title, flanks) in zip(axes[:, 0], groups.items(), strict=True):
         own = data["gear_mesh_misalignment_by_cause"].sel(flank=flanks) * MICRO
@@ -155,16 +125,11 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
         ax.grid(visible=False, axis="x")
         ax.set_title(title)
         ax.set_ylabel("closer at +z than at −z (µm)")
-    _legend(figure, axes)
+    legend(figure, axes)
     return figure
 
 
-def _turn(data: xr.Dataset, stage: str) -> FloatArray:
-    """Angle that the teeth of a stage mesh at, rad."""
-    return np.asarray(data["stage_angle"].sel(turning_stage=stage).to_numpy())
-
-
-def _carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
+def carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
     """Flanks that carry, by stage, kind and side, in their order."""
     groups: dict[str, list[str]] = {}
     for name in map(str, data["flank"].to_numpy()):
@@ -191,6 +156,7 @@ def _binned(x: FloatArray, z: FloatArray, w: FloatArray) -> tuple[FloatArray, ..
     return across, along, filled
 
 
-def _legend(figure: Figure, axes: FloatArray) -> None:
+def legend(figure: Figure, axes: FloatArray) -> None:
+    """One legend below all axes, of what the first one shows."""
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))

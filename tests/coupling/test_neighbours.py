@@ -7,6 +7,7 @@ import pytest
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
 from flexgear.analysis.line_loads import interpolated, line_loads
 from flexgear.analysis.modes import rows_at
 from flexgear.coupling.neighbours import row_stiffness
@@ -55,8 +56,9 @@ def turned(model):
     return revolution(model[0].modal, CYCLE, model[0].system.rated_torque)
 
 
-def whole_lines(bends, path, lines, where):
-    """Forces of all slices of the pairs of one gear mesh at once, with all their influences."""
+def whole_lines(bends, path, lines, where, closer=0.0):
+    """Forces of all slices of the pairs of one gear mesh at once, with all their influences, where
+    the bodies are ``closer``, m, than the equilibrium puts them."""
     position, m = where
     slots = np.flatnonzero(np.isfinite(lines.approach[position, m]))
     first = lines.path[position, m, slots] - path.slope * lines.z[position, m, slots]
@@ -64,7 +66,7 @@ def whole_lines(bends, path, lines, where):
     s, count = np.sort(first[:, 0]), lines.z.shape[-1]
     z, gap = lines.z[position, m, slots].ravel(), lines.gap[position, m, slots].ravel()
     approach, tilt = (np.repeat(a[position, m, slots], count) for a in (lines.approach, lines.tilt))
-    x = approach + tilt * z - gap
+    x = approach + closer + tilt * z - gap
     flexibility = np.zeros((len(x), len(x)))
     for k, place in enumerate(s):
         own = slice(k * count, (k + 1) * count)
@@ -121,6 +123,22 @@ def test_the_whole_set_of_slices_says_the_same(model, turned, kind, m):
     print(f"\n{kind}: slices within {100 * worst:.1f} %, without neighbours {alone}")
     assert worst < 0.03
     assert min(alone) > 0.03
+
+
+@pytest.mark.parametrize(("kind", "m"), [("ring", 0), ("sun", 5)])
+def test_stiffness_of_the_gear_mesh_is_the_slope_of_all_slices(model, turned, kind, m):
+    """Central difference of the whole set of slices, neighbours and line contact included."""
+    _, paths, bends = model
+    lines, step = line_loads(turned), 1e-8
+    found = gear_mesh_stiffness(turned, lines)[:, m]
+    for position in range(len(CYCLE)):
+        forces = [
+            whole_lines(bends[kind], paths[kind, ""], lines, (position, m), closer)[1].sum()
+            for closer in (-step, step)
+        ]
+        slope = (forces[1] - forces[0]) / (2.0 * step)
+        assert found[position] == pytest.approx(slope, rel=0.02)
+        assert np.nansum(lines.tangent[position, m]) > 1.03 * slope  # each pair for itself
 
 
 def test_equilibria_close_and_slices_add_up(model, turned):

@@ -9,11 +9,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train_stage import TrainStage
 from flexgear.results.face_load import face_figures
-from flexgear.views.face_load_charts import (
-    along_face_chart,
-    contact_pattern,
-    transmission_error_chart,
-)
+from flexgear.views.face_load_charts import along_face_chart, contact_pattern
 
 BASE = load_case("wind-5mw")
 CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
@@ -103,7 +99,7 @@ def test_in_time_the_largest_line_load_is_there_and_slices_are_not():
 
 
 def test_pictures_are_drawn(stage):
-    for chart in (along_face_chart, contact_pattern, transmission_error_chart):
+    for chart in (along_face_chart, contact_pattern):
         figure = chart(stage)
         assert len(figure.axes) >= 2
         assert all("stage" in ax.get_title(loc="left") for ax in figure.axes[:2])

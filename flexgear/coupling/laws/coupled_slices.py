@@ -186,15 +186,21 @@ def _coupled_slices(parameters, motion, force, tangent):
 
 
 @njit(cache=True)
-def forces_of(overlap: Array, bending: Array) -> Array:
-    """Elastic forces (n, K) N of slices that overlap by (n, K) m; bending (n, …): their a, d and
-    lower triangles of C."""
-    out = np.zeros_like(overlap)
+def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Array]:
+    """Elastic forces (n, K) N of slices that overlap by (n, K) m, and the tangents (n, 2, 2) N/m of
+    both rows of each pair; share (n, K): of the second row in a slice; bending (n, …): their a, d
+    and lower triangles of C."""
+    out, tangent = np.zeros_like(overlap), np.zeros((overlap.shape[0], 2, 2))
     count = overlap.shape[1]
     place, sides = np.empty(count, np.int64), np.empty((count, 3))
     for i in range(overlap.shape[0]):
-        _newton(np.zeros(count), bending[i], overlap[i], out[i], place, sides)
-    return out
+        touching = _newton(share[i], bending[i], overlap[i], out[i], place, sides)
+        for p in range(touching):
+            b = share[i, place[p]]
+            for c in range(2):
+                tangent[i, 0, c] += (1.0 - b) * sides[p, 1 + c]
+                tangent[i, 1, c] += b * sides[p, 1 + c]
+    return out, tangent
 
 
 COUPLED_SLICES = Law("coupled_slices", _coupled_slices)

@@ -8,7 +8,7 @@ from typing import Any
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_report
 from flexgear.model.case import Case
-from flexgear.results.face_load import misalignment_of_groups
+from flexgear.results.report.face_load import face_tables
 from flexgear.results.report.parts import Row, Table, Value
 from flexgear.results.report.wording import number, said, split_unit, words
 
@@ -29,7 +29,7 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
         _geometry(case),
         _power(summary),
         _forces(summary),
-        _face(summary),
+        face_tables(summary),
         _sharing(summary),
         _bearings(case, flow, summary),
         _deflections(summary),
@@ -115,32 +115,6 @@ def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Tab
             if key in one:
                 rows.append(Row(f"{words(group)}, {what}", one[key], "N"))
     yield Table(section, title, rows)
-
-
-def _face(summary: Summary) -> Iterator[Table]:
-    for variant, flanks in summary.get("face_load", {}).items():
-        rows = []
-        for flank, one in flanks.items():
-            name = words(flank)
-            rows += [
-                Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"]),
-                Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm"),
-                Row(f"{name}, largest Hertz pressure", 1e6 * one["largest_contact_pressure_mpa"], "Pa"),
-                Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m"),
-                Row(
-                    f"{name}, transmission error peak to peak",
-                    1e-6 * one["transmission_error_peak_to_peak_um"],
-                    "m",
-                ),
-            ]
-        yield Table("face", f"{variant}, equilibria", rows)
-        causes = [
-            Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
-            for group, found in misalignment_of_groups(flanks).items()
-            for cause, size in found.items()
-        ]
-        title = f"{variant}, misalignment over the face by cause, mean of the planets"
-        yield Table("face", title, causes)
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:
