@@ -42,15 +42,16 @@ def test_orders_are_found_beside_what_passes_slowly():
 
 
 def test_the_unloaded_error_is_where_equilibria_go_as_the_torque_goes(crowned):
-    """Under hardly any torque bodies close until the flanks touch, and no more."""
+    """Under hardly any torque bodies close until flanks touch, and no more; where one still tilts
+    freely, they touch off mid-face."""
     ideal, left = crowned.without_errors(), []
-    for share in (1e-3, 1e-6):
+    for share in (1e-2, 1e-4):
         data = fg.static(ideal, CYCLE, share * ideal.system.rated_torque)
-        drive = data.isel(flank=data["flank_sense"].to_numpy() == "drive")
-        more = drive["transmission_error"] - drive["unloaded_transmission_error"]
-        left.append(float(np.abs(more).max()))
-    assert left[1] < 0.05e-6
-    assert left[1] < 0.05 * left[0]
+        more = np.abs(data["transmission_error"] - data["unloaded_transmission_error"])
+        tilted = 0.5 * np.abs(data["gear_mesh_misalignment"])
+        left.append(float((more - tilted).max()))
+    assert left[0] > 1e-6
+    assert left[1] < 0.15 * left[0]
 
 
 def test_an_error_at_gear_mesh_frequency_is_order_one_of_the_unloaded_error():
