@@ -13,7 +13,7 @@ from flexgear.analysis.line_loads import LineLoads, line_loads
 from flexgear.analysis.misalignment import CAUSES, tilt_by_cause
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.pair_data import KINDS
+from flexgear.coupling.pair_data import KINDS, PairData
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
@@ -32,7 +32,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
     arrays = {
-        "largest_line_load": _largest(found),
+        "largest_line_load": _largest(model.system.pairs, found),
         "largest_contact_pressure": _pressure(model, found),
         "transmission_error": _by_load(found.approach, load),
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
@@ -66,7 +66,7 @@ def along_face(model: Model, found: LineLoads) -> Array:
     out = np.zeros((*found.approach.shape[:2], len(places)))
     middle = (np.arange(found.z.shape[-1]) + 0.5) / found.z.shape[-1]
     share = np.concatenate([[0.0], middle, [1.0]])
-    load = with_ends(np.nan_to_num(found.line_load))
+    load = _continued(pairs, found)
     for t, m, slot in zip(*np.nonzero(np.isfinite(found.line_load).all(axis=-1)), strict=True):
         low, high = found.ends[t, m, slot]
         at = (places * 2.0 * pairs.half_face[m] - low) / (high - low)
@@ -76,9 +76,14 @@ def along_face(model: Model, found: LineLoads) -> Array:
     return out
 
 
-def _largest(found: LineLoads) -> Array:
+def _largest(pairs: PairData, found: LineLoads) -> Array:
     """(t, M) N/m, continued to the ends of the contact lines."""
-    return np.asarray(with_ends(np.nan_to_num(found.line_load)).max(axis=(2, 3)))
+    return np.asarray(_continued(pairs, found).max(axis=(2, 3)))
+
+
+def _continued(pairs: PairData, found: LineLoads) -> Array:
+    """Line loads (t, M, slots, K + 2) N/m with those at the ends of the contact lines."""
+    return with_ends(np.nan_to_num(found.line_load), pairs.bent[:, None] == 1)
 
 
 def _pressure(model: Model, found: LineLoads) -> Array:
@@ -125,4 +130,4 @@ def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
     assert found is not None
     error = _by_load(found.approach, _of_slices(result, found))
     always = np.isfinite(error).all(axis=0)
-    return _largest(found).max(axis=0), np.where(always, np.ptp(error, axis=0), 0.0)
+    return _largest(result.modal.system.pairs, found).max(axis=0), np.where(always, np.ptp(error, axis=0), 0.0)

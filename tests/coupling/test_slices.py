@@ -188,6 +188,13 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
         )
 
 
+def test_the_load_of_slices_that_bend_each_other_holds_up_to_the_end():
+    load = np.array([[1.0, 2.0, 4.0], [3.0, 2.0, 2.0]])
+    ends = with_ends(load, np.array([True, False]))
+    assert ends[0] == pytest.approx([1.0, 1.0, 2.0, 4.0, 4.0])
+    assert ends[1] == pytest.approx([3.875, 3.0, 2.0, 2.0, 2.375])
+
+
 def test_twice_the_slices_tell_the_same(many_slices):
     finer = stage(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 31})
     for gear_mesh in (0, 4, 7):
