@@ -130,4 +130,5 @@ def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
     assert found is not None
     error = _by_load(found.approach, _of_slices(result, found))
     always = np.isfinite(error).all(axis=0)
-    return _largest(result.modal.system.pairs, found).max(axis=0), np.where(always, np.ptp(error, axis=0), 0.0)
+    largest = _largest(result.modal.system.pairs, found).max(axis=0)
+    return largest, np.where(always, np.ptp(error, axis=0), 0.0)
