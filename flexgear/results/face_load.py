@@ -2,7 +2,8 @@
 
 K_Hβ of ISO 6336-1 is the largest over the mean line load along the face, where W(z) is what all
 pairs of a gear mesh carry at z in the mean of a cycle; here of the positions of a dataset, which
-have to be spread evenly over whole cycles of the gear mesh for that.
+have to be spread evenly over whole cycles of the gear mesh for that. K_Hα in the sense of the same
+standard is the largest load of a tooth pair over that of a gear mesh whose pairs share ideally.
 """
 
 from __future__ import annotations
@@ -14,6 +15,21 @@ import numpy as np
 import xarray as xr
 
 from flexgear.gears.face_load import factor_along
+
+
+END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
+EDGES = {  # what carries, how much is much, and what helps
+    "tip": (
+        "tip edges carry off the path of contact",
+        "the",
+        "tip relief takes it away (flexgear modify --relief)",
+    ),
+    "face_end": (
+        "an end of the face carries",
+        "twice the",
+        "helix slope, crowning or end relief even it out (flexgear modify)",
+    ),
+}
 
 
 def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
@@ -29,6 +45,9 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
             continue
         found[name] = {
             "k_h_beta": factor_along(load),
+            "k_h_alpha": _sharing_factor(own),
+            "instantaneous_peak_factor": float(own["instantaneous_peak_factor"].max()),
+            **_edges(own),
             "largest_contact_pressure_mpa": 1e-6 * float(own["largest_contact_pressure"].max()),
             "largest_line_load_n_per_mm": 1e-3 * float(own["largest_line_load"].max()),
             "misalignment_um": 1e6 * float(own["gear_mesh_misalignment"].mean()),
@@ -58,6 +77,48 @@ def _group(flank: str) -> str:
 
 def _all_keys(every: Iterable[Mapping[str, float]]) -> list[str]:
     return list(dict.fromkeys(key for one in every for key in one))
+
+
+def _sharing_factor(own: xr.Dataset) -> float:
+    """K_Hα of one flank: largest load of a pair over that which pairs sharing by their nominal
+    stiffness on the path of contact would have, the force of the gear mesh being the same."""
+    load, stiffness = own["pair_load"], own["pair_stiffness"]
+    even = load.sum("slot") * stiffness / stiffness.sum("slot")
+    return float(load.max() / even.max())
+
+
+def _edges(own: xr.Dataset) -> dict[str, float]:
+    """How much edges of one flank carry, and at what share of the positions they are in contact:
+    tips that carry more than the mean line load, ends of the face more than ``END`` times it."""
+    mean = own["mean_line_load"]
+    return {
+        "tip_load_share_max": float(own["tip_load_share"].max()),
+        "tip_line_load_n_per_mm": 1e-3 * float(own["tip_line_load"].max()),
+        "tip_contact_positions": float((own["tip_line_load"] > mean).mean()),
+        "face_end_line_load_n_per_mm": 1e-3 * float(own["face_end_line_load"].max()),
+        "face_end_contact_positions": float((own["face_end_line_load"] > END * mean).mean()),
+        "mean_line_load_n_per_mm": 1e-3 * float(mean.mean()),
+    }
+
+
+def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """A line for each group of gear meshes in ``face_figures`` whose tips or ends of the face carry
+    much, of the flank where they carry most."""
+    found = []
+    for edge, (said, limit, remedy) in EDGES.items():
+        size, often = f"{edge}_line_load_n_per_mm", f"{edge}_contact_positions"
+        groups: dict[str, list[Mapping[str, Any]]] = {}
+        for flank, one in figures.items():
+            if one[often] > 0:
+                groups.setdefault(_group(flank), []).append(one)
+        for group, every in groups.items():
+            one = max(every, key=lambda x: float(x[size]))
+            found.append(
+                f"{group}: {said} up to {one[size]:.4g} N/mm, and more than {limit} mean line load "
+                f"of {one['mean_line_load_n_per_mm']:.4g} N/mm at {100 * one[often]:.3g} % of the "
+                f"positions; {remedy}"
+            )
+    return found
 
 
 def _mean_and_swing(own: xr.Dataset, error: str) -> dict[str, float]:

@@ -111,6 +111,11 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "largest_line_load": Quantity(
         (S, "flank"), "N/m", "largest line load of any pair, continued to the ends of its line"
     ),
+    "mean_line_load": Quantity((S, "flank"), "N/m", "force of the gear mesh over the length that its contact lines have on the path of contact", missing="without load"),
+    "instantaneous_peak_factor": Quantity((S, "flank"), "1", "largest over mean line load", missing="without load"),
+    "tip_load_share": Quantity((S, "flank"), "1", "share of the load that tip edges carry off the path of contact", missing="without load"),
+    "tip_line_load": Quantity((S, "flank"), "N/m", "largest line load off the path of contact"),
+    "face_end_line_load": Quantity((S, "flank"), "N/m", "largest line load in the last slice of a contact line at an end of the face"),
     "largest_contact_pressure": Quantity(
         (S, "flank"), "Pa", "largest Hertz pressure at the middle of any slice"
     ),

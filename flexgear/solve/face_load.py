@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.edge_loads import edge_loads
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.gear_mesh_state import first_touch, gear_mesh_stiffness, pairs_at
 from flexgear.analysis.line_loads import LineLoads, line_loads
@@ -39,7 +40,13 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
     if isinstance(result, Equilibrium):
+        edges = edge_loads(pairs, found)
         arrays |= {
+            "mean_line_load": edges.mean,
+            "instantaneous_peak_factor": arrays["largest_line_load"] / edges.mean,
+            "tip_load_share": edges.tip_share,
+            "tip_line_load": edges.tip,
+            "face_end_line_load": edges.end,
             "line_load": found.line_load,
             "slice_position": found.z,
             "slice_path": found.path,

@@ -24,7 +24,7 @@ from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
-from flexgear.results.face_load import face_figures
+from flexgear.results.face_load import edge_warnings, face_figures
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     build_summary,
@@ -208,6 +208,7 @@ def run(
         warnings=[
             *too_coarse(first.pace, case.solver),
             *cut_short(case, first.flow),
+            *edge_warnings(face_load.get(first.variant, {})),
             *reduction_warnings(case, first.bodies, variants_of(case)),
         ],
         timing_s=watch.seconds,

@@ -8,7 +8,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.model.train_stage import TrainStage
-from flexgear.results.face_load import face_figures
+from flexgear.results.face_load import edge_warnings, face_figures
 from flexgear.views.face_load_charts import along_face_chart, contact_pattern
 
 BASE = load_case("wind-5mw")
@@ -55,6 +55,65 @@ def test_tilt_raises_the_factor_in_proportion_while_the_whole_face_touches():
     assert np.abs(little).min() > 2.0
     assert (large - 1) / (small - 1) == pytest.approx(more / little, rel=0.05)
     assert (small > 1.01).all()
+
+
+def straight(**changes):
+    """Straight teeth without errors but those given, on the path of contact alone, planet bearings
+    at mid-face."""
+    clean = {f"errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
+    own = {"stage.helix_angle": 0.0, "bearings.planet.z": 0.0, "gear_mesh.path_only": True}
+    return found(**own, **clean, **changes)
+
+
+def test_pairs_of_perfect_straight_teeth_share_ideally():
+    """K_Hα = 1, and at any instant the stiffest pair has n k/Σk times the mean line load."""
+    data = straight()
+    stiffness = data["pair_stiffness"]
+    pairs = (stiffness > 0).sum("slot")
+    expected = (pairs * stiffness.max("slot") / stiffness.sum("slot")).max("position")
+    for name, one in face_figures(data).items():
+        assert one["k_h_alpha"] == pytest.approx(1.0, abs=2e-3)
+        least = float(expected.sel(flank=name))
+        # the sun leans a little as the pairs change, to and fro
+        assert least * (1 - 1e-6) <= one["instantaneous_peak_factor"] < 1.03 * least
+        assert one["tip_line_load_n_per_mm"] == one["face_end_contact_positions"] == 0
+    assert edge_warnings(face_figures(data)) == []
+
+
+def test_pitch_deviations_make_pairs_share_unevenly():
+    """Straight teeth have their largest load where one pair carries all of it; oblique ones not."""
+    straight_ones = face_figures(straight(**{"errors.sun_pitch": 30e-6})).values()
+    assert all(abs(one["k_h_alpha"] - 1.0) < 2e-3 for one in straight_ones)
+    oblique = found(**{"errors.sun_pitch": 30e-6, "gear_mesh.path_only": True})
+    uneven = {name: one["k_h_alpha"] for name, one in face_figures(oblique).items()}
+    assert max(k for name, k in uneven.items() if " sun " in name) > 1.15
+    assert max(k for name, k in uneven.items() if " ring " in name) < 1.1
+
+
+def test_ends_of_the_face_are_flagged_where_a_tilted_tooth_leaves_its_other_end():
+    """K = 1 + c f/(2 w) is 2 there, at the last slice's middle a little less."""
+    less, more = (face_figures(straight(**{"errors.ring_helix_slope": f})) for f in (15e-5, 3e-4))
+    one = less["stage ring 1 drive"]
+    assert 1.5 < one["k_h_beta"] < 1.9
+    assert one["face_end_contact_positions"] == 0
+    one = more["stage ring 1 drive"]
+    assert one["k_h_beta"] > 2.0
+    assert one["face_end_contact_positions"] == 1
+    (line,) = [x for x in edge_warnings(more) if "end of the face" in x]
+    assert line.startswith("stage ring: an end of the face carries up to ")
+    assert "more than twice the mean line load" in line
+
+
+def test_tips_carry_until_they_are_relieved(stage):
+    relief = {"amount": 150e-6, "length": 20e-3, "form": "linear"}
+    keys = [f"planet.modifications.{f}" for f in ("sun", "ring")]
+    keys += [f"{gear}.modifications.drive" for gear in ("sun", "ring")]
+    relieved = found(**{f"stage.{key}.tip_relief": relief for key in keys})
+    for before, after in zip(
+        face_figures(stage).values(), face_figures(relieved).values(), strict=True
+    ):
+        assert before["tip_load_share_max"] > 0.03
+        assert after["tip_load_share_max"] == 0.0
 
 
 def test_contact_pressure_is_that_of_hertz(stage):

@@ -33,7 +33,13 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
 
 def _of_flank(name: str, one: Mapping[str, Any]) -> Iterator[Row]:
     yield Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"])
+    yield Row(f"{name}, transverse load factor K_Hα (ISO 6336-1)", one["k_h_alpha"])
+    yield Row(f"{name}, largest over mean line load at any instant", one["instantaneous_peak_factor"])
     yield Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm")
+    for edge, said in (("tip", "off the path of contact"), ("face_end", "at an end of the face")):
+        yield Row(f"{name}, largest line load {said}", one[f"{edge}_line_load_n_per_mm"], "N/mm")
+        often = one[f"{edge}_contact_positions"]
+        yield Row(f"{name}, edge contact {said}, of the positions", often, "share")
     yield Row(f"{name}, largest Hertz pressure", 1e6 * one["largest_contact_pressure_mpa"], "Pa")
     yield Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m")
     for key, said in ERRORS:
