@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 import flexgear as fg
-from flexgear.results.face_load import face_figures
+from flexgear.results.face_load import face_figures, misalignment_of_groups
 from flexgear.solve.model import Model
 from flexgear.studies.modify import Proposal, propose_modifications
 
@@ -71,6 +71,11 @@ def even(case: str, fidelity: str, rigid: bool, compliance: str = "width", **cha
         largest("ring", "k_h_beta"), largest("sun", "k_h_beta"),
         largest("ring", "misalignment_um"), largest("sun", "misalignment_um"),
     )  # fmt: skip
+
+
+def causes(case: str, fidelity: str, rigid: bool) -> dict[str, dict[str, float]]:
+    """Misalignment by cause, µm, of ring and sun in the mean of planets and positions."""
+    return misalignment_of_groups(face_figures(equilibria(case, fidelity, rigid, "width")))
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rows import Row
 
-from face_load.runs import Even, even, gained, proposal
+from face_load.runs import Even, causes, even, gained, proposal
 
 CASES = ("wind-5mw", "grc-750kw")
 TUNED = "z_mm of the planet bearings, which moves their springs from mid-face"
@@ -19,6 +19,7 @@ def rows(fidelity: str) -> list[Row]:
         found += [_pair(case, "K_Hβ, sun", rigid.sun, bends.sun)]
         found += [_tilt(case, "ring", rigid.ring_tilt, bends.ring_tilt)]
         found += [_tilt(case, "sun", rigid.sun_tilt, bends.sun_tilt)]
+        found += _causes(case, fidelity)
         found += _proposals(case, fidelity)
     found += _bearing_place(fidelity) + _slices(fidelity)
     if fidelity != "quick":
@@ -37,6 +38,23 @@ def _tilt(case: str, kind: str, rigid: float, bends: float) -> Row:
     why = f"ring, carrier and shaft: {bends - rigid:+.1f} µm; rigid: bearings, and helices' moments"
     quantity = f"misalignment over the face, {kind}"
     return Row("face_load", case, quantity, "–", text, "reported", None, why)
+
+
+def _causes(case: str, fidelity: str) -> list[Row]:
+    """What tilts the gears of each other: bodies and bearings, mean of planets and positions."""
+    bends, rigid = (causes(case, fidelity, stiff) for stiff in (False, True))
+    found = []
+    for group, by_cause in bends.items():
+        text = ", ".join(
+            f"{cause} {round(size, 1) + 0.0:+.1f} µm" for cause, size in by_cause.items()
+        )
+        less = ", ".join(
+            f"{cause} {round(size, 1) + 0.0:+.1f}" for cause, size in rigid[group].items()
+        )
+        quantity = f"misalignment by cause, {group.rpartition(' ')[2]}"
+        why = f"mean of the planets, flexible; rigid: {less} µm"
+        found.append(Row("face_load", case, quantity, "–", text, "reported", None, why))
+    return found
 
 
 def _proposals(case: str, fidelity: str) -> list[Row]:
