@@ -8,7 +8,7 @@ standard is the largest load of a tooth pair over that of a gear mesh whose pair
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -59,24 +59,19 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 
 def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
-    """Misalignment by cause, µm, of ``face_figures`` in the mean over the planets, by group of
-    gear meshes."""
-    groups: dict[str, list[Mapping[str, float]]] = {}
+    """Misalignment by cause, µm, of ``face_figures``, by group of gear meshes: of the planet whose
+    causes together are the largest, since those of a leaning sun cancel in a mean."""
+    worst: dict[str, dict[str, float]] = {}
     for flank, one in figures.items():
-        groups.setdefault(_group(flank), []).append(one["misalignment_by_cause_um"])
-    return {
-        group: {c: float(np.mean([one.get(c, 0.0) for one in every])) for c in _all_keys(every)}
-        for group, every in groups.items()
-    }
+        group, own = _group(flank), one["misalignment_by_cause_um"]
+        if abs(sum(own.values())) > abs(sum(worst.get(group, {}).values())):
+            worst[group] = own
+    return worst
 
 
 def _group(flank: str) -> str:
     """ "stage ring" of "stage ring 1 drive"."""
     return flank.rsplit(" ", 2)[0]
-
-
-def _all_keys(every: Iterable[Mapping[str, float]]) -> list[str]:
-    return list(dict.fromkeys(key for one in every for key in one))
 
 
 def _sharing_factor(own: xr.Dataset) -> float:

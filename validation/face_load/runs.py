@@ -74,7 +74,7 @@ def even(case: str, fidelity: str, rigid: bool, compliance: str = "width", **cha
 
 
 def causes(case: str, fidelity: str, rigid: bool) -> dict[str, dict[str, float]]:
-    """Misalignment by cause, µm, of ring and sun in the mean of planets and positions."""
+    """Misalignment by cause, µm, of ring and sun: of the planet misaligned most."""
     return misalignment_of_groups(face_figures(equilibria(case, fidelity, rigid, "width")))
 
 

@@ -41,7 +41,7 @@ def _tilt(case: str, kind: str, rigid: float, bends: float) -> Row:
 
 
 def _causes(case: str, fidelity: str) -> list[Row]:
-    """What tilts the gears of each other: bodies and bearings, mean of planets and positions."""
+    """What tilts the gears of each other: bodies and bearings, planet misaligned most, mean of positions."""
     bends, rigid = (causes(case, fidelity, stiff) for stiff in (False, True))
     found = []
     for group, by_cause in bends.items():
@@ -52,7 +52,7 @@ def _causes(case: str, fidelity: str) -> list[Row]:
             f"{cause} {round(size, 1) + 0.0:+.1f}" for cause, size in rigid[group].items()
         )
         quantity = f"misalignment by cause, {group.rpartition(' ')[2]}"
-        why = f"mean of the planets, flexible; rigid: {less} µm"
+        why = f"planet misaligned most, flexible; rigid: {less} µm"
         found.append(Row("face_load", case, quantity, "–", text, "reported", None, why))
     return found
 

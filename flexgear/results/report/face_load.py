@@ -25,7 +25,7 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
             for group, found in misalignment_of_groups(flanks).items()
             for cause, size in found.items()
         ]
-        title = f"{variant}, misalignment over the face by cause, mean of the planets"
+        title = f"{variant}, misalignment over the face by cause, planet misaligned most"
         yield Table("face", title, causes)
         rows = [row for flank, one in flanks.items() for row in _of_cycles(words(flank), one)]
         yield Table("face", f"{variant}, gear-mesh cycles without errors", rows)
