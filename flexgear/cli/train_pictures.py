@@ -16,10 +16,17 @@ from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
 from flexgear.results.spectrum import force_spectra
+from flexgear.results.tooth_pattern import (
+    ToothPattern,
+    carrying_sets,
+    gear_pattern,
+    planet_pattern,
+)
 from flexgear.solve.transient import settled
 from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, train_charts
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
+from flexgear.views.pattern_charts import tooth_rows_chart
 from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
 
@@ -86,6 +93,8 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             "Contact pattern: largest line load over path and face",
             partial(face_load_charts.contact_pattern, even),
         )
+        for stage in flow.stages:
+            plan |= _rows_of_teeth(even, stage.name)
     for stage in flow.stages:
         cycles = data.get(f"gear_mesh_cycles_{stage.name}")
         if cycles is not None:
@@ -139,6 +148,24 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             partial(gauges_chart, whole),
         )
     return plan
+
+
+def _rows_of_teeth(data: xr.Dataset, stage: str) -> dict[str, tuple[str, Draw]]:
+    """Contact patterns of a stage tooth by tooth; none where no pair of it has slices."""
+    plan: dict[str, tuple[str, Draw]] = {}
+    for kind, side in carrying_sets(data, stage):
+        said = f"{stage} {kind} {side}".strip().replace("_", " ")
+        for name, pattern, caption in (
+            ("", gear_pattern, f"Contact pattern of {said}, tooth by tooth, with all planets"),
+            ("planet_", planet_pattern, f"Contact pattern of planet 1 with {said}, tooth by tooth"),
+        ):
+            file = f"face_rows_{stage}_{name}{kind}_{side}".rstrip("_")
+            plan[file] = (caption, partial(_teeth_chart, pattern, data, stage, kind, side))
+    return plan
+
+
+def _teeth_chart(pattern: Callable[..., ToothPattern], data: xr.Dataset, *which: str) -> Any:
+    return tooth_rows_chart(pattern(data, *which))
 
 
 def _thinned(data: xr.Dataset) -> xr.Dataset:

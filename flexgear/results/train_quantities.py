@@ -87,6 +87,14 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "pair_position": Quantity(
         (S, "flank", "slot"), "m", "path coordinate, from the planet's base tangent point"
     ),
+    "pair_planet_tooth": Quantity(
+        (S, "flank", "slot"), "1", "tooth of the planet in a pair, from 1; 0: no pair"
+    ),
+    "path_start": Quantity(("flank",), "m", "path coordinate where the path of contact starts, at the root of the planet"),
+    "path_end": Quantity(("flank",), "m", "path coordinate where it ends, at the tip of the planet"),
+    "planet_base_diameter": Quantity(("flank",), "m", "base diameter of the planet, or of the gear of a parallel stage"),
+    "gear_base_diameter": Quantity(("flank",), "m", "base diameter of ring, sun or pinion"),
+    "gear_roll_offset": Quantity(("flank",), "m", "roll length of ring, sun or pinion at path coordinate 0; a ring's grows with it, others' fall"),
     "line_load": Quantity(
         (S, "flank", "slot", "slice"),
         "N/m",

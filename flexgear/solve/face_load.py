@@ -40,8 +40,10 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
     if isinstance(result, Equilibrium):
-        edges = edge_loads(pairs, found)
+        edges, beside = edge_loads(pairs, found), pairs_at(result)
         arrays |= {
+            **_flank_geometry(pairs),
+            "pair_planet_tooth": (beside.planet_tooth + 1).astype(np.int16),
             "mean_line_load": edges.mean,
             "instantaneous_peak_factor": arrays["largest_line_load"] / edges.mean,
             "tip_load_share": edges.tip_share,
@@ -51,7 +53,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
             "slice_position": found.z,
             "slice_path": found.path,
             "face_line_load": along_face(model, found),
-            "unloaded_transmission_error": first_touch(pairs, found, pairs_at(result).error),
+            "unloaded_transmission_error": first_touch(pairs, found, beside.error),
             "gear_mesh_stiffness": gear_mesh_stiffness(result, found),
         }
     return arrays
@@ -122,6 +124,17 @@ def _by_load(values: Array, load: Array) -> Array:
     total = load.sum(axis=-1)
     weighed = np.where(load > 0, np.nan_to_num(values) * load, 0.0).sum(axis=-1)
     return np.asarray(np.divide(weighed, total, out=np.full_like(total, np.nan), where=total > 0))
+
+
+def _flank_geometry(pairs: PairData) -> dict[str, Array]:
+    """What leads from path coordinates to places on the flanks of both gears, (M,) m."""
+    return {
+        "path_start": pairs.path_lo,
+        "path_end": pairs.path_hi,
+        "planet_base_diameter": 2.0 * np.abs(pairs.planet_arm) / pairs.cos_b,
+        "gear_base_diameter": 2.0 * np.abs(pairs.gear_arm) / pairs.cos_b,
+        "gear_roll_offset": pairs.center_distance * np.abs(pairs.normal[:, 0]),
+    }
 
 
 def _by_cause(recovery: Recovery, load: Array) -> Array:

@@ -41,7 +41,7 @@ def _tilt(case: str, kind: str, rigid: float, bends: float) -> Row:
 
 
 def _causes(case: str, fidelity: str) -> list[Row]:
-    """What tilts the gears of each other: bodies and bearings, planet misaligned most, mean of positions."""
+    """By which bodies and bearings gears are tilted, in the mean of the positions."""
     bends, rigid = (causes(case, fidelity, stiff) for stiff in (False, True))
     found = []
     for group, by_cause in bends.items():

@@ -1,0 +1,124 @@
+"""Contact pattern of every tooth of a gear: largest line load over face and diameter.
+
+A slice of a contact line at the path coordinate s touches the planet at the roll length s, ring or
+sun at |offset ± s|, and each at the diameter d = 2 √((d_b/2)² + roll²). Tips that touch off the
+path of contact are where the path ends. Cells that no contact line of the positions crosses lie
+between those that some did, and take what is between them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import griddata
+
+Array = NDArray[np.float64]
+CELLS = (10, 16)  # of a flank over diameter and face
+
+
+class ToothPattern(NamedTuple):
+    """title: which gear and flank; diameter (D + 1,), face (F + 1,) m: edges of cells; line_load
+    (teeth, D, F) N/m, largest of all positions, tooth by tooth; NaN where none was in reach."""
+
+    title: str
+    diameter: Array
+    face: Array
+    line_load: Array
+
+
+def carrying_sets(data: xr.Dataset, stage: str) -> list[tuple[str, str]]:
+    """Kind and side of the gear meshes of a stage that carry."""
+    own = data.isel(flank=data["flank_stage"].to_numpy() == stage)
+    carries = own["face_line_load"].max(["position", "face"]).to_numpy() > 0
+    both = zip(own["flank_kind"].to_numpy(), own["flank_side"].to_numpy(), strict=True)
+    return list(dict.fromkeys((str(k), str(s)) for (k, s), c in zip(both, carries, strict=True) if c))
+
+
+def gear_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
+    """Of ring, sun or pinion on all their teeth, with all planets."""
+    flanks = [_at_gear(one) for one in _flanks(data, stage, kind, side)]
+    return _pattern(f"{stage} {kind} {side}", "pair_tooth", flanks)
+
+
+def planet_pattern(data: xr.Dataset, stage: str, kind: str, side: str) -> ToothPattern:
+    """Of planet 1, or the gear of a parallel stage, on its flanks towards ring, sun or pinion."""
+    flanks = [_at_planet(one) for one in _flanks(data, stage, kind, side)[:1]]
+    title = f"{stage} planet 1, flanks towards {kind} {side}"
+    return _pattern(title, "pair_planet_tooth", flanks)
+
+
+def _flanks(data: xr.Dataset, stage: str, kind: str, side: str) -> list[xr.Dataset]:
+    """Flanks of one kind and side that carry, planet by planet."""
+    labels = {"flank_stage": stage, "flank_kind": kind, "flank_side": side}
+    own = np.all([data[name].to_numpy() == label for name, label in labels.items()], axis=0)
+    every = [data.isel(flank=int(m)) for m in np.flatnonzero(own)]
+    return [one for one in every if float(one["face_line_load"].max()) > 0]
+
+
+class _Places(NamedTuple):
+    """Of slices (n,): roll length, half base diameter and place along the face, m; line load N/m;
+    teeth (n,) of gear and planet from 1."""
+
+    roll: Array
+    base: float
+    face: Array
+    load: Array
+    teeth: dict[str, NDArray[np.int64]]
+
+
+def _at_planet(one: xr.Dataset) -> _Places:
+    return _places(one, _path(one), float(one["planet_base_diameter"]))
+
+
+def _at_gear(one: xr.Dataset) -> _Places:
+    sign = 1.0 if str(one["flank_kind"].item()) == "ring" else -1.0
+    roll = float(one["gear_roll_offset"]) + sign * _path(one)
+    return _places(one, roll, float(one["gear_base_diameter"]))
+
+
+def _path(one: xr.Dataset) -> Array:
+    """Path coordinates of slices, m, those of tips at the ends of the path."""
+    start, end = float(one["path_start"]), float(one["path_end"])
+    return np.clip(one["slice_path"].to_numpy(), start, end)
+
+
+def _places(one: xr.Dataset, roll: Array, base: float) -> _Places:
+    load, path = one["line_load"].to_numpy(), one["slice_path"].to_numpy()
+    on_path = (path >= float(one["path_start"])) & (path <= float(one["path_end"]))
+    at = np.isfinite(load) & (on_path | (load > 0))  # tips that touch nothing are nowhere
+    teeth = {
+        name: np.broadcast_to(one[name].to_numpy()[..., None], load.shape)[at].astype(np.int64)
+        for name in ("pair_tooth", "pair_planet_tooth")
+    }
+    return _Places(roll[at], 0.5 * base, one["slice_position"].to_numpy()[at], load[at], teeth)
+
+
+def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
+    roll, face, load = (
+        np.concatenate([getattr(one, name) for one in flanks]) for name in ("roll", "face", "load")
+    )
+    teeth = np.concatenate([one.teeth[which] for one in flanks])
+    diameter = 2.0 * np.hypot(flanks[0].base, roll)
+    edges = [
+        np.linspace(x.min(), x.max(), n + 1) for x, n in zip((diameter, face), CELLS, strict=True)
+    ]
+    row, column = (
+        np.clip(np.searchsorted(e, x, side="right") - 1, 0, len(e) - 2)
+        for e, x in zip(edges, (diameter, face), strict=True)
+    )
+    found = np.full((teeth.max(), *CELLS), np.nan)
+    np.fmax.at(found, (teeth - 1, row, column), load)
+    for tooth in found:
+        _fill(tooth)
+    return ToothPattern(title.strip(), edges[0], edges[1], found)
+
+
+def _fill(cells: Array) -> None:
+    """Cells between others from those, in place."""
+    there = np.argwhere(np.isfinite(cells))
+    if len(there) > 3 and np.ptp(there, axis=0).all():
+        empty = np.argwhere(np.isnan(cells))
+        cells[tuple(empty.T)] = griddata(there, cells[tuple(there.T)], empty)
