@@ -30,7 +30,7 @@ PLACES = (
     ("face_contact_pattern", "face", "Where flanks touch, and how hard at most: load that leans to "
      "one end of the face tells of tilt or twist."),
     ("face_rows", "face", "One flank a tooth, face across and diameter upwards: the largest line "
-     "load that each place sees in all positions."),
+     "load that each place sees in all positions; white is what no loaded line came across."),
     ("face_transmission_error", "face", "How far the gears stay behind where they would be if they "
      "were rigid and perfect; its swing is what is heard, order by order. Unloaded: by ground "
      "flanks alone."),

@@ -33,7 +33,8 @@ class Solver(Section):
     modes_band: see modes_accuracy. step_time_step: of steps near jumps of the torque;
     reduction_limit: frequency up to which reduced bodies are compared with the unreduced ones;
     settle: start-up left out of load sharing; positions_per_gear_mesh: quasi-static positions a
-    gear-mesh cycle.
+    gear-mesh cycle. line_loads_in_time: under face_load transients hold all that equilibria do of
+    the load along the face, slice by slice.
     """
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"
@@ -52,6 +53,7 @@ class Solver(Section):
     reduction_limit: Frequency | None = Field(default=None, ge=1e-3, le=1e9)
     settle: Time | None = Field(default=None, ge=0.0, le=1e6)
     positions_per_gear_mesh: int = Field(default=16, ge=2, le=10000)
+    line_loads_in_time: bool = False
 
     @model_validator(mode="after")
     def _ladder(self) -> Solver:

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     """Variables of a result whose pairs have slices; all of them of equilibria, in time those that
-    do not say slice by slice."""
+    do not say slice by slice, unless the case asks for them."""
     result = recovery.result
     found = line_loads(result)
     if found is None:
@@ -39,7 +39,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
-    if isinstance(result, Equilibrium):
+    if isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time:
         edges, beside = edge_loads(pairs, found), pairs_at(result)
         arrays |= {
             **_flank_geometry(pairs),

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import flexgear as fg
+from flexgear.gears.face_load import with_ends
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -149,12 +151,22 @@ def test_more_positions_tell_the_same(stage):
         assert one[name]["k_h_beta"] == pytest.approx(two[name]["k_h_beta"], rel=0.01)
 
 
-def test_in_time_the_largest_line_load_is_there_and_slices_are_not():
-    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
-    run = fg.transient(model, duration=2e-3)
-    assert "line_load" not in run
-    assert run["largest_line_load"].max() > 0
+def in_time(**changes):
+    case = BASE.with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5, **changes})
+    return fg.transient(fg.assemble(case, ["all"]), duration=2e-3)
+
+
+def test_in_time_slices_are_there_on_request():
+    """What all samples have follows from them; without it the rest is the same."""
+    run, asked = in_time(), in_time(**{"solver.line_loads_in_time": True})
     assert np.isfinite(run["transmission_error"].sel(flank="stage ring 1 drive")).all()
+    assert run["largest_line_load"].max() > 0
+    assert "line_load" not in run
+    xr.testing.assert_equal(asked[list(run)].drop_attrs(), run.drop_attrs())
+    largest = with_ends(np.nan_to_num(asked["line_load"].to_numpy())).max(axis=(2, 3))
+    np.testing.assert_allclose(largest, asked["largest_line_load"], rtol=1e-12)
+    still = fg.static(fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"]), [0.0])
+    assert set(still) - set(asked) == {"closure", "rim_stress"}
 
 
 def test_pictures_are_drawn(stage):
