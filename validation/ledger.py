@@ -40,7 +40,7 @@ PAPERS = (
     Paper("yang2019"),
     Paper("ren2021"),
     Paper("hu2023"),
-    Paper("grc"),
+    Paper("grc", by_fidelity=True),
     Paper("face_load", by_fidelity=True),
     Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
 )

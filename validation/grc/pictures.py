@@ -1,25 +1,34 @@
-"""Load sharing and rows over the clearance of the carrier bearings."""
+"""Load sharing and rows over the clearance of the carrier bearings, and by cause."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from rows import Picture
 
-from flexgear.views.style import panels, save_figure, styled
-from grc.runs import CLEARANCES, extreme, sharing
-from grc.statements import PUBLISHED
+from flexgear.views.style import new_figure, panels, save_figure, styled
+from grc.by_cause import stored
+from grc.statements import PUBLISHED, with_clearance
+
+CLEARANCES = (0.0, 0.1, 0.2, 0.3)  # mm on every side of the carrier bearings
 
 
-def draw(folder: Path) -> list[Picture]:
-    """One picture."""
+def draw(folder: Path, fidelity: str) -> list[Picture]:
+    """Two pictures."""
     save_figure(clearances(), folder / "clearance.png", dpi=160)
+    save_figure(causes(), folder / "causes.png", dpi=160)
     return [
         Picture(
             "clearance.png",
             "Load sharing over carrier bearing clearance",
-            "dotted: measured, both with an unknown clearance",
-        )
+            "stored figures of grc/by_cause.py; dotted: measured, both with an unknown clearance",
+        ),
+        Picture(
+            "causes.png",
+            "Load sharing by cause",
+            "stored figures of grc/by_cause.py; dotted: measured without and with rotor moment",
+        ),
     ]
 
 
@@ -28,12 +37,11 @@ def clearances():  # type: ignore[no-untyped-def]
     """Left: K of pins; right: the worst row; both in pure torque and under the rotor moment."""
     figure, axes = panels(1, 2, height_mm=80)
     left, right = axes[0]
-    for name, found in (
-        ("pure torque", [sharing(clearance=c) for c in CLEARANCES]),
-        ("rotor moment", [extreme(clearance=c) for c in CLEARANCES]),
-    ):
-        left.plot(CLEARANCES, [s.factor for s in found], "o-", label=name)
-        right.plot(CLEARANCES, [s.worst_row for s in found], "o-", label=name)
+    found = [stored()[with_clearance(c)] for c in CLEARANCES]
+    for name, load in (("pure torque", "torque"), ("rotor moment", "moment")):
+        of_load = [getattr(one, load) for one in found]
+        left.plot(CLEARANCES, [one.factor for one in of_load], "o-", label=name)
+        right.plot(CLEARANCES, [one.row for one in of_load], "o-", label=name)
     for quantity in ("K_gamma in pure torque", "K_gamma under extreme rotor moment"):
         left.axhline(PUBLISHED[quantity].value, ls=":", color="black", lw=1)
     right.axhline(
@@ -42,4 +50,24 @@ def clearances():  # type: ignore[no-untyped-def]
     left.set(xlabel="clearance on every side (mm)", ylabel="largest pin force over mean (–)")
     right.set(xlabel="clearance on every side (mm)", ylabel="worst row over expected (–)")
     left.legend(loc="center left")
+    return figure
+
+
+@styled
+def causes():  # type: ignore[no-untyped-def]
+    """Bars of K of pins for every cause, in pure torque and under the rotor moment."""
+    every = list(stored().values())
+    figure = new_figure(height_mm=8.0 * len(every) + 20.0)
+    axes = figure.add_subplot()
+    place = np.arange(len(every))
+    for shift, load, label in ((-0.2, "torque", "pure torque"), (0.2, "moment", "rotor moment")):
+        factors = [getattr(one, load).factor for one in every]
+        axes.barh(place + shift, np.array(factors) - 1.0, 0.4, left=1.0, label=label)
+    for quantity in ("K_gamma in pure torque", "K_gamma under extreme rotor moment"):
+        axes.axvline(PUBLISHED[quantity].value, ls=":", color="black", lw=1)
+    axes.set(xlabel="largest pin force over mean (–)", yticks=place)
+    axes.set_yticklabels([one.name for one in every])
+    axes.margins(y=0.01)
+    axes.invert_yaxis()
+    axes.legend(loc="lower right")
     return figure

@@ -1,0 +1,163 @@
+"""Load sharing of grc-750kw cause by cause, over a turn of the carrier.
+
+`python -m grc.by_cause` in validation/ computes all causes (minutes), or those that are named, and
+writes causes.csv and the table of source.md.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from turns import lead_angles
+
+import flexgear as fg
+from flexgear.files.atomic import atomic_file
+from flexgear.gears.radii import stage_radii
+from grc.causes import Cause, every_cause
+
+HERE = Path(__file__).parent
+STORED, PAGE = HERE / "causes.csv", HERE / "source.md"
+ANGLES = 2 * np.pi * np.arange(25) / 25  # of the carrier: as many phases of its gear meshes
+QUICK = {
+    "solver.fidelity": "quick",
+    "stages.0.ring.fe.fixed_interface_modes": "20",
+    "stages.0.carrier.fe.fixed_interface_modes": "20",
+    "solver.reduction_limit_hz": "100",
+}
+DIRECTIONS = 4  # of the rotor moment, a right angle apart, the first about x
+TABLE = re.compile(r"(?<=<!-- causes -->\n).*?(?=<!-- end -->)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of equilibria over a turn of the carrier.
+
+    factor: largest force on a pin over the mean of all (–); row: largest load of a row over half
+    that mean (–), NaN without rollers; held: largest resultant in their plane of the gear meshes of
+    the sun, by which its shaft and its weight hold it, N.
+    """
+
+    factor: float
+    row: float
+    held: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """Of a cause: in pure torque; under the rotor moment, each figure in the direction that is
+    worst for it; and that of the factor, in degrees from x."""
+
+    name: str
+    torque: Figures
+    moment: Figures
+    direction: float
+
+
+def figures(cause: Cause, direction: float | None = None) -> Figures:
+    """Without the rotor moment, or with it in a direction, rad from x."""
+    moment = np.zeros(3)
+    if direction is not None:
+        moment[:2] = cause.moment * np.array([np.cos(direction), np.sin(direction)])
+    keys = {**QUICK, **cause.keys, "loads.0.moment_nm": str(moment.round(6).tolist())}
+    none: dict[str, Any] = {f"stages.0.{name}.rollers": None for name in cause.linear}
+    model = fg.assemble(fg.load_case("grc-750kw", keys).with_(**none))
+    static = fg.static(model, lead_angles(model, "lss", ANGLES))
+    pins = np.linalg.norm(static.planet_bearing_force.values[..., :2], axis=-1)
+    row = math.nan
+    if "planet_bearing" not in cause.linear:
+        row = float(2 * static.planet_bearing_row_load.max() / pins.mean())
+    beta = stage_radii(model.case.view("lss")).base_helix_angle
+    return Figures(float(pins.max() / pins.mean()), row, math.cos(beta) * _resultant(static))
+
+
+def _resultant(static: xr.Dataset) -> float:
+    """|Σ F_j exp(2πi j/N)| of the gear meshes of the sun, the largest of all positions, N."""
+    of_sun = [str(name).startswith("lss sun") for name in static.gear_mesh.values]
+    force = static.gear_mesh_force.values[:, of_sun]
+    spread = np.exp(2j * np.pi * np.arange(force.shape[1]) / force.shape[1])
+    return float(np.abs(force @ spread).max())
+
+
+def found(cause: Cause) -> Found:
+    """In pure torque and under the moment in all directions."""
+    turned = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    moments = [figures(cause, float(angle)) for angle in turned]
+    worst = Figures(*(max(each) for each in zip(*map(astuple, moments), strict=True)))
+    about = turned[int(np.argmax([one.factor for one in moments]))]
+    return Found(cause.name, figures(cause), worst, float(np.degrees(about)))
+
+
+@cache
+def stored() -> dict[str, Found]:
+    """causes.csv by the names of causes."""
+    with STORED.open(encoding="utf-8", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    return {
+        line["cause"]: Found(
+            line["cause"],
+            *(
+                Figures(*(float(line[f"{load}_{key}"]) for key in ("factor", "row", "held")))
+                for load in ("torque", "moment")
+            ),
+            float(line["direction"]),
+        )
+        for line in lines
+    }
+
+
+def store(every: list[Found]) -> None:
+    """Write causes.csv."""
+    with atomic_file(STORED) as path, path.open("w", encoding="utf-8", newline="") as stream:
+        keys = [f"{load}_{key}" for load in ("torque", "moment") for key in Figures.__annotations__]
+        out = csv.writer(stream, lineterminator="\n")
+        out.writerow(["cause", *keys, "direction"])
+        for one in every:
+            values = [*astuple(one.torque), *astuple(one.moment)]
+            out.writerow([one.name, *(f"{x:.6g}" for x in values), f"{one.direction:g}"])
+
+
+def table() -> str:
+    """Markdown of what is stored."""
+    why = {cause.name: cause.why for cause in every_cause()}
+    lines = [
+        "| cause | size and where it is from | K_gamma, torque | row | sun held, kN "
+        "| K_gamma, moment | row | sun held, kN | about |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for one in stored().values():
+        cells = [c for part in (one.torque, one.moment) for c in _cells(part)]
+        cells = [one.name, why[one.name], *cells, f"{one.direction:.0f}°"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _cells(part: Figures) -> list[str]:
+    row = "–" if math.isnan(part.row) else f"{part.row:.2f}"
+    return [f"{part.factor:.3f}", row, f"{1e-3 * part.held:.1f}"]
+
+
+def main(names: Sequence[str]) -> None:
+    """Compute what is named or not yet stored, all without names, and write everything."""
+    kept = stored() if names else {}
+    every = []
+    for cause in every_cause():
+        old = kept.get(cause.name)
+        every.append(found(cause) if old is None or cause.name in names else old)
+        print(every[-1], flush=True)
+    store(every)
+    stored.cache_clear()
+    PAGE.write_text(TABLE.sub(lambda _: table(), PAGE.read_text("utf-8")), "utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
