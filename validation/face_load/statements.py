@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rows import Row
 
-from face_load.runs import Even, causes, even, gained, proposal
+from face_load.runs import Even, even, gained, proposal, stages
 
 CASES = ("wind-5mw", "grc-750kw")
 TUNED = "z_mm of the planet bearings, which moves their springs from mid-face"
@@ -15,63 +15,65 @@ def rows(fidelity: str) -> list[Row]:
     found: list[Row] = []
     for case in CASES:
         bends, rigid = (even(case, fidelity, stiff) for stiff in (False, True))
-        found += [_pair(case, "K_Hβ, ring", rigid.ring, bends.ring)]
-        found += [_pair(case, "K_Hβ, sun", rigid.sun, bends.sun)]
-        found += [_tilt(case, "ring", rigid.ring_tilt, bends.ring_tilt)]
-        found += [_tilt(case, "sun", rigid.sun_tilt, bends.sun_tilt)]
-        found += _causes(case, fidelity)
-        found += _proposals(case, fidelity)
+        for group, one in bends.items():
+            found += [_pair(case, group, rigid[group], one), _tilt(case, group, rigid[group], one)]
+            found += [_causes(case, group, rigid[group], one)]
+        for stage in sought(case, fidelity):
+            found += _proposals(case, fidelity, stage)
     found += _bearing_place(fidelity) + _slices(fidelity)
     if fidelity != "quick":
         found += _by_fe(fidelity)
     return found
 
 
-def _pair(case: str, quantity: str, rigid: float, bends: float) -> Row:
+def sought(case: str, fidelity: str) -> list[str]:
+    """Stages whose flanks are proposed: the first alone where time is short."""
+    return stages(case)[:1] if fidelity == "quick" else stages(case)
+
+
+def _reported(case: str, quantity: str, text: str, why: str) -> Row:
+    return Row("face_load", case, quantity, "–", text, "reported", None, why)
+
+
+def _pair(case: str, group: str, rigid: Even, bends: Even) -> Row:
     why = "largest of all planets over a gear-mesh cycle; slices beside each other"
-    text = f"{rigid:.3f} rigid, {bends:.3f} flexible"
-    return Row("face_load", case, quantity, "–", text, "reported", None, why)
+    text = f"{rigid.k_h_beta:.3f} rigid, {bends.k_h_beta:.3f} flexible"
+    return _reported(case, f"K_Hβ, {group}", text, why)
 
 
-def _tilt(case: str, kind: str, rigid: float, bends: float) -> Row:
-    text = f"{rigid:.1f} µm rigid, {bends:.1f} µm flexible"
-    why = f"ring, carrier and shaft: {bends - rigid:+.1f} µm; rigid: bearings, and helices' moments"
-    quantity = f"misalignment over the face, {kind}"
-    return Row("face_load", case, quantity, "–", text, "reported", None, why)
+def _tilt(case: str, group: str, rigid: Even, bends: Even) -> Row:
+    text = f"{rigid.misalignment:.1f} µm rigid, {bends.misalignment:.1f} µm flexible"
+    more = bends.misalignment - rigid.misalignment
+    why = f"ring, carrier and shaft: {more:+.1f} µm; rigid: bearings, and helices' moments"
+    return _reported(case, f"misalignment over the face, {group}", text, why)
 
 
-def _causes(case: str, fidelity: str) -> list[Row]:
+def _causes(case: str, group: str, rigid: Even, bends: Even) -> Row:
     """By which bodies and bearings gears are tilted, in the mean of the positions."""
-    bends, rigid = (causes(case, fidelity, stiff) for stiff in (False, True))
-    found = []
-    for group, by_cause in bends.items():
-        text = ", ".join(
-            f"{cause} {round(size, 1) + 0.0:+.1f} µm" for cause, size in by_cause.items()
-        )
-        less = ", ".join(
-            f"{cause} {round(size, 1) + 0.0:+.1f}" for cause, size in rigid[group].items()
-        )
-        quantity = f"misalignment by cause, {group.rpartition(' ')[2]}"
-        why = f"planet misaligned most, flexible; rigid: {less} µm"
-        found.append(Row("face_load", case, quantity, "–", text, "reported", None, why))
-    return found
+    text, less = (
+        ", ".join(f"{cause} {round(size, 1) + 0.0:+.1f}" for cause, size in one.causes.items())
+        for one in (bends, rigid)
+    )
+    why = f"planet misaligned most, flexible; rigid: {less} µm"
+    return _reported(case, f"misalignment by cause, {group}", f"{text} µm", why)
 
 
-def _proposals(case: str, fidelity: str) -> list[Row]:
-    made, found = proposal(case, fidelity), []
+def _proposals(case: str, fidelity: str, stage: str) -> list[Row]:
+    made, found = proposal(case, fidelity, stage), []
     amounts = ", ".join(
         f"{key.split('.')[-2]} {key.split('.')[-1]} {1e6 * x:.0f} µm"
         for key, x in made.amounts.items()
     )
-    for kind in ("ring", "sun"):
-        before, after = gained(made, kind, "largest_line_load_n_per_mm")
-        factor = gained(made, kind, "k_h_beta")
+    groups = [g for g in even(case, fidelity, False) if g.split()[0] == stage]
+    for group in groups:
+        before, after = gained(made, group, "largest_line_load_n_per_mm")
+        factor = gained(made, group, "k_h_beta")
         text = f"{before:.0f} to {after:.0f} N/mm, K_Hβ {factor[0]:.3f} to {factor[1]:.3f}"
         found.append(
             Row(
                 "face_load",
                 case,
-                f"proposed flanks: largest line load, {kind}",
+                f"proposed flanks: largest line load, {group}",
                 "–",
                 text,
                 "does not rise by 2 %",
@@ -86,22 +88,27 @@ def _bearing_place(fidelity: str) -> list[Row]:
     """What the bundled case had tuned, tried again."""
     found = []
     for z in ("-30", "0", "30"):
-        one: Even = even("wind-5mw", fidelity, False, **{"bearings.planet.z_mm": z})
-        tilts = f"tilt {one.ring_tilt:.0f}, {one.sun_tilt:.0f} µm"
-        text = f"ring {one.ring:.3f}, sun {one.sun:.3f}; {tilts}"
-        found.append(
-            Row(
-                "face_load", "wind-5mw", f"K_Hβ with z_mm = {z}", "–", text, "reported", None, TUNED
-            )
-        )
+        ring, sun = _of_stage("wind-5mw", fidelity, False, **{"bearings.planet.z_mm": z})
+        tilts = f"tilt {ring.misalignment:.0f}, {sun.misalignment:.0f} µm"
+        text = f"ring {ring.k_h_beta:.3f}, sun {sun.k_h_beta:.3f}; {tilts}"
+        found.append(_reported("wind-5mw", f"K_Hβ with z_mm = {z}", text, TUNED))
     return found
+
+
+def _of_stage(case: str, fidelity: str, rigid: bool, **changes: str) -> tuple[Even, Even]:
+    """Ring and sun of a case of one stage."""
+    found = even(case, fidelity, rigid, **changes)
+    ring, sun = (next(one for g, one in found.items() if g.endswith(k)) for k in ("ring", "sun"))
+    return ring, sun
 
 
 def _slices(fidelity: str) -> list[Row]:
     fifteen, more = (
-        even("wind-5mw", fidelity, True, **{"gear_mesh.slices": n}) for n in ("15", "31")
+        _of_stage("wind-5mw", fidelity, True, **{"gear_mesh.slices": n}) for n in ("15", "31")
     )
-    worst = max(abs(more.ring / fifteen.ring - 1), abs(more.sun / fifteen.sun - 1))
+    worst = max(
+        abs(many.k_h_beta / few.k_h_beta - 1) for many, few in zip(more, fifteen, strict=True)
+    )
     text = f"{100 * worst:.2f} %"
     return [
         Row(
@@ -118,21 +125,12 @@ def _slices(fidelity: str) -> list[Row]:
 
 
 def _by_fe(fidelity: str) -> list[Row]:
+    why = "teeth bend as plates, ends of the face are softer"
     found = []
-    for rigid in (True, False):
-        one = even("wind-5mw", fidelity, rigid, "fe")
-        text = f"ring {one.ring:.3f}, sun {one.sun:.3f}"
-        name = "rigid" if rigid else "flexible"
-        found.append(
-            Row(
-                "face_load",
-                "wind-5mw",
-                f"K_Hβ by FE influence, {name}",
-                "–",
-                text,
-                "reported",
-                None,
-                "teeth bend as plates, ends of the face are softer",
-            )
-        )
+    for case in CASES:
+        for rigid in (True, False):
+            of_groups = even(case, fidelity, rigid, "fe").items()
+            text = ", ".join(f"{group} {one.k_h_beta:.3f}" for group, one in of_groups)
+            name = "rigid" if rigid else "flexible"
+            found.append(_reported(case, f"K_Hβ by FE influence, {name}", text, why))
     return found
