@@ -13,7 +13,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import as_json_text, shown, table
+from flexgear.cli.display import as_json_text, by_figure, shown, table
 from flexgear.cli.outputs import save_or_rescue
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
@@ -102,7 +102,7 @@ def show_equilibria(
         for section, rows in figures.items():
             if isinstance(rows, dict):
                 typer.echo("")
-                table(f"  {section}", {f"  {k}": v for k, v in rows.items()})
+                table(f"  {section}", {f"  {k}": v for k, v in by_figure(rows).items()})
 
 
 def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:

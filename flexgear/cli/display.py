@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from flexgear.results.summary import plain
 
 Report = Callable[[str, float], None]
+MOST_BESIDE = 6  # figures that one line shows side by side
 PLAIN_INTERVAL = 5.0  # s between plain lines of one stage
 
 
@@ -150,3 +151,24 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
     for name, rows in sections.items():
         typer.echo("")
         table(name.replace("_", " "), rows)
+
+
+def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Rows that hold so many figures each that no line has room for them, turned: a row a figure,
+    with its values in the order of the names, which stand first; other rows as they are."""
+    flat = {name: flattened(one) for name, one in rows.items() if isinstance(one, Mapping)}
+    if not flat or len(flat) < len(rows) or min(map(len, flat.values())) <= MOST_BESIDE:
+        return rows
+    figures = dict.fromkeys(key for one in flat.values() for key in one)
+    return {"of": list(rows), **{key: [one.get(key) for one in flat.values()] for key in figures}}
+
+
+def flattened(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures within figures under both names."""
+    out: dict[str, Any] = {}
+    for key, value in figures.items():
+        if isinstance(value, Mapping):
+            out |= {f"{key}, {inner}": one for inner, one in value.items()}
+        else:
+            out[key] = value
+    return out

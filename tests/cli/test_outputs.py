@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from flexgear.cli import analysis_commands, run_commands
+from flexgear.cli.display import by_figure
 from flexgear.files import atomic
 from flexgear.model.bundled import bundled_text
 from flexgear.results.origin import Origin, origin_of
@@ -254,3 +255,17 @@ def test_render_of_no_run_is_an_input_fault(flexgear, tmp_path):
     (tmp_path / "summary.json").unlink()
     os.mkfifo(tmp_path / "summary.json")
     refused(flexgear("render", tmp_path), "device or pipe")
+
+
+def test_rows_with_many_figures_stand_side_by_side():
+    """A row a figure, in the order of the names; a dash for what one of them does not have."""
+    many = {
+        "a": {str(k): k for k in range(8)},
+        "b": {**{str(k): -k for k in range(7)}, "x": {"y": 5}},
+    }
+    assert by_figure(many) == {
+        "of": ["a", "b"], **{str(k): [k, -k] for k in range(7)}, "7": [7, None], "x, y": [None, 5],
+    }  # fmt: skip
+    few = {"a": {"force": 1.0, "angle": 2.0}}
+    assert by_figure(few) is few
+    assert by_figure({}) == {}
