@@ -85,13 +85,14 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             "Load along the face of every gear mesh, in the mean of the positions",
             partial(face_load_charts.along_face_chart, even),
         )
-        plan["face_misalignment"] = (
-            "Misalignment of every gear mesh by what causes it",
-            partial(face_load_charts.misalignment_chart, even),
-        )
         plan["face_contact_pattern"] = (
             "Contact pattern: largest line load over path and face",
             partial(face_load_charts.contact_pattern, even),
+        )
+    if "gear_mesh_misalignment_by_cause" in even:  # not in runs of earlier versions
+        plan["face_misalignment"] = (
+            "Misalignment of every gear mesh by what causes it",
+            partial(face_load_charts.misalignment_chart, even),
         )
         for stage in flow.stages:
             plan |= _rows_of_teeth(even, stage.name)

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results.transmission_error import positions_for, with_orders
+from flexgear.results.transmission_error import ERRORS, positions_for, with_orders
 from flexgear.solve.angles import lead_speed, stage_motions
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.model import Model
@@ -27,10 +27,11 @@ CYCLES = 7  # of a stage whose ring bends: prime, so that planets and bolts seld
 def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> xr.Dataset:
     """Equilibria of the model without errors over cycles of a stage's gear mesh under rated torque,
     with orders of the transmission error up to ``solver.gear_mesh_orders`` and the phase of the
-    gear mesh, ``gear_mesh_phase``, in cycles. FlexgearError for a stage that does not turn."""
+    gear mesh, ``gear_mesh_phase``, in cycles; flanks are those of the stage, which has to turn."""
     phase, lead = _positions(model, stage)
     ideal = model.without_errors() if model.has_errors else model
     data = static(ideal, lead, progress=progress, stage=stage)
+    data = data.isel(flank=data["flank_stage"].to_numpy() == stage)
     return with_orders(data, phase, model.case.solver.gear_mesh_orders)
 
 
@@ -59,10 +60,9 @@ def _positions(model: Model, stage: str) -> tuple[Array, Array]:
 
 def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Figures over gear-mesh cycles of the flanks of a stage that carry, by name."""
-    found = {}
-    own = data.isel(flank=data["flank_stage"].to_numpy() == data.attrs["stage"])
-    for name in map(str, own["flank"].to_numpy()):
-        one = own.sel(flank=name)
+    found: dict[str, dict[str, Any]] = {}
+    for name in map(str, data["flank"].to_numpy()):
+        one = data.sel(flank=name)
         if not np.isfinite(one["transmission_error_order"]).all():
             continue
         stiffness = 1e-6 * one["gear_mesh_stiffness"].to_numpy()
@@ -72,16 +72,13 @@ def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
                 "mean": float(stiffness.mean()),
                 "max": float(stiffness.max()),
             },
-            **{
-                f"{error}_{what}_um": 1e6 * size
-                for error in ("transmission_error", "unloaded_transmission_error")
-                for what, size in (("cycle_peak_to_peak", _widest(one, error)),)
-            },
-            **{
-                f"{error}_orders_um": [1e6 * float(a) for a in one[f"{error}_order"].to_numpy()]
-                for error in ("transmission_error", "unloaded_transmission_error")
-            },
         }
+        for error in ERRORS:
+            amplitudes = one[f"{error}_order"].to_numpy()
+            found[name] |= {
+                f"{error}_cycle_peak_to_peak_um": 1e6 * _widest(one, error),
+                f"{error}_orders_um": [1e6 * float(a) for a in amplitudes],
+            }
     return found
 
 

@@ -9,20 +9,42 @@ from flexgear.results.face_load import misalignment_of_groups
 from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.wording import words
 
-ERRORS = (
-    ("transmission_error", "transmission error"),
-    ("unloaded_transmission_error", "unloaded transmission error"),
-)
+# key of a figure -> what it is, unit, and by what it comes into that unit
+OF_FLANK = {
+    "k_h_beta": ("face load factor K_Hβ (ISO 6336-1)", "", 1.0),
+    "k_h_alpha": ("transverse load factor K_Hα (ISO 6336-1)", "", 1.0),
+    "instantaneous_peak_factor": ("largest over mean line load at any instant", "", 1.0),
+    "largest_line_load_n_per_mm": ("largest line load", "N/mm", 1.0),
+    "tip_line_load_n_per_mm": ("largest line load off the path of contact", "N/mm", 1.0),
+    "tip_contact_positions": ("edge contact of tips, of the positions", "share", 1.0),
+    "face_end_line_load_n_per_mm": ("largest line load at an end of the face", "N/mm", 1.0),
+    "face_end_contact_positions": ("edge contact of face ends, of the positions", "share", 1.0),
+    "largest_contact_pressure_mpa": ("largest Hertz pressure", "Pa", 1e6),
+    "misalignment_um": ("misalignment over the face", "m", 1e-6),
+    "transmission_error_peak_to_peak_um": ("transmission error peak to peak", "m", 1e-6),
+    "unloaded_transmission_error_peak_to_peak_um": ("the same unloaded", "m", 1e-6),
+}
+OF_CYCLES = {
+    "transmission_error_cycle_peak_to_peak_um": ("transmission error peak to peak", "m", 1e-6),
+    "unloaded_transmission_error_cycle_peak_to_peak_um": ("the same unloaded", "m", 1e-6),
+}
+ORDERS = {
+    "transmission_error_orders_um": "transmission error",
+    "unloaded_transmission_error_orders_um": "unloaded transmission error",
+}
+SHOWN = 3  # orders of the gear mesh
 
 
 def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
-    """By variant: every flank over a turn, causes of misalignment, gear-mesh cycles."""
+    """By variant: every flank over a turn, causes of misalignment, gear-mesh cycles; of runs of
+    earlier versions what they hold of it."""
     for variant, flanks in summary.get("face_load", {}).items():
-        rows = [row for flank, one in flanks.items() for row in _of_flank(words(flank), one)]
+        rows = [row for flank, one in flanks.items() for row in _rows(words(flank), one, OF_FLANK)]
         yield Table("face", f"{variant}, equilibria", rows)
+        split = {n: one for n, one in flanks.items() if "misalignment_by_cause_um" in one}
         causes = [
             Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
-            for group, found in misalignment_of_groups(flanks).items()
+            for group, found in misalignment_of_groups(split).items()
             for cause, size in found.items()
         ]
         title = f"{variant}, misalignment over the face by cause, planet misaligned most"
@@ -31,31 +53,19 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
         yield Table("face", f"{variant}, gear-mesh cycles without errors", rows)
 
 
-def _of_flank(name: str, one: Mapping[str, Any]) -> Iterator[Row]:
-    yield Row(f"{name}, face load factor K_Hβ (ISO 6336-1)", one["k_h_beta"])
-    yield Row(f"{name}, transverse load factor K_Hα (ISO 6336-1)", one["k_h_alpha"])
-    yield Row(f"{name}, largest over mean line load at any instant", one["instantaneous_peak_factor"])
-    yield Row(f"{name}, largest line load", one["largest_line_load_n_per_mm"], "N/mm")
-    for edge, said in (("tip", "off the path of contact"), ("face_end", "at an end of the face")):
-        yield Row(f"{name}, largest line load {said}", one[f"{edge}_line_load_n_per_mm"], "N/mm")
-        often = one[f"{edge}_contact_positions"]
-        yield Row(f"{name}, edge contact {said}, of the positions", often, "share")
-    yield Row(f"{name}, largest Hertz pressure", 1e6 * one["largest_contact_pressure_mpa"], "Pa")
-    yield Row(f"{name}, misalignment over the face", 1e-6 * one["misalignment_um"], "m")
-    for key, said in ERRORS:
-        size = one.get(f"{key}_peak_to_peak_um")
-        if size is not None:
-            yield Row(f"{name}, {said} peak to peak", 1e-6 * size, "m")
+def _rows(
+    name: str, one: Mapping[str, Any], figures: Mapping[str, tuple[str, str, float]]
+) -> Iterator[Row]:
+    for key, (said, unit, by) in figures.items():
+        if key in one:
+            yield Row(f"{name}, {said}", by * one[key], unit)
 
 
 def _of_cycles(name: str, one: Mapping[str, Any]) -> Iterator[Row]:
     """What ``solve.gear_mesh_cycles`` found; nothing of a flank that does not carry throughout."""
-    if "gear_mesh_stiffness_n_per_um" not in one:
-        return
-    stiffness = one["gear_mesh_stiffness_n_per_um"]
-    for key, said in (("min", "least"), ("mean", "mean"), ("max", "largest")):
-        yield Row(f"{name}, stiffness of the gear mesh, {said}", 1e6 * stiffness[key], "N/m")
-    for key, said in ERRORS:
-        yield Row(f"{name}, {said} peak to peak", 1e-6 * one[f"{key}_cycle_peak_to_peak_um"], "m")
-        for order, size in enumerate(one[f"{key}_orders_um"][:3], 1):
+    for key, size in one.get("gear_mesh_stiffness_n_per_um", {}).items():
+        yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
+    yield from _rows(name, one, OF_CYCLES)
+    for key, said in ORDERS.items():
+        for order, size in enumerate(one.get(key, [])[:SHOWN], 1):
             yield Row(f"{name}, {said}, order {order}", 1e-6 * size, "m")

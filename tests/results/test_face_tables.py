@@ -1,0 +1,43 @@
+"""Tables of the load along the face: units, and runs that hold less."""
+
+from flexgear.results.report.face_load import face_tables
+
+OLD = {
+    "k_h_beta": 1.5,
+    "largest_line_load_n_per_mm": 1700.0,
+    "largest_contact_pressure_mpa": 800.0,
+    "misalignment_um": -90.0,
+    "transmission_error_peak_to_peak_um": 4.0,
+}
+NEW = {
+    **OLD,
+    "tip_contact_positions": 0.25,
+    "misalignment_by_cause_um": {"ring": 17.0, "carrier": -107.0},
+    "gear_mesh_stiffness_n_per_um": {"min": 1e4, "mean": 1.1e4, "max": 1.2e4},
+    "transmission_error_orders_um": [1.6, 0.6, 0.2, 0.1],
+}
+
+
+def rows(one):
+    summary = {"face_load": {"flexible": {"stage ring 1 drive": one}}}
+    return {row.label: row for table in face_tables(summary) for row in table.rows}
+
+
+def test_figures_come_in_si_units_or_as_they_are_said():
+    found = rows(NEW)
+    for label, value, unit in (
+        ("ring 1 drive, largest Hertz pressure", 8e8, "Pa"),
+        ("ring 1 drive, edge contact of tips, of the positions", 0.25, "share"),
+        ("ring, carrier", -107e-6, "m"),
+        ("ring 1 drive, stiffness of the gear mesh, mean", 1.1e10, "N/m"),
+        ("ring 1 drive, transmission error, order 3", 0.2e-6, "m"),
+    ):
+        assert abs(found[label].value / value - 1) < 1e-12
+        assert found[label].unit == unit
+    assert "ring 1 drive, transmission error, order 4" not in found
+
+
+def test_runs_of_earlier_versions_show_what_they_hold():
+    found = rows(OLD)
+    assert len(found) == len(OLD)
+    assert set(found) < set(rows(NEW))
