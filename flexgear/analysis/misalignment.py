@@ -14,6 +14,8 @@ path of contact, by least squares: the slope of a ground helix, none of crowning
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,10 +36,10 @@ def tilt_by_cause(recovery: Recovery) -> Array:
     with its shaft and bearings; "gear" that of the gear of a parallel stage.
     """
     result, pairs = recovery.result, recovery.modal.system.pairs
-    turned = _rotations(recovery)
+    turned, pins = _rotations(recovery), _against_pins(recovery)
     found = np.zeros((*result.pair_tooth.shape, len(CAUSES)))
     for m in range(len(pairs.s0)):
-        for cause, tilt in _of_bodies(recovery, turned, m).items():
+        for cause, tilt in _of_bodies(recovery, turned, pins, m).items():
             found[:, m, :, CAUSES.index(cause)] = tilt
         found[:, m, :, CAUSES.index("errors")] = pairs.error_slope[m]
         found[:, m, :, CAUSES.index("modifications")] = -ground_slope(pairs, m)
@@ -45,8 +47,11 @@ def tilt_by_cause(recovery: Recovery) -> Array:
     return found
 
 
-def _of_bodies(recovery: Recovery, turned: Array, m: int) -> dict[str, Array]:
-    """Tilts of gear mesh m by bodies, (t, SLOTS) or (t, 1); turned (t, blocks, 2): rotations."""
+def _of_bodies(
+    recovery: Recovery, turned: Array, pins: Mapping[str, Array], m: int
+) -> dict[str, Array]:
+    """Tilts of gear mesh m by bodies, (t, SLOTS) or (t, 1); turned (t, blocks, 2): rotations; pins:
+    see ``_against_pins``."""
     result, pairs = recovery.result, recovery.modal.system.pairs
     axis = np.array([-pairs.normal[m, 1], pairs.normal[m, 0]]) / pairs.cos_b[m]
     rotation = turned[:, pairs.gear_block[m], None]
@@ -59,10 +64,10 @@ def _of_bodies(recovery: Recovery, turned: Array, m: int) -> dict[str, Array]:
     gear = "ring" if KINDS[pairs.kind[m]].startswith("ring") else "sun"
     found = {gear: np.einsum("tsi,ti->ts", rotation, across)}
     planet = -(turned[:, pairs.planet_block[m]] @ axis)[:, None]
-    pin = _against_pin(recovery.modal.system, m)
+    pin = pins.get(_bearing_of(recovery.modal.system, m))
     if pin is None:
         return {**found, "gear": planet}
-    bearing = (recovery.motion(pin) @ axis)[:, None]  # pin − planet
+    bearing = (pin @ axis)[:, None]
     return {**found, "planet bearing": bearing, "carrier": planet - bearing}
 
 
@@ -91,9 +96,18 @@ def _rotations(recovery: Recovery) -> Array:
     return recovery.motion(rows).reshape(-1, len(blocks) // 6, 2)
 
 
-def _against_pin(system: System, m: int) -> Array | None:
-    """Rows (2, d) of the pin's rotation less the planet's, in the planet's axes; None where the
-    gear is on no pin."""
+def _bearing_of(system: System, m: int) -> str:
+    """Name that the bearing of the planet of gear mesh m would have."""
     label = system.gear_meshes[m]
-    name = f"{list(system.frames)[label.stage]}.planet_bearing_{label.planet + 1}"
-    return next((link.rows[3:5] for link in system.links if link.name == name), None)
+    return f"{list(system.frames)[label.stage]}.planet_bearing_{label.planet + 1}"
+
+
+def _against_pins(recovery: Recovery) -> dict[str, Array]:
+    """Rotations (t, 2) of pins less those of their planets, in the planets' axes, by bearing."""
+    system = recovery.modal.system
+    names = {_bearing_of(system, m) for m in range(len(system.gear_meshes))}
+    links = [link for link in system.links if link.name in names]
+    if not links:
+        return {}
+    found = recovery.motion(np.vstack([link.rows[3:5] for link in links]))
+    return {link.name: found[:, 2 * k : 2 * k + 2] for k, link in enumerate(links)}
