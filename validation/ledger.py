@@ -42,6 +42,7 @@ PAPERS = (
     Paper("hu2023"),
     Paper("grc", by_fidelity=True),
     Paper("face_load", by_fidelity=True),
+    Paper("solid_contact", by_fidelity=True),
     Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
 )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,8 @@ class Grid:
     """Sizes of elements. flank: edges on a flank that touches; fillet: edges of one; growth: of the
     size per distance from them; coarse: of others, modules; neighbours: teeth beyond the loaded
     ones on either side; held: depth below the root circle at which the body is held, modules;
-    shape: of the fillets."""
+    shape: of the fillets; unloaded: edges on tips, root lands and teeth that do not touch, of the
+    standard number."""
 
     flank: int
     fillet: int = 20
@@ -38,6 +40,11 @@ class Grid:
     neighbours: int = 1
     held: float = 3.0
     shape: str = "arc"
+    unloaded: float = 1.0
+
+    def edges(self, standard: int) -> int:
+        """Number of edges on a line that does not touch."""
+        return max(1, round(self.unloaded * standard))
 
 
 @dataclass(frozen=True)
@@ -73,32 +80,42 @@ def flank_points(tooth: ToothGeometry, arc: Array) -> tuple[Array, Array]:
 
 
 def _half(
-    tooth: ToothGeometry, shape: Fillet, flank: int, fillet: int
+    tooth: ToothGeometry, shape: Fillet, flank: int, fillet: int, land: int
 ) -> tuple[Points, Points, Points]:
     """Points (k,) of the +y half of a tooth as complex numbers: flank from the tip, fillet from
     there, root land to half the pitch. Neighbours share their ends."""
     radius, half = flank_points(tooth, flank_arc(tooth, shape, flank))
     bend = shape(tooth, fillet)
-    rest = np.linspace(np.angle(bend[-1]), tooth.pitch_angle / 2, 4)
+    rest = np.linspace(np.angle(bend[-1]), tooth.pitch_angle / 2, land + 1)
     return radius * np.exp(1j * half), bend, tooth.root_radius * np.exp(1j * rest)
 
 
 def sector(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Sector:
     """Mesh of the loaded teeth and their neighbours; side: +1 where flanks at +θ touch, else −1."""
-    last = LOADED[-1] + grid.neighbours
-    teeth = teeth_outline(tooth, side, grid, range(-last, last + 1), LOADED)
-    outline = teeth.points
+    loop, held, teeth = sector_outline(tooth, side, module, grid, LOADED)
+    return marked(triangles([loop], teeth.fine, grid, module), tooth, side, grid, teeth, held)
+
+
+def sector_outline(
+    tooth: ToothGeometry, side: int, module: float, grid: Grid, loaded: Sequence[int]
+) -> tuple[Points, Points, TeethOutline]:
+    """Closed outline of a sector, the part of it where the body is held, and its teeth; loaded:
+    numbers of the teeth that touch, in order."""
+    teeth = teeth_outline(
+        tooth, side, grid, range(loaded[0] - grid.neighbours, loaded[-1] + grid.neighbours + 1),
+        loaded,
+    )  # fmt: skip
+    line = teeth.points
     radius = tooth.root_radius - tooth.outward * grid.held * module
-    ends = np.angle(outline[[-1, 0]])
+    ends = np.angle(line[[-1, 0]])
     steps = max(16, round(abs(ends[0] - ends[1]) * radius / (grid.coarse * module)))
     back = radius * np.exp(1j * np.linspace(ends[0], ends[1], steps + 1))
     down = max(3, round(grid.held / grid.coarse))
     share = np.linspace(0, 1, down + 1)[1:-1]
-    first = outline[-1] + share * (back[0] - outline[-1])
-    last_side = back[-1] + share * (outline[0] - back[-1])
-    held = np.concatenate([outline[-1:], first, back, last_side, outline[:1]])
-    loop = np.concatenate([outline, held[1:-1]])
-    return marked(triangles([loop], teeth.fine, grid, module), tooth, side, grid, teeth, held)
+    first = line[-1] + share * (back[0] - line[-1])
+    last_side = back[-1] + share * (line[0] - back[-1])
+    held = np.concatenate([line[-1:], first, back, last_side, line[:1]])
+    return np.concatenate([line, held[1:-1]]), held, teeth
 
 
 @dataclass(frozen=True)
@@ -128,7 +145,8 @@ def teeth_outline(
         halves = {}
         for s in (-1, 1):
             fine = j in loaded and s == side
-            parts = _half(tooth, shape, grid.flank if fine else coarse, grid.fillet if fine else 6)
+            counts = (grid.flank, grid.fillet) if fine else (grid.edges(coarse), grid.edges(6))
+            parts = _half(tooth, shape, *counts, grid.edges(3))
             turned = [
                 (p if s > 0 else np.conj(p)) * np.exp(1j * j * tooth.pitch_angle) for p in parts
             ]
@@ -138,7 +156,9 @@ def teeth_outline(
                 fillets.append(turned[1])
         tip = np.angle(halves[-1][0][0]), np.angle(halves[1][0][0])
         width = (tip[1] - tip[0]) % (2 * math.pi)
-        land = tooth.tip_radius * np.exp(1j * (tip[0] + width * np.linspace(0, 1, 9)))
+        land = tooth.tip_radius * np.exp(
+            1j * (tip[0] + width * np.linspace(0, 1, grid.edges(8) + 1))
+        )
         low = np.concatenate([h[::-1] for h in halves[-1][::-1]])
         chain += [*low, *land[1:-1], *np.concatenate(halves[1])]
     return TeethOutline(_distinct(np.array(chain)), flanks, fillets)
@@ -173,26 +193,7 @@ def triangles(loops: list[Points], fine: list[Points], grid: Grid, unit: float) 
     Sizes grow from the chains ``fine``; unit: length in which the grid's sizes are, m.
     """
     with gmsh_session("plane teeth") as gmsh:
-        geo = gmsh.model.geo
-        closed = []
-        for loop in loops:
-            points = [geo.addPoint(p.real, p.imag, 0) for p in loop / unit]
-            ends = zip(points, points[1:] + points[:1], strict=True)
-            closed.append([geo.addLine(a, b) for a, b in ends])
-        geo.addPlaneSurface([geo.addCurveLoop(lines) for lines in closed])
-        geo.synchronize()
-        for lines in closed:
-            for line in lines:
-                gmsh.model.mesh.setTransfiniteCurve(line, 2)
-        places = np.concatenate(fine)
-        tree = cKDTree(np.column_stack([places.real, places.imag]) / unit)
-        smallest = min(abs(np.diff(chain)).mean() for chain in fine) / unit
-
-        def size(dim, tag, x, y, z, given):
-            return min(smallest + grid.growth * tree.query([x, y])[0], grid.coarse)
-
-        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-        gmsh.model.mesh.setSizeCallback(size)
+        outline(gmsh, loops, fine, grid, unit)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
         tags, xyz, _ = gmsh.model.mesh.getNodes()
@@ -202,6 +203,31 @@ def triangles(loops: list[Points], fine: list[Points], grid: Grid, unit: float) 
     row[tags.astype(np.int64)] = np.arange(len(tags))
     xy = unit * xyz.reshape(-1, 3)[row[used.astype(np.int64)], :2]
     return MeshTri(np.ascontiguousarray(xy.T), np.ascontiguousarray(corners.reshape(-1, 3).T))
+
+
+def outline(gmsh: Any, loops: list[Points], fine: list[Points], grid: Grid, unit: float) -> None:
+    """Surface inside the first of closed chains and outside the others, in gmsh; their edges stay
+    whole, and sizes grow from the chains ``fine``."""
+    geo = gmsh.model.geo
+    closed = []
+    for loop in loops:
+        points = [geo.addPoint(p.real, p.imag, 0) for p in loop / unit]
+        ends = zip(points, points[1:] + points[:1], strict=True)
+        closed.append([geo.addLine(a, b) for a, b in ends])
+    geo.addPlaneSurface([geo.addCurveLoop(lines) for lines in closed])
+    geo.synchronize()
+    for lines in closed:
+        for line in lines:
+            gmsh.model.mesh.setTransfiniteCurve(line, 2)
+    places = np.concatenate(fine)
+    tree = cKDTree(np.column_stack([places.real, places.imag]) / unit)
+    smallest = min(abs(np.diff(chain)).mean() for chain in fine) / unit
+
+    def size(dim, tag, x, y, z, given):
+        return min(smallest + grid.growth * tree.query([x, y])[0], grid.coarse)
+
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+    gmsh.model.mesh.setSizeCallback(size)
 
 
 def chain_on(fe_mesh: MeshTri, chain: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -1,0 +1,1 @@
+"""Contact of a spur planet and ring segment in three dimensions by CalculiX."""

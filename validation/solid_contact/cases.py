@@ -1,0 +1,42 @@
+"""What CalculiX is run for: planet and ring of `plane_contact/case.toml`, one pair at mid-path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from plane_contact.cases import pair, stage
+from plane_contact.sector import Grid
+
+from solid_contact.deck import Motion, Solid
+
+SLICES = 15
+# sizes are halved: 36 edges of about 1 mm along the flank, coarse elements of half a module; five
+# teeth of each gear, held three modules below the root circle as the case's bodies are
+GRID = Grid(
+    flank=18, fillet=6, growth=0.5, coarse=1.0, neighbours=2, held=3.0, unloaded=0.4
+)  # fmt: skip
+APPROACH = 90e-6  # m: close to the rated line load on one pair
+OVER_FACE = 100e-6  # m: difference of the approach from end to end of the face
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of CalculiX."""
+
+    solid: Solid
+    motion: Motion
+
+
+def _runs() -> dict[str, Run]:
+    face = stage().stage.face_width
+    place = float(np.mean(pair("ring").path))
+    own = Solid(place, face, SLICES, 1, GRID, 3e3)
+    tilted = Motion(APPROACH, OVER_FACE / face)
+    return {
+        "even": Run(own, Motion(APPROACH, 0.0)),
+        "tilted": Run(own, tilted),
+    }
+
+
+RUNS = _runs()

@@ -1,0 +1,76 @@
+"""The same tooth pair by flexgear: slices of one contact line between rigid bodies.
+
+Slices, influences and line contact are those of the gear mesh of ``plane_contact/case.toml``; no
+other pair touches. They bend each other by FE influence ("fe"), or are springs beside each other
+("width": Weber and Banaschek's stiffness per width).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from plane_contact.cases import CASE
+from scipy.optimize import brentq
+
+from flexgear.coupling.laws.coupled_slices import forces_of
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_stage
+from flexgear.structures.tooth_influence import pair_bending
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Slices of the planet–ring pair at one place: z (K,) m; stiffness (K,) N/m of springs, or
+    bending as ``forces_of`` takes it."""
+
+    z: Array
+    stiffness: Array
+    bending: Array | None
+
+    def forces(self, approach: float, tilt: float) -> Array:
+        """(K,) N when the bodies come nearer by w₀ + w₁ z, m and rad."""
+        overlap = approach + tilt * self.z
+        if self.bending is None:
+            return np.asarray(self.stiffness * np.maximum(overlap, 0.0))
+        found = forces_of(overlap[None], np.zeros((1, len(overlap))), self.bending[None])
+        return np.asarray(found[0][0])
+
+    def approach(self, force: float, tilt: float) -> float:
+        """w₀ at which they press with a force, m."""
+
+        def excess(approach: float) -> float:
+            return float(self.forces(approach, tilt).sum()) - force
+
+        return float(brentq(excess, 0.0, 1e-3, xtol=1e-12))
+
+
+@cache
+def pair(s: float, slices: int, compliance: str = "fe") -> Pair:
+    """At the path coordinate s, m; "fe" takes a minute where no cache has it."""
+    keys = {
+        "stage.gear_mesh.tooth_compliance": compliance,
+        "stage.gear_mesh.slices": str(slices),
+    }
+    case = load_stage(CASE, keys)
+    path = stage_paths(case, power_flow(case.case).stages[0].gear_mesh_forces)["ring", ""]
+    lines = path.slices
+    if lines is None:
+        raise RuntimeError("case.toml has no slices along the face")
+    place = np.searchsorted(lines.s, s)
+    share = (s - lines.s[place - 1]) / (lines.s[place] - lines.s[place - 1])
+
+    def at(table: Array) -> Array:
+        return np.asarray((1 - share) * table[place - 1] + share * table[place])
+
+    bending = None
+    if compliance == "fe":
+        found = pair_bending(case, path, lines)
+        lower = found.flexibility[:, *np.tril_indices(slices)]
+        bending = np.concatenate([at(table) for table in (found.scale, found.limit, lower)])
+    return Pair(at(lines.z), at(lines.stiffness), bending)

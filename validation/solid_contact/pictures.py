@@ -1,0 +1,40 @@
+"""Line load along the face by CalculiX and by flexgear."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rows import Picture
+
+from flexgear.views.style import save_figure
+from solid_contact import stored
+from solid_contact.statements import NAMES, compared
+
+STYLES = {"fe": "o", "width": "x"}
+
+
+def draw(folder: Path, fidelity: str) -> list[Picture]:
+    """Even and tilted in one picture."""
+    figure = Figure(figsize=(7, 4.2), layout="constrained")
+    axes = figure.subplots()
+    shown = ("width",) if fidelity == "quick" else ("fe", "width")
+    for k, run in enumerate(("even", "tilted")):
+        known = stored.run(run)
+        z, per_mm = 1e3 * _middles(known), 1e-6 * len(known.forces) / known.face_width
+        axes.plot(z, per_mm * known.forces, f"C{k}-", label=f"CalculiX, {run}")
+        for compliance in shown:
+            forces = per_mm * compared(run, compliance).forces
+            label = f"flexgear, {NAMES[compliance]}" if k == 0 else None
+            axes.plot(z, forces, f"C{k}{STYLES[compliance]}", label=label)
+    axes.set(xlabel="z along the face (mm)", ylabel="line load (kN/mm)", ylim=(0, None))
+    axes.legend(fontsize=8)
+    save_figure(figure, folder / "line_load.png", dpi=120)
+    note = "planet and ring of wind-5mw with straight teeth, one pair, same force and tilt"
+    return [Picture("line_load.png", "Line load along the face", note)]
+
+
+def _middles(known: stored.Stored) -> stored.Array:
+    count = len(known.forces)
+    return (np.arange(count) + 0.5) / count * known.face_width - known.face_width / 2

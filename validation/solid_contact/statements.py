@@ -1,0 +1,72 @@
+"""Load along the face of one tooth pair: CalculiX in three dimensions beside flexgear's slices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rows import Row
+
+from solid_contact import face_load, stored
+
+NAMES = {"fe": "slices that bend each other", "width": "slices beside each other"}
+K_WITHIN, LOAD_WITHIN = 0.03, 0.05
+
+
+@dataclass(frozen=True)
+class Compared:
+    """flexgear at CalculiX's force and tilt. forces (K,) N; k_h_beta; approach: w₀, m, and known
+    one; load: largest line load over CalculiX's, less one."""
+
+    forces: face_load.Array
+    k_h_beta: float
+    approach: float
+    load: float
+
+
+def compared(run: str, compliance: str) -> Compared:
+    """One run in as many slices as it has."""
+    known = stored.run(run)
+    pair = face_load.pair(known.s, len(known.forces), compliance)
+    total = float(known.forces.sum())
+    approach = pair.approach(total, known.tilt)
+    forces = pair.forces(approach, known.tilt)
+    return Compared(
+        forces,
+        float(forces.max() / forces.mean()),
+        approach,
+        float(forces.max() / known.forces.max() - 1),
+    )
+
+
+def rows(fidelity: str) -> list[Row]:
+    """K_Hβ and largest line load, even and tilted; FE influences not at the quick fidelity."""
+    found = []
+    for compliance in ("width",) if fidelity == "quick" else ("width", "fe"):
+        for run in ("even", "tilted"):
+            found += _of(run, compliance)
+    return found
+
+
+def _of(run: str, compliance: str) -> list[Row]:
+    known, own = stored.run(run), compared(run, compliance)
+    asked = compliance == "fe"
+    off = own.k_h_beta - known.k_h_beta
+    stiffer = known.approach / own.approach - 1
+    why = f"{NAMES[compliance]}; same force and tilt; stiffness {100 * stiffer:+.1f} %"
+    where = f"planet and ring, {run}"
+
+    def row(quantity: str, published: str, computed: str, limit: str, holds: bool) -> Row:
+        demand = (limit, holds) if asked else ("reported", None)
+        return Row("solid_contact", where, quantity, published, computed, *demand, why)
+
+    loads = [1e-6 * x.max() * len(x) / known.face_width for x in (known.forces, own.forces)]
+    return [
+        row("K_Hβ", f"{known.k_h_beta:.3f}", f"{own.k_h_beta:.3f}", "0.03", abs(off) < K_WITHIN),
+        row(
+            "largest line load",
+            f"{loads[0]:.3f} kN/mm",
+            f"{loads[1]:.3f} kN/mm",
+            "5 %",
+            abs(own.load) < LOAD_WITHIN,
+        ),
+    ]

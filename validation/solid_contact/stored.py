@@ -1,0 +1,61 @@
+"""reference.json as arrays."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FILE = Path(__file__).parent / "reference.json"
+
+
+@dataclass(frozen=True)
+class Stored:
+    """One run: place s m, face_width m; motion as in ``deck``; forces (K,) N; reaction N; nodes of
+    the FE mesh."""
+
+    s: float
+    face_width: float
+    approach: float
+    tilt: float
+    forces: Array
+    reaction: float
+    nodes: int
+
+    @property
+    def line_load(self) -> Array:
+        """(K,) N/m."""
+        return self.forces * len(self.forces) / self.face_width
+
+    @property
+    def k_h_beta(self) -> float:
+        """Largest line load over mean."""
+        return float(self.forces.max() / self.forces.mean())
+
+
+@cache
+def data() -> dict[str, Any]:
+    """The file."""
+    return json.loads(FILE.read_text("utf-8"))
+
+
+@cache
+def run(name: str) -> Stored:
+    """A run by its name."""
+    found = data()["runs"][name]
+    solid = found["solid"]
+    return Stored(
+        s=solid["s"],
+        face_width=solid["face_width"],
+        approach=found["approach"],
+        tilt=found["tilt"],
+        forces=np.array(found["forces"]),
+        reaction=found["reaction"],
+        nodes=found["nodes"],
+    )
