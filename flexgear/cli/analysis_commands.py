@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from flexgear.cli.analysis_views import (
     Shown,
@@ -38,6 +38,7 @@ from flexgear.results.summary import (
     force_ranges,
     sharing_summary_of,
 )
+from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
@@ -87,7 +88,7 @@ def static(
     degrees = angle_deg or [0.0]
     with progress(quiet) as report:
         model = put_together(found, parts, report)
-        data = equilibria(model, np.radians(degrees), torque_nm, report)
+        data = equilibria(model, _turned(model, degrees), torque_nm, report)
     way.keep(data)
     positions = {
         f"{angle:g} deg": equilibrium_figures(model, data.isel(position=slice(k, k + 1)))
@@ -95,6 +96,11 @@ def static(
     }
     show_equilibria(model, data, positions, way)
     way.wrote()
+
+
+def _turned(model: Model, degrees: list[float]) -> NDArray[np.float64]:
+    """Rotations rad of the lead at which the first input has turned by these angles."""
+    return lead_angles(model.case, model.flow, np.radians(degrees))
 
 
 def modes(
@@ -130,7 +136,8 @@ def modes(
         if campbell:
             data = over_speed(model, limit_hz=limit_hz)
         else:
-            data = natural_modes(model, angle=math.radians(angle_deg), limit_hz=limit_hz)
+            angle = float(_turned(model, [angle_deg])[0])
+            data = natural_modes(model, angle=angle, limit_hz=limit_hz)
     way.keep(data)
     if campbell:
         show_campbell(model, data, way)

@@ -26,6 +26,7 @@ from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import sharing_summary
+from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.reduction_warnings import reduction_warnings
@@ -104,7 +105,7 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
             report("variants", k / len(choices))
             variant = Variant(**dict(zip(parts, choice, strict=True))).of(parts)
             model = assemble(case, bodies=bodies, variants=dict.fromkeys(bodies, variant))
-            data = static(model, angles)
+            data = static(model, lead_angles(case, model.flow, angles, stage))
             part = stage_part(data, stage)
             figures[variant.label] = {
                 "load_sharing": sharing_summary(data, f"{stage} ring"),

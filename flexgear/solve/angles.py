@@ -94,6 +94,21 @@ def lead_speed(train: Case, flow: PowerFlow) -> float:
     return next((flow.speed[m] for m in given_speeds(train) if flow.speed[m] != 0), 1.0)
 
 
+def lead_angles(train: Case, flow: PowerFlow, angles: Array, stage: str = "") -> Array:
+    """Rotations (p,) rad of the lead, as ``static`` and ``modes`` take them, at which a stage has
+    turned by ``angles`` (p,): its carrier against its ring, the gear of a parallel stage; without a
+    stage the first input. All rise with time.
+
+    The lead is neither where only the output's speed is given. What stands still keeps ``angles``.
+    """
+    if stage:
+        speed = next(m.theta for m in stage_motions(train, flow) if m.name == stage)
+    else:
+        speed = flow.speed[train.inputs[0].member] if train.inputs else 0.0
+    rate = abs(lead_speed(train, flow) / speed) if speed else 1.0
+    return rate * np.asarray(angles, dtype=float)
+
+
 def given_speeds(train: Case) -> list[str]:
     """Members whose speed is given: their rotations are the independent ones."""
     return [port.member for port in train.ports if port.speed is not None]

@@ -32,7 +32,8 @@ def static(
 ) -> xr.Dataset:
     """Equilibria at rotations (p,) rad of the lead, the other rotations in rated proportion.
 
-    carrier_angle: of the lead, the first member of given speed that turns: a carrier mostly.
+    carrier_angle: of the lead, the first port of given speed that turns: a carrier mostly, but the
+    output where only its speed is given; ``solve.angles.lead_angles`` gives it by a stage's own.
 
     torque: N·m on the first input, the others in rated proportion; rated unless given.
     """

@@ -8,6 +8,7 @@ from flexgear.model.load import load_case
 from flexgear.solve.angles import (
     cycles_of_train,
     given_speeds,
+    lead_angles,
     lead_speed,
     one_turn,
     stage_motions,
@@ -28,6 +29,20 @@ def test_rated_motion_of_stages():
     assert angles[-1] + angles[1] == pytest.approx(2 * np.pi * 12.1 / (12.1 + 16.21))
     # no errors: every gear-mesh cycle is like the last
     assert all(m.cycle.gear_meshes == 1 for m in motions)
+
+
+def test_angles_of_a_stage_where_only_the_output_has_a_speed():
+    """grc-750kw: the generator's shaft leads, 81.49 times as fast as the carrier that drives."""
+    train = load_case("grc-750kw")
+    flow = power_flow(train)
+    assert given_speeds(train) == ["hss.pinion"]
+    ratios = (1 + 99 / 21), 82 / 23, 88 / 22
+    turn = np.array([0.0, 2 * np.pi])
+    for stage, ratio in (("lss", np.prod(ratios)), ("iss", np.prod(ratios[1:])), ("hss", 4.0)):
+        assert lead_angles(train, flow, turn, stage) == pytest.approx(ratio * turn)
+    assert lead_angles(train, flow, turn) == pytest.approx(np.prod(ratios) * turn)
+    same = load_case("wind-5mw")
+    assert lead_angles(same, power_flow(same), turn) == pytest.approx(turn)
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from turns import lead_angles
 
 import flexgear as fg
 from flexgear.results.face_load import face_figures, misalignment_of_groups
+from flexgear.solve.angles import lead_angles
 from flexgear.solve.model import Model
 from flexgear.studies.modify import Proposal, propose_modifications
 
@@ -61,7 +61,7 @@ def equilibria(put: Model, stage: str) -> xr.Dataset:
     wheel = own.gear if own.kind == "parallel" else own.ring
     assert wheel is not None
     cycle = 2 * np.pi / wheel.teeth * np.arange(POSITIONS) / POSITIONS
-    return fg.static(put, lead_angles(put, stage, cycle))
+    return fg.static(put, lead_angles(put.case, put.flow, cycle, stage))
 
 
 @cache

@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from turns import lead_angles
 
 import flexgear as fg
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.radii import stage_radii
+from flexgear.solve.angles import lead_angles
 from grc.causes import Cause, every_cause
 
 HERE = Path(__file__).parent
@@ -71,7 +71,7 @@ def figures(cause: Cause, direction: float | None = None) -> Figures:
     keys = {**QUICK, **cause.keys, "loads.0.moment_nm": str(moment.round(6).tolist())}
     none: dict[str, Any] = {f"stages.0.{name}.rollers": None for name in cause.linear}
     model = fg.assemble(fg.load_case("grc-750kw", keys).with_(**none))
-    static = fg.static(model, lead_angles(model, "lss", ANGLES))
+    static = fg.static(model, lead_angles(model.case, model.flow, ANGLES, "lss"))
     pins = np.linalg.norm(static.planet_bearing_force.values[..., :2], axis=-1)
     row = math.nan
     if "planet_bearing" not in cause.linear:
