@@ -28,7 +28,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.equilibrium import port_torques, revolution
+from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
 from flexgear.analysis.static_contact import MAX_SETS, solve_dense, solve_set
 from flexgear.analysis.static_position import (
@@ -84,14 +84,18 @@ def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> Er
 
 
 def gear_mesh_forces(
-    study: ErrorStudy, sets: ErrorSets, progress: Callable[[float], None] | None = None
+    study: ErrorStudy,
+    sets: ErrorSets,
+    progress: Callable[[float], None] | None = None,
+    look: Callable[[int, Equilibrium], None] | None = None,
 ) -> Array:
     """Forces (p, M, J) of all gear meshes of one flank, N; NaN where a set has no equilibrium.
 
-    Raises FlexgearError where perfect gears have none or the inverse closes worse than 1e-8.
+    look: gets the equilibria of set j where sets are solved one after the other. Raises
+    FlexgearError where perfect gears have none or the inverse closes worse than 1e-8.
     """
     if study.one_by_one is not None:
-        return _one_by_one(study, study.one_by_one, sets, progress)
+        return _one_by_one(study, study.one_by_one, sets, progress, look)
     count, laws, waves = len(study.theta), functions(), waves_of(sets)
     work = position_work(study.pairs, study.held, study.torques.shape[1])
     force = np.zeros((count, len(study.pairs.s0), len(sets)))
@@ -112,7 +116,7 @@ def gear_mesh_forces(
 
 def _one_by_one(
     study: ErrorStudy, modal: ModalSystem, sets: ErrorSets,
-    progress: Callable[[float], None] | None,
+    progress: Callable[[float], None] | None, look: Callable[[int, Equilibrium], None] | None,
 ) -> Array:  # fmt: skip
     force = np.full((len(study.theta), len(study.pairs.s0), len(sets)), np.nan)
     for j in range(len(sets)):
@@ -122,6 +126,8 @@ def _one_by_one(
         except FlexgearError:
             continue  # a set without an equilibrium must not cost the others
         force[:, :, j] = found.pair_load.sum(axis=-1)
+        if look is not None:
+            look(j, found)
         if progress is not None:
             progress((j + 1) / len(sets))
     return force

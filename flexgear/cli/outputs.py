@@ -54,7 +54,13 @@ OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF
 PICTURES = ("report.html", "pictures/*")
 RUN = ("*.nc", "case.json", "summary.json", *PICTURES)
 CHECK = ("summary.json", "flank_*.png")
-TOLERANCE = ("tolerance.nc", "summary.json", "tolerance.png")
+TOLERANCE = (
+    "tolerance.nc",
+    "summary.json",
+    "tolerance.png",
+    "face_load_factor.png",
+    "largest_line_load.png",
+)
 _KINDS = {"run": "run", "check": "check", "tolerance": "tolerance study"}
 
 

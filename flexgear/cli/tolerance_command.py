@@ -28,6 +28,12 @@ from flexgear.studies.tolerance import tolerance as run_tolerance
 from flexgear.views.style import save_figure
 from flexgear.views.tolerance_charts import tolerance_chart
 
+PICTURES = {  # by their figures in the summary: name of the statistics, file
+    "load_sharing": ("load_sharing", "tolerance.png"),
+    "k_h_beta": ("k_h_beta", "face_load_factor.png"),
+    "largest_line_load_n_per_mm": ("largest_line_load", "largest_line_load.png"),
+}
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
@@ -66,7 +72,9 @@ def tolerance(
             save_tolerance(data, stage / "tolerance.nc")
             write_json(stage / "summary.json", summary)
             if pictures:
-                save_figure(tolerance_chart(data), stage / "tolerance.png", dpi=150)
+                for figures, (name, file) in PICTURES.items():
+                    if figures in summary:
+                        save_figure(tolerance_chart(data, name), stage / file, dpi=150)
     except KeyboardInterrupt:
         done = finished(model)
         if not done:
@@ -97,18 +105,30 @@ def _print(data: xr.Dataset, summary: dict[str, Any]) -> None:
     )
     for group, figures in summary["load_sharing"].items():
         typer.echo("")
-        rows = {"mean": _said(figures["mean"])}
-        rows |= {f"{p} %": _said(found) for p, found in figures["quantiles"].items()}
-        rows["errors as stated"] = _number(figures["as_stated"])
+        rows = _spread_rows(figures, 4)
         if figures["iec_61400_4"] is not None:
             rows["IEC 61400-4"] = f"{figures['iec_61400_4']:g}, exceeded by {_said_share(figures)}"
         table(group.replace("_", " "), rows)
+    for name, text, digits in (
+        ("k_h_beta", "largest face load factor K_Hbeta", 3),
+        ("largest_line_load_n_per_mm", "largest line load (N/mm)", 0),
+    ):
+        for group, figures in summary.get(name, {}).items():
+            typer.echo("")
+            table(f"{group.replace('_', ' ')}: {text}", _spread_rows(figures, digits))
 
 
-def _said(found: dict[str, float | None] | None) -> str:
+def _spread_rows(figures: dict[str, Any], digits: int) -> dict[str, str]:
+    rows = {"mean": _said(figures["mean"], digits)}
+    rows |= {f"{p} %": _said(found, digits) for p, found in figures["quantiles"].items()}
+    return rows | {"errors as stated": _number(figures["as_stated"], digits)}
+
+
+def _said(found: dict[str, float | None] | None, digits: int) -> str:
     if found is None:
         return "–"
-    return f"{_number(found['value'])}  ({_number(found['low'])} … {_number(found['high'])})"
+    low, high = (_number(found[end], digits) for end in ("low", "high"))
+    return f"{_number(found['value'], digits)}  ({low} … {high})"
 
 
 def _said_share(figures: dict[str, Any]) -> str:
@@ -119,5 +139,5 @@ def _said_share(figures: dict[str, Any]) -> str:
     return f"{100 * found['value']:.3g} % of samples  ({low:.3g} … {high:.3g} %)"
 
 
-def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4f}"
+def _number(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"

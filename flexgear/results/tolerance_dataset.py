@@ -21,10 +21,26 @@ from flexgear.results.train_quantities import TRAIN_QUANTITIES
 
 Array = NDArray[np.float64]
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
-ENDS = ("", "_low", "_high")
+PARTS = (("", "value"), ("_low", "low"), ("_high", "high"))  # of an estimate
+SPREADS = {  # names of statistics, and what they are of
+    "load_sharing": "load_sharing_max",
+    "k_h_beta": "k_h_beta",
+    "largest_line_load": "largest_line_load",
+}
 
 LOST = "of a sample without an equilibrium, or whose planets at times carry no load together"
 FEW = "with too few samples for it"
+
+
+def _spread_of(name: str, of: str, unit: str) -> dict[str, Quantity]:
+    """Statistics of one variable over the samples."""
+    return {
+        f"{name}_deviation": Quantity(("group",), unit, f"standard deviation of {of}", FEW),
+        f"{name}_average": Quantity(("group",), unit, f"mean of {of} over the samples", FEW),
+        f"{name}_quantile": Quantity(("group", "quantile"), unit, f"quantile of {of}", FEW),
+    }
+
+
 _ABOUT = {
     "error_size": Quantity(("sample", "size"), "m", "size of a drawn error"),
     "error_phase": Quantity(("sample", "phase"), "rad", "phase of a drawn error"),
@@ -43,16 +59,20 @@ _ABOUT = {
     "load_sharing_as_stated": Quantity(
         ("group",), "1", "load_sharing_max with the errors of the case", LOST
     ),
+    "k_h_beta": Quantity(
+        ("sample", "group"), "1", "largest face load factor of the group's gear meshes", LOST
+    ),
+    "largest_line_load": Quantity(
+        ("sample", "group"), "N/m", "largest line load of the group's gear meshes", LOST
+    ),
+    "k_h_beta_as_stated": Quantity(("group",), "1", "k_h_beta with the errors of the case", LOST),
+    "largest_line_load_as_stated": Quantity(
+        ("group",), "N/m", "largest_line_load with the errors of the case", LOST
+    ),
     "mesh_load_factor": TRAIN_QUANTITIES["mesh_load_factor"],
-    "load_sharing_deviation": Quantity(
-        ("group",), "1", "standard deviation of load_sharing_max", FEW
-    ),
-    "load_sharing_average": Quantity(
-        ("group",), "1", "mean of load_sharing_max over the samples", FEW
-    ),
-    "load_sharing_quantile": Quantity(
-        ("group", "quantile"), "1", "quantile of load_sharing_max", FEW
-    ),
+    **_spread_of("load_sharing", "load_sharing_max", "1"),
+    **_spread_of("k_h_beta", "k_h_beta", "1"),
+    **_spread_of("largest_line_load", "largest_line_load", "N/m"),
     "share_above": Quantity(
         ("group",), "1", "share of samples above mesh_load_factor", f"{FEW}, or without that factor"
     ),
@@ -79,8 +99,11 @@ def tolerance_dataset(
     made = {
         **arrays,
         "mesh_load_factor": np.array(assumed),
-        **_statistics(np.asarray(arrays["load_sharing_max"]), assumed, confidence),
+        **_share_above(np.asarray(arrays["load_sharing_max"]), assumed, confidence),
     }
+    for name, of in SPREADS.items():
+        if of in arrays and np.size(arrays[of]):
+            made |= _spread(name, np.asarray(arrays[of]), confidence)
     coords: dict[str, Any] = {
         "sample": np.arange(len(arrays["load_sharing_max"])),
         "size": list(sizes),
@@ -111,23 +134,27 @@ def _variable(name: str, values: Array) -> xr.Variable:
     return xr.Variable(about.dims, values, about.attrs)
 
 
-def _statistics(found: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
-    """Figures of the largest K (J, groups)."""
-    columns = [column[np.isfinite(column)] for column in found.T]
+def _share_above(found: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
+    """Share of samples whose largest K (J, groups) is above what is assumed."""
     above = [
-        statistics.share_above(x, limit, confidence)
+        statistics.share_above(column[np.isfinite(column)], limit, confidence)
         if math.isfinite(limit)
         else statistics.Estimate(math.nan, math.nan, math.nan)
-        for x, limit in zip(columns, assumed, strict=True)
+        for column, limit in zip(found.T, assumed, strict=True)
     ]
+    return {f"share_above{end}": np.array([getattr(e, part) for e in above]) for end, part in PARTS}
+
+
+def _spread(name: str, found: Array, confidence: float) -> dict[str, Array]:
+    """Deviation, mean and quantiles of a variable (J, groups) over its samples."""
+    columns = [column[np.isfinite(column)] for column in found.T]
     averages = [statistics.mean(x, confidence) for x in columns]
     quantiles = [[statistics.quantile(x, p, confidence) for p in QUANTILES] for x in columns]
-    out = {"load_sharing_deviation": np.array([x.std(ddof=1) if len(x) > 1 else math.nan
-                                               for x in columns])}  # fmt: skip
-    for end, part in zip(ENDS, ("value", "low", "high"), strict=True):
-        out[f"load_sharing_average{end}"] = np.array([getattr(e, part) for e in averages])
-        out[f"share_above{end}"] = np.array([getattr(e, part) for e in above])
-        out[f"load_sharing_quantile{end}"] = np.array(
+    deviations = [x.std(ddof=1) if len(x) > 1 else math.nan for x in columns]
+    out = {f"{name}_deviation": np.array(deviations)}
+    for end, part in PARTS:
+        out[f"{name}_average{end}"] = np.array([getattr(e, part) for e in averages])
+        out[f"{name}_quantile{end}"] = np.array(
             [[getattr(e, part) for e in line] for line in quantiles]
         )
     return out
@@ -149,6 +176,20 @@ def tolerance_summary(data: xr.Dataset) -> dict[str, Any]:
         "positions": json.loads(data.attrs["positions"]),
         "drawn": [str(x) for d in ("size", "phase") if d in data.dims for x in data[d].to_numpy()],
         "load_sharing": {str(g): _figures(data.sel(group=g)) for g in data["group"].to_numpy()},
+        **_face_summary(data),
+    }
+
+
+def _face_summary(data: xr.Dataset) -> dict[str, Any]:
+    """Figures of the load along the face by group, where tooth pairs have slices."""
+    if "k_h_beta" not in data:
+        return {}
+    groups = [(str(g), data.sel(group=g)) for g in data["group"].to_numpy()]
+    return {
+        "k_h_beta": {g: _spread_figures(one, "k_h_beta") for g, one in groups},
+        "largest_line_load_n_per_mm": {
+            g: _spread_figures(one, "largest_line_load", 1e-3) for g, one in groups
+        },
     }
 
 
@@ -158,23 +199,28 @@ def failed(data: xr.Dataset) -> int:
 
 
 def _figures(one: xr.Dataset) -> dict[str, Any]:
-    quantiles = {
-        f"{100 * p:g}": _interval(one.sel(quantile=p), "load_sharing_quantile")
-        for p in one["quantile"].to_numpy().tolist()
-    }
     return {
-        "as_stated": _number(one["load_sharing_as_stated"]),
-        "mean": _interval(one, "load_sharing_average"),
-        "standard_deviation": _number(one["load_sharing_deviation"]),
-        "quantiles": quantiles,
+        **_spread_figures(one, "load_sharing"),
         "iec_61400_4": _number(one["mesh_load_factor"]),
         "share_above_iec_61400_4": _interval(one, "share_above"),
     }
 
 
-def _interval(one: xr.Dataset, name: str) -> dict[str, float | None] | None:
-    names = ("value", "low", "high")
-    found = {n: _number(one[f"{name}{end}"]) for n, end in zip(names, ENDS, strict=True)}
+def _spread_figures(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, Any]:
+    quantiles = {
+        f"{100 * p:g}": _interval(one.sel(quantile=p), f"{name}_quantile", factor)
+        for p in one["quantile"].to_numpy().tolist()
+    }
+    return {
+        "as_stated": _number(factor * one[f"{name}_as_stated"]),
+        "mean": _interval(one, f"{name}_average", factor),
+        "standard_deviation": _number(factor * one[f"{name}_deviation"]),
+        "quantiles": quantiles,
+    }
+
+
+def _interval(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, float | None] | None:
+    found = {part: _number(factor * one[f"{name}{end}"]) for end, part in PARTS}
     return None if found["value"] is None else found
 
 

@@ -33,7 +33,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
     arrays = {
-        "largest_line_load": _largest(model.system.pairs, found),
+        "largest_line_load": largest_line_load(pairs, found),
         "largest_contact_pressure": _pressure(model, found),
         "transmission_error": _by_load(found.approach, load),
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
@@ -52,7 +52,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
             "line_load": found.line_load,
             "slice_position": found.z,
             "slice_path": found.path,
-            "face_line_load": along_face(model, found),
+            "face_line_load": along_face(pairs, found),
             "unloaded_transmission_error": first_touch(pairs, found, beside.error),
             "gear_mesh_stiffness": gear_mesh_stiffness(result, found),
         }
@@ -61,31 +61,32 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
 
 def face_labels(model: Model) -> dict[str, list[Any]]:
     """Labels of the axis along the face, and of causes of misalignment."""
-    return {"face": face_places(model).tolist(), "cause": list(CAUSES)}
+    return {"face": face_places(model.system.pairs).tolist(), "cause": list(CAUSES)}
 
 
-def face_places(model: Model) -> Array:
+def face_places(pairs: PairData) -> Array:
     """Places along the face over its width, −1/2 … 1/2: twice as many as slices, and the ends."""
-    return np.linspace(-0.5, 0.5, 2 * int(model.system.pairs.slices.max(initial=0)) + 1)
+    return np.linspace(-0.5, 0.5, 2 * int(pairs.slices.max(initial=0)) + 1)
 
 
-def along_face(model: Model, found: LineLoads) -> Array:
+def along_face(pairs: PairData, found: LineLoads) -> Array:
     """Line load (t, M, F) N/m that all pairs of a gear mesh carry together along its face."""
-    places, pairs = face_places(model), model.system.pairs
-    out = np.zeros((*found.approach.shape[:2], len(places)))
-    middle = (np.arange(found.z.shape[-1]) + 0.5) / found.z.shape[-1]
-    share = np.concatenate([[0.0], middle, [1.0]])
+    places, count = face_places(pairs), found.z.shape[-1]
     load = _continued(pairs, found)
-    for t, m, slot in zip(*np.nonzero(np.isfinite(found.line_load).all(axis=-1)), strict=True):
-        low, high = found.ends[t, m, slot]
-        at = (places * 2.0 * pairs.half_face[m] - low) / (high - low)
-        out[t, m] += np.where(
-            (at >= 0.0) & (at <= 1.0), np.interp(at, share, load[t, m, slot]), 0.0
-        )
-    return out
+    low, high = found.ends[..., :1], found.ends[..., 1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = (places * 2.0 * pairs.half_face[:, None, None] - low) / (high - low)
+    on = (at >= 0.0) & (at <= 1.0) & np.isfinite(found.line_load).all(axis=-1, keepdims=True)
+    x = np.where(on, at * count, 0.0)
+    # number in ``load``: its ends are half a slice from the middles beside them
+    number = np.where(x < 0.5, 2 * x, np.where(x > count - 0.5, 2 * x - count + 1, x + 0.5))
+    first = np.minimum(number.astype(np.int64), count)
+    share = number - first
+    below, above = (np.take_along_axis(load, first + k, axis=-1) for k in (0, 1))
+    return np.asarray(np.where(on, (1.0 - share) * below + share * above, 0.0).sum(axis=2))
 
 
-def _largest(pairs: PairData, found: LineLoads) -> Array:
+def largest_line_load(pairs: PairData, found: LineLoads) -> Array:
     """(t, M) N/m, continued to the ends of the contact lines."""
     return np.asarray(_continued(pairs, found).max(axis=(2, 3)))
 
@@ -150,5 +151,5 @@ def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
     assert found is not None
     error = _by_load(found.approach, _of_slices(result, found))
     always = np.isfinite(error).all(axis=0)
-    largest = _largest(result.modal.system.pairs, found).max(axis=0)
+    largest = largest_line_load(result.modal.system.pairs, found).max(axis=0)
     return largest, np.where(always, np.ptp(error, axis=0), 0.0)

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.error_sets import ErrorSets
+from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
+from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
@@ -20,6 +23,7 @@ from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.results.train_dataset import GearMeshName, GroupName, groups_of
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
+from flexgear.solve.face_load import along_face, largest_line_load
 from flexgear.solve.model import assemble, rated_rotations
 from flexgear.studies.tolerance_samples import (
     DrawnError,
@@ -75,7 +79,8 @@ class ToleranceSetup:
 class Batch:
     """What samples gave, first axis j. sizes (m) and phases (rad) of drawn errors; largest and
     mean K of the groups over the positions, (J, groups); the same of planets' load factors, (J, G)
-    in the order of ``shared``."""
+    in the order of ``shared``. Where tooth pairs have slices the largest K_Hβ and line load (N/m)
+    of the groups' gear meshes, (J, groups), else (J, 0)."""
 
     sizes: Array
     phases: Array
@@ -83,6 +88,8 @@ class Batch:
     load_sharing_mean: Array
     planet_max: Array
     planet_mean: Array
+    k_h_beta: Array
+    line_load: Array
 
 
 def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
@@ -134,7 +141,15 @@ def as_stated(setup: ToleranceSetup) -> Batch:
 def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
     models = [with_sample(setup.model, values, j, own) for j, own in enumerate(seeds)]
     sets: ErrorSets = error_sets(models, setup.paths, setup.labels, setup.pairs)
-    force = _both_flanks(gear_mesh_forces(setup.study, sets), setup.sign)
+    along = np.full((2, len(models), len(setup.groups)), np.nan)
+
+    def look(j: int, found: Equilibrium) -> None:
+        along[:, j] = _along_face(setup, found)
+
+    sliced = bool(setup.pairs.slices.any())
+    forces = gear_mesh_forces(setup.study, sets, look=look if sliced else None)
+    force = _both_flanks(forces, setup.sign)
+    along = along if sliced else along[:, :, :0]
     factor, share = [], []
     for g in setup.groups:
         own = force[:, g.positions][:, :, g.places]
@@ -148,7 +163,24 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
         load_sharing_mean=np.column_stack([k.mean(axis=1) for k in factor]),
         planet_max=np.column_stack([k.max(axis=-1) for k in share]),
         planet_mean=np.column_stack([k.mean(axis=-1) for k in share]),
+        k_h_beta=along[0],
+        line_load=along[1],
     )
+
+
+def _along_face(setup: ToleranceSetup, found: Equilibrium) -> tuple[list[float], list[float]]:
+    """Largest K_Hβ and line load (N/m) of the gear meshes of every group over its positions."""
+    lines, pairs = line_loads(found), found.modal.system.pairs
+    if lines is None:
+        return [], []
+    largest, along = largest_line_load(pairs, lines), along_face(pairs, lines)
+    factors, loads = [], []
+    for g in setup.groups:
+        flanks = np.flatnonzero(setup.sign[:, g.places].any(axis=1))
+        loads.append(float(largest[g.positions][:, flanks].max()))
+        means = along[g.positions][:, flanks].mean(axis=0)
+        factors.append(max(factor_along(mean) for mean in means if mean.max() > 0))
+    return factors, loads
 
 
 def _both_flanks(force: Array, sign: Array) -> Array:

@@ -1,4 +1,4 @@
-"""A tolerance study in one picture: histogram and distribution of the largest K of every group."""
+"""A tolerance study in pictures: histogram and distribution of what every group got."""
 
 from __future__ import annotations
 
@@ -22,17 +22,33 @@ LINE = PLANET_COLOURS[0]
 MOST_BINS = 40
 EQUAL = 1e-9  # relative: below, all samples are one number
 STYLES = ("-", "--", "-.", ":")  # of the quantiles
+DRAWN = {  # by the name of the statistics: the variable, what it says, digits, factor
+    "load_sharing": ("load_sharing_max", "largest $K_\\gamma$ over one turn", 4, 1.0),
+    "k_h_beta": ("k_h_beta", "face load factor $K_{H\\beta}$ over one turn", 3, 1.0),
+    "largest_line_load": ("largest_line_load", "largest line load (N/mm)", 0, 1e-3),
+}
+STATISTICS = [f"{one}{end}" for one in ("average", "quantile") for end in ("", "_low", "_high")]
+STATISTICS.append("as_stated")
 
 
 @styled
-def tolerance_chart(data: xr.Dataset) -> Figure:
+def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     """One row a group: histogram of the samples, and their distribution with its interval.
+
+    name: of ``DRAWN``.
 
     Mean, quantiles and their intervals, the value of the case's own errors and what IEC 61400-4
     has designers assume are marked. Groups with the same values are drawn once, those with one
     value in all samples are named where there are others.
     """
-    groups = _groups(data)
+    of, label, digits, factor = DRAWN[name]
+    variable(data, of)
+    plain = {of: "values"} | {f"{name}_{one}": f"its_{one}" for one in STATISTICS}
+    chosen = factor * data[list(plain)].rename(plain)
+    if name == "load_sharing":
+        chosen = chosen.assign(mesh_load_factor=data["mesh_load_factor"])
+    chosen.attrs = {**data.attrs, "digits": digits}
+    groups = _groups(chosen)
     equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
     drawn = {title: found for title, found in groups.items() if title not in equal} or groups
     figure, axes = panels(len(drawn), 2, height_mm=22 + 58 * len(drawn))
@@ -41,7 +57,7 @@ def tolerance_chart(data: xr.Dataset) -> Figure:
         _histogram(row[0], values, one)
         _distribution(row[1], values, one)
         for ax in row:
-            ax.set_xlabel("largest $K_\\gamma$ over one turn")
+            ax.set_xlabel(label)
             _span(ax, values)
     handles: dict[str, Artist] = {}
     for ax in axes.ravel():
@@ -57,9 +73,9 @@ def tolerance_chart(data: xr.Dataset) -> Figure:
 def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
     """Rising samples and figures of groups by title; those with the same samples as one."""
     found: list[tuple[list[str], FloatArray, xr.Dataset]] = []
-    for group in variable(data, "load_sharing_max")["group"].to_numpy():
+    for group in data["group"].to_numpy():
         one = data.sel(group=group)
-        values = one["load_sharing_max"].to_numpy()
+        values = one["values"].to_numpy()
         values = values[np.isfinite(values)]
         if not len(values):
             continue
@@ -93,7 +109,7 @@ def _histogram(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
     bins = np.ptp(values) / width if width > 0 else MOST_BINS
     ax.hist(values, bins=int(np.clip(np.ceil(bins), 5, MOST_BINS)), color=BARS)
     ax.set_ylabel("samples")
-    mean, low, high = (float(one[f"load_sharing_average{e}"]) for e in ("", "_low", "_high"))
+    mean, low, high = (float(one[f"its_average{e}"]) for e in ("", "_low", "_high"))
     ax.axvspan(low, high, color=MEAN, alpha=0.25, lw=0)
     ax.axvline(mean, color=MEAN, lw=1.2, label=f"mean, {_percent(one)} interval")
     _marks(ax, one)
@@ -108,12 +124,12 @@ def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
     said = []
     for style, p in zip(STYLES, one["quantile"].to_numpy(), strict=False):
         at = one.sel(quantile=p)
-        q, start, end = (float(at[f"load_sharing_quantile{e}"]) for e in ("", "_low", "_high"))
+        q, start, end = (float(at[f"its_quantile{e}"]) for e in ("", "_low", "_high"))
         ax.plot([values[0], q, q], [p, p, 0], color="black", lw=0.7, ls=style)
         ends = [values[0] if math.isnan(start) else start, values[-1] if math.isnan(end) else end]
         ax.plot(ends, [p, p], color="black", lw=2.2, solid_capstyle="butt",
                 label=f"quantiles, {_percent(one)} intervals")  # fmt: skip
-        said.append(f"{100 * p:g} %: {q:.4f}")
+        said.append(f"{100 * p:g} %: {q:.{one.attrs['digits']}f}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
     ax.text(0.98, 0.05, "\n".join(said), ha="right", va="bottom", transform=ax.transAxes,
             fontsize=7.5, bbox=box)  # fmt: skip
@@ -125,10 +141,12 @@ def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
 
 def _marks(ax: Axes, one: xr.Dataset) -> None:
     """The case as it is stated, and the standard's assumption where it is in reach."""
-    stated, assumed = (float(one[n]) for n in ("load_sharing_as_stated", "mesh_load_factor"))
+    stated = float(one["its_as_stated"])
     if math.isfinite(stated):
         ax.axvline(stated, color=STATED, lw=1.2, ls="--", label="errors of the case as stated")
-    low, high = ax.get_xlim()
+    if "mesh_load_factor" not in one:
+        return
+    (low, high), assumed = ax.get_xlim(), float(one["mesh_load_factor"])
     if abs(assumed - 0.5 * (low + high)) < high - low:
         ax.axvline(assumed, color=STANDARD, lw=1.2, ls=":", label="IEC 61400-4")
 

@@ -16,12 +16,15 @@ from stage_samples import cheap_stage
 from trains import stage_train
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.gears.face_load import factor_along
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
 from flexgear.results.load_sharing import load_sharing
 from flexgear.solve import bodies as solve_bodies
+from flexgear.solve.face_load import along_face, largest_line_load
 from flexgear.solve.model import assemble
 from flexgear.studies import tolerance as study
 from flexgear.studies import tolerance_setup
@@ -286,3 +289,26 @@ class TestRefused:
     def test_nothing_to_draw(self, tmp_path):
         with pytest.raises(InputError, match="nothing to draw"):
             tolerance(stage_train(tmp_path))
+
+
+def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
+    """Largest K_Hβ and line load of the gear meshes of ring and sun over the same turn."""
+    case = load_case(
+        "wind-5mw",
+        {
+            "gear_mesh.model": "face_load", "gear_mesh.slices": "3", "tolerance.samples": "2",
+            "tolerance.errors.sun_helix_slope.standard_deviation_um": "20",
+        },
+    )  # fmt: skip
+    data = tolerance(case, workers=1)
+    values = sample_values(drawn_errors(case), 1, range(2))
+    own = with_sample(case, values, 1, tolerance_setup.pitch_seeds("", 1, range(2))[1:])
+    model, count = assemble(own), 93 * 4
+    found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
+    lines, pairs = line_loads(found), model.system.pairs
+    load, largest = along_face(pairs, lines).mean(axis=0), largest_line_load(pairs, lines)
+    for kind, group in enumerate(("ring", "sun")):
+        row, flanks = data.isel(sample=1).sel(group=f"stage {group}"), pairs.kind == kind
+        factor = max(map(factor_along, load[flanks]))
+        assert float(row["k_h_beta"]) == pytest.approx(factor, rel=1e-9)
+        assert float(row["largest_line_load"]) == pytest.approx(largest[:, flanks].max(), rel=1e-9)
