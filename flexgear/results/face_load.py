@@ -63,13 +63,13 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
     for flank, one in figures.items():
-        group, own = _group(flank), one["misalignment_by_cause_um"]
+        group, own = group_of(flank), one["misalignment_by_cause_um"]
         if abs(sum(own.values())) > abs(sum(worst.get(group, {}).values())):
             worst[group] = own
     return worst
 
 
-def _group(flank: str) -> str:
+def group_of(flank: str) -> str:
     """ "stage ring" of "stage ring 1 drive"."""
     return flank.rsplit(" ", 2)[0]
 
@@ -105,7 +105,7 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, one in figures.items():
             if one[often] > 0:
-                groups.setdefault(_group(flank), []).append(one)
+                groups.setdefault(group_of(flank), []).append(one)
         for group, every in groups.items():
             one = max(every, key=lambda x: float(x[size]))
             found.append(

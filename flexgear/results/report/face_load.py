@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from flexgear.results.face_load import misalignment_of_groups
+from flexgear.results.face_load import group_of, misalignment_of_groups
 from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.wording import words
 
@@ -32,15 +32,19 @@ ORDERS = {
     "transmission_error_orders_um": "transmission error",
     "unloaded_transmission_error_orders_um": "unloaded transmission error",
 }
+STIFFNESS = "gear_mesh_stiffness_n_per_um"
 SHOWN = 3  # orders of the gear mesh
 
 
 def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
-    """By variant: every flank over a turn, causes of misalignment, gear-mesh cycles; of runs of
-    earlier versions what they hold of it."""
+    """By variant: every group of gear meshes over a turn, causes of misalignment, gear-mesh cycles;
+    of its planets the largest. Of runs of earlier versions what they hold of it."""
     for variant, flanks in summary.get("face_load", {}).items():
-        rows = [row for flank, one in flanks.items() for row in _rows(words(flank), one, OF_FLANK)]
-        yield Table("face", f"{variant}, equilibria", rows)
+        groups: dict[str, list[Mapping[str, Any]]] = {}
+        for flank, one in flanks.items():
+            groups.setdefault(words(group_of(flank)), []).append(one)
+        rows = [row for name, every in groups.items() for row in _rows(name, every, OF_FLANK)]
+        yield Table("face", f"{variant}, equilibria, largest of the planets", rows)
         split = {n: one for n, one in flanks.items() if "misalignment_by_cause_um" in one}
         causes = [
             Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
@@ -49,23 +53,30 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
         ]
         title = f"{variant}, misalignment over the face by cause, planet misaligned most"
         yield Table("face", title, causes)
-        rows = [row for flank, one in flanks.items() for row in _of_cycles(words(flank), one)]
-        yield Table("face", f"{variant}, gear-mesh cycles without errors", rows)
+        rows = [row for name, every in groups.items() for row in _of_cycles(name, every)]
+        yield Table("face", f"{variant}, gear-mesh cycles without errors, largest of the planets", rows)
 
 
 def _rows(
-    name: str, one: Mapping[str, Any], figures: Mapping[str, tuple[str, str, float]]
+    name: str,
+    every: Sequence[Mapping[str, Any]],
+    figures: Mapping[str, tuple[str, str, float]],
 ) -> Iterator[Row]:
     for key, (said, unit, by) in figures.items():
-        if key in one:
-            yield Row(f"{name}, {said}", by * one[key], unit)
+        values = [one[key] for one in every if key in one]
+        if values:
+            yield Row(f"{name}, {said}", by * max(values, key=abs), unit)
 
 
-def _of_cycles(name: str, one: Mapping[str, Any]) -> Iterator[Row]:
-    """What ``solve.gear_mesh_cycles`` found; nothing of a flank that does not carry throughout."""
-    for key, size in one.get("gear_mesh_stiffness_n_per_um", {}).items():
-        yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
-    yield from _rows(name, one, OF_CYCLES)
+def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
+    """What ``solve.gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
+    found = [one[STIFFNESS] for one in every if STIFFNESS in one]
+    for key, pick in (("min", min), ("mean", max), ("max", max)):
+        if found:
+            size = pick(one[key] for one in found)
+            yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
+    yield from _rows(name, every, OF_CYCLES)
     for key, said in ORDERS.items():
-        for order, size in enumerate(one.get(key, [])[:SHOWN], 1):
-            yield Row(f"{name}, {said}, order {order}", 1e-6 * size, "m")
+        amplitudes = zip(*(one[key][:SHOWN] for one in every if key in one), strict=True)
+        for order, sizes in enumerate(amplitudes, 1):
+            yield Row(f"{name}, {said}, order {order}", 1e-6 * max(sizes), "m")
