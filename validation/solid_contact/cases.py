@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from plane_contact.cases import pair, stage
@@ -13,9 +13,7 @@ from solid_contact.deck import Motion, Solid
 SLICES = 15
 # sizes are halved: 36 edges of about 1 mm along the flank, coarse elements of half a module; five
 # teeth of each gear, held three modules below the root circle as the case's bodies are
-GRID = Grid(
-    flank=18, fillet=6, growth=0.5, coarse=1.0, neighbours=2, held=3.0, unloaded=0.4
-)  # fmt: skip
+GRID = Grid(flank=18, fillet=6, growth=0.5, coarse=1.0, neighbours=2, held=3.0, unloaded=0.4)
 APPROACH = 90e-6  # m: close to the rated line load on one pair
 OVER_FACE = 100e-6  # m: difference of the approach from end to end of the face
 
@@ -33,9 +31,14 @@ def _runs() -> dict[str, Run]:
     place = float(np.mean(pair("ring").path))
     own = Solid(place, face, SLICES, 1, GRID, 3e3)
     tilted = Motion(APPROACH, OVER_FACE / face)
+    few = replace(own, slices=5)
+    finer = replace(GRID, flank=30, growth=0.4, coarse=0.8)
     return {
         "even": Run(own, Motion(APPROACH, 0.0)),
         "tilted": Run(own, tilted),
+        "five slices": Run(few, tilted),
+        "five slices, finer section": Run(replace(few, grid=finer), tilted),
+        "five slices, stiffer contact": Run(replace(few, penalty=3e4), tilted),
     }
 
 

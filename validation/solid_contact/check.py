@@ -21,6 +21,7 @@ from solid_contact.deck import (
     slice_forces,
     write_deck,
 )
+from solid_contact.statements import K_WITHIN
 
 GEARS = pair("ring")
 TILTED = RUNS["tilted"]
@@ -51,6 +52,19 @@ def test_stored_forces_balance_the_held_body(name):
 def test_even_load_is_symmetric():
     forces = stored.run("even").forces
     assert forces == pytest.approx(forces[::-1], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "other", ["tilted", "five slices, finer section", "five slices, stiffer contact"]
+)
+def test_stored_figures_are_converged(other):
+    """Five layers in place of fifteen, a section about 1.6 times as fine, ten times the contact
+    stiffness change K_Hβ of five slices by less than a third of what is asked of flexgear."""
+    few, found = stored.run("five slices"), stored.run(other)
+    five = found.forces.reshape(5, -1).sum(axis=1)
+    factor, force = five.max() / five.mean(), five.sum() / few.forces.sum() - 1
+    print(f"\n{other}: K_Hβ {few.k_h_beta:.4f} to {factor:.4f}, force {100 * force:+.2f} %")
+    assert factor == pytest.approx(few.k_h_beta, abs=K_WITHIN / 3)
 
 
 def test_flanks_of_the_deck_touch_in_a_line(small):

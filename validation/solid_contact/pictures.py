@@ -10,17 +10,17 @@ from rows import Picture
 
 from flexgear.views.style import save_figure
 from solid_contact import stored
-from solid_contact.statements import NAMES, compared
+from solid_contact.statements import NAMES, RUNS, compared
 
 STYLES = {"fe": "o", "width": "x"}
 
 
 def draw(folder: Path, fidelity: str) -> list[Picture]:
-    """Even and tilted in one picture."""
+    """All runs in one picture."""
     figure = Figure(figsize=(7, 4.2), layout="constrained")
     axes = figure.subplots()
     shown = ("width",) if fidelity == "quick" else ("fe", "width")
-    for k, run in enumerate(("even", "tilted")):
+    for k, run in enumerate(RUNS):
         known = stored.run(run)
         z, per_mm = 1e3 * _middles(known), 1e-6 * len(known.forces) / known.face_width
         axes.plot(z, per_mm * known.forces, f"C{k}-", label=f"CalculiX, {run}")

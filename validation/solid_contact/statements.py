@@ -9,6 +9,7 @@ from rows import Row
 from solid_contact import face_load, stored
 
 NAMES = {"fe": "slices that bend each other", "width": "slices beside each other"}
+RUNS = ("even", "tilted")
 K_WITHIN, LOAD_WITHIN = 0.03, 0.05
 
 
@@ -42,7 +43,7 @@ def rows(fidelity: str) -> list[Row]:
     """K_Hβ and largest line load, even and tilted; FE influences not at the quick fidelity."""
     found = []
     for compliance in ("width",) if fidelity == "quick" else ("width", "fe"):
-        for run in ("even", "tilted"):
+        for run in RUNS:
             found += _of(run, compliance)
     return found
 
