@@ -51,7 +51,8 @@ class GearMesh(Section):
     table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
     face_load. tooth_compliance: of them: width, springs beside each other by pair_stiffness; fe,
     they bend each other by an FE influence matrix of both teeth (half a minute a gear, kept), with
-    Hertz's line contact. path_only: under face_load tips do not touch before and after the path of
+    Hertz's line contact. root_stress: under face_load fe, stress of all tooth roots by an FE submodel of
+    three teeth of each gear (about a minute a gear, kept). path_only: under face_load tips do not touch before and after the path of
     contact. harmonics: terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
@@ -74,6 +75,7 @@ class GearMesh(Section):
     slices: int = Field(default=15, ge=1, le=101)
     path_only: bool = False
     tooth_compliance: Literal["width", "fe"] = "width"
+    root_stress: Literal["none", "fe"] = "none"
     contact_law: Literal["one-sided", "linear"] = "one-sided"
     pair_stiffness: Literal["iso6336", "weber-banaschek", "table"] = "iso6336"
     end_ratio: float = Field(default=0.67, ge=0.05, le=1.0)
@@ -96,6 +98,12 @@ class GearMesh(Section):
                 "contact_law",
                 "'linear' lets flanks pull, which slices along the face do not",
                 'use "one-sided" with face_load',
+            )
+        if self.root_stress == "fe" and self.model != "face_load":
+            raise Refusal(
+                "root_stress",
+                f"'fe' needs the load along the face, which model = '{self.model}' does not give",
+                'use model = "face_load" with it, or take it out',
             )
         return self
 

@@ -21,6 +21,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "slice": ("1", "slice of a contact line, from 1 at -z"),
     "face": ("1", "place along the face over its width, from -1/2 at -z to 1/2"),
     "cause": ("", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"),
+    "pair_member": ("", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"),
     "gear_mesh_order": ("1", "order of the gear mesh, from 1"),
     "gear_mesh_phase": ("1", "gear-mesh cycles from the first position on"),
     "bolt": ("", "bolt of a ring"),
@@ -126,6 +127,30 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
     "face_end_line_load": Quantity((S, "flank"), "N/m", "largest line load in the last slice of a contact line at an end of the face"),
     "largest_contact_pressure": Quantity(
         (S, "flank"), "Pa", "largest Hertz pressure at the middle of any slice"
+    ),
+    "root_stress": Quantity(
+        (S, "flank", "pair_member"),
+        "Pa",
+        "largest stress in the roots of the teeth that carry, in the fillet under the loaded flank",
+        missing="without load, and of stages without gear_mesh.root_stress",
+    ),
+    "root_side": Quantity(
+        ("flank", "pair_member"),
+        "1",
+        "side of the teeth where load on the flank stretches the fillet: -1 that of -theta, 1 that of "
+        "+theta, 0 of stages without gear_mesh.root_stress",
+    ),
+    "face_root_stress": Quantity(
+        (S, "flank", "pair_member", "face"),
+        "Pa",
+        "the same at places along the face",
+        missing="without load, and of stages without gear_mesh.root_stress",
+    ),
+    "face_root_compression": Quantity(
+        (S, "flank", "pair_member", "face"),
+        "Pa",
+        "least stress in the fillets on the other side of these teeth",
+        missing="without load, and of stages without gear_mesh.root_stress",
     ),
     "transmission_error": Quantity(
         (S, "flank"),

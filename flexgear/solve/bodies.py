@@ -15,7 +15,7 @@ from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.tooth_influence import tooth_influence
+from flexgear.structures.tooth_influence import root_of_case, tooth_influence
 
 Progress = Callable[[str, float], None]
 
@@ -65,13 +65,17 @@ def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBo
 
 
 def _make_influences(stage: StageView, progress: Progress) -> None:
-    """Influences of a stage's teeth, where its slices bend each other, into the cache."""
-    if not bend_each_other(stage):
-        return
-    for slot in ("planet", *stage_geometry(stage).gear_meshes):
-        progress(f"{slot}: influence of a tooth", 0.0)
-        tooth_influence(stage, slot)
-        progress(f"{slot}: influence of a tooth", 1.0)
+    """Influences of a stage's teeth, where its slices bend each other, and of loads on their roots,
+    where these are asked for, into the cache."""
+    wanted = {
+        "influence of a tooth": (bend_each_other(stage), tooth_influence),
+        "root of a tooth": (stage.gear_mesh.root_stress == "fe", root_of_case),
+    }
+    for said, (asked, make) in wanted.items():
+        for slot in ("planet", *stage_geometry(stage).gear_meshes) if asked else ():
+            progress(f"{slot}: {said}", 0.0)
+            make(stage, slot)
+            progress(f"{slot}: {said}", 1.0)
 
 
 def reduction_limit(case: Case, stage: str) -> float:

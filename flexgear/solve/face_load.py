@@ -18,6 +18,7 @@ from flexgear.coupling.pair_data import KINDS, PairData
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
+from flexgear.solve.root_stress import MEMBERS, root_arrays
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,10 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
         "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
-    if isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time:
+    by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
+    places = face_places(pairs) if by_slice else None
+    arrays |= root_arrays(model.root_tables, result, found, places)
+    if by_slice:
         edges, beside = edge_loads(pairs, found), pairs_at(result)
         arrays |= {
             **_flank_geometry(pairs),
@@ -60,8 +64,12 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
 
 
 def face_labels(model: Model) -> dict[str, list[Any]]:
-    """Labels of the axis along the face, and of causes of misalignment."""
-    return {"face": face_places(model.system.pairs).tolist(), "cause": list(CAUSES)}
+    """Labels of the axis along the face, causes of misalignment, members of a pair."""
+    return {
+        "face": face_places(model.system.pairs).tolist(),
+        "cause": list(CAUSES),
+        "pair_member": list(MEMBERS),
+    }
 
 
 def face_places(pairs: PairData) -> Array:

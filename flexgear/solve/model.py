@@ -19,6 +19,7 @@ from flexgear.model.case import Case
 from flexgear.solve.bodies import Bodies, Progress, reduced_bodies, silent, variants_of
 from flexgear.solve.gauges import GaugeRows, gauge_rows, rim_stress_rows
 from flexgear.solve.labels import GearMeshes, gear_meshes_of, rated_forces
+from flexgear.solve.root_stress import RootTables
 
 Array = NDArray[np.float64]
 
@@ -66,6 +67,11 @@ class Model:
     def rim_stress(self) -> Array:
         """Rows (z, d) that give the stress of the rings' rims over their teeth, Pa."""
         return rim_stress_rows(self.case, self.system, self.bodies)
+
+    @cached_property
+    def root_tables(self) -> RootTables:
+        """What gives the stress in tooth roots."""
+        return RootTables(self.case, self.flow)
 
     @property
     def has_errors(self) -> bool:

@@ -18,6 +18,7 @@ from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
+from flexgear.results.root_stress import root_figures
 from flexgear.results.summary import (
     RPM,
     distance_summary,
@@ -81,6 +82,9 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
             view.part(slot): value / 1e6
             for slot, value in largest_root_stress(view, own.gear_mesh_forces).items()
         }
+        roots = root_figures(equilibria, stage.name)
+        if roots:
+            out[stage.name]["root_stress_mpa"] = {view.part(s): one for s, one in roots.items()}
         if stage.kind == "planetary":
             out[stage.name] |= {
                 "ring_gear_mesh_force_n": abs(own.ring_gear_mesh_force),

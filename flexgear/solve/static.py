@@ -13,6 +13,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
 from flexgear.model.train_member import PlanetBearing
 from flexgear.results.face_load import face_figures
+from flexgear.results.root_stress import root_figures
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
@@ -63,9 +64,20 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     }
     if "face_line_load" in data:
         figures["face_load"] = face_figures(data.expand_dims("position"))
+        figures |= _root_stress(model, data.expand_dims("position"))
     if "planet_bearing_force" in data:
         figures["planet_bearing"] = bearing_loads(model, data)
     return figures
+
+
+def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
+    views = [model.case.view(stage.name) for stage in model.case.stages]
+    found = {
+        view.name: {view.part(slot): one for slot, one in root_figures(data, view.name).items()}
+        for view in views
+    }
+    return {"root_stress_mpa": found} if any(found.values()) else {}
 
 
 def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:

@@ -20,6 +20,11 @@ _RIM = {
     "range_max": "range at one place as planets pass, largest",
     "range_mean": "range at one place as planets pass, mean",
 }
+_ROOT = {
+    "max": "largest",
+    "min": "least, in the fillet on the other side",
+    "range": "range over the turn at one place of a fillet that is stretched",
+}
 TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
 
 
@@ -103,6 +108,11 @@ def _forces(summary: Summary) -> Iterator[Table]:
         rows += [
             Row(f"nominal root stress (ISO 6336-3, no load factors), {gear}", 1e6 * stress, "Pa")
             for gear, stress in one.get("nominal_root_stress_mpa", {}).items()
+        ]
+        rows += [
+            Row(f"root stress, {gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
+            for gear, figures in one.get("root_stress_mpa", {}).items()
+            for key, stress in figures.items()
         ]
         yield Table(MESH, f"{words(name)}, from the power flow", rows)
     yield from _ranges(MESH, "forces in steady running", summary["transient"]["gear_mesh_force"])

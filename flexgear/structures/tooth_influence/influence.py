@@ -149,7 +149,8 @@ class ToothInfluence:
         column, y = _element((at - self.z[0]) / (step * count), count)
         return row, x, column, y, weights.reshape(len(z), -1)
 
-    def _flipped(self, own: Array) -> Array:
+    def flipped_nodes(self) -> NDArray[np.int64]:
+        """Number (n,) of the node where z -> −z takes each node of the flank."""
         rows, columns = len(self.roll), len(self.z)
         counts = ((rows, columns), (rows - 1, columns), (rows, columns - 1))
         start, order = 0, []
@@ -157,8 +158,11 @@ class ToothInfluence:
             size = shape[0] * shape[1]
             order.append(start + np.arange(size).reshape(shape)[:, ::-1].ravel())
             start += size
-        at = np.concatenate(order)
-        return own[np.ix_(at, at)]
+        return np.concatenate(order)
+
+    def _flipped(self, own: Array) -> Array:
+        at = self.flipped_nodes()
+        return own[np.ix_(at, at)] if own.size else own
 
     def _flipped_coarse(self, block: Array) -> Array:
         at = np.arange(len(block)).reshape(3, -1)[:, ::-1].ravel()

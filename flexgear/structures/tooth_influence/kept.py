@@ -5,51 +5,86 @@ from __future__ import annotations
 import io
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexgear.files.atomic import write_bytes
 from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.structures.cache import cache_directory, sealed, unsealed
 from flexgear.structures.store import content_key
 from flexgear.structures.tooth_influence.influence import ToothInfluence
+from flexgear.structures.tooth_influence.root_stress import RootInfluence
 
-FORMAT = 3  # part of every key: raise it when the numerics change
+Arrays = Mapping[str, NDArray[np.float64]]
+T = TypeVar("T")
 _ARRAYS = ("roll", "z", "depth", "own", "neighbour")
+_OF_ROOT = ("stress", "points", "cut", "cut_points")
+_OF_FLANK = ("roll", "z", "depth")
 
 
-def kept(content: Mapping[str, Any], compute: Callable[[], ToothInfluence]) -> ToothInfluence:
-    """The influence that was kept for this content, else computed and kept.
+@dataclass(frozen=True)
+class Form(Generic[T]):
+    """How something is kept: its file, a version that is raised when the numerics change (part of
+    every key), and the way to its arrays and back (ValueError or KeyError where they lack)."""
+
+    file: str
+    version: int
+    arrays: Callable[[T], Arrays]
+    made: Callable[[Arrays], T]
+
+
+def kept(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) -> T:
+    """What was kept for this content, else computed and kept.
 
     FlexgearWarning where the disk refuses to keep it; it is used all the same.
     """
-    key = content_key(influence=FORMAT, **content)
-    file = cache_directory() / "influence" / key / "tooth.npz"
+    key = content_key(influence=form.version, **content)
+    file = cache_directory() / "influence" / key / f"{form.file}.npz"
     try:
-        return _read(unsealed(file.read_bytes()))
+        with np.load(io.BytesIO(unsealed(file.read_bytes()))) as found:
+            return form.made(dict(found))
     except (OSError, ValueError, KeyError):  # none there, or a damaged one: made again
         pass
     made = compute()
+    stream = io.BytesIO()
+    np.savez(stream, **form.arrays(made))  # type: ignore[arg-type]
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(file, sealed(_written(made)))
+        write_bytes(file, sealed(stream.getvalue()))
     except (OSError, FlexgearError) as error:
         text = f"cannot keep the influence of a tooth, it is made again next time: {error}"
         warnings.warn(text, FlexgearWarning, stacklevel=2)
     return made
 
 
-def _written(influence: ToothInfluence) -> bytes:
-    stream = io.BytesIO()
+def _numbers(influence: ToothInfluence) -> NDArray[np.float64]:
+    return np.array([influence.slope, influence.young, influence.poisson])
+
+
+def _of_tooth(influence: ToothInfluence) -> Arrays:
     arrays = {name: getattr(influence, name) for name in _ARRAYS}
-    numbers = np.array([influence.slope, influence.young, influence.poisson])
-    np.savez(stream, numbers=numbers, **{k: v for k, v in arrays.items() if v is not None})
-    return stream.getvalue()
+    return {"numbers": _numbers(influence), **{k: v for k, v in arrays.items() if v is not None}}
 
 
-def _read(data: bytes) -> ToothInfluence:
-    with np.load(io.BytesIO(data)) as found:
-        slope, young, poisson = (float(value) for value in found["numbers"])
-        arrays: dict[str, Any] = {name: found.get(name) for name in _ARRAYS}
-    return ToothInfluence(**arrays, slope=slope, young=young, poisson=poisson)
+def _tooth(arrays: Arrays) -> ToothInfluence:
+    slope, young, poisson = (float(value) for value in arrays["numbers"])
+    found: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
+    return ToothInfluence(**found, slope=slope, young=young, poisson=poisson)
+
+
+def _of_root(influence: RootInfluence) -> Arrays:
+    flank = {name: getattr(influence.flank, name) for name in _OF_FLANK}
+    own = {name: getattr(influence, name) for name in _OF_ROOT}
+    return {"numbers": _numbers(influence.flank), **flank, **own}
+
+
+def _root(arrays: Arrays) -> RootInfluence:
+    none = np.zeros((arrays["stress"].shape[-1], 0))
+    return RootInfluence(flank=_tooth({**arrays, "own": none}), **{n: arrays[n] for n in _OF_ROOT})
+
+
+TOOTH = Form("tooth", 3, _of_tooth, _tooth)
+ROOT = Form("root", 1, _of_root, _root)

@@ -12,7 +12,13 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence.flank import flank_compliance
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.kept import kept
+from flexgear.structures.tooth_influence.kept import ROOT, TOOTH, kept
+from flexgear.structures.tooth_influence.root_stress import (
+    DEPTH,
+    RootInfluence,
+    root_influence,
+    root_parameters,
+)
 
 FLANK_LAYER = 0.2  # modules: dip cut off; at a tenth elements must be half as long for the same
 DEEPEST = 4.0  # modules below the root circle where a body is held at the latest
@@ -37,7 +43,29 @@ def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
     return kept(
         {"segment": parameters, "tied": tied, **material},
         lambda: influence_of(parameters, m.young_modulus, m.poisson_ratio, tied=tied),
+        TOOTH,
     )
+
+
+def root_of_case(case: StageView, slot: str) -> RootInfluence:
+    """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
+    (about a minute)."""
+    parameters, m = root_segment(case, slot), case.material
+    return kept(
+        {"root": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
+        lambda: root_influence(parameters, m.young_modulus, m.poisson_ratio),
+        ROOT,
+    )
+
+
+def root_segment(case: StageView, slot: str) -> SegmentParameters:
+    """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
+    (a ring's outer diameter) where the rim is thinner. InputError as in ``influence_parameters``."""
+    tooth, module = stage_geometry(case).gears[slot], case.stage.normal_module
+    _require_teeth(case, slot, tooth, 'set gear_mesh.root_stress = "none"')
+    held = _held_radius(case, slot, tooth, DEPTH)
+    depth = tooth.outward * (tooth.root_radius - held) / module
+    return root_parameters(_segment(case, slot, tooth), module, depth)
 
 
 def influence_of(
@@ -72,12 +100,21 @@ def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None
     base section as a clamp does: one tooth, cut off there. InputError where a tooth or the rim
     below it cannot be made.
     """
-    stage, tooth = case.stage, stage_geometry(case).gears[slot]
+    tooth = stage_geometry(case).gears[slot]
     in_fe = slot == "ring" and case.fe_tie is not None
     if in_fe and case.fe_tie == "flank":
         return None
     alone = in_fe and not is_tied(case, slot)
     _require_teeth(case, slot, tooth)
+    if alone:
+        return _segment(case, slot, tooth)
+    held, own = _held_radius(case, slot, tooth, DEEPEST), _segment(case, slot, tooth)
+    return replace(own, held_radius=held, teeth=3, margin=MARGIN)
+
+
+def _segment(case: StageView, slot: str, tooth: ToothGeometry) -> SegmentParameters:
+    """One tooth of a gear, cut off at its base section."""
+    stage = case.stage
     hand = 1.0 if (stage.planet_hand == "right") == (slot != "sun") else -1.0
     layers = math.ceil(stage.face_width / (LAYER * stage.normal_module))
     layers = min(max(layers, LEAST_LAYERS), MOST_LAYERS)
@@ -85,16 +122,20 @@ def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None
         tooth=tooth,
         face_width=stage.face_width,
         helix_rate=hand * math.tan(stage.helix_angle) / tooth.reference_radius,
-        held_radius=None if alone else _held_radius(case, slot, tooth),
+        held_radius=None,
         flank_layer=FLANK_LAYER * stage.normal_module,
-        teeth=1 if alone else 3,
-        margin=0.0 if alone else MARGIN,
+        teeth=1,
         divisions=replace(DIVISIONS, layers=layers),
     )
 
 
-def _require_teeth(case: StageView, slot: str, tooth: ToothGeometry) -> None:
-    part, instead = case.part(slot), 'lower it, or set gear_mesh.tooth_compliance = "width"'
+def _require_teeth(
+    case: StageView,
+    slot: str,
+    tooth: ToothGeometry,
+    other: str = 'set gear_mesh.tooth_compliance = "width"',
+) -> None:
+    part, instead = case.part(slot), f"lower it, or {other}"
     if tooth.half_angle(tooth.tip_radius) <= 0.0:
         problem = "the tooth is pointed before its tip circle, so no FE mesh can be made of it"
         raise case.refuse(f"{part}.addendum", problem, instead)
@@ -108,8 +149,9 @@ def _require_teeth(case: StageView, slot: str, tooth: ToothGeometry) -> None:
         raise case.refuse(f"{part}.bore_diameter_mm", problem, instead)
 
 
-def _held_radius(case: StageView, slot: str, tooth: ToothGeometry) -> float:
-    deepest = tooth.root_radius - tooth.outward * DEEPEST * case.stage.normal_module
+def _held_radius(case: StageView, slot: str, tooth: ToothGeometry, modules: float) -> float:
+    """Radius so many modules below the root circle, or where the body ends before."""
+    deepest = tooth.root_radius - tooth.outward * modules * case.stage.normal_module
     gear = gears_by_slot(case.stage)[slot]
     if slot == "ring":
         rim = case.ring.rim_thickness if case.fe_tie else gear.rim_thickness

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,32 +48,22 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBen
     of the flanks at the tip; a sharp edge is softer. Teeth of an FE body move their neighbours by
     its own model; nothing of it is in ``beside``.
     """
-    slot = path.kind.removesuffix("_back")
-    width = np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
-    on = np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
-    some = np.unique(np.linspace(0, len(on) - 1, _PLACES).astype(np.int64))
-    shape = (len(some), on.shape[1], on.shape[1])
+    width, some = widths(path, slices), some_places(slices, _PLACES)
+    shape = (len(some), slices.count, slices.count)
     flexibility, beside, bodies, radii = np.zeros(shape), np.zeros(shape), [], []
-    # the flank's sense: 1 where the force pushes its gear's teeth on in +θ, on their −θ flank;
-    # step: teeth in +θ from one pair to the next
-    members = (
-        ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
-        (slot, path.off_path.gear, path.gear_step, path.gear_step),
-    )
-    for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
-        low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
-        roll = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
+    for own in touched_flanks(path, slices):
+        roll = own.roll
         radii.append(roll)
-        influence = tooth_influence(case, name)
+        influence = tooth_influence(case, own.name)
         if influence is None:
-            bodies.append(_to_middle(case, tooth, roll))
+            bodies.append(_to_middle(case, own.tooth, roll))
             continue
-        flank = influence if sense > 0 else influence.turned()
+        flank = influence if own.sense > 0 else influence.turned()
         flexibility += flank.matrix(roll[some], slices.z[some], width[some])
         bodies.append(flank.contact_body(roll))
         if flank.neighbour is not None:
             lines = (roll, slices.z, width)
-            beside += _next_line(flank, step, lines, (slices.s, some, path.base_pitch))
+            beside += _next_line(flank, own.step, lines, (slices.s, some, path.base_pitch))
     cos = path.cos_base_helix
     radius = relative_radius(radii[0], radii[1], internal=path.off_path.gear.internal) / cos
     scale, limit = line_contact(bodies[0], bodies[1], radius).of_slice(width / cos)
@@ -82,6 +73,46 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBen
         scale=scale,
         limit=limit,
     )
+
+
+class TouchedFlank(NamedTuple):
+    """Flanks of one gear over the contact lines of a gear mesh.
+
+    name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
+    their −θ flank, else −1; step: teeth in +θ from one pair to the next; roll (S, K) m of slices,
+    held on the flank.
+    """
+
+    name: str
+    tooth: ToothGeometry
+    sense: int
+    step: int
+    roll: Array
+
+
+def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
+    """Of the planet, then of its mate."""
+    on = np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
+    members = (
+        ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
+        (path.kind.removesuffix("_back"), path.off_path.gear, path.gear_step, path.gear_step),
+    )
+    found = []
+    for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
+        low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
+        held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
+        found.append(TouchedFlank(name, tooth, sense, step, held))
+    return found
+
+
+def widths(path: GearMeshPath, slices: Slices) -> Array:
+    """Axial widths (S, K) m of slices, not quite zero where a line has left the face."""
+    return np.maximum(slices.width, _LEAST_WIDTH * 2 * path.half_face)
+
+
+def some_places(slices: Slices, most: int) -> Ints:
+    """Numbers of at most so many of the contact lines, evenly spread."""
+    return np.unique(np.linspace(0, len(slices.s) - 1, most).astype(np.int64))
 
 
 def _next_line(

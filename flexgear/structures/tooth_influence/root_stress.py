@@ -1,18 +1,20 @@
-"""Root stress of a tooth under the slices of its contact line, by a submodel of three teeth.
+"""Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
 
 The body is cut three modules or more below the root and held there: nothing of the tooth's own
 clamping is near the fillet, as it is in the compliance model of an FE ring, whose tie ends just at
-the critical section. With S_f the stress at points of the fillet per unit load at nodes of the
-flank along its normal,
+the critical section. With unit loads R at nodes of the flanks along their normals and K of what the
+cut (c) leaves free (f),
 
-    σ = T K⁻¹ R,   σ of slices = S_f bᵀ f    (b: ``ToothInfluence.averages``)
+    σ = S_f bᵀ f + S_u u_cut,   S_f = T K_ff⁻¹ R,   S_u = T_c − T_f K_ff⁻¹ K_fc
 
-where a row of T is the stress across the tooth's root line, along the surface, at a vertex of the
-fillet: the mean of the elements' own stresses there. Fillets are resolved by eight and more
-quadratic elements. The cut stands still (u_cut = 0), which is what bodies that are lumped do.
+(b: ``ToothInfluence.averages``), where a row of T is the stress across the tooth's root line, along
+the surface, at a vertex of the fillet: the mean of the elements' own stresses there. Fillets are
+resolved by eight and more quadratic elements. The cut stands still (u_cut = 0) in bodies that are
+lumped; in an FE body it moves as that body does.
 
-Stress is that of the −θ flank's own fillet, in tension under load on this flank; half a turn about
-the tooth's radial axis gives the other flank.
+T is of the −θ flank's own fillet, in tension under load on this flank. Half a turn about the middle
+tooth's radial axis leaves the segment as it is: the stress of the +θ fillet under load on −θ flanks
+is that of the −θ fillet under load on +θ flanks, so that one set of solutions says all.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from flexgear.structures.fe_mesh import (
     SegmentDivisions,
@@ -40,6 +43,7 @@ Array = NDArray[np.float64]
 DEPTH = 3.0  # modules below the root circle where the body is cut, at least
 LAYER = 0.1  # modules, depth of the first elements under flank and fillet: a quarter of its radius
 MARGIN = 0.5  # pitches of rim beside the three teeth
+HALF_TURN = np.array([1.0, -1.0, -1.0])  # about the middle tooth's radial axis
 _TOGETHER = 32  # points of a fillet at a time
 FINE = SegmentDivisions(flank=8, fillet=12, tooth=6, rim=8, land=4)
 WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, rim=5, land=2)  # 1 to 3 % off FINE
@@ -47,21 +51,47 @@ WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, rim=5, land=2)  # 1 to
 
 @dataclass(frozen=True, eq=False)
 class RootInfluence:
-    """Stress in a root per load on the flank above it.
+    """Stress in the roots of a tooth per load on its flank and on those beside it.
 
-    stress: S_f (rows, layers + 1, n) Pa/N by rows of the fillet from the flank's end down and layer
-    borders along the face, of unit loads at the flank's n nodes; points: (rows, layers + 1, 3) m;
-    flank: places of slices on the flank.
+    stress: S_f (3, 2, rows, layers + 1, n) Pa/N of unit loads at the n nodes of the −θ flank of the
+    tooth before (in −θ), of the tooth itself and of the next one; in the fillet on the loaded
+    flanks' side, then in the other; by rows of the fillet from the flank's end down and layer
+    borders along the face. points: (rows, layers + 1, 3) m of the −θ fillet; flank: places of
+    slices on the flank. cut: S_u (rows, layers + 1, c, 3) Pa/m in the −θ fillet per displacement of
+    the cut at cut_points (c, 3) m; the middle tooth stands on the x axis.
+
+    As made it is for loads on −θ flanks of a tooth with the gear's hand of helix.
     """
 
     stress: Array
     points: Array
     flank: ToothInfluence
+    cut: Array
+    cut_points: Array
 
     def of_slices(self, roll: Array, z: Array, width: Array, force: Array) -> Array:
-        """σ (rows, layers + 1) Pa of slices (K,): as in ``ToothInfluence.matrix``; force N."""
+        """σ (rows, layers + 1) Pa, in the fillet under the loaded flank, of slices (K,): as in
+        ``ToothInfluence.matrix``; force N. Cut and teeth beside it without load."""
         means = self.flank.averages(roll, z, width)
-        return np.asarray(self.stress @ (means.T @ force))
+        return np.asarray(self.stress[1, 0] @ (means.T @ force))
+
+    def per_force(self, roll: Array, z: Array, width: Array) -> Array:
+        """σ (…, K, 3, 2, rows, layers + 1) Pa/N per force of each slice (…, K) on the tooth before,
+        itself and the next; the cut stands still."""
+        shape = np.shape(roll)
+        means = self.flank.averages(roll.ravel(), z.ravel(), width.ravel())
+        of_nodes = self.stress.reshape(-1, self.stress.shape[-1]).T
+        return np.asarray(means @ of_nodes).reshape(*shape, *self.stress.shape[:-1])
+
+    def turned(self) -> RootInfluence:
+        """For loads on +θ flanks: half a turn about the tooth's radial axis. The fillet under the
+        loaded flank comes first; cut and points stay those of the −θ fillet."""
+        return replace(self.mirrored(), stress=self.mirrored().stress[::-1])
+
+    def mirrored(self) -> RootInfluence:
+        """For the other hand of helix, loads only: z -> −z."""
+        at, flank = self.flank.flipped_nodes(), self.flank.mirrored()
+        return replace(self, stress=self.stress[:, :, :, ::-1, at], flank=flank)
 
 
 def root_parameters(
@@ -83,42 +113,59 @@ def root_parameters(
 def root_influence(
     parameters: SegmentParameters, young: float, poisson: float, *, plane_strain: bool = False
 ) -> RootInfluence:
-    """S_f of the middle tooth of a segment; E in Pa. plane_strain: no axial displacement."""
+    """S_f and S_u of the middle tooth of three; E in Pa. plane_strain: no axial displacement."""
     segment = tooth_segment(parameters)
     model = assemble(segment.fe_mesh, young, poisson, density=1.0)
     j, first = parameters.middle, len(segment.roll) - 1
-    flank, root = flank_nodes(segment, model, j), segment.surface_nodes[j, first:]
+    root = segment.surface_nodes[j, first:]
+    held = facet_nodes(model, segment.fe_mesh.facets["held"])
     free = np.ones((len(model.nodes), 3), dtype=bool)
-    free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False
+    free[held] = False
     free[:, 2] &= not plane_strain
-    kept = np.flatnonzero(free)
+    kept, cut = np.flatnonzero(free), (3 * held[:, None] + np.arange(3)).ravel()
     across = _across(segment, j, first)
     wanted = _stress_rows(model, root.ravel(), across.reshape(-1, 3), young, poisson)
     factor = Factor(model.stiffness[kept][:, kept].tocsr())
-    loads = -flank_normals(segment, model.nodes[flank])  # a mate pushes
-    stress = np.empty((root.size, len(flank)))
+    beside = model.stiffness[cut][:, kept].tocsr()
+    nodes, loads = _loaded(segment, model)
+    stress = np.empty((root.size, *nodes.shape))
+    of_cut = np.empty((root.size, len(cut)))
     for start in range(0, root.size, _TOGETHER):
         some = slice(start, start + _TOGETHER)
-        width = len(stress[some])
-        motion = np.zeros((free.size, width))
+        motion = np.zeros((free.size, len(stress[some])))
         motion[kept] = factor.solve(wanted[some][:, kept].T.toarray())
-        stress[some] = np.einsum(
-            "nip,ni->pn", motion.reshape(-1, 3, len(stress[some]))[flank], loads
-        )
+        at = motion.reshape(-1, 3, motion.shape[1])[nodes]
+        stress[some] = np.einsum("stnip,stni->pstn", at, loads)
+        of_cut[some] = wanted[some][:, cut].toarray() - (beside @ motion[kept]).T
+    stress = stress.reshape(*root.shape, *nodes.shape)
+    stress[:, :, 1] = stress[:, ::-1, 1]
     return RootInfluence(
-        stress.reshape(*root.shape, len(flank)),
+        np.ascontiguousarray(np.moveaxis(stress, (3, 2), (0, 1))),
         model.nodes[root],
         ToothInfluence(
             roll=segment.roll,
             z=segment.z,
             depth=segment.depth,
-            own=np.zeros((len(flank), 0)),
+            own=np.zeros((nodes.shape[-1], 0)),
             neighbour=None,
             slope=-parameters.tooth.outward * parameters.tooth.base_radius * parameters.helix_rate,
             young=young,
             poisson=poisson,
         ),
+        of_cut.reshape(*root.shape, len(held), 3),
+        model.nodes[held],
     )
+
+
+def _loaded(segment: ToothSegment, model: FeModel) -> tuple[NDArray[np.int64], Array]:
+    """Nodes (2, teeth, n) of −θ flanks, and of +θ flanks where half a turn takes the −θ flanks of
+    the same teeth as counted from the middle; unit loads (2, teeth, n, 3) of a mate there."""
+    teeth = range(segment.parameters.teeth)
+    near = np.stack([flank_nodes(segment, model, j) for j in teeth])
+    push = np.stack([-flank_normals(segment, model.nodes[at]) for at in near])
+    gap, far = cKDTree(model.nodes).query(model.nodes[near] * HALF_TURN)
+    assert np.all(gap < 1e-6 * segment.parameters.face_width)
+    return np.stack([near, far]), np.stack([push, push * HALF_TURN])
 
 
 def _across(segment: ToothSegment, tooth: int, first: int) -> Array:

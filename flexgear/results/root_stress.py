@@ -1,0 +1,69 @@
+"""Figures of the stress in tooth roots, over the positions of a dataset of equilibria.
+
+A fillet is stretched as its own flank carries and pressed as the other flank of the tooth does,
+which every tooth of a planet is in turn by sun and ring. Beside them it has no load and no stress;
+so the stress ranges at a place along the face
+
+    Δσ(z) = max(0, max σ(z)) − min(0, min σ(z))
+
+over the positions, in the worst tooth and the worst of the fillets that are stretched. (The other
+fillet of a tooth that carries on one flank is pressed harder than its own one is stretched, but
+cracks grow in tension.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
+    """By gear ("planet", "sun", "ring"), MPa: largest and least stress in its fillets, and how far
+    it ranges at one place along the face where it ranges farthest; none of a stage without."""
+    if "face_root_stress" not in data:
+        return {}
+    found = {}
+    for gear, own in gears_of(data, stage):
+        largest, least = own["root_stress"].max(), own["face_root_compression"].min()
+        found[gear] = {
+            "max": 1e-6 * float(largest),
+            "min": 1e-6 * min(0.0, float(least)),
+            "range": 1e-6 * _range(own),
+        }
+    return found
+
+
+def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:
+    """Gears of a stage that have root stress, and their part of the data: (…, flank, …)."""
+    own = data.isel(flank=data["flank_stage"].to_numpy() == stage)
+    for kind in dict.fromkeys(map(str, own["flank_kind"].to_numpy())):
+        mate = own.isel(flank=own["flank_kind"].to_numpy() == kind).sel(pair_member="gear")
+        yield from _loaded(kind, mate)
+    yield from _loaded("planet", own.sel(pair_member="planet"))
+
+
+def _loaded(gear: str, own: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    loaded = own.isel(flank=own["root_stress"].notnull().any("position").to_numpy())
+    if loaded.sizes["flank"]:
+        yield gear, loaded
+
+
+def _range(own: xr.Dataset) -> float:
+    """Pa, the largest of the fillets that are stretched and all places along the face."""
+    side, found = own["root_side"].to_numpy(), []
+    for fillet in np.unique(side):
+        stretched = own["face_root_stress"].isel(flank=side == fillet)
+        pressed = own["face_root_compression"].isel(flank=side == -fillet)
+        found.append(float((_over_all(stretched, np.fmax) - _over_all(pressed, np.fmin)).max()))
+    return max(found)
+
+
+def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:
+    """Extremes (face,) over flanks, positions and no load, Pa."""
+    values = stress.transpose(..., "face").to_numpy()
+    return np.asarray(extreme.reduce(values.reshape(-1, values.shape[-1]), axis=0, initial=0.0))

@@ -1,0 +1,121 @@
+"""Root stress in results: of slices, of neighbours, both sides of a tooth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import flexgear as fg
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.line_loads import line_loads
+from flexgear.model.load import load_case
+from flexgear.results.root_stress import root_figures
+from flexgear.solve import bodies
+from flexgear.solve.dataset import equilibrium_data
+from flexgear.solve.root_stress import tooth_roots
+from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.tooth_influence import roots_of_pairs
+from flexgear.structures.tooth_influence.of_case import root_segment
+from flexgear.structures.tooth_influence.root_stress import root_influence
+
+CASE = load_case(
+    "wind-5mw",
+    {
+        "gear_mesh.model": "face_load", "gear_mesh.root_stress": "fe", "gear_mesh.slices": "5",
+        "stage.face_width_mm": "150", "ring.fits": "[]",
+    },
+)  # fmt: skip
+CYCLE = 2 * np.pi / CASE.view().stage.ring.teeth * np.arange(3) / 3
+COARSE = SegmentDivisions(flank=4, fillet=4, tooth=2, rim=3, layers=4)
+
+
+@pytest.fixture(scope="module")
+def roots():
+    """Influences of coarse submodels, not kept."""
+    view = CASE.view()
+    steel = view.material.young_modulus, view.material.poisson_ratio
+    found = {
+        slot: root_influence(replace(root_segment(view, slot), divisions=COARSE), *steel)
+        for slot in ("planet", "sun", "ring")
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for user in (roots_of_pairs, bodies):
+            patch.setattr(user, "root_of_case", lambda view, slot: found[slot])
+        yield found
+
+
+@pytest.fixture(scope="module")
+def model(roots):
+    return fg.assemble(CASE, ["all"])
+
+
+@pytest.fixture(scope="module")
+def data(model):
+    turned = revolution(model.modal, CYCLE, model.system.rated_torque)
+    return equilibrium_data(model, turned), turned
+
+
+def flank_of(model, kind):
+    return next(m for m, x in enumerate(model.system.gear_meshes) if x.kind == kind)
+
+
+@pytest.mark.parametrize("kind", ["ring", "sun"])
+def test_one_pair_is_what_its_slices_make_in_the_submodel(roots, model, data, kind):
+    m = flank_of(model, kind)
+    label = model.system.gear_meshes[m]
+    path, lines = model.root_tables.path(label), line_loads(data[1])
+    slot = int(np.nanargmax(data[1].pair_load[0, m]))
+    s, force = data[1].pair_position[0, m, slot], lines.force[0, m, slot]
+    z, width = lines.z[0, m, slot], lines.width[0, m, slot]
+    for k, own in enumerate(model.root_tables.of(label)):
+        found = own.of(np.array([s]), force[None])[0]
+        root = roots[own.name] if own.sense > 0 else roots[own.name].turned()
+        roll = path.off_path.rolls(s + path.slope * z)[k]
+        direct = root.of_slices(roll, z, width, force)
+        np.testing.assert_allclose(found[1, 0], direct, atol=0.01 * direct.max())
+        low, high = np.sort(root.flank.roll[[0, -1]])
+        on = (roll > low) & (roll < high)
+        slope = np.polyfit(z[on], roll[on], 1)[0]
+        assert slope == pytest.approx(root.flank.slope, rel=1e-6)  # hand and flank
+        assert found[1, 0].max() > -0.2 * found[1, 1].min() > 0  # stretched here, pressed there
+        assert own.of(np.array([s]), 2.0 * force[None])[0] == pytest.approx(2.0 * found)
+
+
+def test_neighbours_count_where_they_are():
+    """Of pairs a base pitch apart, each one tooth further on against +θ."""
+    stress = np.zeros((2, 1, 3, 2, 1, 2))
+    stress[:, 0, :, 0] = np.array([1.0, 10.0, 100.0])[:, None, None]
+    roots = roots_of_pairs.PairRoots("sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0]))
+    s = np.array([[0.1, 0.4, 0.7]])
+    force = np.array([[[1.0], [2.0], [np.nan]]])
+    found = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]
+    assert found[:2] == pytest.approx([10.0 + 2.0 * 1.0, 20.0 + 1.0 * 100.0])
+    assert np.isnan(found[2])
+
+
+def test_half_a_turn_twice_is_none(roots):
+    one, two = roots["planet"], roots["planet"].turned().turned()
+    np.testing.assert_array_equal(one.stress, two.stress)
+    assert two.flank.slope == one.flank.slope
+
+
+
+def test_dataset(model, data):
+    data, turned = data
+    stress = data["root_stress"]
+    loaded = turned.pair_load.sum(axis=2) > 0
+    assert np.array_equal(np.isfinite(stress.to_numpy()).all(axis=2), loaded)
+    face = data["face_root_stress"].max("face")
+    assert (face <= stress + 1e-6).where(stress.notnull(), True).all()
+    assert stress.attrs["units"] == "Pa"
+    figures = root_figures(data, "stage")
+    assert set(figures) == {"planet", "sun", "ring"}
+    for one in figures.values():
+        assert one["min"] < 0.0 < one["range"] <= one["max"] - one["min"] + 1e-9
+    assert figures["planet"]["range"] > 1.1 * figures["planet"]["max"]  # its teeth alternate
+    assert figures["sun"]["range"] == pytest.approx(figures["sun"]["max"], rel=0.02)  # they do not
+
+
+def test_root_stress_needs_load_along_the_face():
+    with pytest.raises(fg.InputError, match="root_stress.*face_load"):
+        load_case("wind-5mw", {"gear_mesh.root_stress": "fe"})
