@@ -85,7 +85,9 @@ def test_neighbours_count_where_they_are():
     """Of pairs a base pitch apart, each one tooth further on against +θ."""
     stress = np.zeros((2, 1, 3, 2, 1, 2))
     stress[:, 0, :, 0] = np.array([1.0, 10.0, 100.0])[:, None, None]
-    roots = roots_of_pairs.PairRoots("sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0]))
+    roots = roots_of_pairs.PairRoots(
+        "sun", 1, -1, np.array([0.0, 1.0]), stress, np.array([-1.0, 1.0])
+    )
     s = np.array([[0.1, 0.4, 0.7]])
     force = np.array([[[1.0], [2.0], [np.nan]]])
     found = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]
@@ -97,7 +99,6 @@ def test_half_a_turn_twice_is_none(roots):
     one, two = roots["planet"], roots["planet"].turned().turned()
     np.testing.assert_array_equal(one.stress, two.stress)
     assert two.flank.slope == one.flank.slope
-
 
 
 def test_dataset(model, data):
