@@ -51,9 +51,9 @@ class GearMesh(Section):
     table: of both gear meshes, for pair_stiffness = "table". slices: of a contact line under
     face_load. tooth_compliance: of them: width, springs beside each other by pair_stiffness; fe,
     they bend each other by an FE influence matrix of both teeth (half a minute a gear, kept), with
-    Hertz's line contact. root_stress: under face_load fe, stress of all tooth roots by an FE submodel of
-    three teeth of each gear (about a minute a gear, kept). path_only: under face_load tips do not touch before and after the path of
-    contact. harmonics: terms of a fourier wave.
+    Hertz's line contact. root_stress: under face_load, stress of all tooth roots; fe, by an FE
+    submodel of three teeth of each gear (about a minute a gear, kept). path_only: under face_load
+    tips do not touch before and after the path of contact. harmonics: terms of a fourier wave.
 
     model: per_pair, one spring for every tooth pair; face_load, its contact line cut into slices,
     for load along the face; lumped, one element at the pitch point, of all pairs together;

@@ -118,5 +118,5 @@ def test_dataset(model, data):
 
 
 def test_root_stress_needs_load_along_the_face():
-    with pytest.raises(fg.InputError, match="root_stress.*face_load"):
+    with pytest.raises(fg.InputError, match=r"root_stress.*face_load"):
         load_case("wind-5mw", {"gear_mesh.root_stress": "fe"})

@@ -2,8 +2,8 @@
 
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import root_of_case, tooth_influence
-from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
 from flexgear.structures.tooth_influence.pairs import pair_bending
+from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
 
 __all__ = [
     "PairRoots",
