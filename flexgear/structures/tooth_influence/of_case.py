@@ -60,7 +60,8 @@ def root_of_case(case: StageView, slot: str) -> RootInfluence:
 
 def root_segment(case: StageView, slot: str) -> SegmentParameters:
     """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
-    (a ring's outer diameter) where the rim is thinner. InputError where a tooth or the rim cannot be made."""
+    (a ring's outer diameter) where the rim is thinner. InputError where there is no
+    such tooth or rim."""
     tooth, module = stage_geometry(case).gears[slot], case.stage.normal_module
     _require_teeth(case, slot, tooth, 'set gear_mesh.root_stress = "none"')
     held = _held_radius(case, slot, tooth, DEPTH)

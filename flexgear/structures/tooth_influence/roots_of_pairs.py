@@ -26,7 +26,8 @@ class PairRoots:
     name: "planet", "sun" or "ring"; sense: 1 where −θ flanks are loaded, else −1; step: teeth in +θ
     from one pair to the next. s: (S,) path coordinates, m, rising; stress: (S, K, 3, 2, rows, q)
     Pa/N of a tooth per force of a slice on the tooth before, on itself and on the next in +θ; in
-    the fillet under the loaded flank, then in the other; q layer borders along the face at z (q,) m.
+    the fillet under the loaded flank, then in the other; q layer borders along the face at
+    z (q,) m.
     """
 
     name: str
