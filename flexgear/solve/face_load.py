@@ -41,7 +41,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
     by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
-    places = face_places(pairs) if by_slice else None
+    places = face_places(pairs) if by_slice else np.zeros(0)
     arrays |= root_arrays(model.root_tables, result, found, places)
     if by_slice:
         edges, beside = edge_loads(pairs, found), pairs_at(result)

@@ -81,7 +81,7 @@ def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> 
 
 
 def root_arrays(
-    tables: RootTables, result: Result, lines: LineLoads, places: Array | None
+    tables: RootTables, result: Result, lines: LineLoads, places: Array
 ) -> dict[str, Any]:
     """Variables of root stress; along the face at places, −1/2 … 1/2 of its width, if any are
     given. Empty where no stage asks for it."""
@@ -90,7 +90,7 @@ def root_arrays(
         return {}
     shape = (len(result.theta), len(system.gear_meshes), len(MEMBERS))
     largest, side = np.full(shape, np.nan), np.zeros(shape[1:])
-    along = np.full((2, *shape, 0 if places is None else len(places)), np.nan)
+    along = np.full((2, *shape, len(places)), np.nan)
     for m, label in enumerate(system.gear_meshes):
         count = int(system.pairs.slices[m])
         force = lines.force[:, m, :, :count]
@@ -105,10 +105,10 @@ def root_arrays(
             tension = np.fmax.reduce(np.fmax.reduce(found.tension, axis=2), axis=1)
             compression = np.fmin.reduce(np.fmin.reduce(found.compression, axis=2), axis=1)
             largest[:, m, k] = tension.max(axis=1)
-            for i, curve in enumerate((tension, compression) if places is not None else ()):
+            for i, curve in enumerate((tension, compression)):
                 along[i, :, m, k] = _at(found.z, curve, 2.0 * path.half_face * places)
     arrays = {"root_stress": largest, "root_side": side}
-    if places is not None:
+    if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
     return arrays
 
