@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from rows import Row
 
+from face_load import by_fe
 from face_load.runs import Even, even, gained, proposal, stages
 
-CASES = ("wind-5mw", "grc-750kw")
+CASES = by_fe.CASES
 TUNED = "z_mm of the planet bearings, which moves their springs from mid-face"
 
 
@@ -21,9 +22,7 @@ def rows(fidelity: str) -> list[Row]:
         for stage in sought(case, fidelity):
             found += _proposals(case, fidelity, stage)
     found += _bearing_place(fidelity) + _slices(fidelity)
-    if fidelity != "quick":
-        found += _by_fe(fidelity)
-    return found
+    return found + by_fe.rows(again=fidelity != "quick")
 
 
 def sought(case: str, fidelity: str) -> list[str]:
@@ -122,15 +121,3 @@ def _slices(fidelity: str) -> list[Row]:
             "slices beside each other",
         )
     ]
-
-
-def _by_fe(fidelity: str) -> list[Row]:
-    why = "teeth bend as plates, ends of the face are softer"
-    found = []
-    for case in CASES:
-        for rigid in (True, False):
-            of_groups = even(case, fidelity, rigid, "fe").items()
-            text = ", ".join(f"{group} {one.k_h_beta:.3f}" for group, one in of_groups)
-            name = "rigid" if rigid else "flexible"
-            found.append(_reported(case, f"K_Hβ by FE influence, {name}", text, why))
-    return found

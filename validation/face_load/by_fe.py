@@ -1,0 +1,67 @@
+"""K_Hβ with slices that bend each other by FE influence: stored, since ten gears take ten minutes.
+
+`python -m face_load.by_fe` in validation/ writes by_fe.csv, from FE bodies of quick fidelity; full
+`make validate` computes it again.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from rows import Row
+
+from face_load.runs import even
+from flexgear.files.atomic import atomic_file
+
+CASES = ("wind-5mw", "grc-750kw")
+STORED = Path(__file__).with_name("by_fe.csv")
+SAME = 0.01  # other versions of mesh generators
+WHY = "teeth bend as plates, ends of the face are softer; stored"
+
+
+def computed() -> dict[tuple[str, str], tuple[float, float]]:
+    """K_Hβ with rigid and flexible bodies by case and kind of gear mesh."""
+    found = {}
+    for case in CASES:
+        rigid, bends = (even(case, "quick", stiff, "fe") for stiff in (True, False))
+        for group in bends:
+            found[case, group] = (rigid[group].k_h_beta, bends[group].k_h_beta)
+    return found
+
+
+def stored() -> dict[tuple[str, str], tuple[float, float]]:
+    """by_fe.csv, as ``computed``."""
+    with STORED.open(encoding="utf-8", newline="") as stream:
+        return {
+            (line["case"], line["gear mesh"]): (float(line["rigid"]), float(line["flexible"]))
+            for line in csv.DictReader(stream)
+        }
+
+
+def rows(again: bool) -> list[Row]:
+    """What is stored; again: compared with what is computed."""
+    now = computed() if again else {}
+    found = []
+    for (case, group), kept in stored().items():
+        text = f"{kept[0]:.3f} rigid, {kept[1]:.3f} flexible"
+        demand, holds = "reported", None
+        if again:
+            off = max(abs(b / a - 1) for a, b in zip(kept, now[case, group], strict=True))
+            text, demand, holds = f"{text}; {100 * off:.2f} % off", f"{100 * SAME:g} %", off < SAME
+        name = f"K_Hβ by FE influence, {group}"
+        found.append(Row("face_load", case, name, "–", text, demand, holds, WHY))
+    return found
+
+
+def main() -> None:
+    """Compute and write by_fe.csv."""
+    with atomic_file(STORED) as path, path.open("w", encoding="utf-8", newline="") as stream:
+        out = csv.writer(stream, lineterminator="\n")
+        out.writerow(["case", "gear mesh", "rigid", "flexible"])
+        for (case, group), (rigid, bends) in computed().items():
+            out.writerow([case, group, f"{rigid:.5f}", f"{bends:.5f}"])
+
+
+if __name__ == "__main__":
+    main()
