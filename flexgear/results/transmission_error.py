@@ -21,7 +21,7 @@ ERRORS = ("transmission_error", "unloaded_transmission_error")
 
 
 def positions_for(orders: int) -> int:
-    """Positions of a gear-mesh cycle from which so many orders are found, and mean and slope."""
+    """Least positions of a gear-mesh cycle for so many orders, a mean and a slope."""
     return 2 * orders + 4
 
 

@@ -49,7 +49,8 @@ def sliced_stages(model: Model) -> list[str]:
 def _positions(model: Model, stage: str) -> tuple[Array, Array]:
     """Phases (p,) of the gear mesh in cycles, and rotations (p,) of the lead, rad."""
     motion = next(m for m in stage_motions(model.case, model.flow) if m.name == stage)
-    per_turn, each = motion.cycle.per_turn, positions_for(model.case.solver.gear_mesh_orders)
+    per_turn, solver = motion.cycle.per_turn, model.case.solver
+    each = max(positions_for(solver.gear_mesh_orders), solver.positions_per_gear_mesh)
     bends = stage in model.case.fe_ring_stages
     count = min(CYCLES, per_turn) if bends else 1
     start = np.floor(np.arange(count) * per_turn / count)
