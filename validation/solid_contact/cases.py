@@ -16,6 +16,7 @@ SLICES = 15
 GRID = Grid(flank=18, fillet=6, growth=0.5, coarse=1.0, neighbours=2, held=3.0, unloaded=0.4)
 APPROACH = 90e-6  # m: close to the rated line load on one pair
 OVER_FACE = 100e-6  # m: difference of the approach from end to end of the face
+PARTLY_OPEN = (50e-6, 250e-6)  # both, where a third of the face does not touch
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ def _runs() -> dict[str, Run]:
     return {
         "even": Run(own, Motion(APPROACH, 0.0)),
         "tilted": Run(own, tilted),
+        "partly open": Run(own, Motion(PARTLY_OPEN[0], PARTLY_OPEN[1] / face)),
         "five slices": Run(few, tilted),
         "five slices, finer section": Run(replace(few, grid=finer), tilted),
         "five slices, stiffer contact": Run(replace(few, penalty=3e4), tilted),

@@ -9,7 +9,7 @@ from rows import Row
 from solid_contact import face_load, stored
 
 NAMES = {"fe": "slices that bend each other", "width": "slices beside each other"}
-RUNS = ("even", "tilted")
+RUNS = ("even", "tilted", "partly open")
 K_WITHIN, LOAD_WITHIN = 0.03, 0.05
 
 
@@ -52,8 +52,8 @@ def _of(run: str, compliance: str) -> list[Row]:
     known, own = stored.run(run), compared(run, compliance)
     asked = compliance == "fe"
     off = own.k_h_beta - known.k_h_beta
-    stiffer = known.approach / own.approach - 1
-    why = f"{NAMES[compliance]}; same force and tilt; stiffness {100 * stiffer:+.1f} %"
+    approach = own.approach / known.approach - 1
+    why = f"{NAMES[compliance]}; same force and tilt; approach {100 * approach:+.1f} %"
     where = f"planet and ring, {run}"
 
     def row(quantity: str, published: str, computed: str, limit: str, holds: bool) -> Row:
