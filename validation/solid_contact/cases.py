@@ -33,6 +33,8 @@ def _runs() -> dict[str, Run]:
     own = Solid(place, face, SLICES, 1, GRID, 3e3)
     tilted = Motion(APPROACH, OVER_FACE / face)
     few = replace(own, slices=5)
+    coarser = replace(GRID, flank=14, growth=0.8, coarse=1.6)
+    short = replace(own, face_width=face * 7 / SLICES, slices=7, grid=coarser)
     finer = replace(GRID, flank=30, growth=0.4, coarse=0.8)
     return {
         "even": Run(own, Motion(APPROACH, 0.0)),
@@ -41,6 +43,8 @@ def _runs() -> dict[str, Run]:
         "five slices": Run(few, tilted),
         "five slices, finer section": Run(replace(few, grid=finer), tilted),
         "five slices, stiffer contact": Run(replace(few, penalty=3e4), tilted),
+        "short face": Run(short, tilted),
+        "short face, twice the layers": Run(replace(short, layers=2), tilted),
     }
 
 

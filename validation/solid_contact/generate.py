@@ -1,5 +1,7 @@
-"""Make reference.json again: `cd validation && python -m solid_contact.generate` (half an hour;
-needs CalculiX, Debian: apt-get install calculix-ccx)."""
+"""Make reference.json again: `cd validation && python -m solid_contact.generate`.
+
+Takes a quarter of an hour on a free core; needs CalculiX (Debian: apt-get install calculix-ccx).
+"""
 
 from __future__ import annotations
 
