@@ -12,7 +12,14 @@ import typer
 from flexgear.cli.check_sections import Sections, derived
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
-from flexgear.cli.outputs import CHECK, Force, claim_folder, file_option, folder_named
+from flexgear.cli.outputs import (
+    CHECK,
+    Force,
+    claim_folder,
+    file_option,
+    folder_named,
+    with_schema,
+)
 from flexgear.cli.train_pictures import flanks_plan
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
 from flexgear.gears.power_flow import power_flow
@@ -90,7 +97,7 @@ def cases(
         return
     if file_target(copy).exists() and not force:
         raise InputError("--copy", str(copy), "is there already", "choose a new name, or --force")
-    write_bytes(copy, bundled_text(name).encode())
+    write_bytes(copy, with_schema(bundled_text(name), copy))
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")
 
 

@@ -13,7 +13,7 @@ import typer
 from flexgear.cli.body_commands import BODIES, Component, components
 from flexgear.cli.display import as_json_text, progress
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
-from flexgear.cli.outputs import file_option, folder_named
+from flexgear.cli.outputs import file_option, folder_named, with_schema
 from flexgear.files.atomic import file_target, folder_target, staged_folder, write_bytes
 from flexgear.files.matrices.body import ReducedMatrices
 from flexgear.files.matrices.writing import FORMATS, write_reduced
@@ -47,7 +47,7 @@ def import_rexs(
     target = Path(f"{Path(file).stem}.toml") if out is None else out
     _require_new(target, "--out", force)
     made = case_of_document(read_rexs(file), file, load_case)
-    write_bytes(target, made.text.encode())
+    write_bytes(target, with_schema(made.text, target))
     if as_json:
         found = {"case": str(target), "assumed": made.assumed, "left_out": made.left_out}
         typer.echo(as_json_text(found))

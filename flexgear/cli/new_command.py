@@ -9,12 +9,11 @@ from typing import Annotated
 
 import typer
 
+from flexgear.cli.outputs import with_schema
 from flexgear.files.atomic import file_target, write_bytes
 from flexgear.files.new_case import new_case_text
 from flexgear.gears.sizing import Wanted, propose
 from flexgear.model.errors import InputError
-
-SCHEMA = "flexgear.schema.json"
 
 
 def register(app: typer.Typer) -> None:
@@ -59,8 +58,7 @@ def new(
         module=None if module is None else _positive("--module-mm", module) * 1e-3,
     )
     found = propose(wanted)
-    header = f"#:schema ./{SCHEMA}\n" if (there.parent / SCHEMA).exists() else ""
-    write_bytes(out, (header + new_case_text(found)).encode())
+    write_bytes(out, with_schema(new_case_text(found), there))
     typer.echo(
         f"wrote {out}: {found.sun}/{found.planet}/{found.ring} teeth of module "
         f"{1e3 * found.module:g} mm, ratio {found.ratio:.4g}; next: flexgear check {out}"

@@ -51,6 +51,7 @@ Interactive = Annotated[
     bool, typer.Option(help="Plots in the report that zoom and turn; static pictures without.")
 ]
 OutFile = Annotated[Path | None, file_option("--out", "Write the dataset (netCDF).")]
+SCHEMA = "flexgear.schema.json"
 PICTURES = ("report.html", "pictures/*")
 RUN = ("*.nc", "case.json", "summary.json", *PICTURES)
 CHECK = ("summary.json", "flank_*.png")
@@ -142,3 +143,12 @@ def _require_own(files: Iterable[Path], origin: Origin) -> None:
             continue
         remedy = "name another place, or replace it with --force"
         raise InputError("--out", str(file), problem, remedy)
+
+
+def with_schema(text: str, case: Path) -> bytes:
+    """A case file's bytes, begun with the line by which editors find the schema beside it.
+
+    The text as it is where flexgear.schema.json (``flexgear schema --out``) is not there.
+    """
+    header = f"#:schema ./{SCHEMA}\n" if (file_target(case).parent / SCHEMA).exists() else ""
+    return (header + text).encode()

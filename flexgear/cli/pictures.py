@@ -301,7 +301,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
     """3D render of a deformed body, or why there is none."""
     from flexgear.views.probe import require_rendering
     from flexgear.views.render import render_deformed
-    from flexgear.views.scenes import body_scene
+    from flexgear.views.scenes import body_scene, triangles_of_each
 
     try:
         require_rendering()
@@ -323,6 +323,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["cell"].to_numpy(),
         field["displacement"].to_numpy(),
         field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None,
+        triangles_of_each(len(content.fields)),
     )
     return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated", scene)
 

@@ -25,6 +25,7 @@ from flexgear.views.style import (
 )
 
 TRIANGLES = 40_000  # of a body on the page
+PAGE_TRIANGLES = 80_000  # of all bodies of a page
 FRAMES = 24  # of the star
 CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
@@ -34,9 +35,11 @@ def body_scene(
     cells: NDArray[np.integer],
     displacement: FloatArray,
     von_mises: FloatArray | None = None,
+    triangles: int = TRIANGLES,
 ) -> list[Panel]:
     """Surface of a body x + f u, coloured by |u| in µm, or at a button by the equivalent stress in
-    MPa where it is given, (p,) Pa; other arguments as of ``render_deformed``."""
+    MPa where it is given, (p,) Pa, with at most so many triangles; other arguments as of
+    ``render_deformed``."""
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
     surface = body_surface(points, cells, np.linalg.norm(u, axis=1) * MICRO)
@@ -45,9 +48,9 @@ def body_scene(
     if von_mises is not None:
         surface.point_data["MPa"] = MEGA * np.asarray(von_mises)[there]
     surface = surface.triangulate()
-    if surface.n_cells > TRIANGLES:
+    if surface.n_cells > triangles:
         full = surface  # whose points those that stay are
-        surface = full.decimate_pro(1 - TRIANGLES / full.n_cells, preserve_topology=True)
+        surface = _decimated(full, triangles)
         kept = [full.find_closest_point(point) for point in surface.points]
         for name in ("u", "MPa") if von_mises is not None else ("u",):
             surface.point_data[name] = np.asarray(full.point_data[name])[kept]
@@ -77,6 +80,23 @@ def body_scene(
     if von_mises is not None:
         layout["updatemenus"] = [_colours_of(trace, said, np.asarray(surface.point_data["MPa"]))]
     return [{"data": [trace], "layout": layout}]
+
+
+def triangles_of_each(bodies: int) -> int:
+    """Most triangles of each of so many bodies, which together stay within the page's."""
+    return min(TRIANGLES, PAGE_TRIANGLES // max(1, bodies))
+
+
+def _decimated(surface: Any, triangles: int) -> Any:
+    """At most so many triangles of a surface: holes stay open where they can.
+
+    Keeping holes and pieces bounds what can go; then they may close and vanish (vtkDecimatePro).
+    """
+    share = 1 - triangles / surface.n_cells
+    kept = surface.decimate_pro(share, preserve_topology=True)
+    if kept.n_cells > triangles:
+        kept = surface.decimate_pro(share, preserve_topology=False)
+    return kept
 
 
 def _colours_of(trace: dict[str, Any], said: str, stress: FloatArray) -> dict[str, Any]:

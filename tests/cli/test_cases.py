@@ -93,6 +93,12 @@ def test_cases_lists_prints_and_copies(flexgear, tmp_path):
     copy = tmp_path / "mine.toml"
     assert flexgear("cases", "wind-5mw", "--copy", copy)[0] == 0
     assert copy.read_text() == bundled_text("wind-5mw")
+    (tmp_path / "beside").mkdir()
+    flexgear("schema", "--out", tmp_path / "beside" / "flexgear.schema.json")
+    known = tmp_path / "beside" / "mine.toml"
+    assert flexgear("cases", "wind-5mw", "--copy", known)[0] == 0
+    header, _, rest = known.read_text().partition("\n")
+    assert (header, rest) == ("#:schema ./flexgear.schema.json", bundled_text("wind-5mw"))
     code, _, err = flexgear("cases", "wind-5mw", "--copy", copy)
     assert code == 2
     assert "is there already" in err

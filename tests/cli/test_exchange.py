@@ -23,7 +23,10 @@ def test_imported_case_is_solved(flexgear, tmp_path, monkeypatch, make):
         assert code == 0, err
     code, out, err = flexgear("import", "box.rexs")
     assert code == 2 and "is there already" in err and err.count("\n") == 1
+    assert "#:schema" not in (tmp_path / "box.toml").read_text()
+    flexgear("schema", "--out", "flexgear.schema.json")
     code, out, _ = flexgear("import", "box.rexs", "--force", "--json")
+    assert (tmp_path / "box.toml").read_text().startswith("#:schema ./flexgear.schema.json\n")
     assert code == 0 and json.loads(out)["case"] == "box.toml"
 
 

@@ -1,6 +1,8 @@
 """``flexgear new``: whatever it proposes assembles, loads, and passes check and statics."""
 
 import math
+import os
+import sys
 import tomllib
 
 import numpy as np
@@ -83,6 +85,21 @@ def test_it_writes_a_case_once_with_the_schema_beside_it(flexgear, tmp_path):
     assert flexgear("new", case, *FLAGS, "--force", "--helix-deg", 8)[0] == 0
     assert case.read_text().startswith("#:schema ./flexgear.schema.json\n")
     assert flexgear("check", case)[0] == 0
+
+
+def test_it_asks_on_a_terminal_for_what_is_left_out(flexgear, tmp_path, monkeypatch):
+    """Answers through a pseudo terminal: one given, one refused and asked again, others usual."""
+    keyboard, terminal = os.openpty()
+    os.write(keyboard, b"5\nthree\n3\n\n")
+    case = tmp_path / "mine.toml"
+    with os.fdopen(terminal, encoding="utf-8") as answers:
+        monkeypatch.setattr(sys, "stdin", answers)
+        code, out, err = flexgear("new", case, "--speed-rpm", 60)
+    os.close(keyboard)
+    assert code == 0, err
+    assert out.index("speed of the sun") < out.index("number of planets") < out.index("torque")
+    assert "rated speed" not in out  # as it was given
+    assert case.read_text() == new_case_text(propose(Wanted(5.0, 3, 1e4, 60 * math.pi / 30)))
 
 
 def test_a_larger_module_carries_the_same_in_a_narrower_face():

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
+from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
 from flexgear.views.interactive import envelope, panels_of, plain_math
 from flexgear.views.render import deformation_exaggeration
-from flexgear.views.report import Picture, Side, plotly_script, within, write_report
-from flexgear.views.scenes import body_scene, star_scene
+from flexgear.views.report import MOST_PLOTS, Picture, Side, plotly_script, within, write_report
+from flexgear.views.scenes import PAGE_TRIANGLES, body_scene, star_scene, triangles_of_each
 from flexgear.views.style import panels, save_figure
 
 PLOTS = re.compile(r'id="plots">([^<]*)<')
@@ -132,8 +134,6 @@ def test_a_missing_picture_is_one_clear_line(tmp_path: Path):
 
 def test_a_deformed_body_turns_on_the_page():
     """A cube of one cell: 12 triangles, moved as stated, coloured by its displacement."""
-    from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
-
     corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0],
                        [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)  # fmt: skip
     cell = np.empty((1, 8), dtype=int)
@@ -153,6 +153,39 @@ def test_a_deformed_body_turns_on_the_page():
     values, said = stressed["args"]
     assert max(values["intensity"][0]) == 70.0 and values["colorbar.title.text"] == ["MPa"]
     assert "largest 70.0 MPa" in said["title.text"]
+
+
+@pytest.mark.parametrize("apart", [1.0, 3.0])
+def test_a_body_keeps_to_its_triangles(apart):
+    """A bar of 60 cubes, and 60 cubes apart, of which none can go while every piece is kept."""
+    cubes = [pv.ImageData(dimensions=(4, 4, 4), spacing=(1 / 3,) * 3, origin=(apart * k, 0, 0))
+             for k in range(60)]  # fmt: skip
+    grid = pv.merge([cube.cast_to_structured_grid() for cube in cubes])
+    cells = np.empty_like(grid.cells_dict[pv.CellType.HEXAHEDRON])
+    cells[:, HEX_TO_VTK] = grid.cells_dict[pv.CellType.HEXAHEDRON]
+    u = 1e-5 * grid.points
+    (full,) = body_scene(grid.points, cells, u)
+    (few,) = body_scene(grid.points, cells, u, None, 300)
+    assert len(full["data"][0]["i"]) > 2000
+    body = few["data"][0]
+    assert 100 < len(body["i"]) <= 300
+    assert max(max(body[k]) for k in "ijk") < len(body["x"]) == len(body["intensity"])
+
+
+@pytest.mark.parametrize("bodies", [1, 2, 7])
+def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
+    """Random numbers, which deflate worst, of as many triangles as bodies may have together."""
+    rng, each = np.random.default_rng(1), triangles_of_each(bodies)
+    points = each // 2 + 2  # of a closed surface without holes
+    plots = {
+        str(k): {"data": [{"type": "mesh3d"}
+                 | {name: rng.uniform(-1, 1, points).round(4).tolist() for name in "xyz"}
+                 | {name: rng.integers(0, points, each).tolist() for name in "ijk"}
+                 | {n: rng.uniform(0, 500, points).round(1).tolist() for n in ("um", "mpa")}]}
+        for k in range(bodies)
+    }  # fmt: skip
+    assert each * bodies <= PAGE_TRIANGLES
+    assert len(within(plots, MOST_PLOTS)) < MOST_PLOTS
 
 
 def test_the_star_turns_with_the_carrier(outline, field):
