@@ -22,6 +22,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "face": ("1", "place along the face over its width, from -1/2 at -z to 1/2"),
     "cause": ("", "what misaligns a gear mesh: a body or bearing, errors, modified flanks"),
     "pair_member": ("", "of a tooth pair: planet (gear of a parallel stage), or gear: its mate"),
+    "fillet": ("", "fillet of a tooth: on its -theta or +theta side"),
     "gear_mesh_order": ("1", "order of the gear mesh, from 1"),
     "gear_mesh_phase": ("1", "gear-mesh cycles from the first position on"),
     "bolt": ("", "bolt of a ring"),
@@ -151,6 +152,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "Pa",
         "least stress in the fillets on the other side of these teeth",
         missing="without load, and of stages without gear_mesh.root_stress",
+    ),
+    "tooth_root_stress": Quantity(
+        (S, "tooth", "fillet"),
+        "Pa",
+        "largest stress in the fillets of every tooth of an FE ring, its rim's bending included",
+        missing="of stages without gear_mesh.root_stress",
     ),
     "transmission_error": Quantity(
         (S, "flank"),

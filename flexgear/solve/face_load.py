@@ -18,7 +18,7 @@ from flexgear.coupling.pair_data import KINDS, PairData
 from flexgear.gears.face_load import with_ends
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
 from flexgear.solve.model import Model
-from flexgear.solve.root_stress import MEMBERS, root_arrays
+from flexgear.solve.root_stress import FILLETS, MEMBERS, root_arrays
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     }
     by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
     places = face_places(pairs) if by_slice else np.zeros(0)
-    arrays |= root_arrays(model.root_tables, result, found, places)
+    arrays |= root_arrays(model.root_tables, recovery, found, places)
     if by_slice:
         edges, beside = edge_loads(pairs, found), pairs_at(result)
         arrays |= {
@@ -69,6 +69,7 @@ def face_labels(model: Model) -> dict[str, list[Any]]:
         "face": face_places(model.system.pairs).tolist(),
         "cause": list(CAUSES),
         "pair_member": list(MEMBERS),
+        "fillet": list(FILLETS),
     }
 
 

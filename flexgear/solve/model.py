@@ -29,8 +29,8 @@ class Model:
     """A case put together.
 
     bodies: reduced ring and carrier by flexible stage; gear_meshes, rated: as results name them,
-    and their mean forces (G,) N; ideal: gears and pins without errors; made: its modes where they
-    are known already.
+    and their mean forces (G,) N; ideal: gears and pins without errors; made: its modes,
+    roots: what gives root stress, where they are known already.
     """
 
     case: Case
@@ -41,6 +41,7 @@ class Model:
     rated: Array
     ideal: bool = False
     made: ModalSystem | None = None
+    roots: RootTables | None = None
 
     @property
     def variant(self) -> str:
@@ -71,7 +72,7 @@ class Model:
     @cached_property
     def root_tables(self) -> RootTables:
         """What gives the stress in tooth roots."""
-        return RootTables(self.case, self.flow)
+        return self.roots or RootTables(self.case, self.flow, self.bodies)
 
     @property
     def has_errors(self) -> bool:
@@ -90,7 +91,8 @@ class Model:
                 largest_error=np.zeros_like(pairs.largest_error),
             )
         )
-        return replace(self, system=clean, ideal=True, made=replace(modal, system=clean))
+        made = replace(modal, system=clean)
+        return replace(self, system=clean, ideal=True, made=made, roots=self.root_tables)
 
 
 def assemble(

@@ -2,32 +2,55 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.line_loads import LineLoads
-from flexgear.analysis.recovery import Result
+from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.structures.tooth_influence import PairRoots, pair_roots
+from flexgear.solve.bodies import Bodies
+from flexgear.structures.tooth_influence import (
+    PairRoots,
+    pair_roots,
+    ring_root_rows,
+    root_of_case,
+)
 
 Array = NDArray[np.float64]
 MEMBERS = ("planet", "gear")  # of a tooth pair
+FILLETS = ("-theta", "+theta")
 
 
 class RootTables:
-    """Root stress per force of slices by stage, kind and side of gear meshes; made when asked."""
+    """Root stress per force of slices by stage, kind and side of gear meshes, and in FE rings per
+    coordinate of their body; made when asked."""
 
-    def __init__(self, case: Case, flow: PowerFlow) -> None:
-        self._case, self._flow = case, flow
+    def __init__(self, case: Case, flow: PowerFlow, bodies: Bodies) -> None:
+        self._case, self._flow, self._bodies = case, flow, bodies
         self.paths = cache(self._paths)
         self._roots = cache(self._made)
+        self.ring_rows = cache(self._ring_rows)
+
+    def name(self, stage: int) -> str:
+        """Of a stage by its number."""
+        return self._case.stages[stage].name
+
+    @cached_property
+    def fe_rings(self) -> list[int]:
+        """Stages with a node at every tooth of their ring."""
+        names = self._case.fe_ring_stages
+        return [k for k, stage in enumerate(self._case.stages) if stage.name in names]
+
+    def ring_teeth(self, stage: int) -> int:
+        """Number of teeth of a stage's ring."""
+        return self._case.view(self.name(stage)).ring_gear.teeth
 
     @property
     def asked(self) -> list[bool]:
@@ -43,74 +66,135 @@ class RootTables:
         return self.paths(label.stage)[label.kind, label.side]
 
     def _paths(self, stage: int) -> dict[PathKey, GearMeshPath]:
-        view = self._case.view(self._case.stages[stage].name)
+        view = self._case.view(self.name(stage))
         return stage_paths(view, self._flow.stages[stage].gear_mesh_forces)
 
     def _made(self, stage: int, key: PathKey) -> list[PairRoots]:
         path = self.paths(stage)[key]
         assert path.slices is not None
-        return pair_roots(self._case.view(self._case.stages[stage].name), path, path.slices)
+        return pair_roots(self._case.view(self.name(stage)), path, path.slices)
+
+    def _ring_rows(self, stage: int) -> NDArray[np.float32]:
+        """(z, 2, rows, q, d) Pa: see ``ring_root_rows``."""
+        view, body = self._case.view(self.name(stage)), self._bodies[self.name(stage)].ring
+        assert body is not None
+        return ring_root_rows(root_of_case(view, "ring"), body, view.ring_gear.teeth)
 
 
 class Roots(NamedTuple):
     """tension, compression: (t, slots, rows, q) Pa in the roots of the teeth of one gear in one
     gear mesh, in the fillet under the loaded flank and in the other; not a number where a slot has
-    no load. z: (q,) m along the face."""
+    no load."""
 
     tension: Array
     compression: Array
-    z: Array
 
 
 def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> Roots:
     """Of pairs at s (t, slots) m with forces of their slices (t, slots, K) N, not a number where
     there is no pair; s of neighbouring pairs differ by the base pitch."""
-    there = np.isfinite(force).all(axis=2) & (np.nansum(force, axis=2) > 0.0)
-    shape = (*there.shape, *roots.stress.shape[2:])
-    of_pairs = np.zeros(shape)
+    there = _loaded(force)
+    of_pairs = np.zeros((*there.shape, *roots.stress.shape[2:]))
     of_pairs[there] = roots.of(s[there], force[there])
     found = of_pairs[:, :, 1].copy()
-    for a in range(shape[1]):
-        for b in range(shape[1]):
-            apart = np.round((s[:, b] - s[:, a]) / base_pitch)
-            for way in (1, -1):  # the pair in slot b is this many teeth further on in +θ
-                beside = there[:, a] & there[:, b] & (apart == way * roots.step)
-                found[beside, a] += of_pairs[beside, b, 1 + way]
+    for a, b in np.ndindex(there.shape[1], there.shape[1]):
+        apart = np.round((s[:, b] - s[:, a]) / base_pitch)
+        for way in (1, -1):  # the pair in slot b is this many teeth further on in +θ
+            beside = there[:, a] & there[:, b] & (apart == way * roots.step)
+            found[beside, a] += of_pairs[beside, b, 1 + way]
     found[~there] = np.nan
-    return Roots(found[:, :, 0], found[:, :, 1], roots.z)
+    return Roots(found[:, :, 0], found[:, :, 1])
+
+
+def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: int) -> Array:
+    """Stress (t, z, 2, rows, q) Pa in both fillets of all teeth of an FE ring: of the motion of its
+    body, and of all pairs on each tooth and on those beside it."""
+    result = recovery.result
+    system = result.modal.system
+    of_stage = [m for m, x in enumerate(system.gear_meshes) if x.stage == stage]
+    flanks = [m for m in of_stage if system.gear_meshes[m].kind.startswith("ring")]
+    body, teeth = f"{tables.name(stage)}.ring", int(system.pairs.gear_teeth[flanks[0]])
+    shape = tables.of(system.gear_meshes[flanks[0]])[1].stress.shape[3:]
+    out = np.zeros((len(result.theta), teeth, *shape), dtype=np.float32)
+    if not system.body(body).rigid:
+        rows = tables.ring_rows(stage)
+        motion = recovery.coordinates(body).astype(np.float32)
+        out += (motion @ rows.reshape(-1, rows.shape[-1]).T).reshape(out.shape)
+    for m in flanks:
+        force = lines.force[:, m, :, : int(system.pairs.slices[m])]
+        there = _loaded(force)
+        if there.any():
+            roots = tables.of(system.gear_meshes[m])[1]
+            found = roots.of(result.pair_position[:, m][there], force[there])
+            at, tooth = np.nonzero(there)[0], result.pair_tooth[:, m][there].astype(np.int64)
+            for way in (1, 0, -1):  # in the tooth after the pair's own, in that, in the one before
+                both = found[:, 1 - way, :: roots.sense].astype(np.float32)
+                np.add.at(out, (at, (tooth + way) % teeth), both)
+    return out
 
 
 def root_arrays(
-    tables: RootTables, result: Result, lines: LineLoads, places: Array
+    tables: RootTables, recovery: Recovery, lines: LineLoads, places: Array
 ) -> dict[str, Any]:
     """Variables of root stress; along the face at places, −1/2 … 1/2 of its width, if any are
     given. Empty where no stage asks for it."""
-    system = result.modal.system
-    if not any(tables.asked):
+    result = recovery.result
+    system, asked = result.modal.system, tables.asked
+    if not any(asked):
         return {}
     shape = (len(result.theta), len(system.gear_meshes), len(MEMBERS))
     largest, side = np.full(shape, np.nan), np.zeros(shape[1:])
     along = np.full((2, *shape, len(places)), np.nan)
+    rings = {k: ring_roots(tables, recovery, lines, k) for k in tables.fe_rings if asked[k]}
     for m, label in enumerate(system.gear_meshes):
-        count = int(system.pairs.slices[m])
-        force = lines.force[:, m, :, :count]
-        if not tables.asked[label.stage]:
+        if not asked[label.stage]:
             continue
-        path = tables.path(label)
+        path, force = tables.path(label), lines.force[:, m, :, : int(system.pairs.slices[m])]
         side[m] = path.planet_step, -path.gear_step
-        if not np.nansum(force) > 0.0:
+        if not _loaded(force).any():
             continue
         for k, roots in enumerate(tables.of(label)):
-            found = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
-            tension = np.fmax.reduce(np.fmax.reduce(found.tension, axis=2), axis=1)
-            compression = np.fmin.reduce(np.fmin.reduce(found.compression, axis=2), axis=1)
+            if roots.name == "ring" and label.stage in rings:
+                teeth = result.pair_tooth[:, m]
+                found = _of_teeth(rings[label.stage], teeth, _loaded(force), roots.sense)
+            else:
+                found = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
+            tension = np.fmax.reduce(found.tension, axis=(1, 2))
+            compression = np.fmin.reduce(found.compression, axis=(1, 2))
             largest[:, m, k] = tension.max(axis=1)
             for i, curve in enumerate((tension, compression)):
-                along[i, :, m, k] = _at(found.z, curve, 2.0 * path.half_face * places)
+                along[i, :, m, k] = _at(roots.z, curve, 2.0 * path.half_face * places)
     arrays = {"root_stress": largest, "root_side": side}
     if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
-    return arrays
+    return arrays | _by_tooth(tables, rings)
+
+
+def _loaded(force: Array) -> NDArray[np.bool_]:
+    """Slots (t, slots) whose pairs have load."""
+    return np.asarray(np.isfinite(force).all(axis=2) & (np.nansum(force, axis=2) > 0.0))
+
+
+def _of_teeth(ring: Array, tooth: NDArray[np.int16], there: NDArray[np.bool_], sense: int) -> Roots:
+    """Those of a ring's stress (t, z, 2, rows, q) that belong to pairs on teeth (t, slots)."""
+    own = ring[np.arange(len(ring))[:, None], np.maximum(tooth, 0)].astype(float)[:, :, ::sense]
+    own[~there] = np.nan
+    return Roots(own[:, :, 0], own[:, :, 1])
+
+
+def _by_tooth(tables: RootTables, rings: dict[int, Array]) -> dict[str, Any]:
+    """Largest stress (t, teeth of all FE rings, 2) in every fillet; not a number in stages that do
+    not ask for it."""
+    if not rings:
+        return {}
+    count = len(next(iter(rings.values())))
+    found = [
+        rings[k].max(axis=(3, 4)).astype(float)
+        if k in rings
+        else np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
+        for k in tables.fe_rings
+    ]
+    return {"tooth_root_stress": np.concatenate(found, axis=1)}
 
 
 def _at(z: Array, curves: Array, places: Array) -> Array:

@@ -8,11 +8,12 @@ import pytest
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
+from flexgear.analysis.recovery import Recovery
 from flexgear.model.load import load_case
 from flexgear.results.root_stress import root_figures
 from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
-from flexgear.solve.root_stress import tooth_roots
+from flexgear.solve.root_stress import ring_roots, tooth_roots
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots_of_pairs
 from flexgear.structures.tooth_influence.of_case import root_segment
@@ -93,6 +94,25 @@ def test_neighbours_count_where_they_are():
     found = tooth_roots(roots, s, force, 0.3).tension[0, :, 0, 0]
     assert found[:2] == pytest.approx([10.0 + 2.0 * 1.0, 20.0 + 1.0 * 100.0])
     assert np.isnan(found[2])
+
+
+def test_teeth_of_a_ring_collect_what_their_pairs_make(model, data):
+    """A ring with a node at every tooth, its body rigid, tooth by tooth and pair by pair."""
+    turned, lines = data[1], line_loads(data[1])
+    field = ring_roots(model.root_tables, Recovery(turned), lines, 0)
+    m = flank_of(model, "ring")
+    roots, force = model.root_tables.of(model.system.gear_meshes[m])[1], lines.force[:, m]
+    pitch = model.root_tables.path(model.system.gear_meshes[m]).base_pitch
+    found = tooth_roots(roots, turned.pair_position[:, m], force, pitch)
+    for t, slot in np.argwhere(np.isfinite(found.tension[:, :, 0, 0])):
+        own = field[t, turned.pair_tooth[t, m, slot], :: roots.sense]
+        size = np.abs(found.tension[t, slot]).max()
+        np.testing.assert_allclose(own[0], found.tension[t, slot], atol=1e-6 * size)
+        np.testing.assert_allclose(own[1], found.compression[t, slot], atol=1e-6 * size)
+    by_tooth = data[0]["tooth_root_stress"].isel(fillet=0 if roots.sense > 0 else 1)
+    ring = data[0]["root_stress"].sel(pair_member="gear")
+    ring = ring.isel(flank=ring["flank_kind"].to_numpy() == "ring").max("flank")
+    np.testing.assert_allclose(by_tooth.max("tooth"), ring, rtol=1e-6)
 
 
 def test_half_a_turn_twice_is_none(roots):

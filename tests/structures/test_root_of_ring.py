@@ -35,7 +35,9 @@ def segment(depth=DEPTH, **changes):
 
 @pytest.fixture(scope="module")
 def root():
-    return root_influence(segment(divisions=COARSE, face_width=0.05, helix_rate=0.3), YOUNG, POISSON)
+    return root_influence(
+        segment(divisions=COARSE, face_width=0.05, helix_rate=0.3), YOUNG, POISSON
+    )
 
 
 def stress(root, motion):

@@ -43,7 +43,9 @@ def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
         turn = rotation(2 * np.pi * j / teeth)
         weights = field.weights(root.cut_points @ turn.T).tocsc()
         used = np.flatnonzero(np.diff(weights.indptr))
-        of_vertices = np.stack([weights[:, used].T @ part.T for part in _turned(flat, turn)], axis=1)
+        of_vertices = np.stack(
+            [weights[:, used].T @ part.T for part in _turned(flat, turn)], axis=1
+        )
         moved = np.asarray(body.recovery).reshape(-1, 3, len(body.mass))[used]
         rows = of_vertices.reshape(3 * len(used), -1).T.astype(np.float32) @ moved.reshape(
             3 * len(used), -1
