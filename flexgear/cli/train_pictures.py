@@ -15,6 +15,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
+from flexgear.results.root_stress import root_figures
 from flexgear.results.spectrum import force_spectra
 from flexgear.results.tooth_pattern import (
     ToothPattern,
@@ -27,6 +28,7 @@ from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, trai
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.pattern_charts import tooth_rows_chart
+from flexgear.views.root_stress_chart import root_stress_chart
 from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
 
@@ -97,6 +99,12 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
         for stage in flow.stages:
             plan |= _rows_of_teeth(even, stage.name)
     for stage in flow.stages:
+        if root_figures(even, stage.name):
+            plan[f"root_stress_{stage.name}"] = (
+                f"Root stress of {stage.name.replace('_', ' ')} over the positions and along "
+                "the face (thin: fillets on the other side of the teeth)",
+                partial(root_stress_chart, even, stage.name),
+            )
         cycles = data.get(f"gear_mesh_cycles_{stage.name}")
         if cycles is not None:
             said = stage.name.replace("_", " ")

@@ -6,7 +6,8 @@ so the stress ranges at a place along the face
 
     Δσ(z) = max(0, max σ(z)) − min(0, min σ(z))
 
-over the positions, in the worst tooth and the worst of the fillets that are stretched. (The other
+over the positions, in the worst tooth and the worst of the fillets that are stretched. Of an FE ring
+every tooth is followed through all positions, its rim's bending between loads included. (The other
 fillet of a tooth that carries on one flank is pressed harder than its own one is stretched, but
 cracks grow in tension.)
 """
@@ -33,7 +34,7 @@ def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
         found[gear] = {
             "max": 1e-6 * float(largest),
             "min": 1e-6 * min(0.0, float(least)),
-            "range": 1e-6 * _range(own),
+            "range": 1e-6 * (_range_of_teeth(own, stage) if _by_tooth(gear, own) else _range(own)),
         }
     return found
 
@@ -51,6 +52,18 @@ def _loaded(gear: str, own: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     loaded = own.isel(flank=own["root_stress"].notnull().any("position").to_numpy())
     if loaded.sizes["flank"]:
         yield gear, loaded
+
+
+def _by_tooth(gear: str, own: xr.Dataset) -> bool:
+    """Whether the stress of each tooth is known at all positions, with load and without."""
+    return gear == "ring" and "tooth_root_range" in own
+
+
+def _range_of_teeth(own: xr.Dataset, stage: str) -> float:
+    """Pa, the largest of the fillets that are stretched, of all teeth of a ring."""
+    teeth = own["tooth_root_range"].to_numpy()[own["tooth_stage"].to_numpy() == stage]
+    stretched = np.isin([-1, 1], own["root_side"].to_numpy())
+    return float(teeth[:, stretched].max())
 
 
 def _range(own: xr.Dataset) -> float:

@@ -159,6 +159,12 @@ TRAIN_QUANTITIES: dict[str, Quantity] = {
         "largest stress in the fillets of every tooth of an FE ring, its rim's bending included",
         missing="of stages without gear_mesh.root_stress",
     ),
+    "tooth_root_range": Quantity(
+        ("tooth", "fillet"),
+        "Pa",
+        "how far the stress ranges over the positions at one point of the fillet, the worst one",
+        missing="of stages without gear_mesh.root_stress",
+    ),
     "transmission_error": Quantity(
         (S, "flank"),
         "m",

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.gear_meshes import GearMeshLabel
@@ -167,7 +168,8 @@ def root_arrays(
     arrays = {"root_stress": largest, "root_side": side}
     if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
-    return arrays | _by_tooth(tables, rings)
+    still = isinstance(result, Equilibrium)
+    return arrays | _by_tooth(tables, rings, len(result.theta), ranges=still)
 
 
 def _loaded(force: Array) -> NDArray[np.bool_]:
@@ -182,19 +184,21 @@ def _of_teeth(ring: Array, tooth: NDArray[np.int16], there: NDArray[np.bool_], s
     return Roots(own[:, :, 0], own[:, :, 1])
 
 
-def _by_tooth(tables: RootTables, rings: dict[int, Array]) -> dict[str, Any]:
-    """Largest stress (t, teeth of all FE rings, 2) in every fillet; not a number in stages that do
-    not ask for it."""
+def _by_tooth(
+    tables: RootTables, rings: dict[int, Array], count: int, ranges: bool
+) -> dict[str, Any]:
+    """Largest stress (count, teeth of all FE rings, 2) in every fillet, and its range at a point
+    over the samples (teeth, 2) if asked for; not a number in stages without."""
     if not rings:
         return {}
-    count = len(next(iter(rings.values())))
-    found = [
-        rings[k].max(axis=(3, 4)).astype(float)
-        if k in rings
-        else np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
-        for k in tables.fe_rings
-    ]
-    return {"tooth_root_stress": np.concatenate(found, axis=1)}
+    largest, found = [], []
+    for k in tables.fe_rings:
+        none = np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
+        ring = rings.get(k, none[..., None, None])
+        largest.append(ring.max(axis=(3, 4)).astype(float))
+        found.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
+    arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
+    return arrays | ({"tooth_root_range": np.concatenate(found)} if ranges else {})
 
 
 def _at(z: Array, curves: Array, places: Array) -> Array:
