@@ -19,9 +19,9 @@ TOOTH = "#333333"
 @styled
 def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     """Of each gear of a stage (MPa). Left: largest stress in the roots that carry in the gear
-    meshes of planet 1 over the turn of the lead, thin the least in the other fillets of these teeth; of an
-    FE ring the largest in both fillets of its first tooth, too. Right: along the face where the
-    largest is largest, of every planet."""
+    meshes of planet 1 over the turn of the lead, thin the least in the other fillets of these
+    teeth; of an FE ring the largest in both fillets of its first tooth, too. Right: along the face
+    where the largest is largest, of every planet."""
     gears = dict(gears_of(data, stage))
     figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharey="row")
     turn = np.degrees(data["master_angle"].to_numpy()[:, 0])
