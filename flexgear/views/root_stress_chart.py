@@ -32,7 +32,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             dashed = gear == "planet" and kind == "sun"
             look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
             if planet == 1:
-                said = f"planet's root, with the {kind}" if gear == "planet" else f"{gear}'s root"
+                said = f"planet with the {kind}" if gear == "planet" else None
                 left.plot(turn, one["root_stress"] * MEGA, lw=0.9, label=said, **look)
                 pressed = one["face_root_compression"].min("face") * MEGA
                 left.plot(turn, pressed, lw=0.4, **look)
@@ -49,7 +49,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     by_label = {
         label: line for lines, said in shown for line, label in zip(lines, said, strict=True)
     }
-    figure.legend(by_label.values(), by_label, loc="outside lower center", ncols=5)
+    figure.legend(by_label.values(), by_label, loc="outside lower center", ncols=4)
     return figure
 
 
@@ -64,4 +64,4 @@ def _first_tooth(ax: Axes, turn: Any, own: xr.Dataset, stage: str) -> None:
     first = int(np.argmax(own["tooth_stage"].to_numpy() == stage))
     for fillet, style in zip(own["fillet"].to_numpy(), ("-", ":"), strict=True):
         stress = own["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
-        ax.plot(turn, stress, style, color=TOOTH, lw=0.8, label=f"its tooth 1, {fillet}")
+        ax.plot(turn, stress, style, color=TOOTH, lw=0.8, label=f"ring tooth 1, {fillet}")
