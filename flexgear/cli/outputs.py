@@ -58,6 +58,7 @@ CHECK = ("summary.json", "flank_*.png")
 TOLERANCE = (
     "tolerance.nc",
     "summary.json",
+    "report.html",
     "tolerance.png",
     "face_load_factor.png",
     "largest_line_load.png",

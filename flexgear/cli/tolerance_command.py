@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,11 +21,16 @@ from flexgear.cli.options import (
 )
 from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder
 from flexgear.files.atomic import staged_folder, write_json
+from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.case_rows import case_tables
+from flexgear.results.report.tolerance_tables import SECTION, tolerance_tables, tolerance_verdicts
 from flexgear.results.tolerance_dataset import save_tolerance, tolerance_summary
 from flexgear.studies.tolerance import finished, forget
 from flexgear.studies.tolerance import tolerance as run_tolerance
+from flexgear.views.interactive import panels_of
+from flexgear.views.report import Picture, Side, write_report
 from flexgear.views.style import save_figure
 from flexgear.views.tolerance_charts import tolerance_chart
 
@@ -33,6 +39,8 @@ PICTURES = {  # by their figures in the summary: name of the statistics, file
     "k_h_beta": ("k_h_beta", "face_load_factor.png"),
     "largest_line_load_n_per_mm": ("largest_line_load", "largest_line_load.png"),
 }
+
+SENTENCE = "Sets of parts by what they got: left how many, right what share stays below."
 
 
 def register(app: typer.Typer) -> None:
@@ -71,10 +79,8 @@ def tolerance(
             summary = tolerance_summary(data)
             save_tolerance(data, stage / "tolerance.nc")
             write_json(stage / "summary.json", summary)
-            if pictures:
-                for figures, (name, file) in PICTURES.items():
-                    if figures in summary:
-                        save_figure(tolerance_chart(data, name), stage / file, dpi=150)
+            drawn = list(_drawn(data, summary, stage)) if pictures else []
+            _write_page(model, summary, drawn, stage)
     except KeyboardInterrupt:
         done = finished(model)
         if not done:
@@ -95,6 +101,32 @@ def tolerance(
             "somewhere; they are left out",
             err=True,
         )
+
+
+def _drawn(data: xr.Dataset, summary: dict[str, Any], folder: Path) -> Iterator[Picture]:
+    """Histogram and distribution of every figure that the study has."""
+    for figures, (name, file) in PICTURES.items():
+        if figures in summary:
+            figure = tolerance_chart(data, name)
+            path = save_figure(figure, folder / file, dpi=150)
+            caption = path.stem.replace("_", " ").capitalize()
+            yield Picture(path.stem, SECTION, caption, SENTENCE, path, panels_of(figure))
+
+
+def _write_page(case: Case, summary: dict[str, Any], drawn: list[Picture], folder: Path) -> None:
+    """The study as a page of its own."""
+    side = Side(
+        name=case.title or case.name,
+        lead=f"{summary['samples']} sets of parts with random errors. Bodies: "
+        f"{summary['variant']}.",
+        verdicts=tolerance_verdicts(summary),
+        tables=[*tolerance_tables(summary), *case_tables(case)],
+        pictures=drawn,
+        version=summary["version"],
+        content_hash=summary["content_hash"],
+    )
+    title = f"{case.name}: tolerance study"
+    write_report(folder / "report.html", title, case.name, [side])
 
 
 def _print(data: xr.Dataset, summary: dict[str, Any]) -> None:

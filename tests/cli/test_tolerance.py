@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 
 import numpy as np
@@ -14,6 +15,7 @@ from PIL import Image
 from stage_samples import cheap_stage
 
 from flexgear.results.dataset import load
+from flexgear.results.report.wording import number
 from flexgear.studies import tolerance as study
 
 PIN = "tolerance.errors.pin_tangential.standard_deviation_um=10"
@@ -39,7 +41,14 @@ def test_figures_dataset_and_picture(flexgear, tmp_path, place):
     assert "99 %" in text and " … –)" in text  # too few samples for its upper end
     assert f"wrote {out}" in text
     names = sorted(p.name for p in out.iterdir())
-    assert names == ["summary.json", "tolerance.nc", "tolerance.png"]
+    assert names == ["report.html", "summary.json", "tolerance.nc", "tolerance.png"]
+    page = (out / "report.html").read_text()
+    plain = re.sub(r"<(script|style).*?</\1>|<[^>]+>", " ", page, flags=re.DOTALL)
+    spread = json.loads((out / "summary.json").read_text())["load_sharing"]
+    group, spread = next(iter(spread.items()))
+    assert number(spread["mean"]["value"]) in plain and "Tolerance study" in plain
+    assert "40" in plain and not any(key in plain for key in (*spread, group) if "_" in key)
+    assert not re.search(r'src="(?!data:)', page) and len(page.encode()) < 10e6
     assert list((tmp_path / "new").iterdir()) == [out]
     with Image.open(out / "tolerance.png") as picture:
         assert picture.size[0] > 1000

@@ -15,6 +15,7 @@ SECTIONS = {  # in the order of the page: heading and what the section answers
     "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
     "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
     "sharing": ("Load sharing", "How evenly the planets share the load; 1 is perfectly even."),
+    "tolerance": ("Tolerance study", "How far random errors of the parts spread the load sharing."),
     "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
     "dynamics": ("Dynamics", "Steady running and torque drops in time, and their spectra."),
