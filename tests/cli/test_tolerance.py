@@ -46,6 +46,8 @@ def test_figures_dataset_and_picture(flexgear, tmp_path, place):
     plain = re.sub(r"<(script|style).*?</\1>|<[^>]+>", " ", page, flags=re.DOTALL)
     spread = json.loads((out / "summary.json").read_text())["load_sharing"]
     group, spread = next(iter(spread.items()))
+    ends = [one["low"] for one in spread["quantiles"].values() if one is not None]
+    assert ends and all(f"{number(low)} …" in plain for low in ends)  # of every quantile
     assert number(spread["mean"]["value"]) in plain and "Tolerance study" in plain
     assert "40" in plain and not any(key in plain for key in (*spread, group) if "_" in key)
     assert not re.search(r'src="(?!data:)', page) and len(page.encode()) < 10e6

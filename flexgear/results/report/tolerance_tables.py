@@ -22,7 +22,7 @@ def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
     drawn = [
         Row("sets of parts", summary["samples"]),
         Row("of them without an equilibrium, left out", summary["failed"]),
-        Row("first random number", str(summary["seed"])),
+        Row("seed of the random numbers", str(summary["seed"])),
     ]
     found = [Table(SECTION, "what was drawn", drawn)]
     for key, about, unit in _SPREADS:
@@ -40,7 +40,7 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
         yield Row(f"{percent} % of sets stay below", (one or {}).get("value"), unit)
         if one is not None:
             ends = " … ".join(said(one[end]) for end in ("low", "high"))
-            yield Row(f"its {100 * confidence:g} % interval", f"{ends} {unit}".rstrip())
+            yield Row(f"{percent} % of sets, {100 * confidence:g} % interval", f"{ends} {unit}".rstrip())
     if figures.get("iec_61400_4") is not None:
         yield Row("assumed by IEC 61400-4", figures["iec_61400_4"])
         above = figures["share_above_iec_61400_4"]
