@@ -60,6 +60,7 @@ def test_even_load_is_symmetric():
         ("five slices", "tilted"),
         ("five slices", "five slices, finer section"),
         ("five slices", "five slices, stiffer contact"),
+        ("tilted", "tilted, twice the layers"),
         ("short face", "short face, twice the layers"),
     ],
 )
