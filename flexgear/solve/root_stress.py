@@ -196,7 +196,8 @@ def _by_tooth(
         none = np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
         ring = rings.get(k, none[..., None, None])
         largest.append(ring.max(axis=(3, 4)).astype(float))
-        found.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
+        if ranges:
+            found.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
     arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
     return arrays | ({"tooth_root_range": np.concatenate(found)} if ranges else {})
 

@@ -137,6 +137,18 @@ def test_dataset(model, data):
     assert figures["sun"]["range"] == pytest.approx(figures["sun"]["max"], rel=0.02)  # they do not
 
 
+def test_in_time(model):
+    """Chunks without samples come, too; what is not by sample is not there."""
+    found = fg.transient(model, duration=0.002)
+    stress = found["root_stress"]
+    assert stress.dims == ("time", "flank", "pair_member")
+    assert np.isfinite(stress.where(stress["flank_sense"] == "drive", drop=True)).all()
+    assert {"face_root_stress", "tooth_root_range"}.isdisjoint(found)
+    assert found["tooth_root_stress"].max() == pytest.approx(
+        stress.isel(flank=stress["flank_kind"].to_numpy() == "ring").sel(pair_member="gear").max()
+    )
+
+
 def test_root_stress_needs_load_along_the_face():
     with pytest.raises(fg.InputError, match=r"root_stress.*face_load"):
         load_case("wind-5mw", {"gear_mesh.root_stress": "fe"})
