@@ -6,7 +6,6 @@ function draws a chart. Lines keep their envelope where they have more points th
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +20,8 @@ from matplotlib.patches import FancyArrowPatch, Patch, Rectangle
 from matplotlib.text import Annotation
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 from numpy.typing import NDArray
+
+from flexgear.views.plain_math import plain_math
 
 Panel = dict[str, Any]
 Array = NDArray[Any]
@@ -50,7 +51,19 @@ def panels_of(figure: Figure) -> list[Panel]:
     for legend in figure.legends:
         for panel in found:
             panel["data"] += list(_legend_entries(legend, panel["data"]))
+    for panel in found:
+        _name_once(panel["data"])
     return [panel for panel in found if panel["data"]]
+
+
+def _name_once(traces: list[dict[str, Any]]) -> None:
+    """One entry of the legend for all traces of a name, which it hides together."""
+    known: set[str] = set()
+    for trace in traces:
+        name = trace.get("name")
+        if name and trace.get("showlegend"):
+            trace |= {"legendgroup": name, "showlegend": name not in known}
+            known.add(name)
 
 
 def _same_place(one: Axes, other: Axes) -> bool:
@@ -359,20 +372,6 @@ def _named(artist: Any) -> dict[str, Any]:
     label = str(artist.get_label() or "")
     shown = bool(label) and not label.startswith("_")
     return {"name": plain_math(label), "showlegend": True} if shown else {"showlegend": False}
-
-
-def plain_math(text: str) -> str:
-    """Mathtext as the HTML that plotly knows: "$θ_c$" -> "θ<sub>c</sub>"; other text escaped."""
-    escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return re.sub(r"\$([^$]*)\$", lambda m: _math(m[1]), escaped).replace("\n", "<br>")
-
-
-def _math(text: str) -> str:
-    text = re.sub(r"\\(?:mathrm|mathit|text)\{([^}]*)\}", r"\1", text)
-    for sign, tag in (("_", "sub"), ("\\^", "sup")):
-        text = re.sub(rf"{sign}\{{([^}}]*)\}}", rf"<{tag}>\1</{tag}>", text)
-        text = re.sub(rf"{sign}(\w)", rf"<{tag}>\1</{tag}>", text)
-    return text.replace("\\,", " ").replace("\\", "")
 
 
 def _filled(values: Any) -> Array:

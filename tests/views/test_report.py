@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
-from flexgear.views.interactive import envelope, panels_of, plain_math
+from flexgear.views.interactive import envelope, panels_of
+from flexgear.views.plain_math import plain_math
 from flexgear.views.render import deformation_exaggeration
 from flexgear.views.report import MOST_PLOTS, Picture, Side, plotly_script, within, write_report
 from flexgear.views.scenes import PAGE_TRIANGLES, body_scene, star_scene, triangles_of_each
@@ -122,6 +124,21 @@ def test_plots_are_thinned_until_they_fit():
 
 def test_mathtext_becomes_markup():
     assert plain_math("$K_γ$ (–) & <b>") == "K<sub>γ</sub> (–) &amp; &lt;b&gt;"
+    assert plain_math("$K_\\gamma$, $K_{H\\beta}$, $\\Delta$") == (
+        "K<sub>γ</sub>, K<sub>Hβ</sub>, Δ"
+    )
+
+
+def test_traces_of_one_name_have_one_entry_in_the_legend():
+    figure = Figure()
+    axes = figure.subplots()
+    for height in (1, 2, 3):
+        axes.plot([0, 1], [height, height], label="limits" if height < 3 else "mean")
+    figure.legend()
+    figure.canvas.draw()
+    (panel,) = panels_of(figure)
+    assert [t["showlegend"] for t in panel["data"]] == [True, False, True]
+    assert panel["data"][0]["legendgroup"] == panel["data"][1]["legendgroup"] == "limits"
 
 
 def test_a_missing_picture_is_one_clear_line(tmp_path: Path):

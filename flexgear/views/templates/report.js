@@ -22,6 +22,7 @@
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', ...small },
       margin: { l: 50, r: 16, t: data.some((t) => t.showlegend) ? 60 : 34, b: 44 },
       legend: { orientation: "h", yanchor: "bottom", y: 1.0, x: 0 },
+      modebar: { orientation: "v" },
       paper_bgcolor: "#fff", plot_bgcolor: "#fff", hovermode: "closest", ...layout,
     };
     for (const name of Object.keys(full)) {
