@@ -6,7 +6,9 @@ import numpy as np
 from coupled import make_bodies
 
 from flexgear.coupling.workable import stand_ins
+from flexgear.model.load import load_case
 from flexgear.solve.bodies import StageBodies
+from flexgear.solve.model import assemble
 from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.reduced import ReducedBody
 
@@ -61,3 +63,20 @@ def _hung_together(body: ReducedBody) -> ReducedBody:
     motion = weight[:, None] * motion
     rest = np.eye(len(motion)) - motion @ np.linalg.pinv(motion)
     return body.with_(stiffness=2e11 * reach * weight[:, None] * rest * weight)
+
+
+VERTICES = [6 * node + axis for node in range(8) for axis in range(3)]
+
+
+def stage_with_vertices():
+    """wind-5mw on cheap bodies whose vertices are their first eight nodes."""
+    case = load_case("wind-5mw")
+    stage = cheap_stage(case.view())
+    made = [
+        body.with_(
+            points=body.positions[:8],
+            recovery=np.eye(len(body.mass), dtype=np.float32)[VERTICES],
+        )
+        for body in stage
+    ]
+    return assemble(case, bodies={"stage": type(stage)(*made)})

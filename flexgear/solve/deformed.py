@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import modes as natural_modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
@@ -17,6 +18,8 @@ from flexgear.results.fields import field_dataset
 from flexgear.results.train_dataset import variable
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.strain import stress_of_strain
+
+LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still
 
 
 def bending_bodies(model: Model) -> list[str]:
@@ -56,8 +59,6 @@ def deformed(
     ``structures/strain.py``, which smooths what the body's mesh does not resolve (tooth roots).
     """
     require_bending(model, body)
-    stage, _, part = body.partition(".")
-    reduced = model.bodies[stage].by_part[part]
     if run is not None:
         coordinates, attrs = _at(run, body, time)
     else:
@@ -66,10 +67,43 @@ def deformed(
         found = revolution(model.modal, rated_rotations(system, np.array([carrier_angle])), given)
         coordinates = Recovery(found).coordinates(body)[0]
         attrs = {"carrier_angle": carrier_angle, "input_torque": float(given)}
-    field = reduced.recover(coordinates)
-    material = model.case.view(stage).material
+    return _field(model, body, coordinates, attrs)
+
+
+def mode_field(
+    model: Model, body: str, mode: int, carrier_angle: float = 0.0, largest: float = 1e-3
+) -> xr.Dataset:
+    """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode of the train.
+
+    mode: its number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
+    lead, rad, at which gear meshes stand; largest: displacement of the vertex that moves most, m,
+    which a mode leaves open. The attribute frequency has Hz. InputError for a mode that the train
+    does not have, or in which the body stands still.
+    """
+    require_bending(model, body)
+    angles = rated_rotations(model.system, np.array([carrier_angle]))[0]
+    found = natural_modes(model.system, carrier_angle=angles)
+    if not 1 <= mode <= len(found.frequencies):
+        problem = f"{mode} is not there"
+        raise InputError("mode_field", "mode", problem, f"take 1 … {len(found.frequencies)}")
+    shape = found.shapes[model.system.slice_of(body), mode - 1]
+    stage, _, part = body.partition(".")
+    moved = np.linalg.norm(model.bodies[stage].by_part[part].recover(shape), axis=-1).max()
+    if not found.energy[body][mode - 1] > LEAST_ENERGY:
+        raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
+    attrs = {"frequency": float(found.frequencies[mode - 1]), "mode": float(mode)}
+    return _field(model, body, largest / moved * shape, attrs)
+
+
+def _field(
+    model: Model, body: str, coordinates: NDArray[np.float64], attrs: dict[str, float]
+) -> xr.Dataset:
+    """Displacement and stress of a body at its reduced coordinates."""
+    stage, _, part = body.partition(".")
+    reduced, material = model.bodies[stage].by_part[part], model.case.view(stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
+    field = reduced.recover(coordinates)
     return field_dataset(body, reduced.points, reduced.cells, field, stress, **attrs)
 
 

@@ -2,32 +2,19 @@
 
 import numpy as np
 import pytest
-from stage_samples import cheap_stage
+from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case
 from flexgear.solve.deformed import deformed
-from flexgear.solve.model import assemble
 from flexgear.solve.transient import transient
 from flexgear.views.render import field_grid
 
 BODIES = ("stage.ring", "stage.carrier")
-VERTICES = [6 * node + axis for node in range(8) for axis in range(3)]
 
 
 @pytest.fixture(scope="module")
 def model():
-    """The bundled stage on cheap bodies whose vertices are their first eight nodes."""
-    case = load_case("wind-5mw")
-    stage = cheap_stage(case.view())
-    made = [
-        body.with_(
-            points=body.positions[:8],
-            recovery=np.eye(len(body.mass), dtype=np.float32)[VERTICES],
-        )
-        for body in stage
-    ]
-    return assemble(case, bodies={"stage": type(stage)(*made)})
+    return stage_with_vertices()
 
 
 @pytest.fixture(scope="module")

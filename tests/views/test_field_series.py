@@ -1,0 +1,55 @@
+"""Series of fields for ParaView."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import pyvista
+from stage_samples import stage_with_vertices
+
+from flexgear.model.errors import FlexgearError, InputError
+from flexgear.solve.deformed import mode_field
+from flexgear.solve.modes import modes
+from flexgear.views.field_series import save_series, swing
+
+
+@pytest.fixture(scope="module")
+def model():
+    return stage_with_vertices()
+
+
+def test_a_mode_swings_over_its_period(model, tmp_path):
+    body = "stage.ring"
+    known = modes(model)["frequency"].to_numpy()
+    number = 1 + int(np.flatnonzero(known > 0)[3])
+    field = mode_field(model, body, number)
+    assert field.attrs["frequency"] == pytest.approx(known[number - 1], rel=1e-9)
+    moved = np.linalg.norm(field["displacement"], axis=1)
+    assert moved.max() == pytest.approx(1e-3)
+    path = save_series(swing(field, 8), tmp_path / "mode")
+    series = pyvista.get_reader(path)
+    assert series.time_values == pytest.approx(np.arange(8) / 8 / field.attrs["frequency"])
+    for frame, factor in ((0, 1.0), (2, 0.0), (4, -1.0)):
+        series.set_active_time_point(frame)
+        found = series.read()[0]["displacement"]
+        np.testing.assert_allclose(found, factor * field["displacement"], atol=1e-12)
+
+
+def test_the_collection_names_every_file_once(model, tmp_path):
+    field = mode_field(model, "stage.carrier", 20)
+    path = save_series({0.0: field, 0.5: field}, tmp_path / "two")
+    named = [one.attrib for one in ElementTree.parse(path).iter("DataSet")]
+    assert [(one["file"], float(one["timestep"])) for one in named] == [
+        ("field_0.vtu", 0.0),
+        ("field_1.vtu", 0.5),
+    ]
+    assert sorted(p.name for p in path.parent.iterdir()) == [
+        "field_0.vtu", "field_1.vtu", "series.pvd",
+    ]  # fmt: skip
+
+
+def test_what_cannot_be_is_said(model, tmp_path):
+    with pytest.raises(FlexgearError, match="one field or more"):
+        save_series({}, tmp_path / "none")
+    with pytest.raises(InputError, match="100000 is not there"):
+        mode_field(model, "stage.ring", 100_000)
