@@ -26,17 +26,24 @@ Array = NDArray[np.float64]
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
     """By gear ("planet", "sun", "ring"), MPa: largest and least stress in its fillets, and how far
     it ranges at one place along the face where it ranges farthest; none of a stage without."""
+    found = root_extremes(data, stage)
+    for gear, own in gears_of(data, stage) if found else ():
+        far = _range_of_teeth(own, stage) if _by_tooth(gear, own) else _range(own)
+        found[gear]["range"] = 1e-6 * far
+    return found
+
+
+def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
+    """The same without the range, of any positions."""
     if "face_root_stress" not in data:
         return {}
-    found = {}
-    for gear, own in gears_of(data, stage):
-        largest, least = own["root_stress"].max(), own["face_root_compression"].min()
-        found[gear] = {
-            "max": 1e-6 * float(largest),
-            "min": 1e-6 * min(0.0, float(least)),
-            "range": 1e-6 * (_range_of_teeth(own, stage) if _by_tooth(gear, own) else _range(own)),
+    return {
+        gear: {
+            "max": 1e-6 * float(own["root_stress"].max()),
+            "min": 1e-6 * min(0.0, float(own["face_root_compression"].min())),
         }
-    return found
+        for gear, own in gears_of(data, stage)
+    }
 
 
 def gears_of(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.Dataset]]:

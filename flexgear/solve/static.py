@@ -13,7 +13,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
 from flexgear.model.train_member import PlanetBearing
 from flexgear.results.face_load import face_figures
-from flexgear.results.root_stress import root_figures
+from flexgear.results.root_stress import root_extremes
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.dataset import equilibrium_data
@@ -74,10 +74,11 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
     views = [model.case.view(stage.name) for stage in model.case.stages]
     found = {
-        view.name: {view.part(slot): one for slot, one in root_figures(data, view.name).items()}
+        view.name: {view.part(slot): one for slot, one in root_extremes(data, view.name).items()}
         for view in views
     }
-    return {"root_stress_mpa": found} if any(found.values()) else {}
+    found = {stage: gears for stage, gears in found.items() if gears}
+    return {"root_stress_mpa": found} if found else {}
 
 
 def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:

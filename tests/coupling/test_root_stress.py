@@ -14,6 +14,7 @@ from flexgear.results.root_stress import root_figures
 from flexgear.solve import bodies
 from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.root_stress import ring_roots, tooth_roots
+from flexgear.solve.static import position_figures
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import roots_of_pairs
 from flexgear.structures.tooth_influence.of_case import root_segment
@@ -135,6 +136,16 @@ def test_dataset(model, data):
         assert one["min"] < 0.0 < one["range"] <= one["max"] - one["min"] + 1e-9
     assert figures["planet"]["range"] > 1.1 * figures["planet"]["max"]  # its teeth alternate
     assert figures["sun"]["range"] == pytest.approx(figures["sun"]["max"], rel=0.02)  # they do not
+
+
+def test_figures_of_one_position(model, data):
+    figures, data = {}, data[0]
+    for position in range(len(CYCLE)):
+        found = position_figures(model, data.isel(position=position))["root_stress_mpa"]["stage"]
+        for gear, one in found.items():
+            figures[gear] = max(figures.get(gear, 0.0), one["max"])
+    whole = root_figures(data, "stage")
+    assert figures == {gear: one["max"] for gear, one in whole.items()}
 
 
 def test_in_time(model):

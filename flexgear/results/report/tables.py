@@ -23,7 +23,7 @@ _RIM = {
 _ROOT = {
     "max": "largest",
     "min": "least, in the fillet on the other side",
-    "range": "range over the turn at one place of a fillet that is stretched",
+    "range": "range over the positions at one place of a fillet that is stretched",
 }
 TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
 
