@@ -71,6 +71,16 @@ def test_symmetric_definite_and_reflected(slot):
     assert np.abs(middle - middle[::-1, ::-1]).max() > 1e-3 * middle.max()  # a helix leans
 
 
+@pytest.mark.parametrize("slot", ["sun", "ring"])
+def test_right_halves_have_the_other_hand(slot):
+    """Paths of the other hand on a case's right half are those of a case of that hand."""
+    case, *_ = bending(SMALL, slot)
+    _, _, path, known = bending(TURNED, slot)
+    found = pair_bending(case, replace(path, side="right"), path.slices)
+    for one, two in ((found.flexibility, known.flexibility), (found.beside, known.beside)):
+        assert one == pytest.approx(two, abs=1e-4 * known.flexibility.max())
+
+
 def test_even_load_at_the_pitch_point_against_weber_and_banaschek():
     """A spur pair, whole face: both teeth and the contact, in 3D against plane strain."""
     case, force, path, bends = bending(SPUR, "sun")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +58,7 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBen
         if influence is None:
             bodies.append(_to_middle(case, own.tooth, roll))
             continue
-        flank = influence if own.sense > 0 else influence.turned()
+        flank = own.of(influence)
         flexibility += flank.matrix(roll[some], slices.z[some], width[some])
         bodies.append(flank.contact_body(roll))
         if flank.neighbour is not None:
@@ -75,19 +75,34 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBen
     )
 
 
+class _Flank(Protocol):
+    def mirrored(self) -> Self: ...
+    def turned(self) -> Self: ...
+
+
+Flank = TypeVar("Flank", bound=_Flank)
+
+
 class TouchedFlank(NamedTuple):
     """Flanks of one gear over the contact lines of a gear mesh.
 
     name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
-    their −θ flank, else −1; step: teeth in +θ from one pair to the next; roll (S, K) m of slices,
-    held on the flank.
+    their −θ flank, else −1; step: teeth in +θ from one pair to the next; other_hand: whether the
+    helix has the other hand than the gear's, as right halves have; roll (S, K) m of slices, held on
+    the flank.
     """
 
     name: str
     tooth: ToothGeometry
     sense: int
     step: int
+    other_hand: bool
     roll: Array
+
+    def of(self, made: Flank) -> Flank:
+        """What was made of the −θ flank of the gear's own hand, as this flank has it."""
+        made = made.mirrored() if self.other_hand else made
+        return made if self.sense > 0 else made.turned()
 
 
 def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
@@ -101,7 +116,7 @@ def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
         low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
         held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
-        found.append(TouchedFlank(name, tooth, sense, step, held))
+        found.append(TouchedFlank(name, tooth, sense, step, path.side == "right", held))
     return found
 
 

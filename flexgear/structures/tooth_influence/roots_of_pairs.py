@@ -56,11 +56,7 @@ def pair_roots(case: StageView, path: GearMeshPath, slices: Slices) -> list[Pair
     width, some = widths(path, slices), some_places(slices, _PLACES)
     found = []
     for own in touched_flanks(path, slices):
-        root = root_of_case(case, own.name)
-        if path.side == "right":
-            root = root.mirrored()
-        if own.sense < 0:
-            root = root.turned()
+        root = own.of(root_of_case(case, own.name))
         stress = root.per_force(own.roll[some], slices.z[some], width[some])
         one = PairRoots(own.name, own.sense, own.step, slices.s[some], stress, root.flank.z)
         found.append(one)
