@@ -6,7 +6,7 @@ from flexgear.model.case import Case
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.ports import Input, Output
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 HOLD = {"support": {"tangential": 1e9}}
@@ -56,7 +56,7 @@ def train(*stages: dict, inputs, output, joints=(), held=(), **keys) -> Case:
     """inputs: {member: {"speed": …, "torque": …}}; output: (member, {…}); joints: pairs."""
     return Case(
         material=STEEL,
-        stages=tuple(TrainStage.model_validate(stage) for stage in stages),
+        stages=tuple(Stage.model_validate(stage) for stage in stages),
         inputs=tuple(Input(member=member, **given) for member, given in inputs.items()),
         output=Output(member=output[0], **output[1]),
         joints=tuple(joint(*pair) for pair in joints),

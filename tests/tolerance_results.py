@@ -7,8 +7,8 @@ import json
 import numpy as np
 
 from flexgear.results.dataset import provenance
+from flexgear.results.labelled_dataset import GearMeshName
 from flexgear.results.tolerance_dataset import tolerance_dataset
-from flexgear.results.train_dataset import GearMeshName
 
 GROUPS = (("stage_1", "ring", 3), ("stage_1", "sun", 3), ("stage_2", "ring", 4))
 GEAR_MESHES = tuple(

@@ -6,7 +6,7 @@ Before anything is solved, the tooth numbers and what is given at the ports say 
 """
 
 import flexgear as fg
-from flexgear.views.train_charts import power_flow_chart
+from flexgear.views.sharing_charts import power_flow_chart
 
 case = fg.load_case("nrel-5mw")
 flow = fg.power_flow(case)

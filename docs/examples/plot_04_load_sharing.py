@@ -9,7 +9,7 @@ load swings. Equilibria over two turns of the sun show by how much.
 import numpy as np
 
 import flexgear as fg
-from flexgear.views.train_charts import sharing_chart
+from flexgear.views.sharing_charts import sharing_chart
 
 model = fg.assemble(fg.load_case("herringbone"))
 turns = fg.static(model, np.linspace(0.0, 4 * np.pi, 61))

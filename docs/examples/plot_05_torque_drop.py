@@ -6,7 +6,7 @@ The torque of the drive falls to a tenth for a fiftieth of a second; tooth pairs
 """
 
 import flexgear as fg
-from flexgear.views.train_charts import gear_mesh_forces
+from flexgear.views.sharing_charts import gear_mesh_forces
 
 drop = {
     "drive.kind": "steps",

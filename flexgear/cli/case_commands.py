@@ -20,7 +20,7 @@ from flexgear.cli.outputs import (
     folder_named,
     with_schema,
 )
-from flexgear.cli.train_pictures import flanks_plan
+from flexgear.cli.planned_pictures import flanks_plan
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_cases, bundled_text

@@ -14,8 +14,8 @@ import xarray as xr
 
 from flexgear.cli.display import Report
 from flexgear.cli.painter import Painter, beside
+from flexgear.cli.planned_pictures import drawings_plan, stages_plan
 from flexgear.cli.report_page import place_of, side_of
-from flexgear.cli.train_pictures import drawings_plan, train_plan
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -193,7 +193,7 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
     return (
         drawings_plan(content.case, content.flow)
         | plan
-        | train_plan(content.flow, content.datasets)
+        | stages_plan(content.flow, content.datasets)
     )
 
 

@@ -14,9 +14,9 @@ from flexgear.gears.radii import StageRadii, gears_by_slot, stage_radii
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
+from flexgear.model.member import CarrierMember, GearMember, RingGear
+from flexgear.model.stage import Form, Stage
 from flexgear.model.stage_view import StageView
-from flexgear.model.train_member import RingGear, TrainCarrier, TrainGear
-from flexgear.model.train_stage import Form, TrainStage
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
@@ -71,7 +71,7 @@ class Stiffening:
 
 def stage_members(
     train: Case,
-    stage: TrainStage,
+    stage: Stage,
     reduced: Reduced | None = None,
     variant: Variant | None = None,
     stiffening: Stiffening | None = None,
@@ -99,7 +99,7 @@ def stage_members(
     return [*out, *_hub(train, stage), *_behind_spline(train, stage, out)]
 
 
-def can_turn(train: Case, stage: TrainStage, part: str) -> bool:
+def can_turn(train: Case, stage: Stage, part: str) -> bool:
     """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
     name, form = f"{stage.name}.{part}", stage.form(part)
     if form == "beam":
@@ -135,12 +135,12 @@ def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[floa
     return mass, polar, 0.5 * polar + mass * width**2 / 12 if tilt is None else tilt
 
 
-def stage_width(stage: TrainStage) -> float:
+def stage_width(stage: Stage) -> float:
     """Width of the gears, m: both halves and the gap of a double-helical stage."""
     return 2 * stage.face_width + stage.half_gap if stage.double_helical else stage.face_width
 
 
-def reference_radius(stage: TrainStage, part: str, radii: StageRadii) -> float:
+def reference_radius(stage: Stage, part: str, radii: StageRadii) -> float:
     """r of u = r θ: base radius of a gear, centre distance of a carrier, m."""
     if part == "carrier":
         return radii.center_distance
@@ -162,7 +162,7 @@ def sun_shaft(view: StageView) -> Body:
     )
 
 
-def _fe_body(stage: TrainStage, part: str, reduced: Reduced) -> Body:
+def _fe_body(stage: Stage, part: str, reduced: Reduced) -> Body:
     """A reduced finite-element body as a body of the system."""
     found = reduced.get(part)
     if found is None:
@@ -178,7 +178,7 @@ def _fe_body(stage: TrainStage, part: str, reduced: Reduced) -> Body:
     )
 
 
-def _lumped(train: Case, stage: TrainStage, part: str) -> list[Member]:
+def _lumped(train: Case, stage: Stage, part: str) -> list[Member]:
     """The bodies of a lumped member: all planets, both halves of a double-helical ring."""
     view, name = train.view(stage.name), f"{stage.name}.{part}"
     radius, mass, polar, tilt = _sizes(view, part)
@@ -193,7 +193,7 @@ def _lumped(train: Case, stage: TrainStage, part: str) -> list[Member]:
     ]  # fmt: skip
 
 
-def _hub(train: Case, stage: TrainStage) -> list[Member]:
+def _hub(train: Case, stage: Stage) -> list[Member]:
     """What an FE ring that turns is held on."""
     if stage.form("ring") != "fe" or not can_turn(train, stage, "ring"):
         return []
@@ -206,7 +206,7 @@ def _hub(train: Case, stage: TrainStage) -> list[Member]:
     return [Member(body, "hub", "lumped", "", -1, 0.0, mass, hub.inertia, tilt)]
 
 
-def _behind_spline(train: Case, stage: TrainStage, members: list[Member]) -> list[Member]:
+def _behind_spline(train: Case, stage: Stage, members: list[Member]) -> list[Member]:
     """What hangs behind the spline of a sun's shaft: nothing where another stage is joined there,
     which has its own bodies."""
     port = train.port_at(f"{stage.name}.sun")
@@ -227,10 +227,10 @@ def _sizes(view: StageView, part: str) -> tuple[float, float, float, float]:
 
 
 def _radii_of(
-    stage: TrainStage, part: str, member: TrainGear | TrainCarrier, radii: StageRadii
+    stage: Stage, part: str, member: GearMember | CarrierMember, radii: StageRadii
 ) -> tuple[float, float]:
     """Inner and outer radius of the steel disc, m."""
-    if isinstance(member, TrainCarrier):
+    if isinstance(member, CarrierMember):
         return 0.0, radii.center_distance
     reference = getattr(radii, f"{_slot(stage, part)}_reference")
     if part != "ring":
@@ -243,12 +243,12 @@ def _radii_of(
     )
 
 
-def _slot(stage: TrainStage, part: str) -> str:
+def _slot(stage: Stage, part: str) -> str:
     gears = gears_by_slot(stage)
     return next(slot for slot, gear in gears.items() if gear is stage.member(part))
 
 
-def _copies(stage: TrainStage, part: str) -> list[tuple[str, str, int]]:
+def _copies(stage: Stage, part: str) -> list[tuple[str, str, int]]:
     """Suffix of the body's name, side and planet of every body that a member stands for."""
     if part == "planet":
         return [(f"_{i + 1}", "", i) for i in range(stage.planets)]

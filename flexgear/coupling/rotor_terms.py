@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.members import Member
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 
 Array = NDArray[np.float64]
 
 
-def planet_axes(stage: TrainStage, m: Member) -> float:
+def planet_axes(stage: Stage, m: Member) -> float:
     """Constant angle of a body's axes in its stage's frame, rad."""
     if m.part == "planet" or (m.part == "gear" and stage.kind == "parallel"):
         return stage.planet_angles[max(m.planet, 0)]
     return 0.0
 
 
-def orbit_force(stage: TrainStage, m: Member, radius: float, speed: float) -> Array:
+def orbit_force(stage: Stage, m: Member, radius: float, speed: float) -> Array:
     """Centrifugal force (6,) on a planet in its own axes, N."""
     out = np.zeros(6)
     if m.part == "planet":

@@ -11,9 +11,9 @@ from flexgear.coupling.members import Member
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
+from flexgear.model.member import Support
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
-from flexgear.model.train_member import Support
 from flexgear.structures.kinematics import rigid_rows, turn
 from flexgear.structures.springs import ring_springs
 

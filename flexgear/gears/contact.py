@@ -34,7 +34,7 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.stiffness import Law, pair_stiffness
 
 if TYPE_CHECKING:
-    from flexgear.model.train_stage import TrainStage
+    from flexgear.model.stage import Stage
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -177,7 +177,7 @@ def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array
 
 
 def planetary_paths(
-    g: StageGeometry, stage: TrainStage, planet_hand: str, laws: Mapping[str, Law]
+    g: StageGeometry, stage: Stage, planet_hand: str, laws: Mapping[str, Law]
 ) -> dict[str, GearMeshPath]:
     """Paths of all four kinds of a planetary stage; laws: pair stiffness with "ring", "sun"."""
     phi = np.asarray(stage.planet_angles, dtype=float)

@@ -32,7 +32,7 @@ from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
     from flexgear.model.gear_errors import GearErrors
-    from flexgear.model.train_stage import TrainStage
+    from flexgear.model.stage import Stage
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ class AngleSamples:
 
 
 def error_cycle(
-    stage: TrainStage,
+    stage: Stage,
     sources: Iterable[str] = SOURCES,
     carrier_turns: Fraction = Fraction(1),
 ) -> ErrorCycle:
@@ -127,7 +127,7 @@ def exact_rate(speed: float, master: float, limit: int = 10**6) -> Fraction:
 
 
 def sample_angles(
-    stage: TrainStage,
+    stage: Stage,
     per_gear_mesh: int,
     *,
     most: int | None = None,

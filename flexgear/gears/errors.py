@@ -54,8 +54,8 @@ from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
     from flexgear.model.gear_errors import GearErrors
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
 STAGE_ANGLE, CARRIER_ANGLE = 0, 1
@@ -100,7 +100,7 @@ class TurningVector:
     angle: int = STAGE_ANGLE
 
 
-def stage_turns(stage: TrainStage) -> dict[str, float]:
+def stage_turns(stage: Stage) -> dict[str, float]:
     """Rotation of sun, planet and ring (pinion and gear) in the carrier for one radian of θ."""
     teeth = {slot: gear.teeth for slot, gear in gears_by_slot(stage).items()}
     if stage.kind == "parallel":
@@ -119,7 +119,7 @@ def stage_errors(
 
 
 def _errors_of(
-    stage: TrainStage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
+    stage: Stage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
 ) -> PairErrors:
     """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
     slot, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
@@ -155,7 +155,7 @@ def projected(path: GearMeshPath, vector: TurningVector, sign: float) -> tuple[A
     return math.hypot(nx, ny) * vector.size, phase
 
 
-def _gear_vectors(stage: TrainStage, e: GearErrors, slot: str) -> list[TurningVector]:
+def _gear_vectors(stage: Stage, e: GearErrors, slot: str) -> list[TurningVector]:
     """Where sun or ring lies off its place, as every planet sees it."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     ones = np.ones(len(phi))
@@ -172,7 +172,7 @@ def _gear_vectors(stage: TrainStage, e: GearErrors, slot: str) -> list[TurningVe
     return found
 
 
-def _planet_vectors(stage: TrainStage, e: GearErrors) -> list[TurningVector]:
+def _planet_vectors(stage: Stage, e: GearErrors) -> list[TurningVector]:
     size = np.array(e.of_planets("planet_eccentricity", stage.planets))
     if not size.any():
         return []
@@ -180,7 +180,7 @@ def _planet_vectors(stage: TrainStage, e: GearErrors) -> list[TurningVector]:
     return [TurningVector(size, place, stage_turns(stage)["planet"])]
 
 
-def _carrier(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
+def _carrier(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     """All pins displaced by the same vector of the carrier's frame, (N,) m."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     towards = e.carrier_eccentricity_phase - phi
@@ -188,13 +188,13 @@ def _carrier(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     return -e.carrier_eccentricity * (nx * np.cos(towards) + ny * np.sin(towards))
 
 
-def _thickness(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
+def _thickness(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     """Half the excess of thickness, along the normal, (N,) m."""
     excess = np.array(e.of_planets("planet_thickness", stage.planets))
     return 0.5 * math.cos(transverse_angle(stage)) * path.cos_base_helix * excess
 
 
-def _pins(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
+def _pins(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     """Pins displaced one by one, (N,) m."""
     pins = np.zeros((2, stage.planets))
     for row, given in zip(pins, (e.pin_radial, e.pin_tangential), strict=True):
@@ -202,7 +202,7 @@ def _pins(stage: TrainStage, e: GearErrors, path: GearMeshPath) -> Array:
     return -in_plane_normal(path) @ pins
 
 
-def _helix_slopes(stage: TrainStage, e: GearErrors, path: GearMeshPath, slot: str) -> Array:
+def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, slot: str) -> Array:
     """Slope (N,) along the face of what both flanks have in excess, m/m; the left half of a
     double-helical stage is the mirror image of the right one."""
     flank = flank_name("planet", path)
@@ -228,7 +228,7 @@ def _gear_mesh_harmonic(e: GearErrors, slot: str) -> tuple[float, float]:
 
 
 def _pitch_by_path(
-    stage: TrainStage, e: GearErrors, sides: set[str]
+    stage: Stage, e: GearErrors, sides: set[str]
 ) -> dict[PathKey, tuple[Array, Array]]:
     """Pitch deviations of gear (z,) and planets (N, z_p) by path; every flank has its own.
 

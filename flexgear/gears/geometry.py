@@ -23,8 +23,8 @@ from flexgear.gears.radii import StageRadii, gears_by_slot, is_overridden, stage
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 
 if TYPE_CHECKING:
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_stage import TrainStage
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
 NO_PLAY = 1e-7  # modules of overlap that are rounding
@@ -260,7 +260,7 @@ def _bottom_clearance(
     )
 
 
-def _asked_backlash(stage: TrainStage, slot: str) -> float:
+def _asked_backlash(stage: Stage, slot: str) -> float:
     return stage.backlash_ring if slot == "ring" else stage.backlash_sun
 
 

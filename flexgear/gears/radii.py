@@ -26,9 +26,9 @@ from flexgear.gears.tooth import (
 )
 
 if TYPE_CHECKING:
+    from flexgear.model.member import MatedGear, PlanetGear
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_member import MatedGear, PlanetGear
-    from flexgear.model.train_stage import TrainStage
 
 SLOTS = ("sun", "planet", "ring")
 SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
@@ -55,7 +55,7 @@ class StageRadii:
     ring_reference: float
 
 
-def gears_by_slot(stage: TrainStage) -> dict[str, MatedGear | PlanetGear]:
+def gears_by_slot(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
     names = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     found = {}
@@ -66,7 +66,7 @@ def gears_by_slot(stage: TrainStage) -> dict[str, MatedGear | PlanetGear]:
     return found
 
 
-def is_overridden(stage: TrainStage) -> bool:
+def is_overridden(stage: Stage) -> bool:
     """Whether a base diameter or a working angle takes the place of the gears' geometry."""
     angles = (stage.sun_pressure_angle, stage.ring_pressure_angle)
     diameters = (gear.base_diameter for gear in gears_by_slot(stage).values())
@@ -103,7 +103,7 @@ def stage_radii(view: StageView) -> StageRadii:
     )
 
 
-def _given_angles(stage: TrainStage) -> dict[str, float | None]:
+def _given_angles(stage: Stage) -> dict[str, float | None]:
     return {"sun": stage.sun_pressure_angle, "ring": stage.ring_pressure_angle}
 
 

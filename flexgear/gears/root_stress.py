@@ -36,9 +36,9 @@ from flexgear.gears.tooth import (
 )
 
 if TYPE_CHECKING:
+    from flexgear.model.member import GearMember
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_member import TrainGear
-    from flexgear.model.train_stage import TrainStage
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class RootStress:
     stress: float
 
 
-def rack_section(teeth: float, gear: TrainGear, rack: Rack) -> CriticalSection:
+def rack_section(teeth: float, gear: GearMember, rack: Rack) -> CriticalSection:
     """Section at 30° tangents of a spur gear of ``teeth`` z_n made by a rack without protuberance.
 
     E = π/4 m − h_fP tan α − (1 − sin α) ρ/cos α,  G = (ρ − h_fP)/m + x,  H = 2/z (π/2 − E/m) − π/3,
@@ -103,7 +103,7 @@ def virtual_teeth(teeth: int, rack: Rack) -> float:
     return teeth / (math.cos(base_helix_angle(rack)) ** 2 * math.cos(rack.helix_angle))
 
 
-def virtual_tooth(tooth: ToothGeometry, gear: TrainGear, rack: Rack) -> ToothGeometry:
+def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGeometry:
     """Tooth of the virtual spur gear: d_n = m_n z_n, d_an = d_n + d_a − d. Its number of teeth,
     not whole, stays that of the gear: pitches are π m_n, on the base circle π m_n cos α_n."""
     reference = rack.normal_module * virtual_teeth(tooth.teeth, rack) / 2
@@ -129,8 +129,8 @@ def outer_single_contact(tooth: ToothGeometry, base_pitch: float, contact_ratio:
 
 def root_stress(
     tooth: ToothGeometry,
-    gear: TrainGear,
-    stage: TrainStage,
+    gear: GearMember,
+    stage: Stage,
     gear_mesh: GearMeshGeometry,
     force: float,
     *,

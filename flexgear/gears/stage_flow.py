@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING
 from flexgear.gears.radii import StageRadii, stage_radii
 
 if TYPE_CHECKING:
+    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-    from flexgear.model.train_stage import TrainStage
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def _planet_relative_speed(radii: StageRadii, speed: dict[str, float]) -> float:
     return -(radii.ring / radii.planet) * (speed["carrier"] - speed["ring"])
 
 
-def _gear_mesh_frequency(stage: TrainStage, speed: dict[str, float]) -> float:
+def _gear_mesh_frequency(stage: Stage, speed: dict[str, float]) -> float:
     """Teeth that pass a gear mesh in a second, Hz."""
     if stage.pinion is not None:
         return abs(stage.pinion.teeth * speed["pinion"]) / (2 * math.pi)

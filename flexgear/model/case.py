@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.case_checks import check_case
 from flexgear.model.case_files import digest_files
 from flexgear.model.case_name import check_case_name
 from flexgear.model.content import content_hash
@@ -17,18 +18,17 @@ from flexgear.model.gear_mesh import Damping
 from flexgear.model.housing import Housing
 from flexgear.model.joint import Joint
 from flexgear.model.material import Material
+from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.member_load import MemberLoad
 from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
 from flexgear.model.short_form import missing
 from flexgear.model.solver import Solver
+from flexgear.model.stage import Stage
+from flexgear.model.stage_names import numbered, said
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import Tolerance, check_tolerance
-from flexgear.model.train_checks import check_train
-from flexgear.model.train_keys import numbered, said
-from flexgear.model.train_member import Kinematics, TrainCarrier, TrainGear
-from flexgear.model.train_stage import TrainStage
 from flexgear.model.units import Acceleration
 
 _NOT_PHYSICAL = {"name", "title", "source", "tolerance"}
@@ -65,7 +65,7 @@ class Case(Section):
     gyroscopic: bool = False
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     material: Material
-    stages: tuple[TrainStage, ...] = Field(min_length=1)
+    stages: tuple[Stage, ...] = Field(min_length=1)
     joints: tuple[Joint, ...] = ()
     held: tuple[str, ...] = ()
     inputs: tuple[Input, ...] = ()
@@ -77,7 +77,7 @@ class Case(Section):
     tolerance: Tolerance = Tolerance()
     solver: Solver = Solver()
 
-    def stage(self, name: str) -> TrainStage:
+    def stage(self, name: str) -> Stage:
         """The stage of that name."""
         return self.stages[self.stage_index(name)]
 
@@ -105,7 +105,7 @@ class Case(Section):
         """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""
         return tuple(f"{s.name}.{member}" for s in self.stages for member in s.members)
 
-    def member(self, name: str) -> TrainGear | TrainCarrier:
+    def member(self, name: str) -> GearMember | CarrierMember:
         """The member of that name; "<stage>.planet" is taken, too."""
         stage, _, part = name.partition(".")
         return self.stage(stage).member(part)
@@ -229,7 +229,7 @@ class Case(Section):
     @model_validator(mode="after")
     def _consistent(self) -> Case:
         check_case_name(self.name)
-        check_train(self)
+        check_case(self)
         check_tolerance(self)
         return self
 

@@ -16,8 +16,8 @@ from flexgear.model.named_stage import take_stages
 from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
 from flexgear.model.section import accepted_keys
 from flexgear.model.short_form import lengthened
+from flexgear.model.stage_names import numbered, said
 from flexgear.model.stage_view import StageView
-from flexgear.model.train_keys import numbered, said
 
 __all__ = ["Case", "load_case", "load_stage"]
 KINDS = ["stage", "train"]

@@ -13,7 +13,7 @@ from flexgear.model.case import Case
 from flexgear.model.keys import Key, keys, sections
 from flexgear.model.section import Section, section_of
 from flexgear.model.short_form import ALIASES
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 from flexgear.model.units import unit_name
 
 Schema = dict[str, Any]
@@ -28,8 +28,8 @@ def json_schema() -> Schema:
             definitions[section.__name__] = _whole(section)
             definitions[section.__name__ + _PART] = _table(section, _PART)
     taken = {"required": ["case"]}
-    whole = {"$ref": f"#/definitions/{TrainStage.__name__}"}
-    stage = {"allOf": [_part(TrainStage), {"if": taken, "else": whole}]}
+    whole = {"$ref": f"#/definitions/{Stage.__name__}"}
+    stage = {"allOf": [_part(Stage), {"if": taken, "else": whole}]}
     definitions["stage"] = stage
     long = _table(Case, "")["properties"]
     short = _short_sections()

@@ -1,129 +1,309 @@
-"""Gears of the planetary stage and how they stand to each other."""
+"""One stage: planetary or parallel, of lumped members, FE bodies and shafts."""
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
+from flexgear.model.gauge import check_gauges
+from flexgear.model.gear_errors import GearErrors
+from flexgear.model.gear_mesh import GearMesh
+from flexgear.model.material import Material
+from flexgear.model.member import (
+    CarrierMember,
+    GearMember,
+    MatedGear,
+    PlanetBearing,
+    PlanetGear,
+    RingGear,
+    SunGear,
+)
+from flexgear.model.planetary_gears import PlanetaryGears, check_bore, required_hand
+from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.springs import Bearing
 from flexgear.model.units import Angle, Length
 
-
-class Gear(Section):
-    """One gear; coefficients are multiples of the normal module.
-
-    teeth: their number, positive for the ring, too. profile_shift: coefficient of ISO 21771 with
-    the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
-    circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
-    coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
-    radius of the rack's tip as a coefficient. bore_diameter: of the gear's hole, 0 for none.
-    """
-
-    teeth: int = Field(ge=5, le=2000)
-    profile_shift: float = Field(default=0.0, ge=-2.0, le=2.0)
-    addendum: float = Field(default=1.0, ge=0.3, le=2.0)
-    dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
-    root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
-    bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+Form = Literal["lumped", "fe", "beam"]
+PLANETARY = ("sun", "ring", "carrier")
+PARALLEL = ("pinion", "gear")
 
 
 class Stage(Section):
-    """A simple planetary stage: sun, equally or freely spaced planets, ring.
+    """A stage. Geometry as in ``Stage``; what is new:
 
-    planets: their number. normal_module, pressure_angle: of the basic rack in the normal section.
-    helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
-    planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
-    of sun and planet; from teeth and profile shifts if left out. sun, planet, ring: the gears.
-    planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: take
-    tooth numbers that do not assemble (for papers that print such); every planet then sees a sun
-    whose teeth fit it. backlash_ring, backlash_sun: normal backlash of each gear mesh.
+    name: stands before those of its members; stage_1, stage_2, … if left out. kind: planetary (sun,
+    planet, ring, carrier) or parallel (pinion and gear). position: direction from pinion to gear in
+    a parallel stage, from the x axis. half_gap: between the halves of a double-helical stage.
+
+    sun, planet, ring, carrier: members of a planetary stage. pinion, gear: members of a parallel
+    stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
+    modelled. errors: manufacturing errors of gears and pins. double_helical: two halves of
+    ``face_width`` each with ``half_gap`` between them and separate ring halves; planet_hand is
+    then that of the planet's left half (−z), mass, inertia, support and stiffness of the ring and
+    its gear mesh those of one half. ring_pressure_angle, sun_pressure_angle: transverse working
+    angles in place of those from the geometry. material: of this stage, the case's if left out.
+    case: bundled name or file of a case whose only stage this is, but for what is said here.
     """
 
-    planets: int = Field(ge=1, le=20)
+    same_as: ClassVar = (PlanetaryGears,)
+
+    name: str = Field(default="", pattern=r"^([A-Za-z][A-Za-z0-9_-]*)?$")
+    kind: Literal["planetary", "parallel"] = "planetary"
+    planets: int = Field(default=1, ge=1, le=20)  # 1 stands for a parallel stage only
     normal_module: Length = Field(ge=2e-4, le=0.1)
     pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
     helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
     face_width: Length = Field(ge=1e-3, le=2.0)
     planet_hand: Literal["right", "left"] = "right"
+    double_helical: bool = False
+    half_gap: Length = Field(default=0.0, ge=0.0, le=1.0)
     center_distance: Length | None = Field(default=None, ge=1e-3, le=5.0)
     planet_positions: tuple[Angle, ...] | None = None
     allow_unassemblable: bool = False
     backlash_ring: Length = Field(default=0.0, ge=0.0, le=0.02)
     backlash_sun: Length = Field(default=0.0, ge=0.0, le=0.02)
-    sun: Gear
-    planet: Gear
-    ring: Gear
+    ring_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
+    sun_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
+    position: Angle = 0.0
+    sun: SunGear | None = None
+    planet: PlanetGear | None = None
+    ring: RingGear | None = None
+    carrier: CarrierMember | None = None
+    pinion: MatedGear | None = None
+    gear: MatedGear | None = None
+    planet_bearing: PlanetBearing = PlanetBearing()
+    gear_mesh: GearMesh = GearMesh()
+    errors: GearErrors = GearErrors()
+    material: Material | None = None
+    case: str | None = None
 
     @property
     def planet_angles(self) -> tuple[float, ...]:
-        """Angles of the planets in the carrier, rad; equally spaced unless given."""
+        """Angles of the planets in the carrier, rad; of the gear from the pinion if parallel."""
+        if self.kind == "parallel":
+            return (self.position,)
         if self.planet_positions is not None:
             return self.planet_positions
         return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
 
     @property
     def planet_period(self) -> float:
-        """Smallest turn of the carrier, rad, after which planets stand where planets stood: the
-        planet spacing where that is one, else a part of a turn or all of it."""
-        place = [cmath.exp(1j * angle) for angle in self.planet_angles]
-        for n in range(self.planets, 1, -1):
-            turn = cmath.exp(2j * math.pi / n)
-            if all(min(abs(p * turn - q) for q in place) < 1e-9 for p in place):
-                return 2.0 * math.pi / n
-        return 2.0 * math.pi
+        """As of ``Stage``."""
+        return self.stage.planet_period
 
     @property
-    def signed_helix_angle(self) -> float:
-        """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
-        return self.helix_angle if self.planet_hand == "right" else -self.helix_angle
+    def is_flexible(self) -> bool:
+        """Whether one of its members is an FE body or a shaft."""
+        parts = ("ring", "carrier", "sun")
+        return self.kind == "planetary" and any(self.form(part) != "lumped" for part in parts)
+
+    def form(self, part: str) -> Form:
+        """What a member of ``members`` or "planet" is."""
+        if part == "ring" and self.ring is not None and self.ring.fe is not None:
+            return "fe"
+        if part == "carrier" and self.carrier is not None and self.carrier.fe is not None:
+            return "fe"
+        if part == "sun" and self.sun is not None and self.sun.shaft is not None:
+            return "beam"
+        return "lumped"
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Members that turn about fixed axes, without the stage's name."""
+        return PLANETARY if self.kind == "planetary" else PARALLEL
+
+    def member(self, name: str) -> GearMember | CarrierMember:
+        """One of ``members`` or "planet"."""
+        member = getattr(self, name)
+        if member is None:
+            raise KeyError(f"stage {self.name} has no {name}")
+        assert isinstance(member, GearMember | CarrierMember)
+        return member
+
+    @property
+    def stage(self) -> PlanetaryGears:
+        """Geometry alone of a planetary stage (of one half, if double-helical)."""
+        gears = {"sun": self.sun, "planet": self.planet, "ring": self.ring}
+        return PlanetaryGears(
+            **{n: getattr(self, n) for n in PlanetaryGears.model_fields if n not in gears},
+            **{name: gear and gear.gear for name, gear in gears.items()},  # type: ignore[arg-type]
+        )
 
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
-        """The hand of helical gears."""
-        return required_hand(data)
+        """Parts and number of planets by the kind of the stage, the hand of helical gears."""
+        kind = data.get("kind", "planetary")
+        if kind == "parallel":
+            parts: tuple[str, ...] = PARALLEL
+        else:
+            parts = ("sun", "planet", "ring", "carrier")
+        lacks = [
+            Missing(name, f"is missing in a {kind} stage", f"add a section for the {name}")
+            for name in parts
+            if data.get(name) is None
+        ]
+        if kind == "planetary" and "planets" not in data:
+            lacks.append(Missing("planets", "is missing in a planetary stage"))
+        return lacks + required_hand(data)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain_gear_meshes(cls, data: Any) -> Any:
+        """Gear meshes of lumped members are constant springs where nothing else is said."""
+        if not isinstance(data, dict) or _bends(data):
+            return data
+        given = data.get("gear_mesh", {})
+        plain = {"model": "constant", "contact_law": "linear"}
+        if isinstance(given, Mapping):
+            if given.get("model") == "face_load":
+                plain["contact_law"] = "one-sided"
+            return {**data, "gear_mesh": {**plain, **given}}
+        return data
 
     @model_validator(mode="after")
-    def _consistent(self) -> Stage:
-        given = self.planet_positions
-        if given is not None and len(given) != self.planets:
-            raise Refusal(
-                "planet_positions",
-                f"{len(given)} angles for {self.planets} planets",
-                "give one angle for each planet, or leave the key out for equal spacing",
-            )
-        if self.ring.teeth <= self.planet.teeth:
-            raise Refusal(
-                "ring.teeth",
-                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
-                "about z_sun + 2 z_planet",
-            )
-        for name, gear in (("planet", self.planet), ("sun", self.sun)):
-            check_bore(name, gear, self.normal_module)
-        if self.face_width > 20 * self.normal_module * self.planet.teeth:
-            raise Refusal(
-                "face_width",
-                f"{self.face_width:g} m is more than 20 planet diameters",
-                "check the units of face width and module",
-            )
+    def _complete(self) -> Stage:
+        if self.kind == "parallel":
+            self._check_parallel()
+        else:
+            self._check_planetary()
+        self._check_errors()
+        self._check_clearances()
+        if self.ring is not None:
+            check_gauges(self.ring.gauges, self.ring.teeth, self.face_width)
         return self
 
+    def _check_parallel(self) -> None:
+        self._check_parts(PARALLEL, ("sun", "planet", "ring", "carrier"))
+        if self.planets != 1 or self.planet_positions is not None:
+            key = "planets" if self.planets != 1 else "planet_positions"
+            raise Refusal(key, "a parallel stage has no planets", "take it out, or use position")
+        if self.double_helical and self.helix_angle == 0:
+            raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
+        for name, gear in (("pinion", self.pinion), ("gear", self.gear)):
+            assert gear is not None
+            check_bore(name, gear, self.normal_module)
 
-def required_hand(data: Mapping[str, Any]) -> list[Missing]:
-    """``planet_hand`` where gears are helical: with the other hand it is another stage."""
-    helix = data.get("helix_angle")
-    if isinstance(helix, float) and helix > 0.0 and "planet_hand" not in data:
-        remedy = 'add planet_hand = "right" or "left"'
-        return [Missing("planet_hand", "is missing with a helix angle", remedy)]
-    return []
+    def _check_planetary(self) -> None:
+        self._check_parts(("sun", "planet", "ring", "carrier"), PARALLEL)
+        try:
+            _ = self.stage  # its own checks, with the same keys
+        except ValidationError as fault:
+            first = fault.errors()[0]
+            raise first.get("ctx", {}).get("error") or ValueError(first["msg"]) from None
+        if self.double_helical and self.helix_angle == 0:
+            raise Refusal("helix_angle", "is zero in a double-helical stage", "give it")
+        assert self.planet is not None and self.carrier is not None
+        turning = self.planet.kinematics
+        if turning == "fixed" or (turning == "torsional" and self.carrier.kinematics != "fixed"):
+            raise Refusal(
+                "planet.kinematics",
+                f"{turning!r} planets cannot follow the carrier",
+                "use planar, axial or spatial",
+            )
+        if min(self.planet_bearing.stiffness[:2]) <= 0:
+            raise Refusal(
+                "planet_bearing.radial", "is zero, so the planet is not held", "give a stiffness"
+            )
+        if self.is_flexible:
+            self._check_flexible()
+        if self.planet.support.matrix.any() or self.planet.support.tangential:
+            raise Refusal(
+                "planet.support", "planets are not supported by the housing", "use planet_bearing"
+            )
+
+    def _check_flexible(self) -> None:
+        """FE bodies and gears fit one another, and planets are held in all directions."""
+        assert self.planet is not None and self.ring is not None and self.carrier is not None
+        if self.double_helical:
+            problem = "is true, but FE bodies and shafts have one gear mesh a planet"
+            raise Refusal("double_helical", problem, "make all members lumped")
+        held = self.planet_bearing.stiffness
+        for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
+            if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):
+                problem = "is zero, so the planet is not held"
+                raise Refusal(f"planet_bearing.{key}", problem, "give a stiffness")
+        body, bore = self.carrier.fe, self.planet.bore_diameter
+        if body is not None and 0.0 < bore <= body.pin_diameter:
+            pin = body.pin_diameter * 1e3
+            raise Refusal(
+                "carrier.fe.pin_diameter",
+                f"a pin of {pin:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
+                "lower it, or raise stage.planet.bore_diameter_mm",
+            )
+        if body is not None and body.plate_gap <= self.face_width:
+            raise Refusal(
+                "carrier.fe.plate_gap",
+                f"{body.plate_gap * 1e3:g} mm leaves no room for planets of "
+                f"{self.face_width * 1e3:g} mm face width",
+                "make it wider than the face width",
+            )
+        if self.ring.fe is not None:
+            self._check_bands(self.ring.fe)
+
+    def _check_bands(self, ring: Ring) -> None:
+        """Fits and splines lie on the ring's outside."""
+        half = self.face_width / 2 * (1 + 1e-9)
+        bands = [("fits", k, fit) for k, fit in enumerate(ring.fits)]
+        bands += [("splines", k, spline) for k, spline in enumerate(ring.splines)]
+        for name, k, fit in bands:
+            if fit.band[0] < -half or fit.band[1] > half:
+                raise Refusal(
+                    f"ring.fe.{name}.{k}.z",
+                    f"the band of ±{fit.half_width * 1e3:g} mm leaves the face of "
+                    f"±{half * 1e3:.1f} mm",
+                    "move it or make it narrower",
+                )
+
+    def _check_parts(self, needed: tuple[str, ...], foreign: tuple[str, ...]) -> None:
+        for name in foreign:
+            if getattr(self, name) is not None:
+                raise Refusal(
+                    name,
+                    f"is no part of a {self.kind} stage",
+                    f"take it out; its parts are {', '.join(needed)}",
+                )
+
+    def _check_errors(self) -> None:
+        self.errors.require_planets(self.planets)
+        if self.kind == "parallel":
+            for key in ("ring_eccentricity", "carrier_eccentricity", "ring_offset",
+                        "ring_gear_mesh", "ring_tooth", "ring_pitch", "pin_radial",
+                        "ring_helix_slope", "planet_ring_helix_slope",
+                        "pin_tangential"):  # fmt: skip
+                if getattr(self.errors, key):
+                    raise Refusal(
+                        f"errors.{key}",
+                        "is an error of a part that a parallel stage does not have",
+                        "use sun_… for the pinion and planet_… for the gear",
+                    )
+
+    def _check_clearances(self) -> None:
+        """A gear that moves by a module has lost its mates."""
+        supports: dict[str, Bearing | None] = {"planet_bearing": self.planet_bearing}
+        for name in self.members:
+            supports[f"{name}.support"] = self.member(name).support
+        if self.carrier is not None:
+            supports["carrier.bearing_drive"] = self.carrier.bearing_drive
+            supports["carrier.bearing_far"] = self.carrier.bearing_far
+        for key, support in supports.items():
+            if support is not None and support.clearance >= self.normal_module:
+                raise Refusal(
+                    f"{key}.clearance",
+                    f"{1e3 * support.clearance:g} mm is as much as the module of "
+                    f"{1e3 * self.normal_module:g} mm: the teeth would come apart",
+                    "check the unit; bearings have some hundredths of a millimetre",
+                )
 
 
-def check_bore(name: str, gear: Gear, module: float) -> None:
-    """Refusal if the bore of an external gear reaches its root circle."""
-    if gear.bore_diameter >= module * (gear.teeth - 2 * gear.dedendum):
-        raise Refusal(
-            f"{name}.bore_diameter", "the bore is as large as the root circle", "lower it"
-        )
+def _bends(data: Mapping[str, Any]) -> bool:
+    """Whether a stage's data, read or not yet read, have an FE body or a shaft."""
+    for part, body in (("ring", "fe"), ("carrier", "fe"), ("sun", "shaft")):
+        member = data.get(part)
+        inside = member.get(body) if isinstance(member, Mapping) else getattr(member, body, None)
+        if inside is not None:
+            return True
+    return False

@@ -13,19 +13,19 @@ from flexgear.model.case_files import digest_files
 from flexgear.model.content import content_hash
 from flexgear.model.errors import InputError
 from flexgear.model.material import Material
+from flexgear.model.member import SeatBearing
 from flexgear.model.ring import Ring
 from flexgear.model.shaft import Shaft
 from flexgear.model.short_form import long_key, long_text, short_text
 from flexgear.model.solver import Solver
-from flexgear.model.train_keys import said
-from flexgear.model.train_member import SeatBearing
+from flexgear.model.stage_names import said
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
     from flexgear.model.gear_errors import GearErrors
     from flexgear.model.gear_mesh import GearMesh
-    from flexgear.model.train_member import RingGear
-    from flexgear.model.train_stage import TrainStage
+    from flexgear.model.member import RingGear
+    from flexgear.model.stage import Stage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
 _OWN_BODY = r"\bstage\.(?=(carrier|ring|shaft|output|sun|planet_\d+)\b(?!\.))"
@@ -36,7 +36,7 @@ class StageView:
     """One stage of a case: its gears and members, and what holds for them."""
 
     case: Case
-    stage: TrainStage
+    stage: Stage
 
     @property
     def source(self) -> str:
@@ -152,7 +152,7 @@ def _there(found: Any, what: str) -> Any:
     return found
 
 
-def stage_key(stage: TrainStage, key: str) -> str:
+def stage_key(stage: Stage, key: str) -> str:
     """A key of a stage as --set takes it: "stages.stage_2.planets"; the stage alone for ""."""
     alone = stage.name in ("", "stage")  # written [stage]
     return f"{'stage' if alone else f'stages.{stage.name}'}.{key}".rstrip(".")
@@ -176,7 +176,7 @@ def spoken(case: Case) -> Iterator[None]:
 
 
 @contextmanager
-def inside(case: Case, stage: TrainStage) -> Iterator[None]:
+def inside(case: Case, stage: Stage) -> Iterator[None]:
     """Within it, an InputError about FE bodies, which says "ring.bolts", tells which stage's."""
     try:
         yield

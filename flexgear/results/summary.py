@@ -20,7 +20,7 @@ from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.results.train_sharing import sharing_figures
+from flexgear.results.group_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
 RPM = 60 / (2 * math.pi)

@@ -16,8 +16,8 @@ from flexgear.results import tolerance_statistics as statistics
 from flexgear.files.atomic import PathLike, write_bytes
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
-from flexgear.results.train_dataset import GearMeshName, groups_of
-from flexgear.results.train_quantities import TRAIN_QUANTITIES
+from flexgear.results.labelled_dataset import GearMeshName, groups_of
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Array = NDArray[np.float64]
 QUANTILES = (0.5, 0.9, 0.95, 0.99)
@@ -69,7 +69,7 @@ _ABOUT = {
     "largest_line_load_as_stated": Quantity(
         ("group",), "N/m", "largest_line_load with the errors of the case", LOST
     ),
-    "mesh_load_factor": TRAIN_QUANTITIES["mesh_load_factor"],
+    "mesh_load_factor": RESULT_QUANTITIES["mesh_load_factor"],
     **_spread_of("load_sharing", "load_sharing_max", "1"),
     **_spread_of("k_h_beta", "k_h_beta", "1"),
     **_spread_of("largest_line_load", "largest_line_load", "N/m"),

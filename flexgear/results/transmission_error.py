@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.results.train_dataset import coordinate, variable
+from flexgear.results.labelled_dataset import coordinate, variable
 
 Array = NDArray[np.float64]
 ERRORS = ("transmission_error", "unloaded_transmission_error")

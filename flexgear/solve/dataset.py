@@ -20,8 +20,8 @@ from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
 from flexgear.results.dataset import provenance
-from flexgear.results.train_dataset import train_dataset
-from flexgear.results.train_sharing import DEFINITIONS, sharing_histories
+from flexgear.results.group_sharing import DEFINITIONS, sharing_histories
+from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.labels import flank_name
@@ -83,7 +83,7 @@ def _dataset(
     if loads:
         arrays = {**arrays, "applied_load": np.stack([load.at(time) for load in loads], axis=1)}
         labels["load"] = [f"{k} {x.member} {x.frame}" for k, x in enumerate(loads)]
-    return train_dataset(
+    return labelled_dataset(
         dim,
         samples,
         {
@@ -100,8 +100,8 @@ def _dataset(
             **motions,
             **arrays,
         },
-        train_attrs(model, **model.modal.figures, **model.system.header, **attrs),
-        {**train_labels(model), **_flanks(model), **face_labels(model), **labels},
+        result_attrs(model, **model.modal.figures, **model.system.header, **attrs),
+        {**result_labels(model), **_flanks(model), **face_labels(model), **labels},
         model.gear_meshes.names,
     )
 
@@ -133,7 +133,7 @@ def _flanks(model: Model) -> dict[str, list[Any]]:
     }
 
 
-def train_labels(model: Model) -> dict[str, list[str]]:
+def result_labels(model: Model) -> dict[str, list[str]]:
     """Labels of axes that only depend on the train."""
     return {
         "master": given_speeds(model.case),
@@ -143,7 +143,7 @@ def train_labels(model: Model) -> dict[str, list[str]]:
     }
 
 
-def train_attrs(model: Model, **more: Any) -> dict[str, Any]:
+def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
     """Provenance of a result."""
     train = model.case
     return provenance(

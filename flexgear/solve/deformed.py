@@ -15,7 +15,7 @@ from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
-from flexgear.results.train_dataset import variable
+from flexgear.results.labelled_dataset import variable
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.strain import stress_of_strain
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.harmonic import SteadyState
 from flexgear.model.errors import FlexgearError
-from flexgear.results.train_dataset import groups_of, train_dataset, variable
-from flexgear.results.train_sharing import sharing_coefficients
+from flexgear.results.group_sharing import sharing_coefficients
+from flexgear.results.labelled_dataset import groups_of, labelled_dataset, variable
 from flexgear.solve.angles import lead_speed, samples_of_stage, stage_motions
-from flexgear.solve.dataset import body_rows, train_attrs, train_labels
+from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.linear import steady_harmonics, why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.transient import settled
@@ -44,7 +44,7 @@ def harmonic_data(
     omega, forces = _merged(state.omega, state.forces.T @ model.gear_meshes.sign)
     _, motion = _merged(state.omega, (_rows(model) @ state.motion).T)
     names, _ = body_rows(model.system)
-    data = train_dataset(
+    data = labelled_dataset(
         "harmonic",
         omega / (2 * np.pi),
         {
@@ -53,8 +53,8 @@ def harmonic_data(
             "rated_gear_mesh_force": model.rated,
             **_coefficients(model, state),
         },
-        train_attrs(model),
-        {**train_labels(model), "body": names},
+        result_attrs(model),
+        {**result_labels(model), "body": names},
         model.gear_meshes.names,
     )
     if transient is None:

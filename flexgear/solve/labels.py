@@ -11,8 +11,8 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.results.train_dataset import GearMeshName
-from flexgear.results.train_sharing import without_rounding
+from flexgear.results.group_sharing import without_rounding
+from flexgear.results.labelled_dataset import GearMeshName
 
 Array = NDArray[np.float64]
 

@@ -24,8 +24,8 @@ from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.coupling.system import System
 from flexgear.model.errors import InputError
-from flexgear.results.train_dataset import train_dataset
-from flexgear.solve.dataset import body_rows, result_name, train_attrs
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.solve.dataset import body_rows, result_attrs, result_name
 from flexgear.solve.labels import gear_meshes_of
 from flexgear.solve.model import Model, rated_rotations
 
@@ -51,7 +51,7 @@ def modes(model: Model, *, angle: float = 0.0, limit_hz: float | None = None) ->
     springs = strain_shares(contributions(model, angle), kinds.shapes)
     names, rows = body_rows(system)
     count = len(found.frequencies)
-    return train_dataset(
+    return labelled_dataset(
         "mode",
         np.arange(1, count + 1),
         {
@@ -63,7 +63,7 @@ def modes(model: Model, *, angle: float = 0.0, limit_hz: float | None = None) ->
             "strain_energy": np.column_stack(list(springs.values())),
             "mode_shape": (rows @ kinds.shapes).T.reshape(count, len(names), 6),
         },
-        train_attrs(model, angle_rad=angle),
+        result_attrs(model, angle_rad=angle),
         {
             "body": names,
             "inertia": [result_name(body) for body in kinds.bodies],
@@ -131,7 +131,7 @@ def campbell(
     lines = excitation_lines(_bases(model), orders)
     met = crossings(found, lines)
     label = {line: f"{line.name} x {line.order:g}" for line in lines}
-    data = train_dataset(
+    data = labelled_dataset(
         "speed_factor",
         found.factors,
         {
@@ -143,7 +143,7 @@ def campbell(
             "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
             "crossing_excitation": np.array([label[c.line] for c in met], dtype=str),
         },
-        train_attrs(model, gyroscopic=int(system.gyroscopic is not None)),
+        result_attrs(model, gyroscopic=int(system.gyroscopic is not None)),
         {"excitation": [label[line] for line in lines]},
     )
     return data.assign_coords(

@@ -52,7 +52,7 @@ from flexgear.solve.run_figures import (
     stages_summary,
     transient_summary,
 )
-from flexgear.solve.sharing import shared_stages, sharing_attrs, train_sharing
+from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
 from flexgear.solve.static import static
 from flexgear.solve.transient import (
     compile_transient,
@@ -270,7 +270,7 @@ def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.
     found = {}
     for label, model in variants.items():
         for stage in shared_stages(model):
-            data = train_sharing(model, stage, progress=progress)
+            data = stages_sharing(model, stage, progress=progress)
             found[_name(f"sharing_{stage}", label)] = data
     return found
 

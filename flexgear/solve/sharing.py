@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
-from flexgear.results.load_sharing import cycle_maxima
-from flexgear.results.train_dataset import train_dataset
-from flexgear.results.train_sharing import (
+from flexgear.results.group_sharing import (
     sharing_coefficients,
     sharing_histories,
     without_rounding,
 )
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.load_sharing import cycle_maxima
 from flexgear.solve.angles import (
     cycles_of_train,
     lead_speed,
@@ -30,7 +30,7 @@ from flexgear.solve.angles import (
     stage_motions,
 )
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.dataset import train_attrs, train_labels
+from flexgear.solve.dataset import result_attrs, result_labels
 from flexgear.solve.linear import LinearTrain, linear_train, why_not_linear
 from flexgear.solve.model import Model, rated_rotations
 
@@ -39,7 +39,7 @@ SHOWN_CYCLES = 200  # of one turn that the dataset holds position by position
 CHUNK = 20_000  # positions at once
 
 
-def train_sharing(
+def stages_sharing(
     model: Model,
     stage: str,
     *,
@@ -66,7 +66,7 @@ def train_sharing(
         motions[number], lead_speed(model.case, model.flow), int(per_cycle), SHOWN_CYCLES
     )
     shown = _forces(model, linear, turn, progress, f"{stage}: one turn")[:, at]
-    return train_dataset(
+    return labelled_dataset(
         "position",
         np.arange(len(turn)),
         {
@@ -78,7 +78,7 @@ def train_sharing(
             "cycle_maximum": cycle_maxima(force[:, at], per_cycle),
             "cycle_number": samples.gear_mesh,
         },
-        train_attrs(
+        result_attrs(
             model,
             stage=stage,
             cycles=float("inf") if every is None else every,
@@ -86,7 +86,7 @@ def train_sharing(
             positions_per_gear_mesh=samples.per_gear_mesh,
             complete=int(every is not None and len(samples.gear_mesh) == every),
         ),
-        train_labels(model),
+        result_labels(model),
         names,
     )
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
-from flexgear.model.train_member import PlanetBearing
+from flexgear.model.member import PlanetBearing
 from flexgear.results.face_load import face_figures
 from flexgear.results.root_stress import root_extremes
 from flexgear.results.summary import CENTRAL, displacement_summary

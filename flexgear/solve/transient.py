@@ -19,14 +19,14 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
+from flexgear.results.group_sharing import SharingCoefficients
+from flexgear.results.labelled_dataset import variable
 from flexgear.results.pieces import between
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.summary import axis_distance
-from flexgear.results.train_dataset import variable
-from flexgear.results.train_sharing import SharingCoefficients
 from flexgear.solve.angles import stage_motions
 from flexgear.solve.bodies import Progress, silent
-from flexgear.solve.dataset import train_labels, transient_data
+from flexgear.solve.dataset import result_labels, transient_data
 from flexgear.solve.deformed import body_coordinates, require_bending
 from flexgear.solve.long_run import LongRun, TimedRun
 from flexgear.solve.machines import braked, ends_of, require_brakes
@@ -209,7 +209,7 @@ class _Sharing:
         }
         self._found = SharingCoefficients(model.gear_meshes.names, per_cycle)
         self._sense = math.copysign(1.0, share)
-        self._definitions = train_labels(model)["definition"]
+        self._definitions = result_labels(model)["definition"]
 
     def begin(self, coming: Coming) -> None:
         """Nothing is there yet."""

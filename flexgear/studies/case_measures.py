@@ -22,7 +22,7 @@ from flexgear.results.summary import axis_distance, central_distance
 from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
-from flexgear.solve.sharing import shared_stages, train_sharing
+from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.measure import (
@@ -62,7 +62,7 @@ class Point:
         stages = shared_stages(self.model)
         if not stages:
             raise FlexgearError("no stage that turns has planets that share a load")
-        return [train_sharing(self.model, stage) for stage in stages]
+        return [stages_sharing(self.model, stage) for stage in stages]
 
     @cached_property
     def equilibria(self) -> xr.Dataset:

@@ -15,14 +15,14 @@ from flexgear.gears.bearing_life import (
 )
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
+from flexgear.results.group_sharing import sharing_figures
 from flexgear.results.summary import RPM
-from flexgear.results.train_sharing import sharing_figures
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.model import Model
 from flexgear.solve.run import is_still
-from flexgear.solve.sharing import shared_stages, train_sharing
+from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
 
 Figures = dict[str, dict[str, Any]]
@@ -44,7 +44,7 @@ def compare_sharing(
     for label, model in found.items():
         quasi: Figures = {}
         for stage in shared_stages(model):
-            data = train_sharing(model, stage, cycles=cycles, progress=progress)
+            data = stages_sharing(model, stage, cycles=cycles, progress=progress)
             quasi |= group_figures(data)
         out[f"{label}: quasi-static"] = quasi
         if is_still(model):

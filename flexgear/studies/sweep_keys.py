@@ -20,7 +20,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.gear_errors import PLANET_LISTS
 from flexgear.model.read import is_place, match_key
 from flexgear.model.section import Section, is_list, quantity_of, section_of
-from flexgear.model.train_keys import numbered
+from flexgear.model.stage_names import numbered
 from flexgear.model.units import Quantity, unit_name
 
 WHERE = "sweep"

@@ -20,8 +20,8 @@ from scipy.special import ndtr, ndtri
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.stage import Stage
 from flexgear.model.tolerance import NOT_PARALLEL, OF_PLANETS, PhaseDistribution, SizeDistribution
-from flexgear.model.train_stage import TrainStage
 
 Array = NDArray[np.float64]
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
@@ -165,7 +165,7 @@ def nominal(model: Case, drawn: Sequence[DrawnError]) -> Values:
     return found
 
 
-def _changed_stage(stage: TrainStage, name: str, values: Values, j: int, seed: int) -> TrainStage:
+def _changed_stage(stage: Stage, name: str, values: Values, j: int, seed: int) -> Stage:
     """A stage with a sample's errors."""
     return stage.model_copy(update={"errors": _changed(stage.errors, name, values, j, seed)})
 

@@ -19,8 +19,8 @@ from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.results.labelled_dataset import GearMeshName, GroupName, groups_of
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
-from flexgear.results.train_dataset import GearMeshName, GroupName, groups_of
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load

@@ -110,7 +110,7 @@ def test_schema_is_printed_or_written_once(flexgear, tmp_path):
     assert "#:schema ./flexgear.schema.json" in flexgear("schema", "--out", out)[1]
     assert flexgear("schema", "--out", out)[0] == 0  # its own file is replaced
     assert flexgear("schema")[1] == out.read_text()
-    assert "face_width_mm" in json.loads(out.read_text())["definitions"]["TrainStage"]["properties"]
+    assert "face_width_mm" in json.loads(out.read_text())["definitions"]["Stage"]["properties"]
     other = tmp_path / "mine.json"
     other.write_text("{}")
     assert "no schema of cases" in flexgear("schema", "--out", other)[2]

@@ -11,8 +11,8 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.model.material import Material
+from flexgear.model.stage import Stage
 from flexgear.model.stage_view import StageView
-from flexgear.model.train_stage import TrainStage
 
 STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 
@@ -20,13 +20,13 @@ STEEL = Material(young_modulus=206e9, poisson_ratio=0.3, density=7850.0)
 UNLOADED = {"sun": 0.0, "ring": 0.0}  # for stiffness that does not depend on the load
 
 
-def seen(stage: TrainStage, source: str = "my.toml") -> StageView:
+def seen(stage: Stage, source: str = "my.toml") -> StageView:
     """A lumped stage as gear functions see it."""
     case = load_case("lin-parker").model_copy(update={"source": source, "material": STEEL})
     return StageView(case, stage)
 
 
-def paths_of(stage: TrainStage):
+def paths_of(stage: Stage):
     """Paths by kind and side of a lumped stage."""
     return stage_paths(seen(stage), UNLOADED)
 
@@ -43,7 +43,7 @@ def flexible_errors(case):
     return {kind: e for (kind, _), e in stage_errors(case, paths).items()}
 
 
-def planetary(**changes) -> TrainStage:
+def planetary(**changes) -> Stage:
     """A spur stage that assembles: 3 planets, 24/30/84 teeth of module 10 mm."""
     data = {
         "kind": "planetary", "planets": 3, "normal_module": 0.01,
@@ -51,15 +51,15 @@ def planetary(**changes) -> TrainStage:
         "sun": {"teeth": 24}, "planet": {"teeth": 30}, "ring": {"teeth": 84}, "carrier": {},
         **changes,
     }  # fmt: skip
-    return TrainStage(**data)
+    return Stage(**data)
 
 
-def helical(**changes) -> TrainStage:
+def helical(**changes) -> Stage:
     """The same with β = 12°."""
     return planetary(**{"helix_angle": math.radians(12), "planet_hand": "right", **changes})
 
 
-def parallel(**changes) -> TrainStage:
+def parallel(**changes) -> Stage:
     """Pinion and gear of 24 and 95 teeth with profile shifts, β = 10°, standing at 40°."""
     data = {
         "kind": "parallel", "normal_module": 0.014, "pressure_angle": math.radians(20),
@@ -68,10 +68,10 @@ def parallel(**changes) -> TrainStage:
         "pinion": {"teeth": 24, "profile_shift": 0.48},
         "gear": {"teeth": 95, "profile_shift": 0.669}, **changes,
     }  # fmt: skip
-    return TrainStage(**data)
+    return Stage(**data)
 
 
-def lin_parker(planets: int = 3, **changes) -> TrainStage:
+def lin_parker(planets: int = 3, **changes) -> Stage:
     """Base diameters as printed by Lin and Parker 1999, which do not fit one another."""
     changes.setdefault("gear_mesh", {"sun_stiffness": 5e8, "ring_stiffness": 5e8})
     return planetary(

@@ -99,7 +99,7 @@ def test_every_key_has_a_meaning(section: type[Section]):
 
 
 def test_limits_and_defaults_are_in_the_units_of_the_keys():
-    shift = SCHEMA["definitions"]["TrainStage"]["properties"]
+    shift = SCHEMA["definitions"]["Stage"]["properties"]
     assert shift["pressure_angle_deg"]["minimum"] == 10
     assert shift["face_width_mm"]["maximum"] == 2000
     assert shift["face_width_m"]["maximum"] == 2

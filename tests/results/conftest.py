@@ -6,8 +6,8 @@ import pytest
 from flexgear.results.dataset import provenance
 from flexgear.results.flanks import PARTS
 from flexgear.results.stage_part import FLANKS, KINDS, stage_part, with_spread
-from flexgear.results.train_dataset import GearMeshName, train_dataset
-from flexgear.results.train_sharing import sharing_histories
+from flexgear.results.labelled_dataset import GearMeshName, labelled_dataset
+from flexgear.results.group_sharing import sharing_histories
 
 TIMES, PLANETS, SLOTS, TEETH = 20, 5, 4, 93
 RATED = 4e5  # N a planet
@@ -64,7 +64,7 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         case="sample", variant=variant, content_hash="abc", parameters={"stage": {"planets": 5}}
     )
     ticks = np.linspace(0, 1, samples) if sample_dim == "time" else np.arange(samples)
-    return train_dataset(sample_dim, ticks, arrays | own, attrs, labels, names)
+    return labelled_dataset(sample_dim, ticks, arrays | own, attrs, labels, names)
 
 
 def _flanks(own, stage):

@@ -93,9 +93,9 @@ import resource, sys
 import numpy as np
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import save
-from flexgear.results.train_dataset import train_dataset
+from flexgear.results.labelled_dataset import labelled_dataset
 noise = np.random.default_rng(0).normal(size=(500, 93, 3))
-data = train_dataset("time", np.arange(500.0), {"tooth_displacement": noise}, {}, {})
+data = labelled_dataset("time", np.arange(500.0), {"tooth_displacement": noise}, {}, {})
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
     save(data, sys.argv[1])

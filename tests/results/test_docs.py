@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from flexgear.results.quantities import QUANTITIES
-from flexgear.results.train_quantities import TRAIN_QUANTITIES
+from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 WHOLE, PART = PAGE.split("## One flexible stage")
 
 
-@pytest.mark.parametrize(("text", "known"), [(WHOLE, TRAIN_QUANTITIES), (PART, QUANTITIES)])
+@pytest.mark.parametrize(("text", "known"), [(WHOLE, RESULT_QUANTITIES), (PART, QUANTITIES)])
 def test_every_variable_stands_there_with_axes_and_unit(text, known):
     rows = {line.split("`")[1]: line for line in text.splitlines() if line.startswith("| `")}
     assert list(rows) == list(known)

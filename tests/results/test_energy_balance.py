@@ -5,7 +5,7 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.energy_balance import energy_residual
-from flexgear.results.train_dataset import train_dataset
+from flexgear.results.labelled_dataset import labelled_dataset
 
 
 def account(lost: float = 0.0):
@@ -22,7 +22,7 @@ def account(lost: float = 0.0):
         "energy_parametric_work": zero + 0.25 * t + lost * t - 0.1 * t,
         "energy_load_work": 0.1 * t,
     }
-    return train_dataset("time", t, energies, {}, {})
+    return labelled_dataset("time", t, energies, {}, {})
 
 
 def test_closed_account_leaves_nothing():

@@ -7,9 +7,9 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
-from flexgear.results.train_dataset import GearMeshName, groups_of, train_dataset
-from flexgear.results.train_quantities import TRAIN_COORDINATES, TRAIN_QUANTITIES
-from flexgear.results.train_sharing import (
+from flexgear.results.labelled_dataset import GearMeshName, groups_of, labelled_dataset
+from flexgear.results.result_quantities import TRAIN_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.group_sharing import (
     sharing_coefficients,
     sharing_figures,
     sharing_histories,
@@ -43,7 +43,7 @@ def dataset(**changes):
         "port": ["stage_1.carrier", "stage_2.pinion"],
         "definition": ["instantaneous", "hu-2023", "ren-2021"],
     }
-    return train_dataset("position", np.arange(8), arrays, {"case": "x"}, labels, NAMES)
+    return labelled_dataset("position", np.arange(8), arrays, {"case": "x"}, labels, NAMES)
 
 
 def test_gear_meshes_are_found_by_label_and_by_part():
@@ -70,7 +70,7 @@ def test_every_variable_has_a_unit_and_a_meaning():
     for name in data.variables:
         assert data[name].attrs["long_name"], name
         assert "units" in data[name].attrs, name
-    for name, quantity in TRAIN_QUANTITIES.items():
+    for name, quantity in RESULT_QUANTITIES.items():
         assert quantity.meaning, name
         assert set(quantity.dims) - {"sample"} <= set(TRAIN_COORDINATES), name
 

@@ -5,7 +5,7 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.summary import build_summary, displacement_summary, modes_summary
-from flexgear.results.train_dataset import train_dataset
+from flexgear.results.labelled_dataset import labelled_dataset
 
 
 def test_missing_and_infinite_figures_are_named():
@@ -14,7 +14,7 @@ def test_missing_and_infinite_figures_are_named():
 
 
 def test_repeated_modes_are_listed_once():
-    data = train_dataset(
+    data = labelled_dataset(
         "mode",
         [1, 2, 3, 4],
         {
@@ -36,7 +36,7 @@ def test_distance_from_the_axis_is_the_largest_of_central_members():
     motion = np.zeros((3, 3, 6))
     motion[1, 0, :2] = 3e-6, 4e-6
     motion[:, 2, :2] = 1.0
-    data = train_dataset(
+    data = labelled_dataset(
         "position",
         [0, 1, 2],
         {"body_displacement": motion},

@@ -9,7 +9,7 @@ from flexgear.gears.face_load import with_ends
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 from flexgear.results.face_load import edge_warnings, face_figures
 from flexgear.views.face_load_charts import along_face_chart, contact_pattern
 
@@ -192,7 +192,7 @@ def test_any_torque_has_an_equilibrium(share):
 def test_slices_push_only():
     """Linear contact, which a stage of lumped members has where it does not say, is not theirs."""
     data = fg.load_case("lin-parker").stages[0].model_dump(exclude={"gear_mesh"})
-    lumped = TrainStage.model_validate({**data, "gear_mesh": {"model": "face_load"}})
+    lumped = Stage.model_validate({**data, "gear_mesh": {"model": "face_load"}})
     assert lumped.gear_mesh.contact_law == "one-sided"
     with pytest.raises(InputError, match="lets flanks pull"):
         fg.load_case("lin-parker", {"stage.gear_mesh.model": "face_load"})

@@ -10,7 +10,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.model.errors import FlexgearError
 from flexgear.solve.linear import linear_train, why_not_linear
 from flexgear.solve.model import rated_rotations
-from flexgear.solve.sharing import shared_stages, train_sharing
+from flexgear.solve.sharing import shared_stages, stages_sharing
 
 ERRORS = {
     "stage.errors.sun_eccentricity_um": "20",
@@ -43,15 +43,15 @@ def test_three_planets_on_a_free_sun_share_evenly(tmp_path, sun, carrier, planet
             "stage.errors.planet_eccentricity_phase_deg": "[0, 90, 100]",
         },
     )
-    data = train_sharing(model, "stage", cycles=20)
+    data = stages_sharing(model, "stage", cycles=20)
     np.testing.assert_allclose(data["load_sharing_coefficient"], 1.0, atol=1e-9)
 
 
 def test_a_held_sun_does_not_even_out():
     """Stage 1 of the pitch drive holds its sun: its K is large, the others' 1."""
     model = bundled("pitch-drive")
-    held = train_sharing(model, "stage_1", cycles=50)["load_sharing_coefficient"]
-    free = train_sharing(model, "stage_3", cycles=50)["load_sharing_coefficient"]
+    held = stages_sharing(model, "stage_1", cycles=50)["load_sharing_coefficient"]
+    free = stages_sharing(model, "stage_3", cycles=50)["load_sharing_coefficient"]
     assert held.values.min() > 5
     np.testing.assert_allclose(free, 1.0, atol=1e-9)
 
@@ -80,7 +80,7 @@ def test_linear_way_is_the_solved_way(tmp_path, weight):
 def test_other_trains_are_solved_position_by_position(tmp_path, change, reason):
     model = one_stage(tmp_path, planets=3, **change)
     assert reason in why_not_linear(model.system)
-    data = train_sharing(model, "stage", cycles=2)
+    data = stages_sharing(model, "stage", cycles=2)
     assert data.attrs["cycles_looked_at"] <= 2
     assert data["load_sharing_coefficient"].values == pytest.approx(1.0, abs=0.2)
 
@@ -88,11 +88,11 @@ def test_other_trains_are_solved_position_by_position(tmp_path, change, reason):
 def test_the_whole_error_cycle_is_looked_at():
     """lcm(23, 17, 57) gear-mesh cycles of the herringbone stage, none left out."""
     model = bundled("herringbone")
-    data = train_sharing(model, "stage")
+    data = stages_sharing(model, "stage")
     assert data.attrs["cycles"] == data.attrs["cycles_looked_at"] == 23 * 17 * 57
     assert data.attrs["complete"] == 1
     assert data.sizes["cycle"] == 23 * 17 * 57
-    part = train_sharing(model, "stage", cycles=300)
+    part = stages_sharing(model, "stage", cycles=300)
     whole = float(data["load_sharing_coefficient"].max())
     assert 0.99 * (whole - 1) < float(part["load_sharing_coefficient"].max()) - 1 <= whole - 1
 
@@ -114,7 +114,7 @@ def test_errors_come_back_after_their_cycle():
 
 def test_positions_shown_are_one_turn_of_the_stage():
     model = bundled("lin-parker")
-    data = train_sharing(model, "stage")
+    data = stages_sharing(model, "stage")
     sun = data["master_angle"].values[:, 0]
     carrier = abs(sun[-1] + sun[1] - 2 * sun[0]) * 26 / (26 + 94)
     assert carrier == pytest.approx(2 * np.pi, rel=1e-6)
@@ -133,4 +133,4 @@ def test_stages_that_share_nothing():
     model = bundled("nrel-5mw")
     assert shared_stages(model) == ["stage_1", "stage_2"]
     with pytest.raises(FlexgearError, match="no planets that share"):
-        train_sharing(model, "stage_3")
+        stages_sharing(model, "stage_3")

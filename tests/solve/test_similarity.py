@@ -21,7 +21,7 @@ from flexgear.solve.linear import why_not_linear
 from flexgear.solve.modes import campbell, modes
 from flexgear.solve.run import run
 from flexgear.solve.run_figures import kinematics
-from flexgear.solve.sharing import train_sharing
+from flexgear.solve.sharing import stages_sharing
 from flexgear.solve.static import position_figures, static
 from flexgear.solve.transient import simulate, torque_drop
 from flexgear.studies.measures import measures_of
@@ -78,7 +78,7 @@ def every_analysis(contexts, modes=modes):
     figures = [position_figures(c, static(c, [0.0]).isel(position=0)) for c in contexts]
     assert {k: v for k, v in figures_apart(*figures, FACTOR).items() if v > ALIKE} == {}
     stage = contexts[0].case.stages[0].name
-    assert apart([train_sharing(c, stage, cycles=1) for c in contexts]) == {}
+    assert apart([stages_sharing(c, stage, cycles=1) for c in contexts]) == {}
     runs = [simulate(c, duration=2 / c.pace.gear_mesh).data for c in contexts]
     assert runs[0].sizes["time"] > 100
     assert apart(runs) == {}

@@ -19,7 +19,7 @@ from flexgear.model.load import load_case
 from flexgear.results.dataset import load
 from flexgear.solve import bodies as solve_bodies
 from flexgear.solve.model import assemble
-from flexgear.solve.sharing import train_sharing
+from flexgear.solve.sharing import stages_sharing
 from flexgear.studies import sweep
 from flexgear.studies.measures import measures_of
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
@@ -360,7 +360,7 @@ class TestLoadSharing:
         train = stage_train(
             tmp_path, planets=4, **{"stage.errors.pin_tangential_um": "[40, 0, 0, 0]"}
         )
-        alone = train_sharing(assemble(train), "stage")
+        alone = stages_sharing(assemble(train), "stage")
         point = data["load_sharing"].isel({data["load_sharing"].dims[0]: 2})
         np.testing.assert_array_equal(point, alone["load_sharing_coefficient"])
 

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
-from flexgear.results.train_dataset import GearMeshName, train_dataset
-from flexgear.results.train_sharing import sharing_histories
-from flexgear.views import mode_charts, train_charts
+from flexgear.results.group_sharing import sharing_histories
+from flexgear.results.labelled_dataset import GearMeshName, labelled_dataset
+from flexgear.views import mode_charts, sharing_charts
 from flexgear.views.style import planet_colour
 
 SAMPLES = 40
@@ -31,7 +31,7 @@ def history(dim: str = "position", uneven: float = 0.1) -> xr.Dataset:
     moved = np.zeros((SAMPLES, len(BODIES), 6))
     moved[:, 0, 0], moved[:, 0, 1] = 30e-6 * np.cos(turn), 30e-6 * np.sin(turn)
     moved[:, 3, 0] = 12e-6
-    return train_dataset(
+    return labelled_dataset(
         dim,
         np.linspace(0, 2, SAMPLES) if dim == "time" else np.arange(SAMPLES),
         {
@@ -61,7 +61,7 @@ def colours(ax) -> list[str]:
 
 class TestSharing:
     def test_a_panel_for_each_kind_and_a_line_for_each_planet(self):
-        figure = train_charts.sharing_chart(history())
+        figure = sharing_charts.sharing_chart(history())
         assert len(figure.axes) == 2  # the parallel stage has nothing to share
         for ax in figure.axes:
             assert colours(ax)[:3] == [planet_colour(i) for i in (1, 2, 3)]
@@ -73,30 +73,30 @@ class TestSharing:
         assert figure.axes[-1].get_xlim() == pytest.approx((0, 2))
 
     def test_over_time(self):
-        figure = train_charts.sharing_chart(history("time"))
+        figure = sharing_charts.sharing_chart(history("time"))
         assert figure.axes[-1].get_xlabel() == "time (s)"
         with pytest.raises(FlexgearError, match="choose time or master_angle"):
-            train_charts.sharing_chart(history(), x="carrier_angle")
+            sharing_charts.sharing_chart(history(), x="carrier_angle")
 
     def test_planets_that_are_alike_are_one_line(self):
-        figure = train_charts.sharing_chart(history(uneven=0.0))
+        figure = sharing_charts.sharing_chart(history(uneven=0.0))
         for ax in figure.axes:
             assert colours(ax).count("black") == 1
             assert "all planets alike" in ax.get_title(loc="left")
 
     def test_gaps_between_cycles_that_are_far_apart(self):
         data = history().isel(position=[*range(10), *range(30, 40)])
-        line = train_charts.sharing_chart(data).axes[0].get_lines()[0]
+        line = sharing_charts.sharing_chart(data).axes[0].get_lines()[0]
         assert np.isnan(line.get_xdata()).sum() == 1
 
     def test_nothing_to_share(self):
         data = history().isel(gear_mesh=[6])
         with pytest.raises(FlexgearError, match="more than one planet"):
-            train_charts.sharing_chart(data)
+            sharing_charts.sharing_chart(data)
 
 
 def test_forces_are_in_kilonewtons():
-    figure = train_charts.gear_mesh_forces(history())
+    figure = sharing_charts.gear_mesh_forces(history())
     assert len(figure.axes) == 3
     assert "mean 10 kN, largest 11" in text_of(figure)
     assert all(ax.get_ylabel() == "force (kN)" for ax in figure.axes)
@@ -104,7 +104,7 @@ def test_forces_are_in_kilonewtons():
 
 class TestDisplacements:
     def test_orbit_and_distance_in_micrometres(self):
-        figure = train_charts.displacements_chart(history())
+        figure = sharing_charts.displacements_chart(history())
         orbit, distance, *other = figure.axes
         np.testing.assert_allclose(orbit.get_lines()[0].get_data()[0][0], 30.0)
         assert orbit.get_xlabel() == "x of the sun (µm)"
@@ -113,21 +113,21 @@ class TestDisplacements:
         assert other[0].get_xlabel() == "x of the pinion (µm)"
 
     def test_members_that_stay_are_left_out(self):
-        figure = train_charts.displacements_chart(history())
+        figure = sharing_charts.displacements_chart(history())
         labels = [t.get_text() for t in figure.legends[0].get_texts()]
         assert labels == ["sun", "pinion"]
 
     def test_nothing_moves(self):
         data = history()
         data["body_displacement"] = 0 * data["body_displacement"]
-        figure = train_charts.displacements_chart(data)
+        figure = sharing_charts.displacements_chart(data)
         assert "stay on their axes" in figure.axes[0].texts[0].get_text()
 
 
 class TestPowerFlow:
     def test_bars_are_speeds_torques_and_powers(self):
         flow = power_flow(load_case("pitch-drive"))
-        speed, torque, power = train_charts.power_flow_chart(flow).axes
+        speed, torque, power = sharing_charts.power_flow_chart(flow).axes
         widths = [bar.get_width() for bar in speed.patches]
         np.testing.assert_allclose(
             widths, [v * 30 / np.pi for v in flow.speed.values()], rtol=1e-12
@@ -140,7 +140,7 @@ class TestPowerFlow:
 
     def test_ports_and_held_members_are_marked(self):
         flow = power_flow(load_case("double-rotor-5mw"))
-        figure = train_charts.power_flow_chart(flow)
+        figure = sharing_charts.power_flow_chart(flow)
         names = [t.get_text() for t in figure.axes[0].get_yticklabels()]
         assert sum("(in)" in n for n in names) == 2
         assert sum("(out)" in n for n in names) == 1
@@ -249,4 +249,4 @@ class TestCampbell:
 
 def test_missing_variable_is_named():
     with pytest.raises(FlexgearError, match="no variable 'gear_mesh_force'"):
-        train_charts.gear_mesh_forces(xr.Dataset())
+        sharing_charts.gear_mesh_forces(xr.Dataset())

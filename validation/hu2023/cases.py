@@ -8,7 +8,7 @@ import numpy as np
 
 from flexgear.model.case import Case
 from flexgear.model.load import load_case
-from flexgear.model.train_member import TrainGear
+from flexgear.model.member import GearMember
 from hu2023.equations import Drive, Stage
 
 
@@ -58,7 +58,7 @@ def drive() -> Drive:
     return Drive(stages=tuple(stages))
 
 
-def disc(gear: TrainGear, module: float, width: float, base: float) -> tuple[float, float]:
+def disc(gear: GearMember, module: float, width: float, base: float) -> tuple[float, float]:
     """Mass and J/r_b² (kg) of a steel disc of the reference diameter with the gear's bore."""
     outer, inner = 0.5 * module * gear.teeth, 0.5 * (gear.bore_diameter or 0.0)
     mass = np.pi * (outer**2 - inner**2) * width * train().material.density

@@ -15,12 +15,12 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
+from flexgear.model.member import MatedGear, PlanetGear, Support
 from flexgear.model.member_load import MemberLoad
 from flexgear.model.ports import Input, Output
 from flexgear.model.section import Section
 from flexgear.model.springs import Springs
-from flexgear.model.train_member import MatedGear, PlanetGear, Support
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 
 RPM = 60.0 / (2.0 * math.pi)
 _WRITTEN = {
@@ -206,7 +206,7 @@ class _Export:
 class _StageOut:
     """Adds one stage to a model."""
 
-    def __init__(self, whole: _Export, stage: TrainStage) -> None:
+    def __init__(self, whole: _Export, stage: Stage) -> None:
         self.whole, self.stage, self.model = whole, stage, whole.model
         self.geometry = stage_geometry(whole.case.view(stage.name))
         self.gears = GearsOut(self.model, stage, self.geometry)

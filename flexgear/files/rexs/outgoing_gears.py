@@ -7,24 +7,24 @@ import math
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_slot
+from flexgear.model.member import MatedGear, PlanetGear
 from flexgear.model.modifications import Relief
-from flexgear.model.train_member import MatedGear, PlanetGear
-from flexgear.model.train_stage import TrainStage
+from flexgear.model.stage import Stage
 
 MM = 1e3
 
 
-def halves(stage: TrainStage) -> tuple[int, ...]:
+def halves(stage: Stage) -> tuple[int, ...]:
     """−1 and +1 for the halves of a double helix, 0 for a single one."""
     return (-1, 1) if stage.double_helical else (0,)
 
 
-def middle(stage: TrainStage, half: int) -> float:
+def middle(stage: Stage, half: int) -> float:
     """Place of a half's middle from that of the stage, mm."""
     return half * MM * (stage.face_width + stage.half_gap) / 2
 
 
-def hand(stage: TrainStage, slot: str, half: int) -> float:
+def hand(stage: Stage, slot: str, half: int) -> float:
     """+1 for a right hand: planet and ring have the stage's hand, sun and pinion the other.
 
     In a parallel stage the gear has the planet's slot. The right half is the mirror of the left.
@@ -37,7 +37,7 @@ def hand(stage: TrainStage, slot: str, half: int) -> float:
 class GearsOut:
     """Adds gears of one stage to a model."""
 
-    def __init__(self, model: Outgoing, stage: TrainStage, geometry: StageGeometry) -> None:
+    def __init__(self, model: Outgoing, stage: Stage, geometry: StageGeometry) -> None:
         self.model, self.stage, self.geometry = model, stage, geometry
         self.members = gears_by_slot(stage)
         self.gears: list[tuple[str, int]] = []  # slot and id of every gear

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
 
 
-def check_train(train: Case) -> None:
+def check_case(train: Case) -> None:
     """Names, ports and supports fit one another; Refusal otherwise."""
     _check_stage_names(train)
     _check_members(train)

@@ -10,11 +10,11 @@ from flexgear.model.carrier import Carrier
 from flexgear.model.gauge import Gauge
 from flexgear.model.hub import Hub
 from flexgear.model.modifications import GearModifications, PlanetModifications
+from flexgear.model.planetary_gears import Gear
 from flexgear.model.ring import Ring
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.shaft import Shaft
 from flexgear.model.springs import Bearing, Rolling
-from flexgear.model.stage import Gear
 from flexgear.model.units import Inertia, Length, Mass, Stiffness
 
 Kinematics = Literal["fixed", "torsional", "planar", "axial", "spatial"]
@@ -71,7 +71,7 @@ class LumpedInertia(Section):
         return self
 
 
-class TrainGear(LumpedInertia, Gear):
+class GearMember(LumpedInertia, Gear):
     """A lumped gear.
 
     base_diameter: replaces the one from module and teeth. rim_thickness: of a ring, outside its
@@ -87,13 +87,13 @@ class TrainGear(LumpedInertia, Gear):
         return Gear(**{name: getattr(self, name) for name in Gear.model_fields})
 
 
-class PlanetGear(TrainGear):
+class PlanetGear(GearMember):
     """A planet. modifications: of its flanks."""
 
     modifications: PlanetModifications = PlanetModifications()
 
 
-class MatedGear(TrainGear):
+class MatedGear(GearMember):
     """A gear with one gear mesh. modifications: of its flanks."""
 
     modifications: GearModifications = GearModifications()
@@ -130,7 +130,7 @@ class RingGear(MatedGear):
         return self
 
 
-class TrainCarrier(LumpedInertia):
+class CarrierMember(LumpedInertia):
     """A carrier: a lumped body, or an FE body on two bearings, those of its seats on the drive side
     and on the far side.
 
@@ -143,7 +143,7 @@ class TrainCarrier(LumpedInertia):
     bearing_far: SeatBearing | None = None
 
     @model_validator(mode="after")
-    def _one_body(self) -> TrainCarrier:
+    def _one_body(self) -> CarrierMember:
         _refuse_lumped(self, self.fe is not None, "fe", "bearing_drive and bearing_far")
         for name in ("bearing_drive", "bearing_far"):
             given = getattr(self, name) is not None

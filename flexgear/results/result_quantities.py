@@ -63,7 +63,7 @@ UNSAID = (
     "with fewer than four samples a gear-mesh cycle, less than one cycle, a stage that does not "
     "turn, or planets that at times carry no load together"
 )
-TRAIN_QUANTITIES: dict[str, Quantity] = {
+RESULT_QUANTITIES: dict[str, Quantity] = {
     **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
     "master_angle": Quantity((S, "master"), "rad", "rotation of members that turn independently"),
     "master_speed": Quantity((S, "master"), "rad/s", "their speed"),

@@ -24,7 +24,7 @@ from flexgear.results.tooth_pattern import (
     planet_pattern,
 )
 from flexgear.solve.transient import settled
-from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, train_charts
+from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, sharing_charts
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.pattern_charts import tooth_rows_chart
@@ -65,12 +65,12 @@ def flanks_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
     return plan
 
 
-def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:
+def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:
     """Figures of any case by file name: caption and how to make them."""
     plan: dict[str, tuple[str, Draw]] = {
         "power_flow": (
             "Speeds, torques and powers of the members",
-            partial(train_charts.power_flow_chart, flow),
+            partial(sharing_charts.power_flow_chart, flow),
         ),
         "modes": (
             "Natural modes by type and energy",
@@ -121,7 +121,7 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             shared = str(found.attrs["stage"]).replace("_", " ")
             plan[name] = (
                 f"Load sharing of {shared}, quasi-static, over one turn",
-                partial(train_charts.sharing_chart, found),
+                partial(sharing_charts.sharing_chart, found),
             )
     rest = settled(data["transient"])
     whole = _thinned(rest)
@@ -130,7 +130,7 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
             plan[f"transient_forces_{stage.name}"] = (
                 f"Gear-mesh forces of {stage.name.replace('_', ' ')} in the transient, "
                 f"its last {CYCLES_SHOWN} gear-mesh cycles",
-                partial(train_charts.gear_mesh_forces, _close_up(rest, stage)),
+                partial(sharing_charts.gear_mesh_forces, _close_up(rest, stage)),
             )
             plan[f"spectrum_{stage.name}"] = (
                 f"Spectrum of the gear-mesh forces of {stage.name.replace('_', ' ')}, planet 1, "
@@ -140,11 +140,11 @@ def train_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tup
     if rest.sizes.get("group", 0):
         plan["transient_sharing"] = (
             "Load sharing in the transient after start-up",
-            partial(train_charts.sharing_chart, whole),
+            partial(sharing_charts.sharing_chart, whole),
         )
     plan["transient_displacements"] = (
         "Displacement of central members in the transient",
-        partial(train_charts.displacements_chart, whole),
+        partial(sharing_charts.displacements_chart, whole),
     )
     if "gauge_strain" in whole:
         still = data["equilibrium"]

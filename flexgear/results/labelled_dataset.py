@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import AXES, DOFS, S
-from flexgear.results.train_quantities import TRAIN_COORDINATES, TRAIN_QUANTITIES
+from flexgear.results.result_quantities import TRAIN_COORDINATES, RESULT_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
@@ -68,7 +68,7 @@ def groups_of(gear_meshes: Sequence[GearMeshName]) -> dict[GroupName, NDArray[np
     return {g: np.array(at, dtype=np.int64) for g, at in found.items() if len(at) > 1}
 
 
-def train_dataset(
+def labelled_dataset(
     sample_dim: str,
     samples: ArrayLike,
     arrays: Mapping[str, Any],
@@ -76,7 +76,7 @@ def train_dataset(
     labels: Labels,
     gear_meshes: Sequence[GearMeshName] = (),
 ) -> xr.Dataset:
-    """Dataset from arrays by name; see ``train_quantities`` for names, axes and units.
+    """Dataset from arrays by name; see ``result_quantities`` for names, axes and units.
 
     labels: of axes that are neither numbered from 1 nor gear meshes and groups, which follow from
     ``gear_meshes``. FlexgearError for a variable that is not known or has wrong axes.
@@ -120,14 +120,14 @@ def _beside_group(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any
 
 
 def variable(name: str, value: ArrayLike, sample_dim: str = "") -> xr.Variable:
-    """One variable of ``train_quantities`` with its unit, e.g. to add to a dataset."""
+    """One variable of ``result_quantities`` with its unit, e.g. to add to a dataset."""
     return _variable(name, sample_dim, value)
 
 
 def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
-    if name not in TRAIN_QUANTITIES:
-        raise FlexgearError(f"'{name}' is not a variable of trains; see results/train_quantities")
-    quantity, array = TRAIN_QUANTITIES[name], np.asarray(value)
+    if name not in RESULT_QUANTITIES:
+        raise FlexgearError(f"'{name}' is not a variable of trains; see results/result_quantities")
+    quantity, array = RESULT_QUANTITIES[name], np.asarray(value)
     dims = tuple(sample_dim if d == S else d for d in quantity.dims)
     if array.ndim != len(dims):
         raise FlexgearError(
@@ -137,7 +137,7 @@ def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
 
 
 def coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
-    """One coordinate of ``train_quantities`` with its unit."""
+    """One coordinate of ``result_quantities`` with its unit."""
     units, meaning = TRAIN_COORDINATES[name]
     return xr.Variable((dim,), np.asarray(values), {"units": units, "long_name": meaning})
 

@@ -1,0 +1,129 @@
+"""Gears of the planetary stage and how they stand to each other."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.units import Angle, Length
+
+
+class Gear(Section):
+    """One gear; coefficients are multiples of the normal module.
+
+    teeth: their number, positive for the ring, too. profile_shift: coefficient of ISO 21771 with
+    the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
+    circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
+    coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
+    radius of the rack's tip as a coefficient. bore_diameter: of the gear's hole, 0 for none.
+    """
+
+    teeth: int = Field(ge=5, le=2000)
+    profile_shift: float = Field(default=0.0, ge=-2.0, le=2.0)
+    addendum: float = Field(default=1.0, ge=0.3, le=2.0)
+    dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
+    root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
+    bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
+
+
+class PlanetaryGears(Section):
+    """A simple planetary stage: sun, equally or freely spaced planets, ring.
+
+    planets: their number. normal_module, pressure_angle: of the basic rack in the normal section.
+    helix_angle: at the reference cylinder, 0 for spur gears. face_width: common to all gears.
+    planet_hand: of the planets' helix; the ring has the same, the sun the other. center_distance:
+    of sun and planet; from teeth and profile shifts if left out. sun, planet, ring: the gears.
+    planet_positions: angles in the carrier, equal spacing if left out. allow_unassemblable: take
+    tooth numbers that do not assemble (for papers that print such); every planet then sees a sun
+    whose teeth fit it. backlash_ring, backlash_sun: normal backlash of each gear mesh.
+    """
+
+    planets: int = Field(ge=1, le=20)
+    normal_module: Length = Field(ge=2e-4, le=0.1)
+    pressure_angle: Angle = Field(ge=math.radians(10), le=math.radians(35))
+    helix_angle: Angle = Field(default=0.0, ge=0.0, le=math.radians(45))
+    face_width: Length = Field(ge=1e-3, le=2.0)
+    planet_hand: Literal["right", "left"] = "right"
+    center_distance: Length | None = Field(default=None, ge=1e-3, le=5.0)
+    planet_positions: tuple[Angle, ...] | None = None
+    allow_unassemblable: bool = False
+    backlash_ring: Length = Field(default=0.0, ge=0.0, le=0.02)
+    backlash_sun: Length = Field(default=0.0, ge=0.0, le=0.02)
+    sun: Gear
+    planet: Gear
+    ring: Gear
+
+    @property
+    def planet_angles(self) -> tuple[float, ...]:
+        """Angles of the planets in the carrier, rad; equally spaced unless given."""
+        if self.planet_positions is not None:
+            return self.planet_positions
+        return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
+
+    @property
+    def planet_period(self) -> float:
+        """Smallest turn of the carrier, rad, after which planets stand where planets stood: the
+        planet spacing where that is one, else a part of a turn or all of it."""
+        place = [cmath.exp(1j * angle) for angle in self.planet_angles]
+        for n in range(self.planets, 1, -1):
+            turn = cmath.exp(2j * math.pi / n)
+            if all(min(abs(p * turn - q) for q in place) < 1e-9 for p in place):
+                return 2.0 * math.pi / n
+        return 2.0 * math.pi
+
+    @property
+    def signed_helix_angle(self) -> float:
+        """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
+        return self.helix_angle if self.planet_hand == "right" else -self.helix_angle
+
+    @classmethod
+    def required(cls, data: Mapping[str, Any]) -> list[Missing]:
+        """The hand of helical gears."""
+        return required_hand(data)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> PlanetaryGears:
+        given = self.planet_positions
+        if given is not None and len(given) != self.planets:
+            raise Refusal(
+                "planet_positions",
+                f"{len(given)} angles for {self.planets} planets",
+                "give one angle for each planet, or leave the key out for equal spacing",
+            )
+        if self.ring.teeth <= self.planet.teeth:
+            raise Refusal(
+                "ring.teeth",
+                f"a ring of {self.ring.teeth} teeth cannot hold planets of {self.planet.teeth}",
+                "about z_sun + 2 z_planet",
+            )
+        for name, gear in (("planet", self.planet), ("sun", self.sun)):
+            check_bore(name, gear, self.normal_module)
+        if self.face_width > 20 * self.normal_module * self.planet.teeth:
+            raise Refusal(
+                "face_width",
+                f"{self.face_width:g} m is more than 20 planet diameters",
+                "check the units of face width and module",
+            )
+        return self
+
+
+def required_hand(data: Mapping[str, Any]) -> list[Missing]:
+    """``planet_hand`` where gears are helical: with the other hand it is another stage."""
+    helix = data.get("helix_angle")
+    if isinstance(helix, float) and helix > 0.0 and "planet_hand" not in data:
+        remedy = 'add planet_hand = "right" or "left"'
+        return [Missing("planet_hand", "is missing with a helix angle", remedy)]
+    return []
+
+
+def check_bore(name: str, gear: Gear, module: float) -> None:
+    """Refusal if the bore of an external gear reaches its root circle."""
+    if gear.bore_diameter >= module * (gear.teeth - 2 * gear.dedendum):
+        raise Refusal(
+            f"{name}.bore_diameter", "the bore is as large as the root circle", "lower it"
+        )
