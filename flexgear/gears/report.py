@@ -16,6 +16,7 @@ from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
 from flexgear.gears.flanks import GearFlank, modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import iso_peak
+from flexgear.gears.left_out import left_out
 from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.root_stress import RootStress, stage_root_stress
@@ -44,7 +45,8 @@ def case_report(case: Case) -> Report:
 
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
-    "gear_mesh"), and "missing_on_flanks" where some are no involutes. Lengths of gears are
+    "gear_mesh"), "missing_on_flanks" where some are no involutes, and "not_modelled" with the sizes
+    of what gear-mesh models leave out. Lengths of gears are
     diameters; stiffness is along the 3D normal and, in a double-helical stage, of one half, as face
     width and contact ratios are; forces as in ``stage_paths``. Root stress is nominal,
     without load factors."""
@@ -61,7 +63,8 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
             if of == slot:
                 report[name] |= _root(view.part(part), found)
     flanks = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
-    return report | ({"missing_on_flanks": flanks} if flanks else {})
+    report |= {"missing_on_flanks": flanks} if flanks else {}
+    return report | {"not_modelled": left_out(view, forces)}
 
 
 def _missing(flank: GearFlank) -> list[float]:
