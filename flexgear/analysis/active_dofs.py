@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from flexgear.analysis.vectors import SIMD, add, add_two, dot, fill, rounded_up
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.compiled import FAST, INNER
-from flexgear.coupling.elements import BLOCKS
+from flexgear.coupling.elements import Rows
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, PairData
+from flexgear.coupling.pair_data import PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-TERMS = 2 + 6 * BLOCKS  # most dofs of a row
 ONE = np.uint64(1)
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
@@ -121,7 +120,7 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
 
 def _most_blocks(pairs: PairData, blocks: int) -> int:
     """Blocks that rows of one step and of the one before may act on beyond lines of action."""
-    teeth = 2 * SLOTS * int(pairs.per_tooth.sum())
+    teeth = 2 * pairs.slots * int(pairs.per_tooth.sum())
     beyond = int((covered(pairs) == 1).sum())
     several = (pairs.support_block, pairs.bearing_block, pairs.load_block)
     return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
@@ -134,10 +133,12 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
     return DofVectors(free, free_rate, force, motion, before, np.zeros(2 * room))
 
 
-def dof_rows(count: int) -> DofRows:
-    """Work space for so many rows."""
+def dof_rows(rows: Rows) -> DofRows:
+    """Work space for as many rows, each with all dofs of its blocks, a line of action and its ζ."""
+    count, blocks = rows.blocks.shape
     first, since = np.zeros((2, count + 1), np.int64)
-    return DofRows(first, since, np.zeros(count * TERMS, np.uint64), np.zeros(count * TERMS))
+    terms = count * (2 + 6 * blocks)
+    return DofRows(first, since, np.zeros(terms, np.uint64), np.zeros(terms))
 
 
 @njit(**INNER)

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.static_contact import solve_dense
 from flexgear.analysis.vectors import add_two, dot, fill, rounded_up, wide
 from flexgear.coupling.compiled import FAST, INNER
-from flexgear.coupling.elements import PLACES, places, widest
+from flexgear.coupling.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
 from flexgear.coupling.pair_data import PairData, deepest_gap
 
@@ -88,7 +88,8 @@ def first_memory(data: PairData) -> Array:
     their slices, and all else is where it was made."""
     memory = np.zeros((places(data), 2, widest(data)))
     touch = TOUCHING + 2.0 * deepest_gap(data)
-    memory[: PLACES * len(data.s0), 0] = np.repeat(touch, PLACES)[:, None]
+    own = places_of_gear_mesh(data)
+    memory[: own * len(data.s0), 0] = np.repeat(touch, own)[:, None]
     return memory
 
 

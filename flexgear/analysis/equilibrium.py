@@ -25,11 +25,10 @@ from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
-from flexgear.coupling.elements import PLACES
 from flexgear.coupling.laws import functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import freeze_neighbours
-from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
+from flexgear.coupling.pair_data import extra_rows, two_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
@@ -123,7 +122,7 @@ def revolution(
     train = held(modal)
     work = position_work(pairs, train, len(system.ports))
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
-    shape = (count, len(pairs.s0), SLOTS)
+    shape = (count, len(pairs.s0), pairs.slots)
     out = np.zeros(len(work.contact.right))
     loads = PairResults(
         load=np.zeros(shape),
@@ -229,7 +228,8 @@ def _start_slices(forward, work):
         if meshes[m].slices == 0:
             continue
         carries = (meshes[m].front == 1) == forward
-        for place in range(PLACES * m, PLACES * (m + 1)):
+        first = meshes[m].places * m
+        for place in range(first, first + meshes[m].places):
             for a in range(2):
                 if not carries:
                     memory[place, 0, a] = -TOUCHING

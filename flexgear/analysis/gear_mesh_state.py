@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 class PairsAt(NamedTuple):
-    """Pairs of a result, (t, M, SLOTS): error m at z = 0, less backlash, NaN without a pair;
+    """Pairs of a result, (t, M, slots): error m at z = 0, less backlash, NaN without a pair;
     planet_tooth from 0, −1 without a pair."""
 
     error: Array
@@ -55,7 +55,7 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
 def first_touch(pairs: PairData, lines: LineLoads, error: Array) -> Array:
     """Approach (t, M) m at which the first slice touches; NaN where there is no pair.
 
-    error (t, M, SLOTS): as of ``PairsAt``.
+    error (t, M, slots): as of ``PairsAt``.
     """
     along = pairs.error_slope[:, None, None] * lines.z
     left = np.where(np.isfinite(lines.line_load), lines.gap - error[..., None] - along, np.inf)

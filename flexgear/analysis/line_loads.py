@@ -19,14 +19,14 @@ LEAST_WIDTH = 1e-6  # of half a face: shorter contact lines have no line load, b
 
 @dataclass(frozen=True)
 class LineLoads:
-    """Slices of gear meshes over samples, (t, M, SLOTS, K), NaN where no pair has slices.
+    """Slices of gear meshes over samples, (t, M, slots, K), NaN where no pair has slices.
 
     force N, elastic; z m, middle of a slice along the face; path m, path coordinate there;
     line_load N/m of the face (per length along z, NaN where a contact line has no length); gap m
     between the unloaded flanks there; width m along z.
-    ends: (t, M, SLOTS, 2) m of the contact line along z. approach, tilt: (t, M, SLOTS) m and m/m,
+    ends: (t, M, slots, 2) m of the contact line along z. approach, tilt: (t, M, slots) m and m/m,
     how far the bodies have closed along N at z = 0 and its slope along z, errors not counted.
-    tangent: (t, M, SLOTS, 2, 2) N/m of the pair's two rows under its load.
+    tangent: (t, M, slots, 2, 2) N/m of the pair's two rows under its load.
     """
 
     force: Array

@@ -29,7 +29,7 @@ OF_BODIES = CAUSES[:5]  # the others are in the flanks
 
 
 def tilt_by_cause(recovery: Recovery) -> Array:
-    """(t, M, SLOTS, causes) m/m of ``CAUSES``, how much closer by each the flanks come per width
+    """(t, M, slots, causes) m/m of ``CAUSES``, how much closer by each the flanks come per width
     towards +z; NaN where there is no pair, 0 for what a gear mesh does not have.
 
     "carrier" is the pin's tilt, elastic and by the carrier's bearings; "sun" that of sun or pinion
@@ -50,7 +50,7 @@ def tilt_by_cause(recovery: Recovery) -> Array:
 def _of_bodies(
     recovery: Recovery, turned: Array, pins: Mapping[str, Array], m: int
 ) -> dict[str, Array]:
-    """Tilts of gear mesh m by bodies, (t, SLOTS) or (t, 1); turned (t, blocks, 2): rotations; pins:
+    """Tilts of gear mesh m by bodies, (t, slots) or (t, 1); turned (t, blocks, 2): rotations; pins:
     see ``_against_pins``."""
     result, pairs = recovery.result, recovery.modal.system.pairs
     axis = np.array([-pairs.normal[m, 1], pairs.normal[m, 0]]) / pairs.cos_b[m]

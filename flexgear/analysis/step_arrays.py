@@ -85,12 +85,12 @@ class Samples(NamedTuple):
     masters: Array  # (…, F, 2) independent rotations and their speeds
     torques: Array  # (…, P) from outside on the ports
     speeds: Array  # (…, P) of the ports
-    pair_load: Array  # (…, M, SLOTS)
+    pair_load: Array  # (…, M, slots)
     pair_tooth: NDArray[np.int16]
     pair_stiffness: Array
     pair_position: Array
-    far_load: Array  # (…, M, SLOTS) of a pair's second row, and its approach; without length where
-    pair_approach: Array  # no pair has two; (…, M, SLOTS, 4): δ of both, and of the bodies alone
+    far_load: Array  # (…, M, slots) of a pair's second row, and its approach; without length where
+    pair_approach: Array  # no pair has two; (…, M, slots, 4): δ of both, and of the bodies alone
     support_load: Array  # (…, extra rows)
     energy: Array  # (…, 9)
     active_flanks: NDArray[np.int64]

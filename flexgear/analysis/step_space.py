@@ -15,7 +15,7 @@ from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space,
 from flexgear.analysis.vectors import rounded_up
 from flexgear.coupling.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import SLOTS, extra_rows, two_rows
+from flexgear.coupling.pair_data import extra_rows, two_rows
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         rows=rows,
         active=active,
         dofs=dof_vectors(active),
-        on_dofs=dof_rows(count),
+        on_dofs=dof_rows(rows),
         problem=contact_problem(count),
         space=law_space(len(rows.element), widest(pairs)),
         closing_speed=np.zeros(len(pairs.s0)),
@@ -67,7 +67,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     ledger = Ledger(
         booked=booked,
         rows=last,
-        on_dofs=dof_rows(count),
+        on_dofs=dof_rows(rows),
         lost=np.zeros((3, count)),
         now=np.zeros((2, count)),
         before=np.zeros((2, count)),
@@ -92,7 +92,7 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
     """Where so many saved samples go; no pair is in contact."""
     pairs = modal.system.pairs
     meshes, system = len(pairs.s0), modal.system
-    shape = (count, meshes, SLOTS)
+    shape = (count, meshes, pairs.slots)
     return Samples(
         eta=np.zeros((count, modal.modes.shape[1])),
         theta=np.zeros((count, len(system.angles))),

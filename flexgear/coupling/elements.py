@@ -23,7 +23,6 @@ from flexgear.coupling.pair_data import (
     BEARING,
     LOAD,
     OF_LINE,
-    SLOTS,
     SUPPORT,
     PairData,
     extra_rows,
@@ -34,8 +33,6 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Records = Any  # a structured array: numba reads its fields by name
 
-PLACES = 2 * SLOTS  # of a gear mesh in what a step carries on: more than pairs in contact
-BLOCKS = SLOTS + 1  # most blocks of a row
 RATE_PARAMETERS = 5  # of the law of machines at ports
 
 
@@ -45,7 +42,7 @@ def _record(ints: str, reals: str) -> np.dtype[Any]:
 
 GEAR_MESH = _record(
     "sided model kind front back angle turns planet_block gear_block per_tooth table gear_tooth0 "
-    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent",
+    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent slots places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset error_slope largest_error "
     "damping radial_x radial_y normal_x normal_y tangent_x tangent_y table_start table_step",
@@ -170,6 +167,7 @@ def packed(data: PairData) -> Elements:
         mesh[f"radial_{axis}"] = data.radial[:, i]
         mesh[f"normal_{axis}"] = data.normal[:, i]
         mesh[f"tangent_{axis}"] = data.tangent_point[:, i]
+    mesh["slots"], mesh["places"] = data.slots, places_of_gear_mesh(data)
     runout = np.zeros(data.runout_amplitude.shape, dtype=RUNOUT)
     for name in RUNOUT.names or ():
         runout[name] = getattr(data, f"runout_{name}")
@@ -229,14 +227,15 @@ def _fixed_rows(data: PairData) -> FixedRows:
 
 def pair_rows(data: PairData, machines: int = 0) -> Rows:
     """Empty work space for ``data``, with room for so many rows and elements more at ports."""
-    pairs, fixed = max(1, len(data.s0) * SLOTS), _fixed_rows(data)
+    pairs, fixed = max(1, len(data.s0) * data.slots), _fixed_rows(data)
+    blocks = data.slots + 1  # teeth of a gear that are blocks, and the planet
     rows = rows_of_pair(data) * pairs + extra_rows(data) + machines
     elements = pairs + len(fixed.element) + machines
     parameters = max(fixed.parameters.shape[1], slice_parameters(data))
     return Rows(
         row=np.zeros(rows, dtype=ROW),
-        blocks=np.zeros((rows, BLOCKS), dtype=np.int64),
-        coef=np.zeros((rows, BLOCKS, 6)),
+        blocks=np.zeros((rows, blocks), dtype=np.int64),
+        coef=np.zeros((rows, blocks, 6)),
         pair=np.zeros(pairs, dtype=PAIR),
         element=np.zeros(elements, dtype=ELEMENT),
         parameters=np.zeros((elements, parameters)),
@@ -248,9 +247,15 @@ def slice_parameters(data: PairData) -> int:
     return FIRST + data.slice_table.shape[2] - OF_LINE if data.slice_table.shape[2] else 0
 
 
+def places_of_gear_mesh(data: PairData) -> int:
+    """Places of a gear mesh in what a step carries on: twice its slots, so that a pair that comes
+    never finds what one that has left carried."""
+    return 2 * data.slots
+
+
 def places(data: PairData) -> int:
     """Elements that a step may carry something on of: tooth pairs in turn, then the fixed ones."""
-    return PLACES * len(data.s0) + len(_fixed_rows(data).element) + 1
+    return places_of_gear_mesh(data) * len(data.s0) + len(_fixed_rows(data).element) + 1
 
 
 def widest(data: PairData) -> int:

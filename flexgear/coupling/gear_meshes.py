@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from flexgear.coupling.laws import law_number
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
+    FEWEST_SLOTS,
     KINDS,
     PER_PAIR,
-    SLOTS,
     SUMMED,
     WAVE,
     PairData,
@@ -149,13 +149,9 @@ def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:
 
 
 def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None = None) -> PairData:
-    """Arrays of all gear meshes; blocks: number of contact blocks.
-
-    Raises FlexgearError where more tooth pairs are in contact at once than there is room for.
-    """
+    """Arrays of all gear meshes; blocks: number of contact blocks. FlexgearError where a body has
+    not as many tooth nodes as its gear has teeth."""
     extra = extra or ExtraRows()
-    for s in sets:
-        _check_slots(s)
     start, step, k_table, z_table, gap_table = _tables(sets)
     columns, positions = _Columns(), np.zeros((max(blocks, 1), 3))
     for number, s in enumerate(sets):
@@ -177,6 +173,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
     block, vector, stiffness, turning = _supports(extra)
     return PairData(
         one_sided=any(s.one_sided for s in sets),
+        slots=max([FEWEST_SLOTS, *(_most_pairs(s) for s in sets)]),
         tooth_position=positions,
         table_start=start,
         table_step=step,
@@ -291,14 +288,13 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
     )
 
 
-def _check_slots(s: GearMeshSet) -> None:
+def _most_pairs(s: GearMeshSet) -> int:
+    """Most tooth pairs in contact at once; of a wave those that share its force."""
+    if s.model == WAVE:
+        return 2
     p = s.path
     reach = p.touching[1] - p.touching[0] + 2 * abs(p.slope) * p.half_face
-    if s.model != WAVE and reach / p.base_pitch > SLOTS:
-        raise FlexgearError(
-            f"more than {SLOTS} tooth pairs of the {p.kind} gear mesh are in contact at once "
-            f"(contact ratio {reach / p.base_pitch:.2f})"
-        )
+    return math.floor(reach / p.base_pitch) + 1
 
 
 def _back_of(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:

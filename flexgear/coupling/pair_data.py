@@ -18,7 +18,7 @@ from flexgear.coupling.laws import LAWS
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SLOTS = 4  # most pairs of one gear mesh that are in contact at once; checked when data are built
+FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
 OF_LINE = 6  # columns of a table of slices that are of the whole line
@@ -29,6 +29,7 @@ class PairData(NamedTuple):
     """Constant data; first index m is the gear mesh. Angles θ come as a vector (A,)."""
 
     one_sided: bool  # any gear mesh is
+    slots: int  # most tooth pairs of one gear mesh that are in contact at once, or more
     sided: IntArray  # (M,) 1 where pairs can only push
     model: IntArray  # (M,) PER_PAIR, SUMMED, WAVE or FACE_LOAD
     kind: IntArray  # (M,) index into KINDS
@@ -115,8 +116,8 @@ def rows_of_pair(data: PairData) -> int:
 
 
 def two_rows(data: PairData, count: int) -> tuple[int, int, int]:
-    """Shape (count, M, SLOTS) of what pairs with two rows store, without length where none has."""
-    return count, len(data.s0) if rows_of_pair(data) == 2 else 0, SLOTS
+    """Shape (count, M, slots) of what pairs with two rows store, without length where none has."""
+    return count, len(data.s0) if rows_of_pair(data) == 2 else 0, data.slots
 
 
 def deepest_gap(data: PairData) -> Array:

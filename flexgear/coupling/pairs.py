@@ -24,14 +24,13 @@ import numpy as np
 from numba import njit
 
 from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
-from flexgear.coupling.elements import PAIR_LAWS, PLACES, Rows, packed
+from flexgear.coupling.elements import PAIR_LAWS, Rows, packed
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
     OF_LINE,
     PER_PAIR,
-    SLOTS,
     WAVE,
     Array,
     IntArray,
@@ -119,7 +118,7 @@ def _find_pairs(gears, m, theta, pairs, p):
         tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
         other = (mesh.planet_tooth0 + mesh.planet_step * k) % mesh.planet_teeth
         pair = pairs[p]
-        pair.mesh, pair.slot, pair.index = m, k % SLOTS, k
+        pair.mesh, pair.slot, pair.index = m, k % mesh.slots, k
         pair.tooth, pair.planet_tooth = tooth, other
         pair.stiffness, pair.s, pair.z, pair.share = stiffness, s, z, 1.0
         own = gears.gear_error[m, tooth] + gears.planet_error[m, other]
@@ -245,7 +244,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     own[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
-    element.place = PLACES * m + pair.index % PLACES
+    element.place = mesh.places * m + pair.index % mesh.places
     return rows.row[n].to_near != 0.0
 
 
@@ -272,9 +271,9 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
         row, element = rows.row[count], rows.element[made]
         element.law = ONE_SIDED_PAIR if mesh.sided == 1 else LINEAR_PAIR
         element.first, element.rows = count, 1
-        element.place = PLACES * m
+        element.place = mesh.places * m
         if mesh.model == PER_PAIR:
-            element.place += rows.pair[first].index % PLACES
+            element.place += rows.pair[first].index % mesh.places
         rows.parameters[made, 0], rows.parameters[made, 1] = row.stiffness, row.damping
         count, made, first = count + 1, made + 1, after
     return count, made
@@ -291,8 +290,9 @@ def _turned(vector, angle, coef):
 
 
 @njit(**INNER, error_model="numpy")
-def _fixed_rows(fixed, meshes, theta, rows, counts):
-    """Rows and elements of supports, bearings and given forces after ``counts``; new counts."""
+def _fixed_rows(fixed, places, theta, rows, counts):
+    """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
+    something after the ``places`` of gear meshes; new counts."""
     count, made = counts
     for f in range(fixed.row.shape[0]):
         given, row = fixed.row[f], rows.row[count + f]
@@ -311,7 +311,7 @@ def _fixed_rows(fixed, meshes, theta, rows, counts):
     for e in range(fixed.element.shape[0]):
         given, element = fixed.element[e], rows.element[made + e]
         element.law, element.rows = given.law, given.rows
-        element.first, element.place = count + given.first, PLACES * meshes + e
+        element.first, element.place = count + given.first, places + e
         for p in range(fixed.parameters.shape[1]):
             rows.parameters[made + e, p] = fixed.parameters[e, p]
     return count + fixed.row.shape[0], made + fixed.element.shape[0]
@@ -324,13 +324,14 @@ def fill_rows(elements, theta, active_flanks, rows):
     active_flanks (M,): 1 where a gear mesh is to be looked at.
     """
     gears = elements.gears
-    count = made = pairs = ZERO
+    count = made = pairs = places = ZERO
     for m in range(gears.mesh.shape[0]):
+        places += gears.mesh[m].places
         if active_flanks[m] == 1:
             stop = _find_pairs(gears, m, theta, rows.pair, pairs)
             count, made = _rows_of_pairs(gears, m, theta, rows, (count, made), (pairs, stop))
             pairs = stop
-    n, made = _fixed_rows(elements.fixed, gears.mesh.shape[0], theta, rows, (count, made))
+    n, made = _fixed_rows(elements.fixed, places, theta, rows, (count, made))
     return n, made, pairs
 
 
@@ -347,7 +348,7 @@ def build_rows(
 def contact_forces(elements, rows, theta, active_flanks, loads, out):
     """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored loads.
 
-    loads: of pairs (M, SLOTS) N, what of it their second rows carry (M, SLOTS), or (0, SLOTS) where
+    loads: of pairs (M, slots) N, what of it their second rows carry (M, slots), or (0, slots) where
     none has two, and of other rows (extra rows,) N. ``out`` is overwritten.
     """
     pair_load, far_load, other_load = loads
