@@ -69,8 +69,9 @@ def stage_sets(
         if bending and bend_each_other(view):
             assert path.slices is not None
             slot = kind.removesuffix("_back")
-            load = line_load(view, stage_geometry(view), slot, flow.gear_mesh_forces[slot])
-            found = pair_bending(view, path, path.slices)
+            force = flow.gear_mesh_forces[slot]
+            load = line_load(view, stage_geometry(view), slot, force)
+            found = pair_bending(view, path, path.slices, force)
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
             contact = (found.scale, found.limit)
             lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)

@@ -63,10 +63,10 @@ class ContactBody:
 @dataclass(frozen=True)
 class LineContact:
     """Law of one or n line contacts, δ = w (α − β ln w). alpha: α, m²/N with w in N/m, (n,) or a
-    number; beta: β, m²/N; spread: a²/w, m²/(N/m)."""
+    number; beta: β, m²/N, likewise; spread: a²/w, m²/(N/m)."""
 
     alpha: Array
-    beta: float
+    beta: Array | float
     spread: Array
 
     def secant(self, line_load: Array | float) -> Array:
@@ -89,6 +89,10 @@ class LineContact:
     def pressure(self, line_load: Array | float) -> Array:
         """p_max = 2 w/(π a), Pa."""
         return 2 / math.pi * np.sqrt(line_load / self.spread)
+
+    def softer(self, alpha: Array, beta: Array) -> LineContact:
+        """With so much more α and β, m²/N."""
+        return LineContact(self.alpha + alpha, self.beta + beta, self.spread)
 
     def of_slice(self, length: Array | float) -> tuple[Array, Array]:
         """a (m/N) and d (N) of the approach a f ln(d/f) under a force f (N) that is even on a
@@ -132,12 +136,17 @@ def layer_constant(poisson: float) -> float:
     so that κ = 1/2 − γ + ∫_0^1 L/t dt + ∫_1^∞ (L − 1)/t dt, γ Euler's constant.
     Source of L: Bentall & Johnson 1968, Int. J. Mech. Sci. 10:637; κ follows by Hertz's pressure.
     """
-    k = 3 - 4 * poisson
 
     def share(t: float) -> float:
-        below = 2 * k * math.cosh(2 * t) + 1 + k**2 + 4 * t**2
-        return (2 * k * math.sinh(2 * t) - 4 * t) / below
+        return float(layer_share(np.array(t), poisson))
 
     near = quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
     far = quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
     return float(0.5 - np.euler_gamma + near + far)
+
+
+def layer_share(t: Array, poisson: float) -> Array:
+    """L(t), any shape: what the surface of a layer yields to cos(qx), t = qh, over a half plane."""
+    k = 3 - 4 * poisson
+    below = 2 * k * np.cosh(2 * t) + 1 + k**2 + 4 * t**2
+    return np.asarray((2 * k * np.sinh(2 * t) - 4 * t) / below)

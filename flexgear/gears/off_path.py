@@ -46,6 +46,7 @@ formulas follow from the involute alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -108,6 +109,27 @@ class TipEdge:
         """Roll length of the place on the mate's flank that the tip meets, m."""
         radius, _ = self._seen_from_mate(distance)
         return np.sqrt(np.maximum(radius**2 - self.mate.base_radius**2, 0.0))
+
+    @property
+    def interior_angle(self) -> float:
+        """Between flank and tip land inside the tooth, rad."""
+        return math.pi / 2 + float(self.tooth.pressure_angle(np.array(self.tooth.tip_radius)))
+
+    def rolls(self, distance: Array) -> tuple[Array, Array]:
+        """Roll lengths on the flank of the tip and on its mate's, also before the end of the path
+        (distance < 0), m."""
+        d = np.asarray(distance, dtype=float)
+        own = self.tip_roll + self.tooth.outward * np.minimum(d, 0.0)
+        return own, np.where(d > 0, self.roll_on_mate(d), self.mate_roll - self.mate.outward * d)
+
+    def apex(self, distance: Array) -> Array:
+        """Along the flank from the tip edge to where the involutes touch, m: the arc of the roll
+        lengths before the end (distance < 0), above zero; beyond it −d ρ_t/r_t, where the flank,
+        continued past its tip, would touch, so that the gap is that squared over twice the relative
+        radius."""
+        d = np.asarray(distance, dtype=float)
+        bend = 0.5 * self.tooth.outward * np.minimum(d, 0.0)
+        return np.asarray(-d * (self.tip_roll + bend) / self.tooth.base_radius)
 
     def reach(self, approach: float) -> float:
         """Distance beyond the end at which the gap first exceeds ``approach`` (m), at most

@@ -45,8 +45,12 @@ def model():
     teeth = {slot: made(slot) for slot in ("planet", "sun", "ring")}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
-        paths = stage_paths(view, power_flow(CASE).stages[0].gear_mesh_forces)
-        bends = {k: pair_bending(view, paths[k, ""], paths[k, ""].slices) for k in ("ring", "sun")}
+        forces = power_flow(CASE).stages[0].gear_mesh_forces
+        paths = stage_paths(view, forces)
+        bends = {
+            k: pair_bending(view, paths[k, ""], paths[k, ""].slices, force)
+            for k, force in forces.items()
+        }
         yield fg.assemble(CASE, ["all"]), paths, bends
 
 

@@ -41,13 +41,8 @@ def bending(changes, kind):
     """Case, force of the gear mesh, its slices, flexibility, and scale and limit of the contact."""
     case = load_stage("wind-5mw", {**changes, "ring.fits": "[]"})
     forces = power_flow(case.case).stages[0].gear_mesh_forces
-    path = stage_paths(case, forces)[kind, ""]
-    return (
-        case,
-        abs(forces[kind.removesuffix("_back")]),
-        path,
-        pair_bending(case, path, path.slices),
-    )
+    path, force = stage_paths(case, forces)[kind, ""], forces[kind.removesuffix("_back")]
+    return case, abs(force), path, pair_bending(case, path, path.slices, force)
 
 
 @pytest.mark.parametrize("slot", ["sun", "ring"])
@@ -74,9 +69,9 @@ def test_symmetric_definite_and_reflected(slot):
 @pytest.mark.parametrize("slot", ["sun", "ring"])
 def test_right_halves_have_the_other_hand(slot):
     """Paths of the other hand on a case's right half are those of a case of that hand."""
-    case, *_ = bending(SMALL, slot)
+    case, force, *_ = bending(SMALL, slot)
     _, _, path, known = bending(TURNED, slot)
-    found = pair_bending(case, replace(path, side="right"), path.slices)
+    found = pair_bending(case, replace(path, side="right"), path.slices, force)
     for one, two in ((found.flexibility, known.flexibility), (found.beside, known.beside)):
         assert one == pytest.approx(two, abs=1e-4 * known.flexibility.max())
 

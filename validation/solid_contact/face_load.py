@@ -58,7 +58,8 @@ def pair(s: float, slices: int, compliance: str = "fe") -> Pair:
         "stage.gear_mesh.slices": str(slices),
     }
     case = load_stage(CASE, keys)
-    path = stage_paths(case, power_flow(case.case).stages[0].gear_mesh_forces)["ring", ""]
+    forces = power_flow(case.case).stages[0].gear_mesh_forces
+    path = stage_paths(case, forces)["ring", ""]
     lines = path.slices
     if lines is None:
         raise RuntimeError("case.toml has no slices along the face")
@@ -70,7 +71,7 @@ def pair(s: float, slices: int, compliance: str = "fe") -> Pair:
 
     bending = None
     if compliance == "fe":
-        found = pair_bending(case, path, lines)
+        found = pair_bending(case, path, lines, forces["ring"])
         lower = found.flexibility[:, *np.tril_indices(slices)]
         bending = np.concatenate([at(table) for table in (found.scale, found.limit, lower)])
     return Pair(at(lines.z), at(lines.stiffness), bending)

@@ -182,7 +182,7 @@ def test_gear_mesh_stiffness_against_iso(case, monkeypatch):
     for (kind, _), path in stage_paths(case, forces).items():
         if kind.endswith("back"):
             continue
-        found = pair_bending(case, path, path.slices)
+        found = pair_bending(case, path, path.slices, forces[kind])
         ratio = g.gear_meshes[kind].transverse_contact_ratio
         width = case.stage.face_width
         contact = (found.scale, found.limit)

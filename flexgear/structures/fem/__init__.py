@@ -3,6 +3,7 @@
 from flexgear.structures.fem.assembly import FeModel, assemble
 from flexgear.structures.fem.gradient import element_gradient
 from flexgear.structures.fem.nodes import edge_nodes, facet_nodes, nodes_between
+from flexgear.structures.fem.plane import plane_strain
 from flexgear.structures.fem.sampling import Sample, disc_points, facet_sample, point_sample
 from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie
 
@@ -19,6 +20,7 @@ __all__ = [
     "facet_sample",
     "interface_of",
     "nodes_between",
+    "plane_strain",
     "point_sample",
     "rigid_tie",
 ]

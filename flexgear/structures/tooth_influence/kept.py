@@ -15,6 +15,7 @@ from flexgear.files.atomic import write_bytes
 from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.structures.cache import cache_directory, sealed, unsealed
 from flexgear.structures.store import content_key
+from flexgear.structures.tooth_influence.edge_layer import EdgeLayer
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.root_stress import RootInfluence
 
@@ -22,6 +23,7 @@ Arrays = Mapping[str, NDArray[np.float64]]
 T = TypeVar("T")
 _ARRAYS = ("roll", "z", "depth", "own", "neighbour")
 _OF_ROOT = ("stress", "points", "cut", "cut_points")
+_OF_EDGE = ("place", "middle", "end")
 _OF_FLANK = ("roll", "z", "depth")
 
 
@@ -86,5 +88,14 @@ def _root(arrays: Arrays) -> RootInfluence:
     return RootInfluence(flank=_tooth({**arrays, "own": none}), **{n: arrays[n] for n in _OF_ROOT})
 
 
+def _of_edge(layer: EdgeLayer) -> Arrays:
+    return {name: getattr(layer, name) for name in _OF_EDGE}
+
+
+def _edge(arrays: Arrays) -> EdgeLayer:
+    return EdgeLayer(**{name: arrays[name] for name in _OF_EDGE})
+
+
 TOOTH = Form("tooth", 3, _of_tooth, _tooth)
 ROOT = Form("root", 1, _of_root, _root)
+EDGE = Form("edge", 1, _of_edge, _edge)

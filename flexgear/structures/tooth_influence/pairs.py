@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, Self, TypeVar
 
@@ -10,13 +11,16 @@ from numpy.typing import NDArray
 from scipy.interpolate import interp1d
 
 from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.hertz import ContactBody, line_contact, relative_radius
+from flexgear.gears.laws import line_load
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
+from flexgear.structures.tooth_influence.tip_edge import AtTip, at_tip, roll_along, tip_ends
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,38 +45,60 @@ class PairBending:
     limit: Array
 
 
-def pair_bending(case: StageView, path: GearMeshPath, slices: Slices) -> PairBending:
+def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
     """How slices of contact lines bend each other, for ``gears.slices.bent``.
 
-    Displacement and force are along the normal N. Off the path of contact the line contact is that
-    of the flanks at the tip; a sharp edge is softer. Teeth of an FE body move their neighbours by
-    its own model; nothing of it is in ``beside``.
+    force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
+    (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
+    normal N. Teeth of an FE body move their neighbours by its own model; nothing of it is in
+    ``beside``.
     """
     width, some = widths(path, slices), some_places(slices, _PLACES)
     shape = (len(some), slices.count, slices.count)
-    flexibility, beside, bodies, radii = np.zeros(shape), np.zeros(shape), [], []
-    for own in touched_flanks(path, slices):
-        roll = own.roll
-        radii.append(roll)
-        influence = tooth_influence(case, own.name)
+    flexibility, beside, bodies = np.zeros(shape), np.zeros(shape), []
+    flanks = touched_flanks(path, slices)
+    made = [tooth_influence(case, own.name) for own in flanks]
+    load = line_load(case, stage_geometry(case), path.kind.removesuffix("_back"), force)
+    at_tips = _at_tips(path, slices, made, load)
+    for member, (own, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
-            bodies.append(_to_middle(case, own.tooth, roll))
+            bodies.append(_to_middle(case, own.tooth, own.roll))
             continue
-        flank = own.of(influence)
+        flank, roll = own.of(influence), own.roll
+        for tip in at_tips:
+            inward = tip.inward if tip.member == member else -tip.inward
+            roll = roll_along(own.tooth, roll, inward)
         flexibility += flank.matrix(roll[some], slices.z[some], width[some])
-        bodies.append(flank.contact_body(roll))
+        bodies.append(flank.contact_body(own.roll))
         if flank.neighbour is not None:
             lines = (roll, slices.z, width)
             beside += _next_line(flank, own.step, lines, (slices.s, some, path.base_pitch))
-    cos = path.cos_base_helix
-    radius = relative_radius(radii[0], radii[1], internal=path.off_path.gear.internal) / cos
-    scale, limit = line_contact(bodies[0], bodies[1], radius).of_slice(width / cos)
+    cos, internal = path.cos_base_helix, path.off_path.gear.internal
+    radius = relative_radius(flanks[0].roll, flanks[1].roll, internal=internal) / cos
+    contact = line_contact(bodies[0], bodies[1], radius)
+    for tip in at_tips:
+        contact = contact.softer(tip.alpha, tip.beta)
+    scale, limit = contact.of_slice(width / cos)
     return PairBending(
         flexibility=_at(slices.s[some], flexibility, slices.s),
         beside=_at(slices.s[some], beside, slices.s),
         scale=scale,
         limit=limit,
     )
+
+
+def _at_tips(
+    path: GearMeshPath, slices: Slices, made: Sequence[ToothInfluence | None], line_load: float
+) -> list[AtTip]:
+    """At the slices, of every tip edge that touches; none where a tooth has no influence."""
+    planet, gear = made
+    if planet is None or gear is None:
+        return []
+    on, members = _touches(path, slices), (planet, gear)
+    return [
+        at_tip(end, members, path.cos_base_helix, line_load).at(on)
+        for end in tip_ends(path, slices)
+    ]
 
 
 class _Flank(Protocol):
@@ -107,7 +133,7 @@ class TouchedFlank(NamedTuple):
 
 def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
     """Of the planet, then of its mate."""
-    on = np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
+    on = _touches(path, slices)
     members = (
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
         (path.kind.removesuffix("_back"), path.off_path.gear, path.gear_step, path.gear_step),
@@ -118,6 +144,11 @@ def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
         held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
         found.append(TouchedFlank(name, tooth, sense, step, path.side == "right", held))
     return found
+
+
+def _touches(path: GearMeshPath, slices: Slices) -> Array:
+    """Path coordinates (S, K) of slices, m."""
+    return np.clip(slices.s[:, None] + path.slope * slices.z, *slices.span)
 
 
 def widths(path: GearMeshPath, slices: Slices) -> Array:
