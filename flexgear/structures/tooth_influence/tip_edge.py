@@ -94,7 +94,7 @@ def at_tip(
     """From well inside the path to where the tip ceases to touch; members: planet and gear;
     line_load: the mean one, N/m of contact line."""
     edge, influences = end.edge, (members[end.member], members[1 - end.member])
-    depth = float(influences[0].contact_body(np.array([edge.tip_roll])).depth[0])
+    depth = float(np.ravel(influences[0].contact_body(np.array([edge.tip_roll])).depth)[0])
     inside = INSIDE * depth * edge.tooth.base_radius / edge.tip_roll
     share = np.linspace(0.0, 1.0, PLACES) ** 2
     d = np.concatenate([-inside * share[:0:-1], abs(end.last - end.s) * share])
@@ -144,7 +144,7 @@ class Edges:
         more, rests = self.own.compliance * sinks, self.apex.copy()
         plain, half = hertz.secant(load), hertz.half_width(load)
         for i in np.flatnonzero(self.apex < CLEAR * half):
-            approach, rests[i] = self._solved(i, load)
+            approach, rests[i] = self._solved(int(i), load)
             more[i] = approach / load - plain[i]
         return more, rests
 
