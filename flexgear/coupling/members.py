@@ -119,7 +119,7 @@ def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[floa
     carriers a disc of the pins' circle, all as wide as the gears.
     """
     stage = view.stage
-    member, width = stage.member(part), stage_width(stage)
+    member, width = stage.member(part), stage.gear_width
     if part == "ring" and stage.double_helical:
         width = stage.face_width
     inner, outer = _radii_of(stage, part, member, radii)
@@ -133,11 +133,6 @@ def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[floa
         polar = 0.5 * mass * (outer**2 + inner**2)
     tilt = member.tilt_inertia
     return mass, polar, 0.5 * polar + mass * width**2 / 12 if tilt is None else tilt
-
-
-def stage_width(stage: Stage) -> float:
-    """Width of the gears, m: both halves and the gap of a double-helical stage."""
-    return 2 * stage.face_width + stage.half_gap if stage.double_helical else stage.face_width
 
 
 def reference_radius(stage: Stage, part: str, radii: StageRadii) -> float:

@@ -131,7 +131,7 @@ def _half_bore() -> Array:
 def _pin(view: StageView, force: float) -> float:
     """Way of the pin's middle against the ends of its seat, m."""
     body, m = view.carrier, view.material
-    seat = body.pin_seat_width or view.stage.face_width
+    seat = body.pin_seat_width or body.plate_gap
     area = 0.25 * math.pi * (body.pin_diameter**2 - body.pin_bore**2)
     second = math.pi * (body.pin_diameter**4 - body.pin_bore**4) / 64.0
     shear = m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))

@@ -91,6 +91,11 @@ class Stage(Section):
         return tuple(2.0 * math.pi * i / self.planets for i in range(self.planets))
 
     @property
+    def gear_width(self) -> float:
+        """Width of the gears, m: both halves and the gap of a double-helical stage."""
+        return 2.0 * self.face_width + self.half_gap if self.double_helical else self.face_width
+
+    @property
     def planet_period(self) -> float:
         """As of ``Stage``."""
         return self.stage.planet_period
@@ -218,9 +223,9 @@ class Stage(Section):
     def _check_flexible(self) -> None:
         """FE bodies and gears fit one another, and planets are held in all directions."""
         assert self.planet is not None and self.ring is not None and self.carrier is not None
-        if self.double_helical:
-            problem = "is true, but FE bodies and shafts have one gear mesh a planet"
-            raise Refusal("double_helical", problem, "make all members lumped")
+        if self.double_helical and self.ring.fe is not None:
+            problem = "is true, but an FE ring has teeth of one hand"
+            raise Refusal("double_helical", problem, "make the ring lumped: its halves have no fe")
         held = self.planet_bearing.stiffness
         for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
             if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):
@@ -234,12 +239,13 @@ class Stage(Section):
                 f"a pin of {pin:g} mm does not go into the planets' bore of {bore * 1e3:g} mm",
                 "lower it, or raise stage.planet.bore_diameter_mm",
             )
-        if body is not None and body.plate_gap <= self.face_width:
+        if body is not None and body.plate_gap <= self.gear_width:
+            halves = ", both halves and their gap" if self.double_helical else " face width"
             raise Refusal(
                 "carrier.fe.plate_gap",
                 f"{body.plate_gap * 1e3:g} mm leaves no room for planets of "
-                f"{self.face_width * 1e3:g} mm face width",
-                "make it wider than the face width",
+                f"{self.gear_width * 1e3:g} mm{halves}",
+                "make it wider than the planets",
             )
         if self.ring.fe is not None:
             self._check_bands(self.ring.fe)

@@ -117,7 +117,7 @@ class CarrierMeshParameters:
             planet_angles=stage.planet_angles if unequal else None,
             center_distance=gears.center_distance,
             planet_tip_radius=gears.planet.tip_radius,
-            gear_face_width=stage.face_width,
+            gear_face_width=stage.gear_width,
             plate_diameter=carrier.plate_diameter,
             plate_thickness_drive=carrier.plate_thickness_drive,
             plate_thickness_far=carrier.plate_thickness_far,

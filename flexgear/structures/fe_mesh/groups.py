@@ -166,7 +166,7 @@ def carrier_groups(case: StageView) -> Groups:
             radial=0.2 * pitch,
         ),
     )
-    return Groups("carrier", families, gears.center_distance, pitch, case.stage.face_width)
+    return Groups("carrier", families, gears.center_distance, pitch, case.stage.gear_width)
 
 
 def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:
