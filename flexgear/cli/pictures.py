@@ -189,6 +189,7 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
     for ring in content.rings:
         made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
         said = f"{ring.name}: " if ring.before else ""
+        said += "left half: " if ring.stage.stage.double_helical else ""
         plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
     return (
         drawings_plan(content.case, content.flow)

@@ -143,7 +143,7 @@ def _tie_and_mesh(b: UnderWay, number: int) -> None:
 
 def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
     """Enter the nodes of a stage's lumped members and gears as blocks."""
-    planets, gears, teeth = [], {}, None
+    planets, gears, teeth = [], {}, {}
     for m in b.members[number]:
         nodes = m.teeth or [m.node]
         if m.part in ("hub", "output") or (m.part == "carrier" and m.form == "fe"):
@@ -155,7 +155,10 @@ def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
         else:
             gears[m.part, m.side] = first
         if m.teeth:
-            teeth = np.array([m.body.position(node) for node in nodes])
+            places = np.array([m.body.position(node) for node in nodes])
+            for k, side in enumerate(sides := b.train.stages[number].sides):
+                own = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
+                gears[m.part, side], teeth[side] = first + own.start, places[own]
     return GearBlocks(planets, gears, teeth)
 
 

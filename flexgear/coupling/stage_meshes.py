@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,12 @@ class GearBlocks:
 
     planets: (N,), the gear's of a parallel stage; gears: of sun, pinion and ring by part and side,
     of the first tooth where each tooth of the ring is a block; teeth: then their positions (z, 3)
-    m, else None.
+    m by side.
     """
 
     planets: Sequence[int]
     gears: Mapping[tuple[str, str], int]
-    teeth: Array | None = None
+    teeth: Mapping[str, Array] = field(default_factory=dict)
 
 
 def stage_sets(
@@ -76,7 +76,7 @@ def stage_sets(
             contact = (found.scale, found.limit)
             lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)
             path = replace(path, slices=lines)
-        positions = blocks.teeth if part == "ring" else None
+        positions = blocks.teeth.get(side) if part == "ring" else None
         out.append(
             GearMeshSet(
                 path=path,
@@ -109,6 +109,8 @@ def blocks_anywhere(train: Case, number: int) -> GearBlocks:
     """Blocks of a stage of which only the gear meshes' own properties are asked."""
     stage = train.stages[number]
     fe_ring = stage.form("ring") == "fe"
-    teeth = np.zeros((stage.ring.teeth, 3)) if fe_ring and stage.ring is not None else None
-    gears = [(p, s) for p in ("sun", "pinion", "ring") for s in ("", "left", "right")]
+    sides, teeth = ("", "left", "right"), {}
+    if fe_ring and stage.ring is not None:
+        teeth = {side: np.zeros((stage.ring.teeth, 3)) for side in sides}
+    gears = [(p, s) for p in ("sun", "pinion", "ring") for s in sides]
     return GearBlocks([0] * len(stage.planet_angles), dict.fromkeys(gears, 0), teeth)

@@ -14,8 +14,8 @@ from flexgear.model.errors import InputError
 from flexgear.model.member import Support
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
+from flexgear.structures.halves import held_ring_springs
 from flexgear.structures.kinematics import rigid_rows, turn
-from flexgear.structures.springs import ring_springs
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def pin_rows(a: Assembly, view: StageView, planet: int) -> Array:
 def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
     hub = f"{view.name}.hub"
-    for spring in ring_springs(view):
+    for spring in held_ring_springs(view):
         place = m.body.position(spring.node)
         under = a.housing_rows(place)
         if a.has(hub):

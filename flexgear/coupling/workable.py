@@ -26,6 +26,7 @@ from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView, inside, spoken
 from flexgear.structures.build import require_fe_meshes
+from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -98,7 +99,7 @@ def _ring_stand_in(case: StageView) -> ReducedBody:
     inner = geometry.ring.root_radius
     outer = inner + case.ring.rim_thickness
     mass = case.material.density * math.pi * (outer**2 - inner**2) * width
-    return _stand_in("ring", nodes, mass)
+    return whole_ring(case, _stand_in("ring", nodes, mass))
 
 
 def _carrier_stand_in(case: StageView) -> ReducedBody:

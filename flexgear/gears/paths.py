@@ -62,7 +62,7 @@ def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, G
     if not stage.double_helical:
         paths = _half_paths(view, g, forces)
         return {(kind, ""): path for kind, path in paths.items()}
-    offset = 0.5 * (stage.half_gap + stage.face_width)
+    offset = stage.half_offset
     return {
         (kind, side): replace(path, side=side, z_offset=z)
         for side, z in (("left", -offset), ("right", offset))

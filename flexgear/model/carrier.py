@@ -27,13 +27,13 @@ class Carrier(FeMeshSource):
 
     flexible: false makes it rigid with the same mass. drive_side: where the drive is bolted on.
     plate_diameter: of both plates. plate_thickness_drive, plate_thickness_far: of the plate on the
-    drive side, on the far side. plate_gap: between the plates, wider than the face. web_width: at
+    drive side, on the far side. plate_gap: between the plates, wider than the gears. web_width: at
     the plates' edge. web_inner_radius: where webs begin; follows from the hub's bore if left out.
     web_clearance: from the webs to the planets' tips. pin_diameter, pin_bore: outer and inner of
     the planets' pins. pin_seat_width: of the planet bearing on the pin; all between the plates if
-    left out. hub_outer_diameter, hub_bore: of the hub on the drive side. hub_length: from the plate on, the
-    seat included. seat_drive, seat_far: bearing seats. fixed_interface_modes: number kept in the
-    reduction.
+    left out. hub_outer_diameter, hub_bore: of the hub on the drive side. hub_length: from the plate
+    on, the seat included. seat_drive, seat_far: bearing seats. fixed_interface_modes: number kept
+    in the reduction.
     """
 
     flexible: bool = True

@@ -43,10 +43,11 @@ class Stage(Section):
     stage. planet_bearing: between each planet and its pin. gear_mesh: how tooth contact is
     modelled. errors: manufacturing errors of gears and pins. double_helical: two halves of
     ``face_width`` each with ``half_gap`` between them and separate ring halves; planet_hand is
-    then that of the planet's left half (−z), mass, inertia, support and stiffness of the ring and
-    its gear mesh those of one half. ring_pressure_angle, sun_pressure_angle: transverse working
-    angles in place of those from the geometry. material: of this stage, the case's if left out.
-    case: bundled name or file of a case whose only stage this is, but for what is said here.
+    then that of the planet's left half (−z), mass, inertia, support, FE body and stiffness of the
+    ring and its gear mesh those of one half, the left one. ring_pressure_angle,
+    sun_pressure_angle: transverse working angles in place of those from the geometry. material: of
+    this stage, the case's if left out. case: bundled name or file of a case whose only stage this
+    is, but for what is said here.
     """
 
     same_as: ClassVar = (PlanetaryGears,)
@@ -94,6 +95,16 @@ class Stage(Section):
     def gear_width(self) -> float:
         """Width of the gears, m: both halves and the gap of a double-helical stage."""
         return 2.0 * self.face_width + self.half_gap if self.double_helical else self.face_width
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Its gear meshes along the axis: the halves of a double-helical stage, else one, ""."""
+        return ("left", "right") if self.double_helical else ("",)
+
+    @property
+    def half_offset(self) -> float:
+        """Mid-plane of the right half of a double-helical stage, m; the left one's is at −z."""
+        return 0.5 * (self.half_gap + self.face_width)
 
     @property
     def planet_period(self) -> float:
@@ -224,8 +235,7 @@ class Stage(Section):
         """FE bodies and gears fit one another, and planets are held in all directions."""
         assert self.planet is not None and self.ring is not None and self.carrier is not None
         if self.double_helical and self.ring.fe is not None:
-            problem = "is true, but an FE ring has teeth of one hand"
-            raise Refusal("double_helical", problem, "make the ring lumped: its halves have no fe")
+            self._check_halves()
         held = self.planet_bearing.stiffness
         for i, key in ((2, "axial"), (3, "tilt"), (4, "tilt")):
             if held[i] <= 0 and self.planet.kinematics in (None, "spatial"):
@@ -249,6 +259,15 @@ class Stage(Section):
             )
         if self.ring.fe is not None:
             self._check_bands(self.ring.fe)
+
+    def _check_halves(self) -> None:
+        """What an FE ring in two halves does not have."""
+        if self.gear_mesh.root_stress == "fe":
+            problem = "is not there for an FE ring in two halves"
+            raise Refusal("gear_mesh.root_stress", problem, 'take "none", or a lumped ring')
+        if self.ring is not None and self.ring.gauges:
+            problem = "are not there for an FE ring in two halves"
+            raise Refusal("ring.gauges", problem, "take them out")
 
     def _check_bands(self, ring: Ring) -> None:
         """Fits and splines lie on the ring's outside."""

@@ -22,7 +22,7 @@ Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
 BESIDE = {  # coordinates that stand beside an axis
     "flank": ("flank_stage", "flank_kind", "flank_side", "flank_planet", "flank_sense"),
-    "tooth": ("tooth_stage", "tooth_number", "tooth_angle"),
+    "tooth": ("tooth_stage", "tooth_side", "tooth_number", "tooth_angle"),
 }
 
 

@@ -29,6 +29,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "fe_coordinate_of": ("", "FE body that a coordinate belongs to"),
     "support": ("", "bearing, fit, spline, joint or other spring between two nodes"),
     "tooth_stage": ("", "stage of the ring tooth"),
+    "tooth_side": ("", "half of a double-helical ring that the tooth is of"),
     "gauge": ("", "virtual strain gauge: stage and name"),
     "tooth_number": ("1", "number of the tooth in its ring, from 1"),
     "gear_mesh": ("", "gear mesh of a train: stage, kind, side, planet"),

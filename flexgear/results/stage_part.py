@@ -30,7 +30,8 @@ def flexible_parts(data: xr.Dataset) -> list[str]:
 
 
 def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
-    """The part of ``data`` that belongs to a stage whose ring and carrier are finite-element bodies.
+    """The part of ``data`` that belongs to a stage whose ring is a finite-element body; of a
+    double-helical one that of its left half.
 
     Variables are those of ``quantities``; what ``data`` does not hold is left out. Attribute
     rated_mean_force_n: of a planet at the ring.
@@ -50,7 +51,7 @@ def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
             units, meaning = COORDINATES[d]
             coords[d] = xr.Variable((d,), ticks, {"units": units, "long_name": meaning})
     if "tooth" in sizes:
-        own = (data["tooth_stage"] == stage).to_numpy()
+        own = _teeth(data, stage)
         coords["tooth_angle"] = ("tooth", data["tooth_angle"].to_numpy()[own])
     attrs = dict(data.attrs)
     if "rated_gear_mesh_force" in data:
@@ -69,7 +70,21 @@ def with_spread(part: xr.Dataset) -> xr.Dataset:
 
 
 def _gear_meshes(data: xr.Dataset, stage: str, kind: str) -> np.ndarray[Any, Any]:
-    return np.flatnonzero(((data["stage"] == stage) & (data["kind"] == kind)).to_numpy())
+    own = (data["stage"] == stage) & (data["kind"] == kind) & (data["side"] != "right")
+    return np.flatnonzero(own.to_numpy())
+
+
+def _teeth(data: xr.Dataset, stage: str) -> np.ndarray[Any, Any]:
+    own = data["tooth_stage"] == stage
+    if "tooth_side" in data.coords:  # earlier files have none, and no ring in halves
+        own &= data["tooth_side"] != "right"
+    return np.flatnonzero(own.to_numpy())
+
+
+def ring_group(data: xr.Dataset, stage: str) -> str:
+    """Name of the ring's gear meshes in load sharing."""
+    halves = f"{stage} ring left"
+    return halves if halves in data["group"].to_numpy() else f"{stage} ring"
 
 
 def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
@@ -84,8 +99,7 @@ def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray
     if "port_torque" in data:
         yield "input_torque", data["port_torque"].isel(port=0)
         yield "output_torque", -data["port_torque"].isel(port=-1)
-    group = f"{stage} ring"
-    if "load_sharing" in data and group in data["group"].to_numpy():
+    if "load_sharing" in data and (group := ring_group(data, stage)) in data["group"].to_numpy():
         yield "load_sharing", data["load_sharing"].sel(group=group)
     if "gear_mesh_force" in data:
         for kind in KINDS:
@@ -127,6 +141,7 @@ def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
                     (data["flank_stage"] == stage)
                     & (data["flank_kind"] == kind)
                     & (data["flank_sense"] == sense)
+                    & (data["flank_side"] != "right")
                 ).to_numpy()
             )
             for part in PARTS:
@@ -137,8 +152,7 @@ def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
 
 def _motions(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
     if "tooth_displacement" in data:
-        own = np.flatnonzero((data["tooth_stage"] == stage).to_numpy())
-        yield "tooth_displacement", data["tooth_displacement"].isel(tooth=own)
+        yield "tooth_displacement", data["tooth_displacement"].isel(tooth=_teeth(data, stage))
     if "body_displacement" in data:
         motion = data["body_displacement"]
         planets = motion.isel(body=_own(data["body"], stage, "planet_"))

@@ -19,7 +19,7 @@ from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME
-from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.stage_part import ring_group, stage_part, with_spread
 from flexgear.results.group_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
@@ -108,7 +108,7 @@ def steady_summary(
         },
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
         "load_sharing": {
-            name: sharing_summary(data, f"{stage} ring") for name, data in runs.items()
+            name: sharing_summary(data, ring_group(data, stage)) for name, data in runs.items()
         },
     }
 

@@ -14,6 +14,7 @@ from flexgear.model.errors import InputError, echo
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
+from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence
 
@@ -50,6 +51,8 @@ def stage_bodies(
     for part, reduce in (("ring", ring_body), ("carrier", carrier_body)):
         if part in stage.fe_parts:
             found[part] = reduce(stage, named(part, progress), limit_hz)
+    if found["ring"] is not None:
+        found["ring"] = whole_ring(stage, found["ring"])
     return StageBodies(**found)
 
 

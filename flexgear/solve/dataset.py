@@ -26,6 +26,7 @@ from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.labels import flank_name
 from flexgear.solve.model import Model
+from flexgear.structures.halves import side_of_node
 
 Array = NDArray[np.float64]
 NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
@@ -259,6 +260,7 @@ def _node_labels(model: Model, name: str, nodes: list[tuple[str, str]]) -> dict[
     place = np.array([model.system.body(body).position(node) for body, node in nodes])
     return {
         "tooth_stage": stages,
+        "tooth_side": [side_of_node(node) for _, node in nodes],
         "tooth_number": [int(node.rpartition("_")[2]) for _, node in nodes],
         "tooth_angle": np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi),
     }

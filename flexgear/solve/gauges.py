@@ -50,7 +50,7 @@ def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
     at mid-face, Pa, in the order of the tooth nodes; not a number where a ring has no FE mesh."""
     stress = [np.zeros((0, system.size))]
     for view, ring in _rings(case, bodies):
-        stress.append(_placed(system, view, _rim(view.material, ring)))
+        stress.append(_placed(system, view, _rim(view.material, ring, view.ring_gear.teeth)))
     return np.vstack(stress)
 
 
@@ -62,13 +62,15 @@ def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody]
             yield view, ring
 
 
-def _rim(material: Material, ring: ReducedBody) -> Array:
+def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:
     """(z, d) stress along the circumference over the teeth, Pa."""
-    teeth = sum(name.startswith("tooth_") for name in ring.node_names)
+    names = [name for name in ring.node_names if name.startswith("tooth_")]
     if not len(ring.cells):
-        return np.full((teeth, len(ring.mass)), np.nan)
-    angles = 2 * np.pi * np.arange(teeth) / teeth
-    strain = Surface(ring).strain([Ray(float(angle), 0.0) for angle in angles])
+        return np.full((len(names), len(ring.mass)), np.nan)
+    angles = 2 * np.pi * np.array([int(name.rpartition("_")[2]) - 1 for name in names]) / teeth
+    middle = ring.positions[[ring.node_names.index(name) for name in names], 2]
+    rays = [Ray(float(angle), float(z)) for angle, z in zip(angles, middle, strict=True)]
+    strain = Surface(ring).strain(rays)
     return strain.hoop_stress(material.young_modulus, material.poisson_ratio)
 
 

@@ -73,12 +73,15 @@ def section_drawing(view: StageView) -> Figure:
         r = MILLI * np.array([inner, inner, outer, outer, inner, outer, np.nan, outer, inner])
         ax.plot(z, r, color="#0072B2", lw=1.0)
     for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
-        half = view.stage.face_width / 2
+        half, stage = view.stage.face_width / 2, view.stage
         sign = 1.0 if view.ring.bolted_end(circle) == "+z" else -1.0
         at, radius = circle.circle_diameter / 2, circle.diameter / 2
-        z = MILLI * sign * np.array([0.0, 1.15 * half, 1.15 * half, 0.0])
+        z = sign * np.array([0.0, 1.15 * half, 1.15 * half, 0.0])
         r = MILLI * (at + radius * np.array([-1, -1, 1, 1]))
-        ax.plot(z, r, color="#BB5566", lw=1.0)
+        for bolt in (
+            (z - stage.half_offset, stage.half_offset - z) if stage.double_helical else (z,)
+        ):
+            ax.plot(MILLI * bolt, r, color="#BB5566", lw=1.0)
     ax.axhline(0.0, color=NEUTRAL, ls="-.", lw=0.8)
     ax.set_aspect("equal")
     ax.autoscale_view()

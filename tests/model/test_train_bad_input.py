@@ -166,7 +166,7 @@ def test_the_only_stage_is_named_as_it_is_written(tmp_path, old, new, words):
         ('case = "wind-5mw"', 'case = "wind-5mw"\nkind = "parallel"',
          r"stages\[0\].pinion, stages\[0\].gear: are missing"),
         ('case = "wind-5mw"', 'case = "wind-5mw"\ndouble_helical = true',
-         "double_helical: is true, but FE bodies"),
+         "both halves and their gap"),
         ('case = "wind-5mw"', 'case = "wind-5mw"\nsun = { shaft = { flexible = 1 } }',
          r"sun.shaft.flexible: 1 is not true or false"),
         ("flexible = false", "flexible = false\n[stages.carrier]\nmass_kg = 3",

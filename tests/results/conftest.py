@@ -57,6 +57,7 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         "carrier_node": [f"{stage}.drive", *(f"{stage}.pin_{i + 1}" for i in range(PLANETS))],
         "bolt": [f"{stage}.bolt_{k + 1:02d}" for k in range(own["bolt_force"].shape[1])],
         "tooth_stage": [stage] * teeth,
+        "tooth_side": [""] * teeth,
         "tooth_number": np.arange(1, teeth + 1),
         "tooth_angle": 2 * np.pi * np.arange(teeth) / teeth,
     }

@@ -1,0 +1,96 @@
+"""The ring of a double-helical stage: its left half (−z) and the mirror image as one body.
+
+Halves are two rings with supports of their own; nothing of the body lies between them. With the
+reflection z → −z of a node's motion, S = diag(1, 1, −1, −1, −1, 1), which leaves fixed-interface
+modes as they are, the right half has M' = S M S, K' = S K S, Ψ' = diag(1, 1, −1) Ψ S. What the left
+half calls "tooth_001", "bolt_01" is "tooth_left_001", "bolt_left_01" in the whole, and
+"tooth_right_001", … its image.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from flexgear.model.stage_view import StageView
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.springs import Spring, ring_springs
+
+Array = NDArray[np.float64]
+SIDES = ("left", "right")
+MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in the plane z = 0
+PLACE = MIRROR[:3]
+
+
+def node_of_half(node: str, side: str) -> str:
+    """Name of a half's node in the whole: "tooth_001" -> "tooth_left_001"."""
+    kind, _, number = node.rpartition("_")
+    return f"{kind}_{side}_{number}"
+
+
+def side_of_node(node: str) -> str:
+    """The half that a node of a ring belongs to: "tooth_left_001" -> "left"; "" in one piece."""
+    side = node.split("_")[1]
+    return side if side in SIDES else ""
+
+
+def whole_ring(case: StageView, half: ReducedBody) -> ReducedBody:
+    """The ring that a stage has, of its body about its own mid-plane: itself, or both halves."""
+    return both_halves(half, case.stage.half_offset) if case.stage.double_helical else half
+
+
+def held_ring_springs(case: StageView) -> list[Spring]:
+    """All that holds the whole ring, on nodes of ``whole_ring``; supports of the right half are
+    the mirror image of those of the left."""
+    own = ring_springs(case)
+    if not case.stage.double_helical:
+        return own
+    left = [Spring(node_of_half(s.node, "left"), s.matrix, s.angle) for s in own]
+    across = np.outer(MIRROR, MIRROR)
+    right = [Spring(node_of_half(s.node, "right"), across * s.matrix, s.angle) for s in own]
+    return left + right
+
+
+def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
+    """Both halves as one body; offset: of their mid-planes from z = 0, m.
+
+    Coordinates: six of every node of the left half, of the right, then their modes. ``report`` is
+    that of one half; the loads of its static check are left out.
+    """
+    nodes, inner = half.interface_dofs, half.n_modes
+    sign = np.concatenate([np.tile(MIRROR, len(half.node_names)), np.ones(inner)])
+    # both halves one after the other -> nodes of both, then modes of both
+    own = np.arange(nodes + inner)
+    order = np.concatenate(
+        [own[:nodes], nodes + inner + own[:nodes], own[nodes:], nodes + inner + own[nodes:]]
+    )
+    across = np.outer(sign, sign)
+    lift = np.array([0.0, 0.0, offset])
+    return half.with_(
+        node_names=tuple(node_of_half(n, side) for side in SIDES for n in half.node_names),
+        positions=np.vstack([half.positions - lift, half.positions * PLACE + lift]),
+        mass=_in_order(block_diag(half.mass, across * half.mass), order),
+        stiffness=_in_order(block_diag(half.stiffness, across * half.stiffness), order),
+        n_modes=2 * inner,
+        points=np.vstack([half.points - lift, half.points * PLACE + lift]),
+        cells=np.vstack([half.cells, half.cells + len(half.points)]),
+        recovery=_recovery(half, sign.astype(np.float32), order),
+        probe_cases=(),
+        probe_loads=np.zeros((2, 0, 0)),
+    )
+
+
+def _in_order(matrix: Array, order: NDArray[np.int64]) -> Array:
+    return np.ascontiguousarray(matrix[np.ix_(order, order)])
+
+
+def _recovery(
+    half: ReducedBody, sign: NDArray[np.float32], order: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    rows = np.tile(PLACE.astype(np.float32), len(half.points))
+    image = rows[:, None] * half.recovery * sign
+    whole = np.zeros((2 * len(half.recovery), 2 * half.recovery.shape[1]), dtype=np.float32)
+    whole[: len(half.recovery), : half.recovery.shape[1]] = half.recovery
+    whole[len(half.recovery) :, half.recovery.shape[1] :] = image
+    return whole[:, order]

@@ -1,0 +1,95 @@
+"""A double-helical stage whose ring, carrier and sun shaft bend."""
+
+import numpy as np
+import pytest
+from cheap_bodies import cheap_carrier, cheap_ring
+from coupled import TORQUE, make_case, stage_system
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.modal import modal_system
+from flexgear.coupling.system import Variant
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.errors import InputError
+from flexgear.structures.halves import whole_ring
+from flexgear.structures.reduced import ReducedBody
+
+DOUBLE = {
+    "stage.double_helical": "true", "stage.face_width_mm": "190", "stage.half_gap_mm": "60",
+    "stage.helix_angle_deg": "25", "bearings.planet.z_mm": "0", "ring.fits": "[]",
+    "gear_mesh.contact_law": "one-sided",
+}  # fmt: skip
+ANGLES = np.array([0.0, 0.02, 0.3])
+
+
+def system(drive_z=-0.6, variant=None, **changes):
+    """Ring of two halves, each bolted at its outer end, and a carrier driven at drive_z."""
+    direction = "+z" if drive_z < 0 else "-z"
+    case = make_case(**{**DOUBLE, "shaft.direction": direction, **changes})
+    g = stage_geometry(case)
+    ring = cheap_ring(case.ring_gear.teeth, g.ring.reference_radius, bolt_z=-0.095)
+    size = len(ring.mass)
+    half = ReducedBody(
+        name="ring", node_names=ring.node_names, positions=ring.positions, mass=ring.mass,
+        stiffness=ring.stiffness, n_modes=0, report={}, points=np.zeros((0, 3)),
+        cells=np.zeros((0, 8), dtype=np.int64), recovery=np.zeros((0, size), dtype=np.float32),
+    )  # fmt: skip
+    carrier = cheap_carrier(case.stage.planets, g.center_distance, drive_z=drive_z)
+    return case, stage_system(case, (whole_ring(case, half), carrier), variant or Variant())
+
+
+def forces(found, side, kind):
+    """Gear-mesh forces (p, N) of one half, N."""
+    labels = found.modal.system.gear_meshes
+    own = [m for m, x in enumerate(labels) if (x.side, x.kind) == (side, kind)]
+    return found.pair_load[:, own].sum(axis=-1)
+
+
+@pytest.mark.parametrize("variant", [Variant(), Variant(False, False, False)])
+def test_both_halves_carry_what_the_power_flow_says(variant):
+    case, built = system(variant=variant)
+    found = revolution(modal_system(built), ANGLES, TORQUE)
+    flow = power_flow(case.case).stages[0]
+    for kind in ("ring", "sun"):
+        both = forces(found, "left", kind) + forces(found, "right", kind)
+        expected = 2 * flow.gear_mesh_forces[kind]
+        np.testing.assert_allclose(both.mean(axis=1), expected, rtol=5e-3)
+
+
+def test_the_mirror_image_of_the_machine_swaps_the_halves():
+    """Driven from the other end, the other half carries what this one did."""
+    found, image = (revolution(modal_system(system(z)[1]), ANGLES, TORQUE) for z in (-0.6, 0.6))
+    size = forces(found, "left", "ring").max()
+    for kind in ("ring", "sun"):
+        left, right = (forces(found, side, kind) for side in ("left", "right"))
+        assert np.abs(left - right).max() > 1e-3 * size  # twist of carrier and shaft
+        np.testing.assert_allclose(forces(image, "right", kind), left, atol=1e-8 * size)
+        np.testing.assert_allclose(forces(image, "left", kind), right, atol=1e-8 * size)
+
+
+def test_energy_closes():
+    modal = modal_system(system()[1], 2000.0)
+    drive = Drive(lambda t: np.where(t > 0.01, 0.3 * TORQUE, TORQUE), (0.01,))
+    sink = Collector()
+    steps = transient(
+        modal, drive, duration=0.03, time_step=5e-5, output_interval=1e-3, sink=sink,
+        track_energy=True,
+    )  # fmt: skip
+    e = collected(modal, sink.arrays(), steps).energy
+    held = e["kinetic"] + e["elastic"] + e["pair_elastic"]
+    work = e["input_work"] - e["brake_work"] - e["damping_work"] - e["pair_damping_work"]
+    left = held - work - e["parametric_work"]
+    assert np.abs(left - left[0]).max() < 1e-2 * (e["elastic"] + e["pair_elastic"]).max()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"carrier.plate_gap_mm": "430"}, "both halves and their gap"),
+        ({"gear_mesh.model": "face_load", "gear_mesh.root_stress": "fe"}, "two halves"),
+    ],
+)
+def test_what_does_not_fit_is_said(changes, said):
+    with pytest.raises(InputError, match=said):
+        make_case(**{**DOUBLE, **changes})
