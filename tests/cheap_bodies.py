@@ -25,6 +25,7 @@ class CheapBody:
     stiffness: np.ndarray
     recover: object = None
     report: dict = field(default_factory=dict)
+    rim: object = None
 
 
 class Joints:

@@ -43,6 +43,7 @@ from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
+from flexgear.structures.tooth_influence import RimFlexibility
 
 Array = NDArray[np.float64]
 Reduced = tuple[ReducedBody | None, ReducedBody | None]  # ring, carrier; None where lumped
@@ -76,8 +77,9 @@ def _coupled(
     b = UnderWay(train, flow, Assembly(bodies, train.source), members)
     for number in range(len(train.stages)):
         b.frames.append(_frame(b, number))
+    rims = _rims(flexible, variants, stiffening)
     for number in range(len(train.stages)):
-        _tie_and_mesh(b, number)
+        _tie_and_mesh(b, number, rims)
     for joint in train.joints:
         _join(b, joint)
     for port in train.ports:
@@ -133,12 +135,27 @@ def _pin_rotation(b: UnderWay, number: int) -> Array:
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
 
-def _tie_and_mesh(b: UnderWay, number: int) -> None:
+def _rims(
+    flexible: Mapping[str, Reduced],
+    variants: Mapping[str, Variant],
+    stiffening: Stiffening | None,
+) -> dict[str, RimFlexibility]:
+    """What teeth of FE rings that bend yield along the face, by the stages where it counts."""
+    softer = 1.0 / (stiffening or Stiffening()).ring
+    return {
+        name: ring.rim.softer(softer)
+        for name, (ring, *_) in flexible.items()
+        if ring is not None and ring.rim is not None and variants.get(name, Variant()).ring
+    }
+
+
+def _tie_and_mesh(b: UnderWay, number: int, rims: Mapping[str, RimFlexibility]) -> None:
     stage, frame = b.train.stages[number], b.frames[number]
     with inside(b.train, stage):
         tie_stage(b.a, b.train.view(stage.name), b.members[number], frame)
     blocks = _gear_blocks(b, number)
-    b.sets += stage_sets(b.train, number, b.flow.stage(stage.name), frame, blocks)
+    flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
+    b.sets += stage_sets(b.train, number, flow, frame, blocks, rim=rim)
 
 
 def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:

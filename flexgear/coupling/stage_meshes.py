@@ -20,7 +20,7 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.tooth_influence import pair_bending
+from flexgear.structures.tooth_influence import RimFlexibility, pair_bending, rim_bending
 
 Array = NDArray[np.float64]
 
@@ -46,9 +46,11 @@ def stage_sets(
     frame: StageFrame,
     blocks: GearBlocks,
     bending: bool = True,
+    rim: RimFlexibility | None = None,
 ) -> list[GearMeshSet]:
     """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
-    says so, by influences from the cache or made (half a minute each).
+    says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
+    ring yield besides.
 
     With the linear law only the flank that carries the rated torque is there. Pair damping takes
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
@@ -72,6 +74,8 @@ def stage_sets(
             force = flow.gear_mesh_forces[slot]
             load = line_load(view, stage_geometry(view), slot, force)
             found = pair_bending(view, path, path.slices, force)
+            if rim is not None and slot == "ring":
+                found = found.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
             contact = (found.scale, found.limit)
             lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)

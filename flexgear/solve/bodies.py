@@ -16,7 +16,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.tooth_influence import root_of_case, tooth_influence
+from flexgear.structures.tooth_influence import root_of_case, tooth_influence, with_rim
 
 Progress = Callable[[str, float], None]
 
@@ -52,7 +52,7 @@ def stage_bodies(
         if part in stage.fe_parts:
             found[part] = reduce(stage, named(part, progress), limit_hz)
     if found["ring"] is not None:
-        found["ring"] = whole_ring(stage, found["ring"])
+        found["ring"] = whole_ring(stage, with_rim(stage, found["ring"]))
     return StageBodies(**found)
 
 

@@ -10,9 +10,9 @@ from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 from flexgear.solve.bodies import reduction_limit
+from flexgear.structures.estimate import PROMISED
 from flexgear.structures.reduced import ReducedBody
 
-PROMISED = 0.02  # error of a reduction (``structures.estimate``) without a warning
 _FINER = {"quick": "standard", "standard": "fine"}
 _OTHER_TIE = {"root": "flank", "flank": "root"}
 

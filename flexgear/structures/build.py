@@ -30,7 +30,6 @@ from flexgear.structures.fe_mesh import (
     ring_groups,
     ring_of_case,
 )
-from flexgear.structures.fem import FeModel
 from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.given import given_carrier, given_ring
 from flexgear.structures.interfaces import (
@@ -41,7 +40,14 @@ from flexgear.structures.interfaces import (
 )
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.reduction import Progress, Reduction, reduce, silent
+from flexgear.structures.reduction import (
+    AnyCondensation,
+    Progress,
+    Reduction,
+    condense,
+    reduce,
+    silent,
+)
 from flexgear.structures.store import cached, content_key, is_kept
 
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
@@ -59,7 +65,7 @@ def require_fe_meshes(case: StageView) -> None:
         RingMeshParameters.from_case(case).check()
     elif case.ring.fe_mesh == "reduced":
         given_ring(case)
-    elif not is_kept(_ring_key(case)):
+    elif not is_kept(ring_key(case)):
         ring_of_case(case)
     if "carrier" not in case.fe_parts:
         return
@@ -82,11 +88,22 @@ def ring_body(
     if case.ring.fe_mesh == "reduced":
         return given_ring(case)
     report = progress or silent
-    body = cached(_ring_key(case), lambda: _reduce_ring(case, report))
+    body = cached(ring_key(case), lambda: _reduce_ring(case, report))
     return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
 
 
-def _ring_key(case: StageView) -> str:
+def ring_condensed(
+    case: StageView, progress: Progress = silent
+) -> tuple[UnassembledModel, AnyCondensation]:
+    """The unreduced ring and its condensation on its nodes, made anew."""
+    model = _model(case, ring_of_case(case))
+    sectors = _sectors(case, case.ring_gear.teeth)
+    with single_threaded_blas():
+        return model, condense(model, ring_interface(case, model), progress, sectors)
+
+
+def ring_key(case: StageView) -> str:
+    """Of the content that the reduced ring depends on."""
     ring = case.ring
     return content_key(
         body="ring",
@@ -187,7 +204,7 @@ def _reduce_carrier(case: StageView, progress: Progress) -> ReducedBody:
     )
 
 
-def _model(case: StageView, fe_mesh: FeMesh) -> FeModel:
+def _model(case: StageView, fe_mesh: FeMesh) -> UnassembledModel:
     """The body; what its matrices are wanted for decides how much of them is assembled."""
     m = case.material
     return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)

@@ -9,6 +9,11 @@ the reduced one carries the statically equivalent wrench w at the tooth's (pin's
 (K_bb + S) q_r = E w. With t the translation of the loaded node, the error of a load case is
 |t - t_r| / |t|.
 
+Shapes. What the rim of a ring does along the face within a tooth, beyond the rigid motion of its
+node (``tooth_influence.rim``), adds dC to the influence C of the tooth between slices. Of a line
+load f, what is left out without it moves the loaded place by f^T dC f; the tooth itself gives way
+by f^T C f. Supports carry load but distribute none along the face, so they are not in it.
+
 Frequencies. Supported modes of the reduced body, u = Psi q + Phi eta, start one step of
 simultaneous inverse iteration on the full model; Rayleigh-Ritz on span[U, A U],
 A = (K + B^T S B)^{-1} M, gives the full model's frequencies: what remains of an error e of the
@@ -34,6 +39,7 @@ from flexgear.structures.reduction import (
     silent,
 )
 
+PROMISED = 0.02  # error that passes: without a warning, or more shapes of a tooth
 _BLOCK = 32  # vectors taken together at most
 _BLOCK_BYTES = 128e6
 _FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that holds a body
@@ -93,6 +99,14 @@ def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str,
     for (_, case), own in zip(body.probe_cases, error, strict=True):
         worst[case] = max(float(own), worst.get(case, 0.0))
     return worst
+
+
+def shape_errors(
+    influence: NDArray[np.float64], left_out: NDArray[np.float64], loads: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """|f^T dC f| / f^T C f of loads (n, K) on slices; C and dC (K, K) m/N."""
+    moved, missed = (np.einsum("ni,ij,nj->n", loads, c, loads) for c in (influence, left_out))
+    return np.asarray(np.abs(missed) / moved)
 
 
 def compare_frequencies(

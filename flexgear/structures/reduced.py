@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
+
+if TYPE_CHECKING:
+    from flexgear.structures.tooth_influence.ring_shapes import RimFlexibility
 
 
 def _no_probes() -> NDArray[np.float64]:
@@ -30,7 +33,8 @@ class ReducedBody:
     error estimates; points (p, 3) m and cells: the vertices and cells `recover` speaks of;
     recovery (3p, d) float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every
     load of the static check, probe_loads (2, b, n) N, N m: what the full model's interface feels of
-    it, and the wrench at the node that stands for it (`estimate`).
+    it, and the wrench at the node that stands for it (`estimate`); rim: what the teeth of a ring
+    yield along the face besides (`tooth_influence.rim`), where that counts.
     """
 
     name: str
@@ -45,6 +49,7 @@ class ReducedBody:
     recovery: NDArray[np.float32] = field(repr=False)
     probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     probe_loads: NDArray[np.float64] = field(default_factory=_no_probes, repr=False)
+    rim: RimFlexibility | None = field(default=None, repr=False)
 
     @property
     def interface_dofs(self) -> int:

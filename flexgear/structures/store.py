@@ -125,6 +125,7 @@ def load(entry: Path) -> ReducedBody | None:
         n_modes=header["n_modes"],
         probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
         report=header["report"],
+        rim=None,
         **arrays,
     )
 

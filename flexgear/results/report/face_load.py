@@ -57,6 +57,15 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
         yield Table("face", f"{variant}, gear-mesh cycles without errors, largest of the planets", rows)
 
 
+def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
+    """Of a ring's reduction: how much of a tooth's bending along the face its rim adds, and whether
+    tooth pairs take it in."""
+    if "rim_error" in reduction:
+        said = "counted" if reduction["rim_counts"] else "left out"
+        label = f"bending of the rim along the face within a tooth, of the tooth's own ({said})"
+        yield Row(label, reduction["rim_error"], "share")
+
+
 def _rows(
     name: str,
     every: Sequence[Mapping[str, Any]],

@@ -8,7 +8,7 @@ from typing import Any
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.report import case_report
 from flexgear.model.case import Case
-from flexgear.results.report.face_load import face_tables
+from flexgear.results.report.face_load import face_tables, rim_rows
 from flexgear.results.report.parts import Row, Table, Value
 from flexgear.results.report.wording import number, said, split_unit, words
 
@@ -252,6 +252,7 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("dofs of the interface", one.get("interface_dofs")),
             Row("fixed-interface modes", one.get("fixed_interface_modes")),
             Row("static error", one.get("static_error"), "share"),
+            *rim_rows(one),
             Row("frequency error", one.get("frequency_error"), "share"),
             Row("frequencies looked at, up to", one.get("frequency_limit_hz"), "Hz"),
         ]

@@ -42,6 +42,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh import ToothSegment
 from flexgear.structures.fem import (
     FeModel,
@@ -131,15 +132,22 @@ def coarse_rows(rows: int) -> Ints:
 
 
 def flank_normals(segment: ToothSegment, points: Array) -> Array:
-    """Outward normals (n, 3) of −θ flanks at points (n, 3): ∓(cos α e_θ ∓ sin α e_r) in the
-    section, (upper sign external), and with the helix tan β_b = r_b κ along z."""
-    tooth = segment.parameters.tooth
+    """Outward normals (n, 3) of −θ flanks of a segment at points (n, 3)."""
+    return involute_normals(segment.parameters.tooth, segment.parameters.helix_rate, points)
+
+
+def involute_normals(
+    tooth: ToothGeometry, helix_rate: float, points: Array, side: int = -1
+) -> Array:
+    """Outward normals (n, 3) of −θ flanks (+θ: side 1) at points (n, 3): cos α e_θ on the flank's
+    side ± sin α e_r in the section, (upper sign external), and with the helix tan β_b = r_b κ
+    along z."""
     radius = np.hypot(points[:, 0], points[:, 1])
     radial = points[:, :2] / radius[:, None]
     around = np.column_stack([-radial[:, 1], radial[:, 0]])
     angle = tooth.pressure_angle(radius)[:, None]
-    section = tooth.outward * np.sin(angle) * radial - np.cos(angle) * around
-    slope = tooth.base_radius * segment.parameters.helix_rate
+    section = tooth.outward * np.sin(angle) * radial + side * np.cos(angle) * around
+    slope = -side * tooth.base_radius * helix_rate
     return np.column_stack([section, np.full(len(points), slope)]) / np.hypot(1.0, slope)
 
 

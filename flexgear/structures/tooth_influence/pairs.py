@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
@@ -44,14 +44,19 @@ class PairBending:
     scale: Array
     limit: Array
 
+    def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
+        """And what the rim of an FE ring adds: ``rim``."""
+        more = self.flexibility + flexibility, self.beside + beside
+        return replace(self, flexibility=more[0], beside=more[1])
+
 
 def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
     """How slices of contact lines bend each other, for ``gears.slices.bent``.
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
     (``tip_edge``; where both teeth have influences). Displacement and force of slices are along the
-    normal N. Teeth of an FE body move their neighbours by its own model; nothing of it is in
-    ``beside``.
+    normal N. Teeth of an FE body move their neighbours by its own model and its rim (``rim``);
+    nothing of it is in ``beside``.
     """
     width, some = widths(path, slices), some_places(slices, _PLACES)
     shape = (len(some), slices.count, slices.count)

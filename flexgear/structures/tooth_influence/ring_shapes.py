@@ -1,0 +1,204 @@
+r"""What the rim of an FE ring yields along the face within a tooth, beyond the segment of a tooth.
+
+The influence of a tooth (``flank``) is that of a segment whose rim is held; in the ring the node of
+a tooth carries rigid motion only. With shapes p beside the node's motion q (``shapes``) and loads
+on both, the FE ring on its supports has the flexibility
+
+    T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the same of the segment: T_c,
+
+and what bends more in the whole ring than in the segment is G ΔT Gᵀ on the flank with
+ΔT = T − T_c less the block of q, which the node has. Between one tooth and the next, where the
+segment has nothing, it is T less that block. T_c is taken of the ring's own FE mesh, cut and held
+where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and in the
+difference that cancels.
+
+K⁻¹ comes from the condensation of the ring on its nodes (``condensation``): of loads L = B_sᵀ
+
+    u = Ψ q + x,   (K_bb + S) q = Ψᵀ L,   K x = L + Bᵀ(reactions), B x = 0,
+
+so that supports S may change without another factor. Loads L are in equilibrium by themselves:
+answers are local, and hardly differ from tooth to tooth (0.1 % between the bolts of ``wind-5mw``);
+the mean of some teeth is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexgear.structures.cyclic.condensation import CyclicCondensation
+from flexgear.structures.fem import FeModel, averaging_tie, facet_sample
+from flexgear.structures.fem.unassembled import UnassembledModel
+from flexgear.structures.kinematics import turn
+from flexgear.structures.linalg.flexibility import flexibility
+from flexgear.structures.reduction import AnyCondensation
+from flexgear.structures.tooth_influence.shapes import COUNT, ToothLine, shape_tie
+
+Array = NDArray[np.float64]
+
+BOTH = 6 + COUNT  # motions of a node and its shapes
+TEETH = 5  # whose answers are taken
+_FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
+_SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where a segment is held: pitches to either side of the tooth's middle, and radius m."""
+
+    pitches: float
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class RingShapes:
+    """Answers of an FE ring to loads on the shapes of some teeth (t,), numbered from 0, of all.
+
+    loads (t, 2, b, COUNT): Ψᵀ L of the tooth and of the next; fixed (t, 2, COUNT, COUNT): of the
+    tooth's own shapes to both with the interface held; piece (t, BOTH, BOTH): T_c; less
+    (t, 6, COUNT): N. Components along the axes of the tooth at its middle; those of b are the
+    ring's.
+    """
+
+    teeth: Array
+    count: Array
+    loads: Array
+    fixed: Array
+    piece: Array
+    less: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RimFlexibility:
+    """ΔT of a tooth and the next one, components along the axes of each at its middle.
+
+    own, beside (BOTH, BOTH): without the block of the node; less: N; line: of the tooth at the
+    angle 0.
+    """
+
+    own: Array
+    beside: Array
+    less: Array
+    line: ToothLine
+
+    def softer(self, factor: float) -> RimFlexibility:
+        """Of a ring so many times as soft."""
+        return replace(self, own=factor * self.own, beside=factor * self.beside)
+
+
+def ring_shapes(
+    model: UnassembledModel, condensation: AnyCondensation, line: ToothLine, teeth: int, cut: Cut
+) -> RingShapes:
+    """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
+    asked = sorted({k * teeth // TEETH for k in range(TEETH)})
+    found = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in asked]
+    stacked = (np.stack(one) for one in zip(*found, strict=True))
+    return RingShapes(np.array(asked, dtype=float), np.array(float(teeth)), *stacked)
+
+
+def rim_flexibility(
+    shapes: RingShapes, stiffness: Array, supports: Array, line: ToothLine
+) -> RimFlexibility:
+    """On supports (b, b) at the ring's nodes, teeth first; stiffness: K_bb (b, b); line: of tooth
+    0. LinAlgError where they leave the ring free."""
+    held, teeth = _inverse(stiffness + supports), int(shapes.count)
+    own, beside = np.zeros((BOTH, BOTH)), np.zeros((BOTH, BOTH))
+    for n, j in enumerate(shapes.teeth.astype(int)):
+        here, there = _axes(j, teeth), _axes((j + 1) % teeth, teeth)
+        at, after = (slice(6 * i, 6 * i + 6) for i in (j, (j + 1) % teeth))
+        moved, moved_by_next = held @ shapes.loads[n, 0], held @ shapes.loads[n, 1]
+        own[6:, 6:] += shapes.loads[n, 0].T @ moved + shapes.fixed[n, 0] - shapes.piece[n, 6:, 6:]
+        own[:6, 6:] += here.T @ moved[at] - shapes.piece[n, :6, 6:]
+        beside[6:, 6:] += shapes.loads[n, 0].T @ moved_by_next + shapes.fixed[n, 1]
+        beside[:6, 6:] += here.T @ moved_by_next[at]
+        beside[6:, :6] += (there.T @ moved[after]).T
+    own[6:, :6] = own[:6, 6:].T
+    number = len(shapes.teeth)
+    return RimFlexibility(own / number, beside / number, shapes.less.mean(axis=0), line)
+
+
+def _inverse(stiffness: Array) -> Array:
+    """LinAlgError where a stiffness leaves a motion free."""
+    if not np.all(np.diag(stiffness) > 0.0):
+        raise np.linalg.LinAlgError("free")
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    factor = np.linalg.cholesky(stiffness * scale * scale[:, None])
+    if np.diag(factor).min() ** 2 < _FREE:
+        raise np.linalg.LinAlgError("free")
+    half = np.linalg.inv(factor) * scale
+    return np.asarray(half.T @ half)
+
+
+def _of_tooth(
+    model: UnassembledModel,
+    condensation: AnyCondensation,
+    first: ToothLine,
+    which: tuple[int, int],
+    cut: Cut,
+) -> tuple[Array, Array, Array, Array]:
+    """Ψᵀ L, answers with the interface held, T_c and N of one of so many teeth."""
+    j, teeth = which
+    rows, lessened = [], []
+    for i in (j, (j + 1) % teeth):
+        line = _turned(first, i, teeth)
+        tie, less = shape_tie(line, facet_sample(model, _root(model, i)))
+        rows.append(tie)
+        lessened.append(_axes(i, teeth).T @ less)
+    loads = sp.hstack([one.T for one in rows]).toarray()
+    form = loads
+    if isinstance(condensation, CyclicCondensation):
+        form = condensation.field_of(loads)
+    fields = condensation.fixed_solve(form)
+    answers = form[:, :COUNT].T @ fields
+    felt = condensation.constraint_load(loads)
+    return (
+        np.stack([felt[:, :COUNT], felt[:, COUNT:]]),
+        np.stack([answers[:, :COUNT], answers[:, COUNT:]]),
+        _piece(model, _turned(first, j, teeth), rows[0], teeth, cut),
+        lessened[0],
+    )
+
+
+def cut_flexibility(
+    model: UnassembledModel, line: ToothLine, rows: sp.csr_matrix, teeth: int, cut: Cut
+) -> Array:
+    """Flexibility (k, k) between rows (k, 3n) of the ring's FE mesh about a tooth, which is held
+    where it is cut; line: of the tooth, one of so many."""
+    x, y, z = model.nodes.T
+    away = np.arctan2(y, x) - line.angle - line.helix_rate * z
+    away = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
+    inside = away < (cut.pitches - _SLACK) * 2 * np.pi / teeth
+    inside &= np.hypot(x, y) < (1 - _SLACK) * cut.radius
+    part, nodes = model.part(np.flatnonzero(inside[model.basis.element_dofs].any(axis=0)))
+    dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+    kept = np.flatnonzero(np.repeat(inside[nodes], 3))
+    loads = rows.tocsc()[:, dofs[kept]].T.tocsc()
+    return flexibility(part.stiffness[kept][:, kept].tocsr(), loads)
+
+
+def _piece(
+    model: UnassembledModel, line: ToothLine, shapes: sp.csr_matrix, teeth: int, cut: Cut
+) -> Array:
+    """T_c (BOTH, BOTH), along the axes of a tooth with these shapes B_s."""
+    tooth = round(line.angle * teeth / (2 * np.pi)) % teeth
+    node = averaging_tie("tooth", line.place, facet_sample(model, _root(model, tooth))).rows
+    assert node is not None  # no rigid tie
+    axes = sp.csr_matrix(turn(-line.angle))
+    return cut_flexibility(model, line, sp.vstack([axes @ node, shapes]).tocsr(), teeth, cut)
+
+
+def _turned(line: ToothLine, tooth: int, teeth: int) -> ToothLine:
+    angle = line.angle + 2 * np.pi * tooth / teeth
+    return ToothLine(angle, line.radius, line.helix_rate, line.face_width)
+
+
+def _axes(tooth: int, teeth: int) -> Array:
+    """(6, 6) from components along a tooth's axes to the ring's."""
+    return turn(2 * np.pi * tooth / teeth)
+
+
+def _root(model: FeModel, tooth: int) -> NDArray[np.int64]:
+    return model.fe_mesh.facets[f"tooth_root_{tooth + 1:03d}"]

@@ -1,0 +1,216 @@
+"""What the rim of an FE ring yields along the face within a tooth, beyond the rigid motion of its
+node: against the whole ring's FE mesh, its symmetries and limits, and when it counts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_stage
+from flexgear.structures import probe_loads
+from flexgear.structures.build import ring_condensed
+from flexgear.structures.fe_mesh import SegmentDivisions
+from flexgear.structures.fem import averaging_tie, facet_sample, point_sample
+from flexgear.structures.interfaces import ring_supports
+from flexgear.structures.kinematics import rigid_motion, rotation, turn
+from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.tooth_influence import of_case, pairs, rim, ring_shapes
+from flexgear.structures.tooth_influence.ring_shapes import cut_flexibility, rim_flexibility
+from flexgear.structures.tooth_influence.shapes import carried, shape_tie
+
+OPTIONS = {
+    "solver.fidelity": "quick", "gear_mesh.model": "face_load",
+    "gear_mesh.tooth_compliance": "fe", "gear_mesh.slices": "5",
+}  # fmt: skip
+CASE = load_stage("ev-reducer", OPTIONS)
+TEETH = CASE.ring_gear.teeth
+TOOTH = 20  # any but those whose answers are kept
+COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
+
+
+class Ring:
+    """A thin wide ring in a spline: FE model, condensation, flexibility of its nodes, rim."""
+
+    def __init__(self):
+        self.model, self.condensed = ring_condensed(CASE)
+        self.supports = ring_supports(CASE, self.condensed.interface)
+        self.stiffness, self.first = self.condensed.stiffness, rim._first_line(CASE)
+        self.cut = rim._cut(CASE)
+        self.shapes = ring_shapes.ring_shapes(
+            self.model, self.condensed, self.first, TEETH, self.cut
+        )
+        self.rim = rim_flexibility(self.shapes, self.stiffness, self.supports, self.first)
+        self.held = np.linalg.inv(self.stiffness + self.supports)
+
+    def nodes(self, one, two):
+        """Flexibility (6, 6) between the nodes of two teeth, along their axes."""
+        block = self.held[6 * one : 6 * one + 6, 6 * two : 6 * two + 6]
+        return turn(-2 * np.pi * one / TEETH) @ block @ turn(2 * np.pi * two / TEETH)
+
+
+class Line:
+    """Points along a −θ flank at pitch height: rows (m, 3n) of the motion along the normal there,
+    G (m, 6 + shapes), and a load (m,) N that changes along the face."""
+
+    def __init__(self, ring, tooth):
+        share, weights = np.polynomial.legendre.leggauss(12)
+        self.line = replace(ring.first, angle=2 * np.pi * tooth / TEETH)
+        flank = probe_loads._Flank(ring.model, f"tooth_flank_{tooth + 1:03d}")
+        z = 0.5 * self.line.face_width * share
+        points, normals = flank.at(self.line.radius, z)
+        sample = point_sample(ring.model, points, weights, slack=probe_loads._SLACK)
+        parts = [sp.diags_array(n) @ sample.interpolation for n in normals.T]
+        self.rows = sp.kron(parts[0], [[1, 0, 0]])
+        for c in (1, 2):
+            self.rows = self.rows + sp.kron(parts[c], [np.eye(3)[c]])
+        self.rows = sp.csr_matrix(self.rows)
+        back = rotation(self.line.angle)  # row vectors turn by its transpose
+        self.motion = carried(ring.first, ring.rim.less, points @ back, normals @ back)
+        self.load = weights * (1.0 + 2.0 * (1.5 * share**2 - 0.5) + 0.5 * share)
+        self.even, self.tilt = np.ones_like(share), share
+
+    def bent(self, motion):
+        """What of a motion (m,) is neither even nor tilted."""
+        flat = np.column_stack([self.even, self.tilt])
+        return motion - flat @ np.linalg.lstsq(flat, motion, rcond=None)[0]
+
+
+@pytest.fixture(scope="module")
+def ring():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ring_shapes, "TEETH", 1)  # all are alike
+        return Ring()
+
+
+@pytest.fixture(scope="module")
+def bending():
+    """Path of the ring gear mesh and how its slices bend each other, by coarse segments."""
+
+    forces = power_flow(CASE.case).stages[0].gear_mesh_forces
+    path, force = stage_paths(CASE, forces)["ring", ""], forces["ring"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pairs, "tooth_influence", coarse)
+        return path, pairs.pair_bending(CASE, path, path.slices, force)
+
+
+def coarse(case, slot):
+    """Influence by a coarse segment."""
+    parameters = replace(of_case.influence_parameters(case, slot), divisions=COARSE)
+    return of_case.influence_of(parameters, 2.06e11, 0.3, tied=of_case.is_tied(case, slot))
+
+
+def solved(ring, line):
+    """Motion (3n,) of the whole ring on its supports under the load of a line."""
+    load = line.rows.T @ line.load[:, None]
+    form = ring.condensed.field_of(load)
+    found = ring.condensed.supported_solve(form, ring.supports)
+    return ring.condensed.dofs_of(found, ring.model.dofs)[:, 0]
+
+
+def test_a_tooth_bends_along_its_face_as_in_the_whole_ring(ring):
+    """Piece of the ring and node together miss a sixth of how the tooth bends along its face under
+    a line load that changes there; with the rim's shapes it is a few per cent."""
+    line = Line(ring, TOOTH)
+    piece = cut_flexibility(ring.model, line.line, line.rows, TEETH, ring.cut)
+    root = facet_sample(ring.model, ring.model.fe_mesh.facets[f"tooth_root_{TOOTH + 1:03d}"])
+    tie = averaging_tie("tooth", line.line.place, root).rows
+    held = cut_flexibility(ring.model, line.line, tie, TEETH, ring.cut)
+    held = turn(-line.line.angle) @ held @ turn(line.line.angle)
+    rigid = line.motion[:, :6]
+    node = rigid @ (ring.nodes(TOOTH, TOOTH) - held) @ rigid.T
+    rim_alone = line.motion @ ring.rim.own @ line.motion.T
+    truth = line.rows @ solved(ring, line)
+    size = np.abs(line.bent(truth - node @ line.load)).max()
+    without, found = (
+        np.abs(line.bent(truth - (piece + node + more) @ line.load)).max() / size
+        for more in (0.0 * rim_alone, rim_alone)
+    )
+    print(f"\nown: {100 * without:.1f} % without, {100 * found:.1f} % with shapes")
+    assert without > 0.15
+    assert found < 0.08
+
+
+def test_the_next_tooth_bends_with_it(ring):
+    """Of that motion half and more is the rim's; it is met within a few per cent of the motion of
+    the loaded tooth."""
+    line, beyond = Line(ring, TOOTH), Line(ring, TOOTH + 1)
+    node = line.motion[:, :6] @ ring.nodes(TOOTH, TOOTH + 1) @ beyond.motion[:, :6].T
+    rim_alone = line.motion @ ring.rim.beside @ beyond.motion.T
+    truth = line.rows @ solved(ring, beyond)
+    without, found = (
+        np.abs(line.bent(truth - (node + more) @ beyond.load)).max()
+        for more in (0.0 * rim_alone, rim_alone)
+    )
+    print(f"\nnext: {without:.2e} without, {found:.2e} m with shapes")
+    assert found < 0.5 * without
+
+
+def test_shapes_hold_neither_rigid_motion_nor_each_other(ring):
+    """Rigid motion has no shapes; each shape has itself alone, and none of the node's motion."""
+    line = replace(ring.first, angle=2 * np.pi * TOOTH / TEETH)
+    sample = facet_sample(ring.model, ring.model.fe_mesh.facets[f"tooth_root_{TOOTH + 1:03d}"])
+    sample = replace(sample, interpolation=sp.eye_array(len(sample.points)).tocsr())
+    rows, less = shape_tie(line, sample)
+    node = averaging_tie("tooth", line.place, sample).rows
+    rigid = rigid_motion(sample.points - line.place)
+    shapes = line.shapes(sample.points) - rigid @ less
+    for made, own, other in ((rows, shapes, rigid), (node, rigid, shapes)):
+        one, none = (made @ a.reshape(3 * len(a), -1) for a in (own, other))
+        length = np.sqrt(np.diag(own.reshape(-1, len(one)).T @ own.reshape(-1, len(one))))
+        np.testing.assert_allclose(one * length[:, None] / length, np.eye(len(one)), atol=1e-9)
+        size = np.asarray(np.abs(made).sum(axis=1)).reshape(-1, 1) * np.abs(other).max(axis=(0, 1))
+        assert np.abs(none / size).max() < 1e-9
+
+
+def test_coast_flanks_are_drive_flanks_half_a_turn_about_the_radius(ring):
+    """On a ring that is the same from either end: z -> −z, and one tooth is the next one's next."""
+    tooth, half = of_case.influence_parameters(CASE, "ring").tooth, 0.5 * CASE.stage.face_width
+    z = np.linspace(-0.9, 0.7, 7) * half
+    roll = np.linspace(0.9, 1.1, 7) * tooth.roll_length(tooth.reference_radius)
+    drive = rim.flank_motion(ring.rim, tooth, -1, (roll, z))
+    coast = rim.flank_motion(ring.rim, tooth, 1, (roll, -z))
+    for flexibility, other in ((ring.rim.own, ring.rim.own), (ring.rim.beside, ring.rim.beside.T)):
+        one, two = drive @ flexibility @ drive.T, coast @ other @ coast.T
+        np.testing.assert_allclose(two, one, atol=2e-3 * np.abs(one).max())
+
+
+def test_flexibility_is_symmetric_and_no_pair_gets_indefinite(ring, bending):
+    """The rim by itself yields to shapes, G ΔT Gᵀ with a tooth's own influence to any load."""
+    own = ring.rim.own
+    assert own == pytest.approx(own.T, rel=1e-6, abs=1e-9 * np.abs(own).max())
+    shapes = own[6:, 6:] / np.sqrt(np.outer(np.diag(own)[6:], np.diag(own)[6:]))
+    assert np.linalg.eigvalsh(shapes)[0] > -1e-6
+    path, found = bending
+    more, beside = rim.rim_bending(ring.rim, path, path.slices)
+    assert np.array_equal(more, more.swapaxes(1, 2))
+    whole = found.with_rim(more, beside)
+    long = path.slices.width[:, 0] > 0.2 * path.slices.width.max()
+    assert np.linalg.eigvalsh(whole.flexibility[long])[:, 0].min() > 0.0
+    assert np.abs(more).max() < 0.2 * np.abs(found.flexibility).max()
+
+
+def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(ring, monkeypatch):
+    """A thin wide rim; a stiff one has next to none, and what is asked for wins."""
+    monkeypatch.setattr(rim, "tooth_influence", coarse)
+    monkeypatch.setattr(rim, "kept_shapes", lambda case: ring.shapes)
+    size = len(ring.stiffness)
+    body = ReducedBody(
+        "ring", ring.condensed.interface.node_names, ring.condensed.interface.positions,
+        np.zeros((size, size)), ring.stiffness, 0, {}, *3 * [np.zeros((0, 3))],
+    )  # fmt: skip
+    thin = rim.with_rim(CASE, body)
+    assert 0.05 < thin.report["rim_error"] < 0.15
+    assert thin.report["rim_counts"] and thin.rim is not None
+    hard = replace(ring.shapes, fixed=1e-3 * ring.shapes.fixed, piece=1e-3 * ring.shapes.piece)
+    monkeypatch.setattr(rim, "kept_shapes", lambda case: hard)
+    stiff = rim.with_rim(CASE, body.with_(stiffness=1e3 * ring.stiffness))
+    assert stiff.report["rim_error"] < 0.002 * thin.report["rim_error"]
+    assert not stiff.report["rim_counts"] and stiff.rim is None
+    for said, taken in (("always", True), ("none", False)):
+        case = load_stage("ev-reducer", {**OPTIONS, "ring.tooth_shapes": said})
+        assert (rim.with_rim(case, body).rim is not None) == taken
+    loose = body.with_(stiffness=0.0 * ring.stiffness)
+    assert rim.with_rim(CASE, loose).rim is None  # supports alone hold no tooth
