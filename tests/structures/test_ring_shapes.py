@@ -192,6 +192,18 @@ def test_flexibility_is_symmetric_and_no_pair_gets_indefinite(ring, bending):
     assert np.abs(more).max() < 0.2 * np.abs(found.flexibility).max()
 
 
+def test_right_halves_are_the_mirror_image(ring, bending):
+    path, _ = bending
+    right = replace(path, side="right", slope=-path.slope)
+    slices = replace(path.slices, z=-path.slices.z)
+    one, two = (
+        rim.rim_bending(ring.rim, path, path.slices),
+        rim.rim_bending(ring.rim, right, slices),
+    )
+    for a, b in zip(one, two, strict=True):
+        np.testing.assert_allclose(b, a, atol=1e-12 * np.abs(a).max())
+
+
 def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(ring, monkeypatch):
     """A thin wide rim; a stiff one has next to none, and what is asked for wins."""
     monkeypatch.setattr(rim, "tooth_influence", coarse)
