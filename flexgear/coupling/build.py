@@ -43,7 +43,7 @@ from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
-from flexgear.structures.tooth_influence import RimFlexibility
+from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
 Reduced = tuple[ReducedBody | None, ReducedBody | None]  # ring, carrier; None where lumped

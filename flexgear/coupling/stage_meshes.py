@@ -20,7 +20,8 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.tooth_influence import RimFlexibility, pair_bending, rim_bending
+from flexgear.structures.tooth_influence import pair_bending, rim_bending
+from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
 

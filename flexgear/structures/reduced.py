@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
-
-if TYPE_CHECKING:
-    from flexgear.structures.tooth_influence.ring_shapes import RimFlexibility
+from flexgear.structures.tooth_shapes import RimFlexibility
 
 
 def _no_probes() -> NDArray[np.float64]:

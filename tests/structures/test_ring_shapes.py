@@ -18,8 +18,12 @@ from flexgear.structures.interfaces import ring_supports
 from flexgear.structures.kinematics import rigid_motion, rotation, turn
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence import of_case, pairs, rim, ring_shapes
-from flexgear.structures.tooth_influence.ring_shapes import cut_flexibility, rim_flexibility
-from flexgear.structures.tooth_influence.shapes import carried, shape_tie
+from flexgear.structures.tooth_influence.ring_shapes import (
+    cut_flexibility,
+    rim_flexibility,
+    shape_tie,
+)
+from flexgear.structures.tooth_shapes import carried
 
 OPTIONS = {
     "solver.fidelity": "quick", "gear_mesh.model": "face_load",

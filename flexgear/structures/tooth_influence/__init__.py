@@ -4,13 +4,11 @@ from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import root_of_case, tooth_influence
 from flexgear.structures.tooth_influence.pairs import pair_bending
 from flexgear.structures.tooth_influence.rim import rim_bending, with_rim
-from flexgear.structures.tooth_influence.ring_shapes import RimFlexibility
 from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
 from flexgear.structures.tooth_influence.roots_of_ring import ring_root_rows
 
 __all__ = [
     "PairRoots",
-    "RimFlexibility",
     "ToothInfluence",
     "pair_bending",
     "pair_roots",

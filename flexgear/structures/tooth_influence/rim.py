@@ -29,12 +29,11 @@ from flexgear.structures.tooth_influence.of_case import (
 from flexgear.structures.tooth_influence.pairs import some_places, touched_flanks
 from flexgear.structures.tooth_influence.ring_shapes import (
     Cut,
-    RimFlexibility,
     RingShapes,
     rim_flexibility,
     ring_shapes,
 )
-from flexgear.structures.tooth_influence.shapes import ORDERS, ToothLine, carried
+from flexgear.structures.tooth_shapes import ORDERS, RimFlexibility, ToothLine, carried
 
 Array = NDArray[np.float64]
 

@@ -1,8 +1,8 @@
 r"""What the rim of an FE ring yields along the face within a tooth, beyond the segment of a tooth.
 
 The influence of a tooth (``flank``) is that of a segment whose rim is held; in the ring the node of
-a tooth carries rigid motion only. With shapes p beside the node's motion q (``shapes``) and loads
-on both, the FE ring on its supports has the flexibility
+a tooth carries rigid motion only. With shapes p beside the node's motion q (``tooth_shapes``) and
+loads on both, the FE ring on its supports has the flexibility
 
     T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the same of the segment: T_c,
 
@@ -23,23 +23,22 @@ the mean of some teeth is taken.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.cyclic.condensation import CyclicCondensation
-from flexgear.structures.fem import FeModel, averaging_tie, facet_sample
+from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
 from flexgear.structures.fem.unassembled import UnassembledModel
-from flexgear.structures.kinematics import turn
+from flexgear.structures.kinematics import rigid_motion, turn
 from flexgear.structures.linalg.flexibility import flexibility
 from flexgear.structures.reduction import AnyCondensation
-from flexgear.structures.tooth_influence.shapes import COUNT, ToothLine, shape_tie
+from flexgear.structures.tooth_shapes import BOTH, COUNT, RimFlexibility, ToothLine
 
 Array = NDArray[np.float64]
 
-BOTH = 6 + COUNT  # motions of a node and its shapes
 TEETH = 5  # whose answers are taken
 _FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
 _SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
@@ -69,24 +68,6 @@ class RingShapes:
     fixed: Array
     piece: Array
     less: Array
-
-
-@dataclass(frozen=True, eq=False)
-class RimFlexibility:
-    """ΔT of a tooth and the next one, components along the axes of each at its middle.
-
-    own, beside (BOTH, BOTH): without the block of the node; less: N; line: of the tooth at the
-    angle 0.
-    """
-
-    own: Array
-    beside: Array
-    less: Array
-    line: ToothLine
-
-    def softer(self, factor: float) -> RimFlexibility:
-        """Of a ring so many times as soft."""
-        return replace(self, own=factor * self.own, beside=factor * self.beside)
 
 
 def ring_shapes(
@@ -130,6 +111,17 @@ def _inverse(stiffness: Array) -> Array:
         raise np.linalg.LinAlgError("free")
     half = np.linalg.inv(factor) * scale
     return np.asarray(half.T @ half)
+
+
+def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
+    """B_s (COUNT, 3n) and N (6, COUNT) of a tooth by the sample of its base section."""
+    rigid, shapes = rigid_motion(sample.points - line.place), line.shapes(sample.points)
+    less = np.linalg.solve(_inner(sample, rigid, rigid), _inner(sample, rigid, shapes))
+    own = shapes - rigid @ less
+    weights = np.einsum("m,mci->mci", sample.weights, own)
+    weights = weights @ np.linalg.inv(_inner(sample, own, own))
+    rows = np.stack([sample.interpolation.T @ weights[:, c] for c in range(3)], axis=1)
+    return sp.csr_matrix(rows.reshape(-1, COUNT).T), np.asarray(less, dtype=np.float64)
 
 
 def _of_tooth(
@@ -202,3 +194,7 @@ def _axes(tooth: int, teeth: int) -> Array:
 
 def _root(model: FeModel, tooth: int) -> NDArray[np.int64]:
     return model.fe_mesh.facets[f"tooth_root_{tooth + 1:03d}"]
+
+
+def _inner(sample: Sample, one: Array, two: Array) -> Array:
+    return np.asarray(np.einsum("m,mci,mcj->ij", sample.weights, one, two))

@@ -17,20 +17,19 @@ Loads B_sᵀ f are in equilibrium by themselves, on the base section alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
-from flexgear.structures.fem import Sample
 from flexgear.structures.kinematics import rigid_motion
 
 Array = NDArray[np.float64]
 
 ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; lower ones are the node's
 COUNT = 4 * len(ORDERS)
+BOTH = 6 + COUNT  # motions of a node and its shapes
 
 
 @dataclass(frozen=True)
@@ -61,15 +60,22 @@ class ToothLine:
         return np.einsum("mci,mk->mcki", motion, orders).reshape(len(points), 3, COUNT)
 
 
-def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
-    """B_s (COUNT, 3n) and N (6, COUNT) of a tooth by the sample of its base section."""
-    rigid, shapes = rigid_motion(sample.points - line.place), line.shapes(sample.points)
-    less = np.linalg.solve(_inner(sample, rigid, rigid), _inner(sample, rigid, shapes))
-    own = shapes - rigid @ less
-    weights = np.einsum("m,mci->mci", sample.weights, own)
-    weights = weights @ np.linalg.inv(_inner(sample, own, own))
-    rows = np.stack([sample.interpolation.T @ weights[:, c] for c in range(3)], axis=1)
-    return sp.csr_matrix(rows.reshape(-1, COUNT).T), np.asarray(less, dtype=np.float64)
+@dataclass(frozen=True, eq=False)
+class RimFlexibility:
+    """ΔT of a tooth and the next one, components along the axes of each at its middle.
+
+    own, beside (BOTH, BOTH): without the block of the node; less: N; line: of the tooth at the
+    angle 0.
+    """
+
+    own: Array
+    beside: Array
+    less: Array
+    line: ToothLine
+
+    def softer(self, factor: float) -> RimFlexibility:
+        """Of a ring so many times as soft."""
+        return replace(self, own=factor * self.own, beside=factor * self.beside)
 
 
 def carried(line: ToothLine, less: Array, points: Array, normals: Array) -> Array:
@@ -78,7 +84,3 @@ def carried(line: ToothLine, less: Array, points: Array, normals: Array) -> Arra
     rigid = rigid_motion(points - line.place)
     both = np.concatenate([rigid, line.shapes(points) - rigid @ less], axis=2)
     return np.einsum("ki,kij->kj", normals, both)
-
-
-def _inner(sample: Sample, one: Array, two: Array) -> Array:
-    return np.asarray(np.einsum("m,mci,mcj->ij", sample.weights, one, two))
