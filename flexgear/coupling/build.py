@@ -54,16 +54,17 @@ def build_system(
     flexible: Mapping[str, Reduced] | None = None,
     variants: Mapping[str, Variant] | None = None,
     stiffening: Stiffening | None = None,
+    bending: bool = True,
 ) -> System:
     """Couple all bodies of a case.
 
     flexible: by name of a stage with FE bodies its reduced ring and carrier (also used, as rigid
     bodies with the same mass, by rigid variants); variants: which of its components bend;
-    stiffening: of those of all stages. Raises InputError where the case has no single rated state
-    or a body is loose.
+    stiffening: of those of all stages; bending: see ``stage_sets``. Raises InputError where the
+    case has no single rated state or a body is loose.
     """
     with spoken(train):
-        return _coupled(train, flexible or {}, variants or {}, stiffening)
+        return _coupled(train, flexible or {}, variants or {}, stiffening, bending)
 
 
 def _coupled(
@@ -71,10 +72,11 @@ def _coupled(
     flexible: Mapping[str, Reduced],
     variants: Mapping[str, Variant],
     stiffening: Stiffening | None,
+    bending: bool,
 ) -> System:
     flow = power_flow(train)
     bodies, members = _bodies(train, flexible, variants, stiffening)
-    b = UnderWay(train, flow, Assembly(bodies, train.source), members)
+    b = UnderWay(train, flow, Assembly(bodies, train.source), members, bending)
     for number in range(len(train.stages)):
         b.frames.append(_frame(b, number))
     rims = _rims(flexible, variants, stiffening)
@@ -154,8 +156,9 @@ def _tie_and_mesh(b: UnderWay, number: int, rims: Mapping[str, RimFlexibility]) 
     with inside(b.train, stage):
         tie_stage(b.a, b.train.view(stage.name), b.members[number], frame)
     blocks = _gear_blocks(b, number)
+    rigid = any(m.part == "ring" and m.form == "fe" and m.body.rigid for m in b.members[number])
     flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
-    b.sets += stage_sets(b.train, number, flow, frame, blocks, rim=rim)
+    b.sets += stage_sets(b.train, number, flow, frame, blocks, b.bending, rim, rigid)
 
 
 def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:

@@ -48,10 +48,12 @@ def stage_sets(
     blocks: GearBlocks,
     bending: bool = True,
     rim: RimFlexibility | None = None,
+    rigid_ring: bool = False,
 ) -> list[GearMeshSet]:
     """Gear meshes of stage ``number`` of a train; bending: slices bend each other where the case
     says so, by influences from the cache or made (half a minute each); rim: what the teeth of its
-    ring yield besides.
+    ring yield besides; rigid_ring: of an FE ring, whose teeth then have all their compliance in the
+    gear mesh, as those of a lumped ring.
 
     With the linear law only the flank that carries the rated torque is there. Pair damping takes
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
@@ -59,6 +61,7 @@ def stage_sets(
     """
     stage, out = train.stages[number], []
     options, view = stage.gear_mesh, train.view(stage.name)
+    view = view.with_rigid_ring() if rigid_ring else view
     paths, radii = stage_paths(view, flow.gear_mesh_forces), stage_radii(view)
     errors = stage_errors(view, paths)
     first, second = ("pinion", "gear") if stage.kind == "parallel" else ("sun", "planet")

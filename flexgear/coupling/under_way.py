@@ -21,14 +21,15 @@ Array = NDArray[np.float64]
 class UnderWay:
     """What grows while a train is put together.
 
-    members: stage by stage; blocks: nodes (6, d) of gear meshes; block_of: by body the block of its
-    gear, of the first tooth of an FE ring.
+    members: stage by stage; bending: see ``stage_sets``; blocks: nodes (6, d) of gear meshes;
+    block_of: by body the block of its gear, of the first tooth of an FE ring.
     """
 
     train: Case
     flow: PowerFlow
     a: Assembly
     members: list[list[Member]]
+    bending: bool = True
     frames: list[StageFrame] = field(default_factory=list)
     angles: list[Array] = field(default_factory=list)
     blocks: list[Array] = field(default_factory=list)

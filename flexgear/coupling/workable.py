@@ -28,6 +28,7 @@ from flexgear.model.stage_view import StageView, inside, spoken
 from flexgear.structures.build import require_fe_meshes
 from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.tooth_influence import require_influences
 
 Array = NDArray[np.float64]
 RIGID = Variant(False, False, False)
@@ -47,7 +48,9 @@ def require_workable(case: Case) -> None:
             with inside(case, stage):
                 _require_stage(case.view(stage.name))
                 bodies[stage.name] = stand_ins(case.view(stage.name))
-        build_system(case, bodies, dict.fromkeys(bodies, RIGID))
+        for stage in case.stages:
+            require_influences(case.view(stage.name))
+        build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
 
 
 def _require_steps(case: Case, frequency: float) -> None:

@@ -113,7 +113,7 @@ def _working_angle(view: StageView, slot: str, arm: float, distance: float) -> f
     if given is not None:
         return given
     if not 0 < arm < distance:
-        instead = "" if view.fe_tie else f", or give {slot}_pressure_angle_deg"
+        instead = "" if "ring" in view.fe_parts else f", or give {slot}_pressure_angle_deg"
         raise view.refuse(
             "center_distance_mm",
             f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * arm:.3f} mm"

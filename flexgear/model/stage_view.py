@@ -102,8 +102,14 @@ class StageView:
 
     @property
     def fe_tie(self) -> Literal["root", "flank"] | None:
-        """How the contact nodes of an FE ring are tied to it; None where the ring is lumped."""
-        return self.ring.tie if self.stage.form("ring") == "fe" else None
+        """How the contact nodes of an FE ring that bends are tied to it; None where the ring is
+        lumped or rigid, so that nothing of its teeth's compliance is in a body."""
+        bends = self.stage.form("ring") == "fe" and self.ring.flexible
+        return self.ring.tie if bends else None
+
+    def with_rigid_ring(self) -> StageView:
+        """The same stage with an FE ring that does not bend."""
+        return self.with_(**{f"stages.{self.name}.ring.fe.flexible": False})
 
     @property
     def gear_mesh(self) -> GearMesh:

@@ -163,7 +163,9 @@ def _laws(case: Case) -> dict[str, str]:
         "contact_law": [s.gear_mesh.contact_law for s in case.stages],
         "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
         "tie": [
-            f"{s.ring.tie}, {s.ring.tie_kind}" for s in case.flexible_stages.values() if s.fe_tie
+            f"{s.ring.tie}, {s.ring.tie_kind}"
+            for s in case.flexible_stages.values()
+            if "ring" in s.fe_parts
         ],
     }
     return {name: "; ".join(dict.fromkeys(words)) for name, words in found.items() if words}

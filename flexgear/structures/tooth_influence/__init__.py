@@ -1,7 +1,11 @@
 """FE influence of a tooth: what a line load on a flank moves along that flank and the next one."""
 
 from flexgear.structures.tooth_influence.influence import ToothInfluence
-from flexgear.structures.tooth_influence.of_case import root_of_case, tooth_influence
+from flexgear.structures.tooth_influence.of_case import (
+    require_influences,
+    root_of_case,
+    tooth_influence,
+)
 from flexgear.structures.tooth_influence.pairs import pair_bending
 from flexgear.structures.tooth_influence.rim import rim_bending, with_rim
 from flexgear.structures.tooth_influence.roots_of_pairs import PairRoots, pair_roots
@@ -12,6 +16,7 @@ __all__ = [
     "ToothInfluence",
     "pair_bending",
     "pair_roots",
+    "require_influences",
     "rim_bending",
     "ring_root_rows",
     "root_of_case",

@@ -93,6 +93,18 @@ def is_tied(case: StageView, slot: str) -> bool:
     return fe and case.ring.tie_kind == "averaging"
 
 
+def require_influences(case: StageView) -> None:
+    """InputError for what a stage's influences would be refused for, without making any."""
+    options = case.gear_mesh
+    slots = ("planet", *stage_geometry(case).gear_meshes)
+    if options.model == "face_load" and options.tooth_compliance == "fe":
+        for slot in slots:
+            influence_parameters(case, slot)
+    if options.root_stress == "fe":
+        for slot in slots:
+            root_segment(case, slot)
+
+
 def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None:
     """The segment of a gear.
 
@@ -155,6 +167,6 @@ def _held_radius(case: StageView, slot: str, tooth: ToothGeometry, modules: floa
     deepest = tooth.root_radius - tooth.outward * modules * case.stage.normal_module
     gear = gears_by_slot(case.stage)[slot]
     if slot == "ring":
-        rim = case.ring.rim_thickness if case.fe_tie else gear.rim_thickness
+        rim = case.ring.rim_thickness if "ring" in case.fe_parts else gear.rim_thickness
         return deepest if rim is None else min(deepest, tooth.root_radius + rim)
     return max(deepest, gear.bore_diameter / 2)
