@@ -37,6 +37,9 @@ def new(
         float | None, typer.Option("--module-mm", help="Normal module; follows if left out.")
     ] = None,
     helix: Annotated[float, typer.Option("--helix-deg", help="Helix angle.")] = 0.0,
+    double: Annotated[
+        bool, typer.Option("--double-helical", help="Two halves of opposite hand.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Propose a planetary stage with held ring for a ratio, torque and speed, as a commented case.
@@ -56,6 +59,7 @@ def new(
         / 30,
         helix=math.radians(helix),
         module=None if module is None else _positive("--module-mm", module) * 1e-3,
+        double_helical=double,
     )
     found = propose(wanted)
     write_bytes(out, with_schema(new_case_text(found), there))

@@ -26,8 +26,8 @@ planets = {planets}
 normal_module_mm = {module:.6g}          # {module_said}
 pressure_angle_deg = 20           # ISO 53
 helix_angle_deg = {helix:.6g}
-planet_hand = "right"             # of planets and ring; the sun has the other
-face_width_mm = {width:.6g}           # the smallest that carries flank and root
+planet_hand = "right"             # {hand_said}
+face_width_mm = {width:.6g}           # the smallest that carries flank and root{halves}
 backlash_ring_mm = {backlash:.4g}         # 0.03 modules, as DIN 3967 gives for usual gears
 backlash_sun_mm = {backlash:.4g}
 # flank: K* = F/(b d1) (u + 1)/u up to {flank:g} N/mm², the K* form of ISO 6336-2 (Niemann/Winter);
@@ -50,7 +50,7 @@ profile_shift = {x_ring:g}             # x_s + x_p = -(x_p + x_r)
 # ----------------------------------------------------------------------------------------- ring
 [ring]
 rim_thickness_mm = {rim:.4g}           # at least 3.5 modules (ISO 6336-3), and room for the bolts
-end = "-z"                        # chosen: bolted on the drive side
+end = "-z"                        # chosen: bolted {end_said}
 
 [ring.bolts]                      # grade 10.9; friction 0.12 holds 1.5 times the torque (VDI 2230)
 number = {bolts}
@@ -68,7 +68,7 @@ drive_side = "-z"
 plate_diameter_mm = {plate_diameter:.5g}
 plate_thickness_drive_mm = {plate:.4g}
 plate_thickness_far_mm = {plate:.4g}
-plate_gap_mm = {gap:.5g}              # face width and two modules
+plate_gap_mm = {gap:.5g}              # width of the gears and two modules
 web_width_mm = {web_width:.4g}
 web_clearance_mm = {web_clearance:.4g}
 pin_diameter_mm = {pin:.4g}            # three quarters of the planets' bore
@@ -94,7 +94,7 @@ outer_diameter_mm = {shaft:.4g}
 
 [shaft.spline]                    # chosen: stiff in torsion, soft in tilt
 radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {bearing:.3g}
+axial_n_per_m = {spline_axial:.3g}{spline_said}
 tilt_nm_per_rad = {spline_tilt:.3g}
 torsion_nm_per_rad = {spline_torsion:.3g}   # chosen: a thousandth of a radian at rated torque
 
@@ -136,6 +136,10 @@ planet_tooth_um = {tooth_error:.3g}
 sun_tooth_um = {tooth_error:.3g}
 """
 
+_HALVES = """ in each half
+double_helical = true
+half_gap_mm = {gap:.6g}             # chosen: six modules for the tool to run out"""
+
 
 def new_case_text(p: Proposal) -> str:
     """The case of a proposal in the short form. InputError where nothing holds its ring, or where a
@@ -156,7 +160,7 @@ def new_case_text(p: Proposal) -> str:
 def _text(p: Proposal) -> str:
     bolts, c = around.bolting(p), around.carrier_size(p)
     stiffness = around.bearing_stiffness(p)
-    arm = 0.25 * p.face_width
+    arm, double = 0.25 * p.gear_width, p.wanted.double_helical
     mm = {
         **{name: 1e3 * value for name, value in vars(c).items()},
         "module": 1e3 * p.module,
@@ -168,7 +172,7 @@ def _text(p: Proposal) -> str:
         "seat_drive": 1e3 * min(1.1 * c.hub, 0.95 * c.plate_diameter),
         "seat_far": 1e3 * max(0.9 * c.hub, 1.12 * c.hub_bore),
         "seat_width": 0.5e3 * c.hub_length,
-        "shaft_length": 1e3 * (p.face_width + 4 * c.plate),
+        "shaft_length": 1e3 * (p.gear_width + 4 * c.plate),
     }
     inertia = around.port_inertia(p)
     output = inertia / p.ratio**2
@@ -183,6 +187,14 @@ def _text(p: Proposal) -> str:
         bolts=bolts.number, bolt_across=bolts.across, bolt_axial=bolts.axial,
         bolt_tilt=bolts.tilt, bolt_twist=0.1 * bolts.tilt,
         bearing=stiffness, axial=0.25 * stiffness, tilt=stiffness * arm**2,
+        hand_said="of planets and ring"
+        + (" in the left half (-z)" if double else "; the sun has the other"),
+        halves=_HALVES.format(gap=1e3 * p.half_gap) if double else "",
+        end_said="at the outer end of the left half, the right one mirrored"
+        if double
+        else "on the drive side",
+        spline_axial=(0.01 if double else 1.0) * stiffness,
+        spline_said="  # chosen: slides; halves place the sun" if double else "",
         spline_tilt=stiffness * arm**2, spline_torsion=1e3 * p.sun_torque,
         drive_inertia=inertia, output_inertia=output,
         output_mass=max(2 * output / p.center_distance**2, 0.01),

@@ -24,13 +24,15 @@ WIDTH, NARROWEST = (
     1.0,
     6.0,
 )  # face width over the pinion's diameter at most, over the module at least
-OVERLAP = 1.5  # overlap ratio of helical gears at most
+OVERLAP = {False: 1.5, True: 3.0}  # at most, of single- and of double-helical gears
+HELIX = {False: 20.0, True: 35.0}  # degrees at most, likewise: halves take each other's thrust
+HALF_GAP = 6.0  # modules between halves, for the tool to run out
 
 
 @dataclass(frozen=True)
 class Wanted:
     """ratio: sun over carrier speed, ring held; torque of the carrier, N m; speed of the carrier,
-    rad/s; helix, rad; module, m, None: follows."""
+    rad/s; helix, rad; module, m, None: follows; double_helical: two halves of opposite hand."""
 
     ratio: float
     planets: int
@@ -38,11 +40,18 @@ class Wanted:
     speed: float
     helix: float = 0.0
     module: float | None = None
+    double_helical: bool = False
+
+    @property
+    def halves(self) -> int:
+        """Gear meshes beside each other along the axis."""
+        return 2 if self.double_helical else 1
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Tooth numbers, profile shifts of sun, planet, ring; normal module and face width, m."""
+    """Tooth numbers, profile shifts of sun, planet, ring; normal module and face width (of a half
+    of a double-helical stage), m."""
 
     wanted: Wanted
     sun: int
@@ -74,6 +83,18 @@ class Proposal:
         return 0.5 * self.planet * self.transverse_module + height
 
     @property
+    def half_gap(self) -> float:
+        """Between the halves of a double-helical stage, m."""
+        return HALF_GAP * self.module
+
+    @property
+    def gear_width(self) -> float:
+        """Of the whole gears, m."""
+        return (
+            2 * self.face_width + self.half_gap if self.wanted.double_helical else self.face_width
+        )
+
+    @property
     def pin_force(self) -> float:
         """Mean force of a planet on its pin, N."""
         return self.wanted.torque / (self.wanted.planets * self.center_distance)
@@ -100,7 +121,12 @@ def _require_possible(wanted: Wanted) -> None:
         "--planets": (wanted.planets, 2, 12, "3 to 5 is usual"),
         "--torque-nm": (wanted.torque, 1.0, 5e7, "give that of the carrier"),
         "--speed-rpm": (wanted.speed * 30 / math.pi, 0.1, 2e4, "give that of the carrier"),
-        "--helix-deg": (math.degrees(wanted.helix), 0.0, 20.0, "0 for spur gears"),
+        "--helix-deg": (
+            math.degrees(wanted.helix),
+            5.0 if wanted.double_helical else 0.0,
+            HELIX[wanted.double_helical],
+            "0 for spur gears, up to 20 for helical, 5 to 35 for double-helical ones",
+        ),
     }
     for key, (value, low, high, remedy) in limits.items():
         if not low <= value <= high:
@@ -173,7 +199,8 @@ def _size(wanted: Wanted, sun: int, planet: int) -> tuple[float, float]:
 def _width(wanted: Wanted, sun: int, planet: int, module: float) -> float:
     """Face width, mm, that carries flank and root and is not narrower than six modules."""
     u, pinion = max(sun, planet) / min(sun, planet), min(sun, planet)
-    torque = FACTOR * wanted.torque / (2 + 2 * planet / sun) / wanted.planets * 1e3 * pinion / sun
+    shares = wanted.planets * wanted.halves
+    torque = FACTOR * wanted.torque / (2 + 2 * planet / sun) / shares * 1e3 * pinion / sun
     diameter = module * pinion / math.cos(wanted.helix)
     force = 2 * torque / diameter
     flank = force * (u + 1) / u / (diameter * FLANK)
@@ -181,9 +208,12 @@ def _width(wanted: Wanted, sun: int, planet: int, module: float) -> float:
 
 
 def _widest(wanted: Wanted, sun: int, planet: int, module: float) -> float:
-    """Face width, mm, that the pinion and, of helical gears, an overlap ratio of 1.5 allow."""
+    """Face width, mm, that the pinion and, of helical gears, the largest overlap ratio allow."""
     pinion = WIDTH * module * min(sun, planet) / math.cos(wanted.helix)
     least = NARROWEST * module
     if wanted.helix == 0.0:
         return max(pinion, least)
-    return max(min(pinion, OVERLAP * math.pi * module / math.sin(wanted.helix)), least)
+    return max(
+        min(pinion, OVERLAP[wanted.double_helical] * math.pi * module / math.sin(wanted.helix)),
+        least,
+    )

@@ -38,10 +38,11 @@ def bolting(p: Proposal) -> Bolting:
     """The thinnest bolts whose friction carries the ring's torque with safety 1.5 (VDI 2230).
 
     They stand in a rim of 3.5 modules or more, from where on it is full by ISO 6336-3, that leaves
-    the helix of the teeth room to fade towards the straight bolts.
+    the helix of the teeth room to fade towards the straight bolts. Of a double-helical stage those
+    of one half.
     """
     root = p.ring * p.transverse_module + 2 * (1.25 - p.shifts[2]) * p.module
-    torque = p.wanted.torque - p.sun_torque
+    torque = (p.wanted.torque - p.sun_torque) / p.wanted.halves
     for diameter, area in BOLTS.items():
         fading = 0.6 * p.face_width * math.tan(p.wanted.helix)
         rim = max(3.5 * p.module, 2.2 * diameter, 2.4 * (fading + 0.6 * diameter))
@@ -89,7 +90,7 @@ def carrier_size(p: Proposal) -> CarrierSize:
     return CarrierSize(
         plate_diameter=plate,
         plate=0.5 * pin,
-        gap=p.face_width + 2 * m,
+        gap=p.gear_width + 2 * m,
         web_width=_web(p, plate / 2, clearance),
         web_clearance=clearance,
         pin=pin,
@@ -113,7 +114,7 @@ def bearing_stiffness(p: Proposal) -> float:
     """Radial stiffness of a planet bearing at its load, N/m: Palmgren's line contact
     δ = 7.68e-5 Q^0.9 / l^0.8 (mm, N), Q = 4.08 F/(Z rows), tangent F/(0.9 δ); half of it, since
     pin and seat give way, too."""
-    length = 0.35 * p.face_width * 1e3
+    length = 0.35 * p.gear_width * 1e3
     q = 4.08 * p.pin_force / (ROLLERS * ROWS)
     deflection = 7.68e-5 * q**0.9 / length**0.8 * 1e-3
     return 0.5 * p.pin_force / (0.9 * deflection)
@@ -122,5 +123,5 @@ def bearing_stiffness(p: Proposal) -> float:
 def port_inertia(p: Proposal) -> float:
     """Polar inertia at the carrier whose energy is the rated power of 0.05 s, but at most that of a
     hundred steel discs as large as the ring, kg m²."""
-    disc = 0.5 * math.pi * 7850.0 * p.face_width * (0.5 * p.ring * p.transverse_module) ** 4
+    disc = 0.5 * math.pi * 7850.0 * p.gear_width * (0.5 * p.ring * p.transverse_module) ** 4
     return min(2 * SECONDS * p.wanted.torque / p.wanted.speed, 100 * disc)

@@ -27,6 +27,14 @@ wanted_stages = st.builds(
     torque=st.floats(0.5, 7.0).map(lambda x: 10**x),
     speed=st.floats(-0.5, 3.0).map(lambda x: 10**x),
     helix=st.sampled_from([0.0, 7.5, 12.0, 18.0]).map(math.radians),
+) | st.builds(
+    Wanted,
+    ratio=st.floats(2.6, 11.5),
+    planets=st.integers(2, 7),
+    torque=st.floats(2.0, 6.5).map(lambda x: 10**x),
+    speed=st.floats(0.5, 3.0).map(lambda x: 10**x),
+    helix=st.sampled_from([15.0, 25.0, 32.0]).map(math.radians),
+    double_helical=st.just(True),
 )
 
 
@@ -64,7 +72,14 @@ def test_any_proposal_passes_check_and_static(wanted):
     assert static.gear_mesh_force.min().item() > 0
 
 
-@pytest.mark.parametrize("wanted", [Wanted(4.0, 5, 3e2, 150.0), Wanted(6.5, 3, 2e6, 1.5, 0.13)])
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        Wanted(4.0, 5, 3e2, 150.0),
+        Wanted(6.5, 3, 2e6, 1.5, 0.13),
+        Wanted(4.5, 3, 2e5, 20.0, 0.5, None, True),
+    ],
+)
 def test_its_bodies_can_be_meshed(wanted):
     stage = case_of(wanted).with_(**{"solver.fidelity": "quick"}).view()
     assert ring_of_case(stage).points.size
