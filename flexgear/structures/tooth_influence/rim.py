@@ -122,7 +122,7 @@ def flank_motion(
 
 def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeometry) -> float:
     """The worst of ``shape_errors`` under even loads along the −θ flank at pitch height, over the
-    face and at its ends: a share of how much the tooth itself gives way there."""
+    face and at its ends."""
     width = np.full(_SLICES, rim.line.face_width / _SLICES)
     z = width[0] * (np.arange(_SLICES) + 0.5 - 0.5 * _SLICES)
     roll = np.full(_SLICES, tooth.roll_length(tooth.reference_radius))
