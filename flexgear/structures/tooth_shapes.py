@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)  # of Legendre polynomials along the face; lower ones are the node's
 COUNT = 4 * len(ORDERS)
 BOTH = 6 + COUNT  # motions of a node and its shapes
+BEYOND = 2  # teeth in +θ that a tooth moves so
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,10 @@ class ToothLine:
 
 @dataclass(frozen=True, eq=False)
 class RimFlexibility:
-    """ΔT of a tooth and the next one, components along the axes of each at its middle.
+    """ΔT of a tooth and of those next to it, components along the axes of each at its middle.
 
-    own, beside (BOTH, BOTH): without the block of the node; less: N; line: of the tooth at the
-    angle 0.
+    own (BOTH, BOTH), beside (BEYOND, BOTH, BOTH): without the block of the node; less: N; line: of
+    the tooth at the angle 0.
     """
 
     own: Array

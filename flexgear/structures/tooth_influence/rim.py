@@ -42,7 +42,7 @@ _SLICES = 20  # of the loads of the estimate
 _PLACES = 251  # contact lines that are computed; linear between
 SHAPES = Form(
     "ring_shapes",
-    1,
+    2,
     lambda found: {name: getattr(found, name) for name in _ARRAYS},
     lambda arrays: RingShapes(**{name: arrays[name] for name in _ARRAYS}),
 )
@@ -94,18 +94,22 @@ def with_rim(case: StageView, body: ReducedBody) -> ReducedBody:
 
 
 def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tuple[Array, Array]:
-    """ΔC and what it does to the slices of the next line, (S, K, K) m/N each: as ``PairBending``
-    has them of both teeth. The right half of a ring is the mirror image of the left, z -> −z."""
+    """ΔC (S, K, K) and what it does to the slices of the next two lines, (S, BEYOND, K, K) m/N: as
+    ``PairBending`` has them of both teeth. The right half of a ring is the mirror image of the
+    left, z -> −z."""
     own = touched_flanks(path, slices)[1]
     some, z = some_places(slices, _PLACES), -slices.z if own.other_hand else slices.z
-    further = np.clip(slices.s[some] + path.base_pitch, None, slices.s[-1])
     here = flank_motion(rim, own.tooth, -own.sense, (own.roll[some], z[some]))
-    beyond = _at(slices.s, own.roll, further), _at(slices.s, z, further)
-    there = flank_motion(rim, own.tooth, -own.sense, beyond)
-    after = rim.beside if own.step > 0 else rim.beside.T
-    both = here @ rim.own @ here.swapaxes(1, 2), here @ after @ there.swapaxes(1, 2)
-    flexibility, beside = (_at(slices.s[some], c, slices.s) for c in both)
-    return 0.5 * (flexibility + flexibility.swapaxes(1, 2)), beside
+    beside = []
+    for apart, flexibility in enumerate(rim.beside, start=1):
+        further = np.clip(slices.s[some] + apart * path.base_pitch, None, slices.s[-1])
+        places = _at(slices.s, own.roll, further), _at(slices.s, z, further)
+        there = flank_motion(rim, own.tooth, -own.sense, places)
+        after = flexibility if own.step > 0 else flexibility.T
+        beside.append(here @ after @ there.swapaxes(1, 2))
+    both = here @ rim.own @ here.swapaxes(1, 2), np.stack(beside, axis=1)
+    found, beyond = (_at(slices.s[some], c, slices.s) for c in both)
+    return 0.5 * (found + found.swapaxes(1, 2)), beyond
 
 
 def flank_motion(

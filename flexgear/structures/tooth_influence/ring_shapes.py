@@ -7,9 +7,9 @@ loads on both, the FE ring on its supports has the flexibility
     T = [B; B_s] K⁻¹ [B; B_s]ᵀ,    the same of the segment: T_c,
 
 and what bends more in the whole ring than in the segment is G ΔT Gᵀ on the flank with
-ΔT = T − T_c less the block of q, which the node has. Between one tooth and the next, where the
-segment has nothing, it is T less that block. T_c is taken of the ring's own FE mesh, cut and held
-where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and in the
+ΔT = T − T_c less the block of q, which the node has. Between a tooth and the next two, where
+the segment has nothing, it is T less that block. T_c is taken of the ring's own FE mesh, cut and
+held where the segment is: a coarse mesh is too stiff within a tooth by more than ΔT, and in the
 difference that cancels.
 
 K⁻¹ comes from the condensation of the ring on its nodes (``condensation``): of loads L = B_sᵀ
@@ -35,7 +35,7 @@ from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.kinematics import rigid_motion, turn
 from flexgear.structures.linalg.flexibility import flexibility
 from flexgear.structures.reduction import AnyCondensation
-from flexgear.structures.tooth_shapes import BOTH, COUNT, RimFlexibility, ToothLine
+from flexgear.structures.tooth_shapes import BEYOND, BOTH, COUNT, RimFlexibility, ToothLine
 
 Array = NDArray[np.float64]
 
@@ -56,10 +56,10 @@ class Cut:
 class RingShapes:
     """Answers of an FE ring to loads on the shapes of some teeth (t,), numbered from 0, of all.
 
-    loads (t, 2, b, COUNT): Ψᵀ L of the tooth and of the next; fixed (t, 2, COUNT, COUNT): of the
-    tooth's own shapes to both with the interface held; piece (t, BOTH, BOTH): T_c; less
-    (t, 6, COUNT): N. Components along the axes of the tooth at its middle; those of b are the
-    ring's.
+    loads (t, 1 + BEYOND, b, COUNT): Ψᵀ L of the tooth and of the next ones; fixed (t, 1 + BEYOND,
+    COUNT, COUNT): of the tooth's own shapes to all with the interface held; piece (t, BOTH, BOTH):
+    T_c; less (t, 6, COUNT): N. Components along the axes of the tooth at its middle; those of b are
+    the ring's.
     """
 
     teeth: Array
@@ -86,16 +86,19 @@ def rim_flexibility(
     """On supports (b, b) at the ring's nodes, teeth first; stiffness: K_bb (b, b); line: of tooth
     0. LinAlgError where they leave the ring free."""
     held, teeth = _inverse(stiffness + supports), int(shapes.count)
-    own, beside = np.zeros((BOTH, BOTH)), np.zeros((BOTH, BOTH))
+    own, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
-        here, there = _axes(j, teeth), _axes((j + 1) % teeth, teeth)
-        at, after = (slice(6 * i, 6 * i + 6) for i in (j, (j + 1) % teeth))
-        moved, moved_by_next = held @ shapes.loads[n, 0], held @ shapes.loads[n, 1]
-        own[6:, 6:] += shapes.loads[n, 0].T @ moved + shapes.fixed[n, 0] - shapes.piece[n, 6:, 6:]
-        own[:6, 6:] += here.T @ moved[at] - shapes.piece[n, :6, 6:]
-        beside[6:, 6:] += shapes.loads[n, 0].T @ moved_by_next + shapes.fixed[n, 1]
-        beside[:6, 6:] += here.T @ moved_by_next[at]
-        beside[6:, :6] += (there.T @ moved[after]).T
+        here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
+        moved = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
+        one = shapes.loads[n, 0].T @ moved + shapes.fixed[n]
+        own[6:, 6:] += one[0] - shapes.piece[n, 6:, 6:]
+        own[:6, 6:] += here.T @ moved[0, at] - shapes.piece[n, :6, 6:]
+        beside[:, 6:, 6:] += one[1:]
+        beside[:, :6, 6:] += here.T @ moved[1:, at]
+        for k in range(BEYOND):
+            further = (j + 1 + k) % teeth
+            node = moved[0, 6 * further : 6 * further + 6]
+            beside[k, 6:, :6] += (_axes(further, teeth).T @ node).T
     own[6:, :6] = own[:6, 6:].T
     number = len(shapes.teeth)
     return RimFlexibility(own / number, beside / number, shapes.less.mean(axis=0), line)
@@ -134,24 +137,28 @@ def _of_tooth(
     """Ψᵀ L, answers with the interface held, T_c and N of one of so many teeth."""
     j, teeth = which
     rows, lessened = [], []
-    for i in (j, (j + 1) % teeth):
-        line = _turned(first, i, teeth)
-        tie, less = shape_tie(line, facet_sample(model, _root(model, i)))
+    for i in range(j, j + 1 + BEYOND):
+        tie, less = shape_tie(
+            _turned(first, i, teeth), facet_sample(model, _root(model, i % teeth))
+        )
         rows.append(tie)
         lessened.append(_axes(i, teeth).T @ less)
     loads = sp.hstack([one.T for one in rows]).toarray()
     form = loads
     if isinstance(condensation, CyclicCondensation):
         form = condensation.field_of(loads)
-    fields = condensation.fixed_solve(form)
-    answers = form[:, :COUNT].T @ fields
-    felt = condensation.constraint_load(loads)
+    answers = form[:, :COUNT].T @ condensation.fixed_solve(form)
     return (
-        np.stack([felt[:, :COUNT], felt[:, COUNT:]]),
-        np.stack([answers[:, :COUNT], answers[:, COUNT:]]),
+        _by_tooth(condensation.constraint_load(loads)),
+        _by_tooth(answers),
         _piece(model, _turned(first, j, teeth), rows[0], teeth, cut),
         lessened[0],
     )
+
+
+def _by_tooth(columns: Array) -> Array:
+    """(rows, teeth COUNT) as (teeth, rows, COUNT)."""
+    return columns.reshape(len(columns), -1, COUNT).swapaxes(0, 1)
 
 
 def cut_flexibility(
