@@ -23,7 +23,7 @@ from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads, interpolated
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.elements import packed, pair_rows
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.pair_data import FOLLOWING, OF_LINE, PairData
 from flexgear.coupling.pairs import BESIDE, fill_rows
 
 Array = NDArray[np.float64]
@@ -82,12 +82,12 @@ def _together(pairs: PairData, m: int, s: Array, tangent: Array) -> float:
     """Stiffness N/m of neighbouring pairs of gear mesh m at path coordinates s (n,), rising, with
     tangents (n, 2, 2) N/m."""
     n = len(s)
-    between = interpolated(pairs, m, s)[:, BESIDE : BESIDE + 4].reshape(n, 2, 2)
+    between = interpolated(pairs, m, s)[:, BESIDE:OF_LINE].reshape(n, 2, FOLLOWING)
     whole, yields = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for k in range(n):
-        own, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 4)
+        own, after = slice(2 * k, 2 * k + 2), slice(2 * k + 2, 2 * k + 2 + FOLLOWING)
         whole[own, own] = tangent[k]
-        if k + 1 < n:
-            yields[own, after], yields[after, own] = between[k], between[k].T
+        yields[own, after] = between[k][:, : 2 * (n - k - 1)]
+        yields[after, own] = yields[own, after].T
     ones = np.ones(2 * n)
     return float(ones @ np.linalg.solve(np.eye(2 * n) + whole @ yields, whole @ ones))

@@ -21,6 +21,7 @@ from flexgear.coupling.laws import (
 from flexgear.coupling.laws.slices import FIRST
 from flexgear.coupling.pair_data import (
     BEARING,
+    FOLLOWING,
     LOAD,
     OF_LINE,
     SUPPORT,
@@ -53,7 +54,7 @@ FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows told", "")
 
 ROW = _record(
-    "kind owner sided width line beyond after", "along stiffness damping offset to_near to_far"
+    "kind owner sided width line beyond after following", "along stiffness damping offset"
 )
 PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
@@ -98,8 +99,8 @@ class Rows(NamedTuple):
     # number among the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh
     # whose line of action holds the first blocks, −1 none, and beyond: the first it does not hold;
     # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m; after: first
-    # row of the next pair that yields to this one, −1 none; to_near, to_far: m/N, by which this row
-    # yields to forces on that row and the one behind it
+    # row of the next pair, following: how many rows from there on yield to this one
+    yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
     blocks: IntArray  # (R, B)
     coef: Array  # (R, B, 6)
     pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
@@ -234,6 +235,7 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
     parameters = max(fixed.parameters.shape[1], slice_parameters(data))
     return Rows(
         row=np.zeros(rows, dtype=ROW),
+        yields=np.zeros((rows, FOLLOWING)),
         blocks=np.zeros((rows, blocks), dtype=np.int64),
         coef=np.zeros((rows, blocks, 6)),
         pair=np.zeros(pairs, dtype=PAIR),

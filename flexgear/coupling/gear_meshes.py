@@ -367,7 +367,7 @@ def _slice_tables(sets: Sequence[GearMeshSet], size: int) -> Array:
 def _of_slices(slices: Slices) -> Array:
     """Columns of a table of slices, (S, …): ``PairData.slice_table``."""
     bending, count = slices.bending, len(slices.s)
-    beside = np.zeros((count, 4)) if bending is None else bending.beside.reshape(count, 4)
+    beside = np.zeros((count, 8)) if bending is None else bending.beside.reshape(count, 8)
     whole = np.column_stack([slices.radius, slices.stiffness.sum(axis=1), beside])
     columns = [whole, slices.z, slices.stiffness, slices.gap]
     if bending is not None:

@@ -21,7 +21,8 @@ IntArray = NDArray[np.int64]
 FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
 KINDS = ("ring", "sun", "ring_back", "sun_back")
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
-OF_LINE = 6  # columns of a table of slices that are of the whole line
+FOLLOWING = 4  # rows of the next two pairs, which yield to those of a pair
+OF_LINE = 2 + 2 * FOLLOWING  # columns of a table of slices that are of the whole line
 SUPPORT, BEARING, LOAD = -1, -2, -3  # kinds of rows that are not gear meshes
 
 
@@ -69,7 +70,7 @@ class PairData(NamedTuple):
     z_table: Array  # (K, T) m
     gap_table: Array  # (K, T) gap of modified flanks along the 3D normal, m
     slice_table: Array  # (K, T, OF_LINE + 3 n) of contact lines in slices: radius of gyration m,
-    # whole stiffness N/m, B of both rows and those of the next line (4) m/N, then z m of all,
+    # whole stiffness N/m, B of both rows and those of the next two lines (8) m/N, then z m of all,
     # stiffness N/m and gap m, and where they bend each other what ``laws.coupled_slices`` takes
     # besides; n: of the set; 0 wide where no pair has slices
     gear_tooth0: IntArray  # (M,)

@@ -29,6 +29,7 @@ from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import (
     FACE_LOAD,
+    FOLLOWING,
     OF_LINE,
     PER_PAIR,
     WAVE,
@@ -202,7 +203,7 @@ def _fill_row(gears, m, turn, rows, n, span, away):
         _gear_end(coef[width], 1.0, normal, (x, y, cz), mesh.gear_arm)
         width += 1
     row.width, row.line, row.along = width, m, nz * s + mesh.cos_b * z
-    row.kind, row.owner, row.sided, row.after = mesh.kind, m, mesh.sided, -1
+    row.kind, row.owner, row.sided, row.following = mesh.kind, m, mesh.sided, 0
     row.stiffness, row.damping = total, mesh.damping * math.sqrt(total)
     row.offset = error + mesh.error_slope * away - mesh.gap
 
@@ -218,8 +219,8 @@ def _between(table, mesh, s):
 
 @njit(**INNER, error_model="numpy")
 def _slices_of_pair(gears, m, turn, rows, n, e, q):
-    """Rows n and n + 1 and element e of pair q: see ``laws.slices``; whether the next pair, if it
-    touches, yields to it: see ``neighbours``."""
+    """Rows n and n + 1 and element e of pair q: see ``laws.slices``; whether the next pairs, if
+    they touch, yield to it: see ``neighbours``."""
     mesh, pair, element = gears.mesh[m], rows.pair[q], rows.element[e]
     table, count = gears.slices[mesh.table], mesh.slices
     a, b, w = _between(table, mesh, pair.s)
@@ -237,15 +238,16 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
         row.sided = 0  # the law decides slice by slice
         row.stiffness *= 0.5
         row.damping *= 0.5
-        row.to_near = v * a[BESIDE + 2 * i] + w * b[BESIDE + 2 * i]
-        row.to_far = v * a[BESIDE + 2 * i + 1] + w * b[BESIDE + 2 * i + 1]
+        for k in range(FOLLOWING):
+            at = BESIDE + FOLLOWING * i + k
+            rows.yields[n + i, k] = v * a[at] + w * b[at]
     pair.row, pair.rows = n, 2
     own[COUNT] = count
     own[RELAXATION] = mesh.damping / math.sqrt(whole)
     element.law = COUPLED_SLICES_LAW if mesh.bent == 1 else SLICES_LAW
     element.first, element.rows = n, 2
     element.place = mesh.places * m + pair.index % mesh.places
-    return rows.row[n].to_near != 0.0
+    return rows.yields[n, 0] != 0.0
 
 
 @njit(**INNER, error_model="numpy")
@@ -261,9 +263,10 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
         turn = (c * turn[0] - s * turn[1], s * turn[0] + c * turn[1])
     while first < stop:
         if mesh.model == FACE_LOAD:
-            beside = _slices_of_pair(gears, m, turn, rows, count, made, first)
-            if beside and first + 1 < stop:
-                rows.row[count].after = rows.row[count + 1].after = count + 2
+            if _slices_of_pair(gears, m, turn, rows, count, made, first):
+                following = min(2 * (stop - first - 1), FOLLOWING)
+                for row in (rows.row[count], rows.row[count + 1]):
+                    row.after, row.following = count + 2, following
             count, made, first = count + 2, made + 1, first + 1
             continue
         after = first + 1 if mesh.model == PER_PAIR else stop
@@ -297,7 +300,7 @@ def _fixed_rows(fixed, places, theta, rows, counts):
     for f in range(fixed.row.shape[0]):
         given, row = fixed.row[f], rows.row[count + f]
         row.kind, row.owner, row.stiffness = given.kind, given.owner, given.stiffness
-        row.sided, row.line, row.beyond, row.after = 0, -1, 0, -1
+        row.sided, row.line, row.beyond, row.following = 0, -1, 0, 0
         row.along, row.damping, row.offset = 0.0, 0.0, 0.0
         width = 0
         for e in range(2):

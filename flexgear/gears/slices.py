@@ -30,8 +30,9 @@ class Bending:
 
     lower: (S, K (K + 1)/2) lower triangles, row by row, of the flexibility between them, m/N, of
     both flanks together and without line contact; scale, limit: (S, K) a m/N and d N of its
-    approach a f ln(d/f) under the force f of a slice. beside: (S, 2, 2) m/N, by which both rows of
-    the line yield to forces on those of the next one, a base pitch further on (``rows_yield``).
+    approach a f ln(d/f) under the force f of a slice. beside: (S, 2, 4) m/N, by which both rows of
+    the line yield to forces on those of the next two, a base pitch further on each
+    (``rows_yield``).
     """
 
     scale: Array
@@ -140,9 +141,9 @@ def bent(
 ) -> Slices:
     """The same lines with slices that bend each other.
 
-    flexibility: (S, K, K) m/N of both flanks without line contact; beside: (S, K, K) m/N,
-    displacement of slices per force on those of the next line; contact: scale a m/N and limit d N
-    of the line contact of every slice, (S, K) each. With G = (C + diag h'(f))⁻¹: k = 1ᵀG1,
+    flexibility: (S, K, K) m/N of both flanks without line contact; beside: (S, 2, K, K) m/N,
+    displacement of slices per force on those of the next two lines; contact: scale a m/N and limit
+    d N of the line contact of every slice, (S, K) each. With G = (C + diag h'(f))⁻¹: k = 1ᵀG1,
     z_c = 1ᵀGz/k, ρ² = zᵀGz/k − z_c².
     """
     scale, limit = contact
@@ -175,12 +176,13 @@ def bent(
 def rows_yield(
     slices: Slices, solved: tuple[Array, Array], beside: Array, base_pitch: float
 ) -> Array:
-    """B (S, 2, 2) m/N: what both rows of a line, at z_c ∓ ρ, yield to forces on those of the next.
+    """B (S, 2, 4) m/N: what both rows of a line, at z_c ∓ ρ, yield to forces on those of the next
+    two.
 
     Teeth below a loaded one move as bodies do, smoothly along the face, so that resultants are
     enough: the forces of rows lie on slices as they do where the line is pressed on by rigid
-    bodies, P = G T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between a line and the next.
-    solved: G 1 and G z (S, K); beside: C (S, K, K) m/N.
+    bodies, P = G T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between a line and another.
+    solved: G 1 and G z (S, K); beside: C (S, 2, K, K) m/N.
     """
     wide = slices.radius > 0
     reach = np.where(wide, slices.radius, 1.0)
@@ -188,10 +190,12 @@ def rows_yield(
     k = np.maximum(even.sum(axis=1), 1e-300)[:, None]
     lever = np.where(wide[:, None], lever / (k * reach[:, None]), 0.0)
     rows = np.stack([even / k - lever, even / k + lever], axis=-1)  # of 2 t - 1 = (z − z_c)/ρ
-    after = np.clip(slices.s + base_pitch, None, slices.s[-1])
-    step = slices.s[1] - slices.s[0]
-    place = (after - slices.s[0]) / step
-    low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
-    share = (place - low)[:, None, None]
-    further = (1.0 - share) * rows[low] + share * rows[low + 1]
-    return np.asarray(rows.swapaxes(1, 2) @ beside @ further)
+    found = []
+    for apart in (1, 2):
+        after = np.clip(slices.s + apart * base_pitch, None, slices.s[-1])
+        place = (after - slices.s[0]) / (slices.s[1] - slices.s[0])
+        low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
+        share = (place - low)[:, None, None]
+        further = (1.0 - share) * rows[low] + share * rows[low + 1]
+        found.append(rows.swapaxes(1, 2) @ beside[:, apart - 1] @ further)
+    return np.concatenate(found, axis=2)

@@ -14,6 +14,7 @@ from benchmarks.timing import interleaved
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.coupling.laws.slices import COUNT, FIRST
+from flexgear.coupling.neighbours import between_rows
 from flexgear.model.load import load_case
 from flexgear.solve.model import Model
 from flexgear.structures.linalg.threads import single_threaded_blas
@@ -118,11 +119,7 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     system = model.system
     rows, n = rows_at(system, angle)
     share, flexibility, (scale, limit), gap, owner = _slices(rows, n)
-    beside = np.zeros((n, n))
-    for i in np.flatnonzero(rows.row["after"][:n] >= 0):
-        at = slice(rows.row["after"][i], rows.row["after"][i] + 2)
-        beside[i, at] = beside[at, i] = rows.row["to_near"][i], rows.row["to_far"][i]
-    flexibility = flexibility + share @ beside @ share.T
+    flexibility = flexibility + share @ between_rows(rows, n) @ share.T
     vectors, free = share @ row_vectors(system, rows, n), share @ rows.offset[:n] - gap
     d, count = system.size, len(gap)
     left, right = np.zeros((d + 1 + count, d + 1 + count)), np.zeros(d + 1 + count)

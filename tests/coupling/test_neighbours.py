@@ -75,10 +75,9 @@ def whole_lines(bends, path, lines, where, closer=0.0):
     for k, place in enumerate(s):
         own = slice(k * count, (k + 1) * count)
         flexibility[own, own] = at(bends.flexibility, place, path)
-        if k + 1 < len(s):
-            after = slice((k + 1) * count, (k + 2) * count)
-            flexibility[own, after] = at(bends.beside, place, path)
-            flexibility[after, own] = flexibility[own, after].T
+        for apart, between in enumerate(at(bends.beside, place, path)[: len(s) - k - 1], k + 1):
+            after = slice(apart * count, (apart + 1) * count)
+            flexibility[own, after], flexibility[after, own] = between, between.T
     scale = np.concatenate([at(bends.scale, place, path) for place in s])
     limit = np.concatenate([at(bends.limit, place, path) for place in s])
     return slots, pressed(flexibility, scale, limit, x).reshape(-1, count)
@@ -171,13 +170,15 @@ def test_what_rows_yield_is_that_of_the_table(model, turned):
     at = np.flatnonzero(turned.pair_tooth[0, m] >= 0)
     at = at[np.argsort(turned.pair_position[0, m, at])]
     b = interpolated(system.pairs, m, turned.pair_position[0, m, at])[:, 2:OF_LINE]
-    b = b.reshape(-1, 2, 2)
+    b = b.reshape(-1, 2, 2, 2)
     far = turned.far_load[0, m, at]
     force = np.column_stack([turned.pair_load[0, m, at] - far, far])
     approach = turned.pair_approach[0, m, at]
     expected = np.zeros_like(force)
-    expected[:-1] += np.einsum("kab,kb->ka", b[:-1], force[1:])
-    expected[1:] += np.einsum("kab,ka->kb", b[:-1], force[:-1])
+    for apart in (1, 2):
+        between = b[:-apart, :, apart - 1]
+        expected[:-apart] += np.einsum("kab,kb->ka", between, force[apart:])
+        expected[apart:] += np.einsum("kab,ka->kb", between, force[:-apart])
     np.testing.assert_allclose(
         approach[:, 2:] - approach[:, :2], expected, atol=1e-9 * approach.max()
     )

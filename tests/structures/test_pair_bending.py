@@ -60,7 +60,7 @@ def test_symmetric_definite_and_reflected(slot):
         _, _, _, other = bending(changes, kind)
         # slices are put about their centre of stiffness, which is a sum over a table
         for one, two in ((other.flexibility, c), (other.beside, found.beside)):
-            assert one == pytest.approx(two[:, ::-1, ::-1], abs=1e-4 * c.max())
+            assert one == pytest.approx(two[..., ::-1, ::-1], abs=1e-4 * c.max())
         assert other.scale == pytest.approx(scale[:, ::-1], rel=1e-9)
     middle = c[len(c) // 2]
     assert np.abs(middle - middle[::-1, ::-1]).max() > 1e-3 * middle.max()  # a helix leans

@@ -174,6 +174,9 @@ def test_next_tooth_moves_less_and_farther_slices_least(influence):
     assert 0.05 * own.mean() < beside.mean() < 0.25 * own.mean()
     assert abs(beside[0, -1]) < 0.05 * beside[0, 0]
     assert influence.turned().turned().coupling(line, line) == pytest.approx(beside, rel=1e-12)
+    further = influence.coupling(line, line, 2)
+    assert 0.2 * beside.mean() < further.mean() < 0.7 * beside.mean()
+    assert influence.turned().turned().coupling(line, line, 2) == pytest.approx(further, rel=1e-12)
 
 
 def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():

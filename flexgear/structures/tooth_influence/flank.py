@@ -62,10 +62,11 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class FlankCompliance:
-    """Of the middle tooth of a segment and the next one in +θ, m/N.
+    """Of the middle tooth of a segment and those beside it, m/N.
 
-    own: D (n, n), nodes in the order of ``flank_nodes``; neighbour: F (m, m) from the nodes of
-    ``coarse_nodes`` on the middle tooth to those on the next one, None where there is none.
+    own: D (n, n), nodes in the order of ``flank_nodes``; neighbour: F (2, m, m) from the nodes of
+    ``coarse_nodes`` on a tooth to those on the next one in +θ, and on the one after that; None
+    where there are none.
     """
 
     own: Array
@@ -89,12 +90,12 @@ def flank_compliance(
     model = assemble(segment.fe_mesh, young, poisson, density=1.0)
     j = segment.parameters.middle
     flank, has_next = flank_nodes(segment, model, j), j + 1 < segment.parameters.teeth and not tied
-    beside = coarse_nodes(segment, j + 1) if has_next else np.zeros(0, np.int64)
     free = np.ones((len(model.nodes), 3), dtype=bool)
     free[facet_nodes(model, segment.fe_mesh.facets["held"])] = False
     free[:, 2] &= not plane_strain
     unit = unit_loads(segment, model, flank)
-    more = [unit_loads(segment, model, beside)] if has_next else []
+    beside = (j + 1, j - 1) if has_next else ()
+    more = [unit_loads(segment, model, coarse_nodes(segment, k)) for k in beside]
     more += [root_tie(segment, model).T] if tied else []
     whole = held_flexibility(model, free, sp.hstack([unit, *more]))
     layer = np.zeros_like(free)
@@ -109,7 +110,10 @@ def flank_compliance(
         own = 0.5 * (own + own.T)
     order = np.argsort(flank)
     at = order[np.searchsorted(flank[order], coarse_nodes(segment, j))]
-    return FlankCompliance(own, whole[at, n:] if has_next else None)
+    if not has_next:
+        return FlankCompliance(own, None)
+    after, before = slice(n, n + len(at)), slice(n + len(at), None)
+    return FlankCompliance(own, np.stack([whole[at, after], whole[before, after]]))
 
 
 def flank_nodes(segment: ToothSegment, model: FeModel, tooth: int) -> Ints:

@@ -36,9 +36,10 @@ class ToothInfluence:
     roll: (p + 1,) rows of FE nodes by √(r² − r_b²), the place on the line of action from the gear's
     own base tangent point, m, equally spaced in roll²; z: (q + 1,) layer borders along the face,
     equally spaced, m; depth: (p + 1,) at which the dip is cut off, m; own: D (n, n) m/N, nodes by
-    row and layer border, then middles between rows, then between layer borders; neighbour: (m, m)
-    m/N, from first, middle and last row to the same of the next tooth in +θ, None where neighbours
-    are not counted; slope: d roll/dz of contact lines on this flank (± tan β_b); young Pa, poisson.
+    row and layer border, then middles between rows, then between layer borders; neighbour: (2, m,
+    m) m/N, from first, middle and last row to the same of the next tooth in +θ and of the one after
+    that, None where neighbours are not counted; slope: d roll/dz of contact lines on this flank (±
+    tan β_b); young Pa, poisson.
 
     As made it is the −θ flank of a tooth with the gear's hand of helix. The slope tells flank and
     hand apart as far as ``own`` depends on them.
@@ -73,16 +74,21 @@ class ToothInfluence:
         return out.reshape(*shape, k)
 
     def coupling(
-        self, slices: tuple[Array, Array, Array], beside: tuple[Array, Array, Array]
+        self,
+        slices: tuple[Array, Array, Array],
+        beside: tuple[Array, Array, Array],
+        apart: int = 1,
     ) -> Array:
         """C (…, K, K') m/N: displacement of slices on a tooth per force on slices of the next one
-        in +θ; each (roll, z, width), (…, K) m. ValueError where neighbours are not counted."""
+        in +θ, or the one after that (apart 2); each (roll, z, width), (…, K) m. ValueError where
+        neighbours are not counted."""
         if self.neighbour is None:
             raise ValueError("neighbouring teeth of this body couple through its own FE model")
         shape, other = np.shape(slices[0]), np.shape(beside[0])[-1]
         one, two = (self._coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
-        moved = (one @ self.neighbour).reshape(-1, shape[-1], len(self.neighbour))
-        means = two.toarray().reshape(-1, other, len(self.neighbour))
+        between = self.neighbour[apart - 1]
+        moved = (one @ between).reshape(-1, shape[-1], len(between))
+        means = two.toarray().reshape(-1, other, len(between))
         return np.asarray(moved @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:
@@ -93,7 +99,8 @@ class ToothInfluence:
 
     def turned(self) -> ToothInfluence:
         """The +θ flank: half a turn about the tooth's radial axis, z -> −z, +θ <-> −θ."""
-        neighbour = None if self.neighbour is None else self._flipped_coarse(self.neighbour.T)
+        near = self.neighbour
+        neighbour = None if near is None else self._flipped_coarse(near.swapaxes(1, 2))
         own = self._flipped(self.own)
         return replace(self, own=own, neighbour=neighbour, slope=-self.slope)
 
@@ -164,9 +171,9 @@ class ToothInfluence:
         at = self.flipped_nodes()
         return own[np.ix_(at, at)] if own.size else own
 
-    def _flipped_coarse(self, block: Array) -> Array:
-        at = np.arange(len(block)).reshape(3, -1)[:, ::-1].ravel()
-        return block[np.ix_(at, at)]
+    def _flipped_coarse(self, blocks: Array) -> Array:
+        at = np.arange(blocks.shape[1]).reshape(3, -1)[:, ::-1].ravel()
+        return blocks[:, at[:, None], at]
 
 
 def _element(share: Array, count: int) -> tuple[Array, Array]:

@@ -96,6 +96,6 @@ def _edge(arrays: Arrays) -> EdgeLayer:
     return EdgeLayer(**{name: arrays[name] for name in _OF_EDGE})
 
 
-TOOTH = Form("tooth", 3, _of_tooth, _tooth)
+TOOTH = Form("tooth", 4, _of_tooth, _tooth)
 ROOT = Form("root", 1, _of_root, _root)
 EDGE = Form("edge", 1, _of_edge, _edge)

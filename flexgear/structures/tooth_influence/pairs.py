@@ -34,9 +34,10 @@ _LEAST_WIDTH = 1e-6  # of the face, where a line has left it
 class PairBending:
     """Over the path coordinate (S,), for contact lines of K slices each.
 
-    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, K, K) m/N:
-    displacement of its slices per force on those of the next line, a base pitch further on, through
-    the bodies below both; scale m/N and limit N (S, K) of the approach a f ln(d/f) of line contact.
+    flexibility (S, K, K) m/N of both teeth between the slices of a line; beside (S, 2, K, K) m/N:
+    displacement of its slices per force on those of the next line, a base pitch further on, and of
+    the one after that, through the bodies below them; scale m/N and limit N (S, K) of the approach
+    a f ln(d/f) of line contact.
     """
 
     flexibility: Array
@@ -59,8 +60,9 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: flo
     nothing of it is in ``beside``.
     """
     width, some = widths(path, slices), some_places(slices, _PLACES)
-    shape = (len(some), slices.count, slices.count)
-    flexibility, beside, bodies = np.zeros(shape), np.zeros(shape), []
+    count = slices.count
+    flexibility, bodies = np.zeros((len(some), count, count)), []
+    beside = np.zeros((len(some), 2, count, count))
     flanks = touched_flanks(path, slices)
     made = [tooth_influence(case, own.name) for own in flanks]
     load = line_load(case, stage_geometry(case), path.kind.removesuffix("_back"), force)
@@ -77,7 +79,9 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: flo
         bodies.append(flank.contact_body(own.roll))
         if flank.neighbour is not None:
             lines = (roll, slices.z, width)
-            beside += _next_line(flank, own.step, lines, (slices.s, some, path.base_pitch))
+            for apart in (1, 2):
+                places = (slices.s, some, apart * path.base_pitch)
+                beside[:, apart - 1] += _further_line(flank, apart * own.step, lines, places)
     cos, internal = path.cos_base_helix, path.off_path.gear.internal
     radius = relative_radius(flanks[0].roll, flanks[1].roll, internal=internal) / cos
     contact = line_contact(bodies[0], bodies[1], radius)
@@ -166,21 +170,21 @@ def some_places(slices: Slices, most: int) -> Ints:
     return np.unique(np.linspace(0, len(slices.s) - 1, most).astype(np.int64))
 
 
-def _next_line(
+def _further_line(
     flank: ToothInfluence, step: int, lines: Lines, places: tuple[Array, Ints, float]
 ) -> Array:
     """C (S', K, K) m/N of one gear: displacement of slices of some lines (roll, z, width) per force
-    on those a base pitch further on, whose tooth is ``step`` teeth on in +θ.
+    on those further on, whose tooth is ``step`` teeth on in +θ.
 
-    places: path coordinates of the lines, numbers of those wanted, base pitch m.
+    places: path coordinates of the lines, numbers of those wanted, m to those further on.
     """
-    (roll, z, width), (s, some, pitch) = lines, places
-    further = np.clip(s[some] + pitch, None, s[-1])
+    (roll, z, width), (s, some, way) = lines, places
+    further = np.clip(s[some] + way, None, s[-1])
     here = roll[some], z[some], width[some]
     there = _at(s, roll, further), _at(s, z, further), _at(s, width, further)
-    return (
-        flank.coupling(here, there) if step > 0 else np.swapaxes(flank.coupling(there, here), 1, 2)
-    )
+    if step > 0:
+        return flank.coupling(here, there, step)
+    return np.swapaxes(flank.coupling(there, here, -step), 1, 2)
 
 
 def _at(s: Array, table: Array, places: Array) -> Array:
