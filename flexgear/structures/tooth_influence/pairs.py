@@ -47,7 +47,7 @@ class PairBending:
 
     def with_rim(self, flexibility: Array, beside: Array) -> PairBending:
         """And what the rim of an FE ring adds: ``rim``."""
-        more = self.flexibility + flexibility, self.beside + beside[:, 0]
+        more = self.flexibility + flexibility, self.beside + beside
         return replace(self, flexibility=more[0], beside=more[1])
 
 
