@@ -101,7 +101,7 @@ torsion_nm_per_rad = {spline_torsion:.3g}   # chosen: a thousandth of a radian a
 # ------------------------------------------------------------------------------------- bearings
 [bearings.planet]                 # two rows of 16 rollers, half of Palmgren's stiffness
 radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {axial:.3g}          # chosen: a quarter
+axial_n_per_m = {planet_axial:.3g}          # chosen: {planet_said}
 tilt_nm_per_rad = {tilt:.3g}         # rows at a quarter of the face from the middle
 
 [bearings.carrier_drive]          # chosen: as stiff as a planet's; locates axially
@@ -193,6 +193,8 @@ def _text(p: Proposal) -> str:
         end_said="at the outer end of the left half, the right one mirrored"
         if double
         else "on the drive side",
+        planet_axial=(0.0025 if double else 0.25) * stiffness,
+        planet_said="rollers slide; halves place the planet" if double else "a quarter",
         spline_axial=(0.01 if double else 1.0) * stiffness,
         spline_said="  # chosen: slides; halves place the sun" if double else "",
         spline_tilt=stiffness * arm**2, spline_torsion=1e3 * p.sun_torque,

@@ -74,6 +74,12 @@ def _gear_meshes(data: xr.Dataset, stage: str, kind: str) -> np.ndarray[Any, Any
     return np.flatnonzero(own.to_numpy())
 
 
+def ring_forces(data: xr.Dataset, stage: str) -> xr.DataArray:
+    """Forces of all ring gear meshes of a stage, of both halves of a double-helical one, N."""
+    own = (data["stage"] == stage) & (data["kind"] == "ring")
+    return _named(data["gear_mesh_force"].isel(gear_mesh=np.flatnonzero(own.to_numpy())))
+
+
 def _teeth(data: xr.Dataset, stage: str) -> np.ndarray[Any, Any]:
     own = data["tooth_stage"] == stage
     if "tooth_side" in data.coords:  # earlier files have none, and no ring in halves

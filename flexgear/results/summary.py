@@ -19,7 +19,7 @@ from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME
-from flexgear.results.stage_part import ring_group, stage_part, with_spread
+from flexgear.results.stage_part import ring_forces, ring_group, stage_part, with_spread
 from flexgear.results.group_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
@@ -92,7 +92,7 @@ def steady_summary(
     runs: over one revolution, by variant, that of the case as it is first; rated_equilibrium:
     equilibria at rated torque whose first position gives the radial harmonics.
     """
-    found = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(stage_part(x, stage)))
+    found = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(x, stage))
     still = stage_part(rated_equilibrium.isel(position=slice(1)), stage)
     least, mean, largest = found.least, found.mean, found.largest
     node = np.fmax(-least["tooth_node"].to_numpy(), largest["tooth_node"].to_numpy())
@@ -101,7 +101,7 @@ def steady_summary(
     return {
         "carrier_speed_rpm_mean": float(mean["carrier_speed"]) * RPM,
         # over whole tooth passages, as the run is over the revolution
-        "ring_mesh_force_n_mean": float(mean["ring_gear_mesh_force"].mean()),
+        "ring_mesh_force_n_mean": float(mean["ring_mesh_force"]),
         "ring_pairs_in_contact": {str(n): float(s) for n, s in enumerate(shares) if s},
         "tooth_displacement_peak_um": {
             a: float(v) * MICRO for a, v in zip("xyz", node, strict=True)
@@ -128,10 +128,12 @@ def rim_stress_summary(equilibria: xr.Dataset, stage: str) -> dict[str, dict[str
     return {"rim_stress_mpa": {name: float(value) / 1e6 for name, value in figures.items()}}
 
 
-def _steady_histories(data: xr.Dataset) -> xr.Dataset:
+def _steady_histories(whole: xr.Dataset, stage: str) -> xr.Dataset:
     """What of steady running the summary looks at."""
+    data = stage_part(whole, stage)
     tooth = carrying_pairs(data, "ring")["tooth"]
-    return data[["carrier_speed", "ring_gear_mesh_force"]].assign(
+    return data[["carrier_speed"]].assign(
+        ring_mesh_force=ring_forces(whole, stage).mean("gear_mesh", dtype=float),
         tooth_node=data["tooth_displacement"].isel(tooth=0, drop=True),
         pairs_in_contact=pairs_in_contact(tooth > 0),
     )
