@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_stage
+from flexgear.results.report.face_load import rim_rows
 from flexgear.structures import probe_loads
 from flexgear.structures.build import ring_condensed
 from flexgear.structures.fe_mesh import SegmentDivisions
@@ -221,6 +222,8 @@ def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(r
     thin = rim.with_rim(CASE, body)
     assert 0.05 < thin.report["rim_error"] < 0.15
     assert thin.report["rim_counts"] and thin.rim is not None
+    (row,) = rim_rows(thin.report)
+    assert "counted" in row.label and row.value == thin.report["rim_error"]
     hard = replace(ring.shapes, fixed=1e-3 * ring.shapes.fixed, piece=1e-3 * ring.shapes.piece)
     monkeypatch.setattr(rim, "kept_shapes", lambda case: hard)
     stiff = rim.with_rim(CASE, body.with_(stiffness=1e3 * ring.stiffness))
