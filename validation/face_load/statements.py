@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rows import Row
 
-from face_load import by_fe
+from face_load import by_fe, rim
 from face_load.runs import Even, even, gained, proposal, stages
 
 CASES = by_fe.CASES
@@ -22,7 +22,8 @@ def rows(fidelity: str) -> list[Row]:
         for stage in sought(case, fidelity):
             found += _proposals(case, fidelity, stage)
     found += _bearing_place(fidelity) + _slices(fidelity)
-    return found + by_fe.rows(again=fidelity != "quick")
+    again = fidelity != "quick"
+    return found + by_fe.rows(again) + rim.rows(again)
 
 
 def sought(case: str, fidelity: str) -> list[str]:

@@ -1,0 +1,253 @@
+"""What the shapes of a ring's teeth change, and what they leave out: beside all slices of all pairs
+of one planet at once, stored.
+
+`python -m face_load.rim` in validation/ writes rim.csv, from FE bodies of quick fidelity. All other
+bodies are held, the planet closes along the path by one approach and tilts by a share of it over
+the face; line contact is linear, the secant at the mean load. Rows: pairs feel each other by the
+resultants of each, as in a case; all: every slice moves every other.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from rows import Row
+from scipy.optimize import nnls
+
+from flexgear.files.atomic import atomic_file
+from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.face_load import factor_along
+from flexgear.gears.paths import stage_paths
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.slices import Slices
+from flexgear.model.load import load_case
+from flexgear.model.stage_view import StageView
+from flexgear.solve.bodies import stage_bodies
+from flexgear.structures.interfaces import ring_supports
+from flexgear.structures.kinematics import turn
+from flexgear.structures.tooth_influence import pair_bending, rim_bending
+from flexgear.structures.tooth_influence.pairs import PairBending, touched_flanks
+from flexgear.structures.tooth_influence.rim import flank_motion
+from flexgear.structures.tooth_shapes import RimFlexibility
+
+Array = NDArray[np.float64]
+
+CASES = {
+    "ev-reducer": ("stage", ""),
+    "wind-5mw": ("stage", ""),
+    "grc-750kw": ("lss", "stages.lss."),
+}
+TILTS = (-0.5, -0.15, 0.0, 0.15, 0.5)  # of the approach, over the face
+POSITIONS = (0.1, 0.35, 0.6, 0.85)  # of a base pitch
+ALONG = 41  # places of the face
+WAYS = ("without", "rows", "all")
+STORED = Path(__file__).with_name("rim.csv")
+SAME = 0.02
+
+
+@dataclass(frozen=True)
+class Ring:
+    """The ring gear mesh of a case. nodes (6, 6 z) m/N of all teeth on tooth 0, along the axes of
+    each; rim: of its teeth; more: what that adds, (S, K, K) and (S, 2, K, K) m/N."""
+
+    path: GearMeshPath
+    slices: Slices
+    bending: PairBending
+    rim: RimFlexibility
+    more: tuple[Array, Array]
+    nodes: Array
+    force: float
+
+
+def ring_of(case: str) -> Ring:
+    """Of a bundled case, as FE influences have it."""
+    stage, at = CASES[case]
+    options = {"model": "face_load", "tooth_compliance": "fe"}
+    found = load_case(
+        case, {"solver.fidelity": "quick", **{f"{at}gear_mesh.{k}": v for k, v in options.items()}}
+    )
+    view = found.view(stage)
+    force = power_flow(found).stage(stage).gear_mesh_forces["ring"]
+    path = stage_paths(view, power_flow(found).stage(stage).gear_mesh_forces)["ring", ""]
+    assert path.slices is not None
+    body = stage_bodies(view).ring
+    assert body is not None and body.rim is not None
+    b = body.interface_dofs
+    held = np.linalg.inv(body.stiffness[:b, :b] + ring_supports(view, body))
+    return Ring(
+        path=path,
+        slices=path.slices,
+        bending=pair_bending(view, path, path.slices, force),
+        rim=body.rim,
+        more=rim_bending(body.rim, path, path.slices),
+        nodes=_of_teeth(view, held),
+        force=abs(force),
+    )
+
+
+def _of_teeth(view: StageView, held: Array) -> Array:
+    """Of a tooth a third of the ring on from tooth 0, so that supports count as they mostly do."""
+    teeth = view.ring_gear.teeth
+    j = teeth // 3
+    own = turn(2 * np.pi * j / teeth)
+    blocks = [
+        own.T @ held[6 * j : 6 * j + 6, 6 * i : 6 * i + 6] @ turn(2 * np.pi * i / teeth)
+        for i in ((j + k) % teeth for k in range(teeth))
+    ]
+    return np.hstack(blocks)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Slices (k K,) of the k pairs at one position: z, width m, scale m/N and limit N of their line
+    contact; flexibility (k K, k K) m/N by way."""
+
+    count: int
+    z: Array
+    width: Array
+    scale: Array
+    limit: Array
+    flexibility: dict[str, Array]
+
+    def carrying(self, way: str, force: float, tilt: float, line_load: float) -> Array:
+        """Forces N of so much together: bodies closed by x (1 + tilt z)."""
+        whole = self.flexibility[way] + np.diag(_secant(self, line_load))
+        lower = np.linalg.cholesky(0.5 * (whole + whole.T))
+        x = np.linalg.solve(lower, 1.0 + tilt * self.z)
+        unit = nnls(lower.T, x, maxiter=5000)[0]  # all is linear in x
+        return np.asarray(unit * force / unit.sum())
+
+
+def _secant(pairs: Pairs, line_load: float) -> Array:
+    nominal = np.minimum(np.maximum(line_load * pairs.width, 1e-6 * pairs.limit), pairs.limit / 8)
+    return np.asarray(pairs.scale * np.log(pairs.limit / nominal))
+
+
+def pairs_at(ring: Ring, share: float) -> Pairs:
+    """Of one planet at a share of a base pitch."""
+    s, path = ring.slices, ring.path
+    places = s.s[0] + path.base_pitch * (share + np.arange(8))
+    places = places[(places < s.s[-1])]
+    places = places[np.interp(places, s.s, s.stiffness.sum(axis=1)) > 0.0]
+
+    def at(table: Array) -> Array:
+        flat = table.reshape(len(table), -1).T
+        found = [np.interp(places, s.s, column) for column in flat]
+        return np.array(found).T.reshape(len(places), *table.shape[1:])
+
+    own = touched_flanks(path, s)[1]
+    z, k, n = at(s.z), s.count, len(places)
+    motion = flank_motion(ring.rim, own.tooth, -own.sense, (at(own.roll), z))[..., :6]
+    single, next_ones = at(ring.bending.flexibility), at(ring.bending.beside)
+    more, more_beside = (at(table) for table in ring.more)
+    scale, limit, width = at(ring.bending.scale), at(ring.bending.limit), at(s.width)
+    base, rims = np.zeros((2, n * k, n * k))
+    for p in range(n):
+        for q in range(n):
+            here, there = slice(p * k, p * k + k), slice(q * k, q * k + k)
+            on = (q - p) * own.step % (ring.nodes.shape[1] // 6)
+            base[here, there] += motion[p] @ ring.nodes[:, 6 * on : 6 * on + 6] @ motion[q].T
+            if p == q:
+                base[here, there] += single[p]
+                rims[here, there] += more[p]
+            elif 0 < q - p <= next_ones.shape[1]:
+                base[here, there] += next_ones[p, q - p - 1]
+                base[there, here] += next_ones[p, q - p - 1].T
+                rims[here, there] += more_beside[p, q - p - 1]
+                rims[there, here] += more_beside[p, q - p - 1].T
+    made = Pairs(n, z.ravel(), width.ravel(), scale.ravel(), limit.ravel(), {})
+    nominal = ring.force / (n * 2 * path.half_face)
+    by_rows = _by_rows(made, rims, base + np.diag(_secant(made, nominal)))
+    ways = (base, base + by_rows, base + rims)
+    made.flexibility.update(zip(WAYS, ways, strict=True))
+    return made
+
+
+def _by_rows(pairs: Pairs, rims: Array, whole: Array) -> Array:
+    """The rim's flexibility with that between pairs by their resultants, as ``rows_yield``."""
+    k = len(pairs.z) // pairs.count
+    tall, pressed = np.zeros((2, len(pairs.z), 2 * pairs.count))
+    for p in range(pairs.count):
+        at, columns = slice(p * k, p * k + k), slice(2 * p, 2 * p + 2)
+        t = np.column_stack([np.ones(k), pairs.z[at]])
+        solved = np.linalg.solve(whole[at, at] + rims[at, at], t)
+        tall[at, columns], pressed[at, columns] = t, solved @ np.linalg.inv(t.T @ solved)
+    found = tall @ (pressed.T @ rims @ pressed) @ tall.T
+    for p in range(pairs.count):
+        at = slice(p * k, p * k + k)
+        found[at, at] = rims[at, at]
+    return found
+
+
+def k_h_beta(ring: Ring, way: str, tilt: float) -> float:
+    """Over a gear-mesh cycle, tilted by a share of the approach over the face."""
+    along = np.linspace(-1.0, 1.0, ALONG) * ring.path.half_face
+    load = np.zeros(ALONG)
+    for share in POSITIONS:
+        pairs = pairs_at(ring, share)
+        k, width = len(pairs.z) // pairs.count, 2 * ring.path.half_face
+        nominal = ring.force / (pairs.count * width)
+
+        w = pairs.carrying(way, ring.force, tilt / width, nominal) / pairs.width
+        for p in range(pairs.count):
+            at = slice(p * k, p * k + k)
+            z, reach = pairs.z[at], 0.5 * pairs.width[p * k]
+            on = (along >= z[0] - reach) & (along <= z[-1] + reach)
+            load[on] += np.interp(along[on], z, w[at])
+    return factor_along(load)
+
+
+def computed() -> dict[tuple[str, float], tuple[float, ...]]:
+    """K_Hβ by case and tilt, of all ``WAYS``."""
+    found = {}
+    for case in CASES:
+        ring = ring_of(case)
+        for tilt in TILTS:
+            found[case, tilt] = tuple(k_h_beta(ring, way, tilt) for way in WAYS)
+    return found
+
+
+def stored() -> dict[tuple[str, float], tuple[float, ...]]:
+    """rim.csv, as ``computed``."""
+    with STORED.open(encoding="utf-8", newline="") as stream:
+        return {
+            (line["case"], float(line["tilt"])): tuple(float(line[way]) for way in WAYS)
+            for line in csv.DictReader(stream)
+        }
+
+
+def rows(again: bool) -> list[Row]:
+    """What is stored; again: compared with what is computed."""
+    now, found = computed() if again else {}, []
+    for (case, tilt), kept in stored().items():
+        without, taken, whole = kept
+        text = (
+            f"{without:.3f} without, {taken:.3f} with shapes; all slices at once {whole:.3f} "
+            f"({100 * (without / whole - 1):+.1f}, {100 * (taken / whole - 1):+.1f} %)"
+        )
+        demand, holds = "reported", None
+        if again:
+            off = max(abs(b / a - 1) for a, b in zip(kept, now[case, tilt], strict=True))
+            text, demand, holds = f"{text}; {100 * off:.2f} % off", f"{100 * SAME:g} %", off < SAME
+        name = f"K_Hβ of the ring, its rim within a tooth, tilted by {tilt:g} of the approach"
+        why = "pairs feel shapes of their neighbours by resultants; other bodies held; stored"
+        found.append(Row("face_load", case, name, "–", text, demand, holds, why))
+    return found
+
+
+def main() -> None:
+    """Compute and write rim.csv."""
+    found = computed()
+    with atomic_file(STORED) as path, path.open("w", encoding="utf-8", newline="") as stream:
+        out = csv.writer(stream, lineterminator="\n")
+        out.writerow(["case", "tilt", *WAYS])
+        for (case, tilt), factors in found.items():
+            out.writerow([case, f"{tilt:g}", *(f"{factor:.5f}" for factor in factors)])
+
+
+if __name__ == "__main__":
+    main()
