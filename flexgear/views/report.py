@@ -36,6 +36,8 @@ MOST_PLOTS = 3_000_000  # characters of all plots' data in a page that stays bel
 SMALLEST = 0.3  # of a picture's size to which it may shrink
 MOST_PICTURES = 3_500_000  # characters of all pictures, likewise
 LEAST_POINTS = 200  # of a line
+TOO_LARGE = "Its plot would make this page too large, so it stands still here."
+NO_ROOM = "It would make this page too large: see it among the run's pictures."
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,8 @@ def write_report(
     media = embedded([p.file for s in sides for p in s.pictures if p.file], MOST_PICTURES)
     shown = _Shown(media, plots, script is not None)
     sections = [found for key in SECTIONS if (found := _section(key, sides, shown))]
+    data, left_out = within(plots, MOST_PLOTS)
+    _keep_still(sections, left_out)
     page = (
         Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
         .from_string(source["html.j2"])
@@ -96,7 +100,7 @@ def write_report(
             style=Markup(source["css"]),
             code=Markup(source["js"]),
             plotly=deflated(script) if script is not None and plots else None,
-            plots=within(plots, MOST_PLOTS) if script is not None and plots else None,
+            plots=data if script is not None and plots else None,
         )
     )
     with atomic_file(target) as temporary:
@@ -119,11 +123,14 @@ def deflated(text: str) -> str:
 
 
 def embedded(files: Sequence[Path], most: int) -> dict[Path, str]:
-    """Pictures as data URIs, smaller ones where they would take more than so many characters."""
+    """Pictures as data URIs, smaller ones where they would take more than so many characters, and
+    without the largest where even those do."""
     data, shrink = {file: _packed(file) for file in files}, 1.0
     while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
         shrink *= 0.75
         data = {file: _packed(file, shrink) for file in files}
+    while sum(map(len, data.values())) * 4 / 3 > most:
+        del data[max(data, key=lambda file: len(data[file]))]
     return {
         file: f"data:{MEDIA[file.suffix.lower()]};base64,{base64.b64encode(raw).decode('ascii')}"
         for file, raw in data.items()
@@ -151,15 +158,24 @@ def _packed(path: Path, shrink: float = 1.0) -> bytes:
     return out.getvalue() if shrink < 1.0 else min(data, out.getvalue(), key=len)
 
 
-def within(plots: Mapping[str, Any], most: int) -> str:
-    """Plots deflated to at most so many characters: lines lose points until they fit."""
-    text = deflated(json.dumps(plots))
+def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str]]:
+    """Plots deflated to at most so many characters, and the names of those left out: lines lose
+    points until they fit, then the largest plots go."""
+    left, text = dict(plots), deflated(json.dumps(plots))
     while len(text) > most:
-        thinned = _halved(plots)
-        if thinned == plots:
-            break
-        plots, text = thinned, deflated(json.dumps(thinned))
-    return text
+        thinned = _halved(left)
+        if thinned == left:
+            del thinned[max(left, key=lambda name: len(deflated(json.dumps(left[name]))))]
+        left, text = thinned, deflated(json.dumps(thinned))
+    return text, set(plots) - set(left)
+
+
+def _keep_still(sections: Sequence[Mapping[str, Any]], left_out: set[str]) -> None:
+    """Show the static picture in the place of plots of which some are left out."""
+    places = [x for s in sections for picture in s["pictures"] for x in picture["places"] if x]
+    for place in places:
+        if left_out & set(place["plots"]):
+            place |= {"plots": [], "note": TOO_LARGE}
 
 
 def _halved(value: Any) -> Any:
@@ -243,7 +259,8 @@ def _place(picture: Picture, shown: _Shown) -> dict[str, Any]:
     file = picture.file
     return {
         "plots": names,
-        "image": shown.media[file] if file else None,
+        "image": shown.media.get(file) if file else None,
+        "note": NO_ROOM if file and file not in shown.media and not names else "",
         "shape": "tall" if any("scene" in p.get("layout", {}) for p in picture.plots) else "",
         "video": file is not None and file.suffix == ".mp4",
     }

@@ -6,6 +6,7 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
+from flexgear.views import report
 from flexgear.views.interactive import envelope, panels_of
 from flexgear.views.plain_math import plain_math
 from flexgear.views.render import deformation_exaggeration
@@ -115,11 +117,29 @@ def test_long_lines_keep_their_envelope():
 def test_plots_are_thinned_until_they_fit():
     rng = np.random.default_rng(1)
     line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
-    text = within({"a": {"data": [line]}}, 30_000)
-    assert len(text) <= 30_000
+    text, left_out = within({"a": {"data": [line]}}, 30_000)
+    assert len(text) <= 30_000 and not left_out
     kept = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]
     assert len(kept["x"]) == len(kept["y"])
     assert kept["x"][1] in line["x"]
+
+
+@needs_plotly
+def test_a_page_of_too_much_leaves_out_the_largest_and_says_so(tmp_path, monkeypatch):
+    """Noise neither deflates nor thins: plots and pictures of three times what a page holds."""
+    monkeypatch.setattr(report, "MOST_PLOTS", MOST_PLOTS // 100)
+    monkeypatch.setattr(report, "MOST_PICTURES", report.MOST_PICTURES // 100)
+    rng, pictures = np.random.default_rng(2), []
+    for k in range(6):
+        file = tmp_path / f"{k}.gif"
+        file.write_bytes(b"GIF89a" + rng.bytes(15_000 + k))
+        noise = {"type": "heatmap", "z": rng.random((35, 35 + k)).tolist()}
+        plot = {"data": [noise], "layout": {}}
+        pictures.append(Picture(f"p{k}", "meshes", f"Picture {k}", "Noise.", file, [plot]))
+    text = page(tmp_path, replace(side(tmp_path), pictures=pictures))
+    assert text.count("would make this page too large") >= 4
+    kept = json.loads(zlib.decompress(base64.b64decode(PLOTS.search(text)[1])))
+    assert set(re.findall(r'data-plot="(\w+)"', text)) == set(kept) != set()
 
 
 def test_mathtext_becomes_markup():
@@ -202,7 +222,8 @@ def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
         for k in range(bodies)
     }  # fmt: skip
     assert each * bodies <= PAGE_TRIANGLES
-    assert len(within(plots, MOST_PLOTS)) < MOST_PLOTS
+    text, left_out = within(plots, MOST_PLOTS)
+    assert len(text) < MOST_PLOTS and not left_out
 
 
 def test_the_star_turns_with_the_carrier(outline, field):
