@@ -157,17 +157,31 @@ def test_stage_shares_loads_as_elastic_bodies_do(whole):
 
     Wide as the ring is, its rim bends nearly as in plane strain.
     """
+    force, pair_load, waves = off(whole)
+    assert force < 0.01
+    assert pair_load[0] < 0.05 and pair_load[1] < 0.08
+    assert abs(waves).max() < 0.10
+
+
+def test_stage_with_fe_influences(fidelity):
+    """Tip edges and pairs beside each other as they are: pair loads within the 5 % wanted."""
+    if fidelity == "quick":
+        pytest.skip("influences of three gears take minutes")
+    force, pair_load, waves = off(flexgear_stage(fidelity, "fe"))
+    assert force < 0.01 and pair_load.max() < 0.05 and abs(waves).max() < 0.10
+
+
+def off(stage):
+    """Gear-mesh forces, pair loads of ring and sun, waves 0, 5 and 10, relative."""
     known, load = computed("in plane strain"), line_load("ring")
-    force = abs(whole.forces - known.forces).max() / load
-    pair_load = abs(whole.loads - known.loads).max(axis=(0, 2, 3)) / load
-    waves = (whole.orders / known.orders).mean(axis=0)[[0, 5, 10]] - 1
+    force = abs(stage.forces - known.forces).max() / load
+    pair_load = abs(stage.loads - known.loads).max(axis=(0, 2, 3)) / load
+    waves = (stage.orders / known.orders).mean(axis=0)[[0, 5, 10]] - 1
     print(
         f"\nstage: gear-mesh forces {100 * force:.1f} %, pairs of ring and sun "
         f"{np.round(100 * pair_load, 1)} %, waves 0, 5, 10 {np.round(100 * waves, 1)} %"
     )
-    assert force < 0.01
-    assert pair_load[0] < 0.05 and pair_load[1] < 0.08
-    assert abs(waves).max() < 0.10
+    return force, pair_load, waves
 
 
 def test_draw_stage(whole, results):

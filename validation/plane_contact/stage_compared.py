@@ -44,10 +44,12 @@ def computed(ring: str) -> Stage:
     return Stage(known["forces"], known["loads"], np.abs(fg.radial_harmonics(known["ring"])))
 
 
-def flexgear_stage(fidelity: str) -> Stage:
-    """Equilibria at the same angles, pairs in the order of the reference's places."""
+def flexgear_stage(fidelity: str, compliance: str = "width") -> Stage:
+    """Equilibria at the same angles, pairs in the order of the reference's places; compliance: of
+    the teeth, "fe" takes minutes the first time."""
     known = reference("in plane strain")
-    case = load_case(CASE, {"solver.fidelity": fidelity})
+    keys = {"solver.fidelity": fidelity, "stage.gear_mesh.tooth_compliance": compliance}
+    case = load_case(CASE, keys)
     face, planets = case.view().stage.face_width, known["forces"].shape[2]
     found = fg.static(fg.assemble(case), known["angles"])
     forces, loads = np.zeros_like(known["forces"]), np.zeros_like(known["loads"])
