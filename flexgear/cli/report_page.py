@@ -36,6 +36,9 @@ PLACES = (
      "flanks alone."),
     ("face_stiffness", "face", "Slope of the force as all tooth pairs close alike, under load: of "
      "the teeth, without gear bodies."),
+    ("root_stress", "face", "Stress in the fillets at the roots of the teeth. Left: over a turn, "
+     "in the roots that carry with planet 1; right: along the face where it is largest. Above zero "
+     "a fillet is stretched, where cracks grow; thin lines below: the fillets that are pressed."),
     ("engagement_map", "meshes", "Which teeth of the ring are in contact as the carrier turns."),
     ("transient_forces", "meshes", "Normal force of every gear mesh; equal lines share the load."),
     ("sharing", "sharing", "Each planet's share times the number of planets: 1 is an even share."),

@@ -26,6 +26,7 @@ from flexgear.views.style import (
 
 N_PER_MM = 1e-3  # N/m -> N/mm
 MILLI = 1e3  # m -> mm
+ALONG_FACE = "along the face over its width, −z to +z (–)"
 CELLS = 60  # of a map along the path and along the face
 
 
@@ -50,7 +51,7 @@ def along_face_chart(data: xr.Dataset) -> Figure:
         ax.set_title(f"{title}: $K_{{Hβ}}$ {span}")
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
-    axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
+    axes[-1, 0].set_xlabel(ALONG_FACE)
     legend(figure, axes)
     return figure
 
@@ -65,10 +66,10 @@ def before_and_after(before: xr.Dataset, after: xr.Dataset) -> Figure:
         for data, style, label in ((before, "--", "before"), (after, "-", "after")):
             load = data["face_line_load"].sel(flank=name).mean("position").to_numpy() * N_PER_MM
             ax.plot(data["face"], load, style, color=planet_colour(1), label=label)
-        ax.set_title(f"{title} {int(before.sel(flank=name)['flank_planet'])}")
+        ax.set_title(f"{title}, planet {int(before.sel(flank=name)['flank_planet'])}")
         ax.set_ylabel("line load (N/mm)")
         ax.set(ylim=(0.0, None), xlim=(-0.5, 0.5))
-    axes[-1, 0].set_xlabel("place along the face over its width, −z end to +z end (–)")
+    axes[-1, 0].set_xlabel(ALONG_FACE)
     legend(figure, axes)
     return figure
 
@@ -92,7 +93,9 @@ def contact_pattern(data: xr.Dataset) -> Figure:
         touches = np.isfinite(w) & (w > 0)
         across, along, largest = _binned(x[touches], z[touches], w[touches])
         shown = ax.pcolormesh(across, along, largest, cmap=SEQUENTIAL_MAP, shading="flat")
-        ax.set_title(f"{title} {int(own['flank_planet'])}: largest {np.nanmax(largest):.4g} N/mm")
+        ax.set_title(
+            f"{title}, planet {int(own['flank_planet'])}: largest {np.nanmax(largest):.4g} N/mm"
+        )
         ax.set_xlabel("path coordinate, planet's root to its tip (mm)")
         ax.set_ylabel("along the face (mm)")
         ax.grid(visible=False)

@@ -36,7 +36,7 @@ def tooth_rows_chart(pattern: ToothPattern) -> Figure:
             x + across, y + upward, cells, cmap=SEQUENTIAL_MAP, vmin=0.0, vmax=largest
         )
         ax.text(x, y + 1.01, str(tooth + 1), fontsize=5.5, color=NEUTRAL, va="bottom")
-    ends = [f"{1e3 * edge:.4g}" for edge in (pattern.face[0], pattern.face[-1])]
+    ends = [f"{MILLI * edge:.4g}".replace("-", "−") for edge in (pattern.face[0], pattern.face[-1])]
     ax.set_xticks([0.0, 1.0], ends)
     ax.set_yticks([0.0, 1.0], [f"{MILLI * d:.4g}" for d in pattern.diameter[[0, -1]]])
     ax.set_xlabel("along the face, −z to +z (mm)", loc="left")

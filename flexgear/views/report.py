@@ -11,6 +11,7 @@ import base64
 import io
 import json
 import os
+import re
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from PIL import Image
 
 from flexgear.files.atomic import atomic_file
@@ -87,25 +88,28 @@ def write_report(
     sections = [found for key in SECTIONS if (found := _section(key, sides, shown))]
     data, left_out = within(plots, MOST_PLOTS)
     _keep_still(sections, left_out)
-    page = (
-        Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        .from_string(source["html.j2"])
-        .render(
-            title=title,
-            case=case,
-            sides=sides,
-            marks=MARKS,
-            counts=[_counts(side) for side in sides],
-            sections=sections,
-            style=Markup(source["css"]),
-            code=Markup(source["js"]),
-            plotly=deflated(script) if script is not None and plots else None,
-            plots=data if script is not None and plots else None,
-        )
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["symbols"] = symbols
+    page = environment.from_string(source["html.j2"]).render(
+        title=title,
+        case=case,
+        sides=sides,
+        marks=MARKS,
+        counts=[_counts(side) for side in sides],
+        sections=sections,
+        style=Markup(source["css"]),
+        code=Markup(source["js"]),
+        plotly=deflated(script) if script is not None and plots else None,
+        plots=data if script is not None and plots else None,
     )
     with atomic_file(target) as temporary:
         temporary.write_text(page, encoding="utf-8", errors="backslashreplace")
     return target
+
+
+def symbols(text: str) -> Markup:
+    """Escaped text with load factors as they are printed: "K_Hβ" -> K<sub>Hβ</sub>."""
+    return Markup(re.sub(r"\bK_(\w+)", r"K<sub>\1</sub>", str(escape(text))))
 
 
 def plotly_script() -> str | None:

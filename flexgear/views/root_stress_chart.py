@@ -10,10 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flexgear.results.root_stress import gears_of
+from flexgear.views.face_load_charts import ALONG_FACE
 from flexgear.views.style import NEUTRAL, panels, planet_colour, styled
 
 MEGA = 1e-6  # Pa -> MPa
 TOOTH = "#333333"
+SIDES = {"-theta": "−θ", "+theta": "+θ"}
 
 
 @styled
@@ -23,7 +25,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     teeth; of an FE ring the largest in both fillets of its first tooth, too. Right: along the face
     where the largest is largest, of every planet."""
     gears = dict(gears_of(data, stage))
-    figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharey="row")
+    figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
     turn = np.degrees(data["master_angle"].to_numpy()[:, 0])
     for (left, right), (gear, own) in zip(axes, gears.items(), strict=True):
         for k in range(own.sizes["flank"]):
@@ -44,7 +46,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
         for ax in (left, right):
             ax.axhline(0.0, color=NEUTRAL, lw=0.5, zorder=1)
     axes[-1, 0].set_xlabel("rotation of the lead (°)")
-    axes[-1, 1].set_xlabel("along the face over its width, −z to +z (–)")
+    axes[-1, 1].set_xlabel(ALONG_FACE)
     shown = [ax.get_legend_handles_labels() for ax in (*axes[:, 0], axes[0, 1])]
     by_label = {
         label: line for lines, said in shown for line, label in zip(lines, said, strict=True)
@@ -64,4 +66,11 @@ def _first_tooth(ax: Axes, turn: Any, own: xr.Dataset, stage: str) -> None:
     first = int(np.argmax(own["tooth_stage"].to_numpy() == stage))
     for fillet, style in zip(own["fillet"].to_numpy(), ("-", ":"), strict=True):
         stress = own["tooth_root_stress"].isel(tooth=first).sel(fillet=fillet) * MEGA
-        ax.plot(turn, stress, style, color=TOOTH, lw=0.8, label=f"ring tooth 1, {fillet}")
+        ax.plot(
+            turn,
+            stress,
+            style,
+            color=TOOTH,
+            lw=0.8,
+            label=f"ring tooth 1, fillet at {SIDES[str(fillet)]}",
+        )

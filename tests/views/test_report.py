@@ -18,12 +18,21 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
 from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
 from flexgear.views import report
-from flexgear.views.interactive import envelope, panels_of
+from flexgear.views.interactive import panels_of
 from flexgear.views.plain_math import plain_math
 from flexgear.views.render import deformation_exaggeration
-from flexgear.views.report import MOST_PLOTS, Picture, Side, plotly_script, within, write_report
+from flexgear.views.report import (
+    MOST_PLOTS,
+    Picture,
+    Side,
+    plotly_script,
+    symbols,
+    within,
+    write_report,
+)
 from flexgear.views.scenes import PAGE_TRIANGLES, body_scene, star_scene, triangles_of_each
 from flexgear.views.style import panels, save_figure
+from flexgear.views.traces import envelope
 
 PLOTS = re.compile(r'id="plots">([^<]*)<')
 needs_plotly = pytest.mark.skipif(plotly_script() is None, reason="plotly is not installed")
@@ -159,6 +168,28 @@ def test_traces_of_one_name_have_one_entry_in_the_legend():
     (panel,) = panels_of(figure)
     assert [t["showlegend"] for t in panel["data"]] == [True, False, True]
     assert panel["data"][0]["legendgroup"] == panel["data"][1]["legendgroup"] == "limits"
+
+
+def test_maps_of_one_scale_share_a_colour_bar_and_texts_stand_where_they_are_drawn():
+    figure = Figure()
+    axes = figure.subplots()
+    for left in (0.0, 2.0):
+        shown = axes.pcolormesh([left, left + 1], [0, 1], [[left]], vmin=0.0, vmax=5.0)
+        axes.text(left, 1.0, "tooth", va="bottom")
+    figure.colorbar(shown, ax=axes, label="line load (N/mm)")
+    figure.canvas.draw()
+    (panel,) = panels_of(figure)
+    assert [t["showscale"] for t in panel["data"]] == [True, False]
+    assert panel["data"][0]["colorbar"]["title"]["text"] == "line load (N/mm)"
+    assert {(t["xanchor"], t["yanchor"]) for t in panel["layout"]["annotations"]} == {
+        ("left", "bottom")
+    }
+
+
+def test_symbols_of_load_factors_are_printed_as_such():
+    assert symbols("a <b>, K_Hβ and K_γ of my_K_case") == (
+        "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"
+    )
 
 
 def test_a_missing_picture_is_one_clear_line(tmp_path: Path):

@@ -109,12 +109,13 @@ def _forces(summary: Summary) -> Iterator[Table]:
             Row(f"nominal root stress (ISO 6336-3, no load factors), {gear}", 1e6 * stress, "Pa")
             for gear, stress in one.get("nominal_root_stress_mpa", {}).items()
         ]
-        rows += [
-            Row(f"root stress, {gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
+        yield Table(MESH, f"{words(name)}, from the power flow", rows)
+        rows = [
+            Row(f"{gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
             for gear, figures in one.get("root_stress_mpa", {}).items()
             for key, stress in figures.items()
         ]
-        yield Table(MESH, f"{words(name)}, from the power flow", rows)
+        yield Table("face", f"{words(name)}, root stress by finite elements", rows)
     yield from _ranges(MESH, "forces in steady running", summary["transient"]["gear_mesh_force"])
 
 

@@ -22,7 +22,7 @@
       font: { family: 'system-ui, "DejaVu Sans", sans-serif', ...small },
       margin: { l: 50, r: 16, t: data.some((t) => t.showlegend) ? 60 : 34, b: 44 },
       legend: { orientation: "h", yanchor: "bottom", y: 1.0, x: 0 },
-      modebar: { orientation: "v" },
+      modebar: { orientation: data.some((t) => t.showlegend) ? "v" : "h" },
       paper_bgcolor: "#fff", plot_bgcolor: "#fff", hovermode: "closest", ...layout,
     };
     for (const name of Object.keys(full)) {
@@ -34,7 +34,7 @@
       box.before(heading);
       delete full.title;
     }
-    const config = { displaylogo: false, responsive: true, displayModeBar: "hover",
+    const config = { displaylogo: false, responsive: true, displayModeBar: narrow ? false : "hover",
       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
     Plotly.newPlot(box, data, full, config).then(() => frames && Plotly.addFrames(box, frames));
   };

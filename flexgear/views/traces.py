@@ -1,0 +1,242 @@
+"""What is drawn in matplotlib axes as traces in plotly's terms: lines, marks, bars, maps, outlines.
+
+Lines keep their envelope where they have more points than a screen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection, QuadMesh
+from matplotlib.colors import to_hex, to_rgba
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch, Patch, Rectangle
+from numpy.typing import NDArray
+
+from flexgear.views.plain_math import plain_math
+
+Array = NDArray[Any]
+POINTS = 12_000  # of all lines of a panel
+LEAST_POINTS = 400  # of one line
+CELLS = 200  # of a map along each side
+DIGITS = 5
+DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
+MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down", "D": "diamond",
+           "x": "x-thin-open", "+": "cross-thin-open", ".": "circle"}  # fmt: skip
+
+
+def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
+    lines = [x for x in axes.lines if x.get_visible() and x.get_transform() == axes.transData]
+    most = max(LEAST_POINTS, POINTS // max(1, len(lines)))
+    for collection in axes.collections:
+        if collection.get_visible():
+            yield from _of_collection(collection)
+    for image in axes.images:
+        yield _of_image(image)
+    yield from _of_patches(axes)
+    for line in lines:
+        yield _of_line(line, most)
+
+
+def _of_line(line: Line2D, most: int) -> dict[str, Any]:
+    x, y = envelope(numbers(line.get_xdata(orig=False)), numbers(line.get_ydata(orig=False)), most)
+    if not x.size:
+        return {}
+    colour = colour_of(line.get_color())
+    marker, style = str(line.get_marker()), str(line.get_linestyle())
+    trace: dict[str, Any] = {"type": "scatter", "x": listed(x), "y": listed(y)} | named(line)
+    drawn = style in DASHES
+    marked = marker in MARKERS
+    trace["mode"] = "+".join(["lines"] * drawn + ["markers"] * marked) or "lines"
+    if drawn:
+        trace["line"] = {"color": colour, "width": 1.25 * float(line.get_linewidth()),
+                         "dash": DASHES[style]}  # fmt: skip
+        if str(line.get_drawstyle()).startswith("steps"):
+            trace["line"]["shape"] = "hv"
+    if marked:
+        face = line.get_markerfacecolor()
+        trace["marker"] = {
+            "color": colour_of(face) if _is_colour(face) else colour,
+            "symbol": MARKERS[marker],
+            "size": float(line.get_markersize()) * 1.2,
+        }
+    return trace
+
+
+def envelope(x: Array, y: Array, most: int) -> tuple[Array, Array]:
+    """At most about ``most`` points of a line: the least and largest of equal pieces."""
+    if x.size <= most:
+        return x, y
+    pieces = max(1, most // 2)
+    step = -(-x.size // pieces)
+    at = []
+    for start in range(0, x.size, step):
+        piece = y[start : start + step]
+        if np.isfinite(piece).any():
+            ends = {start + int(np.nanargmin(piece)), start + int(np.nanargmax(piece))}
+            at += sorted(ends)
+        else:
+            at.append(start)
+    return x[at], y[at]
+
+
+def _of_collection(collection: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(collection, QuadMesh):
+        yield _of_quads(collection)
+    elif isinstance(collection, PathCollection):
+        at = _filled(collection.get_offsets())
+        if not len(at):
+            return
+        faces = collection.get_facecolor()
+        rgba = faces if len(faces) else collection.get_edgecolor()
+        colours = [colour_of(c) for c in rgba]
+        marker = {"color": colours[0] if len(set(colours)) == 1 else colours, "size": 7}
+        yield {"type": "scatter", "mode": "markers", "x": listed(at[:, 0]),
+               "y": listed(at[:, 1]), "marker": marker} | named(collection)  # fmt: skip
+    elif isinstance(collection, LineCollection):
+        yield from _polylines(collection, [np.asarray(s) for s in collection.get_segments()], False)
+    elif isinstance(collection, PolyCollection):
+        yield from _polylines(
+            collection, [np.asarray(p.vertices) for p in collection.get_paths()], True
+        )
+
+
+def _polylines(collection: Any, pieces: list[Array], filled: bool) -> Iterator[dict[str, Any]]:
+    if not pieces:
+        return
+    gap = np.full((1, 2), np.nan)
+    points = np.vstack([part for piece in pieces for part in (np.asarray(piece, float), gap)])
+    rgba = collection.get_facecolor() if filled else collection.get_edgecolor()
+    colour = colour_of(rgba[0]) if len(rgba) else "#6B7280"
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": listed(points[:, 0]),
+        "y": listed(points[:, 1]),
+        "line": {"color": colour, "width": 1},
+    }
+    if filled:
+        trace |= {"fill": "toself", "fillcolor": colour, "line": {"width": 0}, "hoverinfo": "skip"}
+    yield trace | named(collection)
+
+
+def _of_quads(quads: QuadMesh) -> dict[str, Any]:
+    corners: Any = quads.get_coordinates()
+    x, y = corners[0, :, 0], corners[:, 0, 1]
+    z = _filled(quads.get_array()).reshape(len(y) - 1, len(x) - 1)
+    return _map(0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1]), z, quads)
+
+
+def _of_image(image: AxesImage) -> dict[str, Any]:
+    z = _filled(image.get_array())
+    if z.ndim != 2:
+        return {}
+    left, right, bottom, top = image.get_extent()
+    rows, columns = z.shape
+    x = left + (np.arange(columns) + 0.5) * (right - left) / columns
+    ends = (top, bottom) if image.origin == "upper" else (bottom, top)
+    y = ends[0] + (np.arange(rows) + 0.5) * (ends[1] - ends[0]) / rows
+    return _map(x, y, z, image)
+
+
+def _map(x: Array, y: Array, z: Array, source: Any) -> dict[str, Any]:
+    across, down = (max(1, -(-n // CELLS)) for n in (len(x), len(y)))
+    colours = source.get_cmap()(np.linspace(0, 1, 11))
+    low, high = source.get_clim()
+    bar = source.colorbar
+    said = plain_math(bar.ax.get_ylabel()) if bar is not None else ""
+    z = z[::down, ::across]
+    return {
+        "type": "heatmap", "x": listed(x[::across]), "y": listed(y[::down]),
+        "z": [listed(row) for row in z], "zmin": float(low), "zmax": float(high),
+        "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
+        "colorbar": {"thickness": 12, "title": {"text": said, "side": "right"}},
+    }  # fmt: skip
+
+
+def _of_patches(axes: Axes) -> Iterator[dict[str, Any]]:
+    """Bars, one trace a colour, and outlines of what else is drawn in data coordinates."""
+    bars: dict[str, list[tuple[float, float, float, float]]] = {}
+    names: dict[str, Any] = {}
+    for container in axes.containers:
+        for patch in container.patches if hasattr(container, "patches") else ():
+            names[colour_of(patch.get_facecolor())] = named(container)
+    in_bars = {id(p) for c in axes.containers for p in getattr(c, "patches", ())}
+    for patch in axes.patches:
+        if not patch.get_visible() or isinstance(patch, FancyArrowPatch):
+            continue
+        if isinstance(patch, Rectangle) and id(patch) in in_bars:
+            box = (*patch.get_xy(), patch.get_width(), patch.get_height())
+            bars.setdefault(colour_of(patch.get_facecolor()), []).append(box)
+        elif patch.get_transform() == patch.get_patch_transform() + axes.transData:
+            yield from _outline(axes, patch)
+    for colour, boxes in bars.items():
+        yield _bars(axes, np.array(boxes, dtype=float), colour) | names.get(colour, {})
+
+
+def _bars(axes: Axes, box: Array, colour: str) -> dict[str, Any]:
+    x, y, width, height = box.T
+    flat = len(x) > 1 and np.ptp(height) == 0 and np.ptp(x) == 0
+    common: dict[str, Any] = {"type": "bar", "marker": {"color": colour}, "showlegend": False}
+    if flat or (len(x) == 1 and abs(width[0]) > 0 and x[0] == 0 and height[0] < 1):
+        return common | {"orientation": "h", "base": listed(x), "x": listed(width),
+                         "y": listed(y + height / 2), "width": listed(height)}  # fmt: skip
+    return common | {"base": listed(y), "y": listed(height), "x": listed(x + width / 2),
+                     "width": listed(width)}  # fmt: skip
+
+
+def _outline(axes: Axes, patch: Patch) -> Iterator[dict[str, Any]]:
+    pixels = patch.get_transform().transform_path(patch.get_path())  # where curves become chords
+    back = axes.transData.inverted()
+    pieces = [back.transform(piece) for piece in pixels.to_polygons(closed_only=False)]
+    if not pieces:
+        return
+    gap = np.full((1, 2), np.nan)
+    points = np.vstack([part for piece in pieces for part in (np.asarray(piece), gap)])[:-1]
+    edge = to_rgba(patch.get_edgecolor())
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": listed(points[:, 0]),
+        "y": listed(points[:, 1]),
+        "hoverinfo": "skip",
+        "line": {"color": colour_of(edge), "width": float(patch.get_linewidth())},
+    }
+    if patch.get_fill() and to_rgba(patch.get_facecolor())[3] > 0:
+        trace |= {"fill": "toself", "fillcolor": colour_of(patch.get_facecolor())}
+    yield trace | named(patch)
+
+
+def named(artist: Any) -> dict[str, Any]:
+    label = str(artist.get_label() or "")
+    shown = bool(label) and not label.startswith("_")
+    return {"name": plain_math(label), "showlegend": True} if shown else {"showlegend": False}
+
+
+def _filled(values: Any) -> Array:
+    """Numbers, NaN where they are masked."""
+    return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), np.nan), dtype=float)
+
+
+def numbers(values: Any) -> Array:
+    return _filled(values).ravel()
+
+
+def listed(values: Array) -> list[float | None]:
+    """Numbers to five digits; None where there is none, which plotly leaves out."""
+    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in np.asarray(values, float)]
+
+
+def _is_colour(value: Any) -> bool:
+    return not (isinstance(value, str) and value in ("none", "auto"))
+
+
+def colour_of(value: Any) -> str:
+    r, g, b, a = to_rgba(value)
+    if a >= 0.999:
+        return to_hex((r, g, b))
+    return f"rgba({round(255 * r)},{round(255 * g)},{round(255 * b)},{a:.3g})"
