@@ -127,6 +127,31 @@ ATTRIBUTES = {
         "u_axis_vector": "mm",
         "w_axis_vector": "mm",
     },
+    "end_relief_datum_face": {
+        "end_relief_depth_datum_face": "mm",
+        "end_relief_length_datum_face": "mm",
+        "shape_of_relief": "none",
+    },
+    "end_relief_non_datum_face": {
+        "end_relief_depth_non_datum_face": "mm",
+        "end_relief_length_non_datum_face": "mm",
+        "shape_of_relief": "none",
+    },
+    "helix_crowning": {
+        "helix_crowning_amount_datum_face": "mm",
+        "helix_crowning_amount_non_datum_face": "mm",
+        "shape_of_helix_crowning": "none",
+    },
+    "profile_crowning": {
+        "profile_crowning_at_root": "mm",
+        "profile_crowning_at_tip": "mm",
+        "shape_of_profile_crowning": "none",
+    },
+    "root_relief": {
+        "root_relief_datum_length": "mm",
+        "root_relief_depth": "mm",
+        "shape_of_relief": "none",
+    },
     "tip_relief": {
         "shape_of_relief": "none",
         "tip_relief_datum_length": "mm",
@@ -184,7 +209,17 @@ RELATIONS = {
     ("planet_pin", frozenset([("planetary_stage", "planetary_stage"), ("shaft", "shaft")])),
     ("planet_shaft", frozenset([("planetary_stage", "planetary_stage"), ("shaft", "shaft")])),
     ("reference", frozenset([("origin", "cylindrical_gear"), ("referenced", "material")])),
-    ("reference", frozenset([("origin", "cylindrical_gear_flank"), ("referenced", "tip_relief")])),
+    *(
+        ("reference", frozenset([("origin", "cylindrical_gear_flank"), ("referenced", kind)]))
+        for kind in (
+            "end_relief_datum_face",
+            "end_relief_non_datum_face",
+            "helix_crowning",
+            "profile_crowning",
+            "root_relief",
+            "tip_relief",
+        )
+    ),
     ("reference", frozenset([("origin", "ring_gear"), ("referenced", "material")])),
     (
         "side",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from flexgear.files.rexs.not_written import is_written
 from flexgear.files.rexs.outgoing_gears import MM, GearsOut, axes, halves, middle
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import stage_geometry
@@ -15,59 +16,18 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
-from flexgear.model.member import MatedGear, PlanetGear, Support
+from flexgear.model.member import Support
 from flexgear.model.member_load import MemberLoad
 from flexgear.model.ports import Input, Output
-from flexgear.model.section import Section
 from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
 
 RPM = 60.0 / (2.0 * math.pi)
-_WRITTEN = {
-    "name", "title", "source", "kind", "gravity", "material", "stages", "joints", "held", "inputs",
-    "output", "loads",
-}  # fmt: skip
-_OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
 
 def model_of_case(case: Case) -> Outgoing:
     """The REXS model of a case. InputError for a train without one answer for its speeds."""
     return _Export(case).model
-
-
-def not_written(case: Case) -> list[str]:
-    """What the model does not say of the case, in words."""
-    found = _set(case, "", _WRITTEN)
-    for k, port in enumerate(case.ports):
-        where = "output" if port is case.output else f"inputs[{k}]"
-        found += _set(port, f"{where}.", _OF_PORTS)
-    found += [f"loads on {load.member}" for load in case.loads if not _is_written(load)]
-    for stage in case.stages:
-        keys = ("errors", "gear_mesh")
-        own = {k: type(stage).model_fields[k].default for k in keys}
-        found += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != own[k]]
-        for name in (*stage.members, "planet"):
-            member = getattr(stage, name, None)
-            if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
-                found.append(f"stages.{stage.name}.{name}: its moment of inertia")
-            if isinstance(member, MatedGear | PlanetGear):
-                where = f"stages.{stage.name}.{name}.modifications."
-                found += _set(member.modifications, where, {"tip_relief"})
-        if stage.is_flexible:
-            found.append(
-                f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
-            )
-    return found
-
-
-def _set(section: Section, before: str, written: set[str]) -> list[str]:
-    """Keys of a section that are set, but for those that are written."""
-    return [
-        f"{before}{name}"
-        for name, field in type(section).model_fields.items()
-        if name not in written
-        and getattr(section, name) != field.get_default(call_default_factory=True)
-    ]
 
 
 class _Export:
@@ -161,7 +121,7 @@ class _Export:
 
     def _load(self, load: MemberLoad) -> None:
         """Force and moments across; in the carrier's frame, or about u, they are not written."""
-        if not _is_written(load):
+        if not is_written(load):
             return
         (x, y, z), (mx, my, _) = load.force, load.moment
         self.model.part(
@@ -370,10 +330,6 @@ class _StageOut:
             **_springs(springs, share),
             **more,
         )
-
-
-def _is_written(load: MemberLoad) -> bool:
-    return not load.is_history and load.frame == "fixed" and load.moment[2] == 0
 
 
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:

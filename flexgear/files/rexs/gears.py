@@ -1,4 +1,4 @@
-"""Keys of one gear: teeth, profile shift, tip and root, blank, tip relief.
+"""Keys of one gear: teeth, profile shift, tip and root, blank, modified flanks.
 
 REXS states diameters and the basic rack of the tool; a case has coefficients of the normal module:
 
@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.case_text import CaseText, Section
-from flexgear.files.rexs.document import Component, Datum, Document, number, text
+from flexgear.files.rexs.document import Component, Datum, Document, number
+from flexgear.files.rexs.modified_flanks import FlankReader
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
@@ -119,7 +120,8 @@ class GearReader:
             self._coefficient(section, key, datum)
         self._mass(section, gears, internal)
         self._blank(section, gears, internal, rack, teeth, shift)
-        self._relief(section, gears, rack.base(teeth), tip)
+        reader = FlankReader(self.document, self.case, rack.base(teeth), tip)
+        reader.write(section, self.flanks(gears))
 
     def _or_tool(
         self, found: Datum | None, key: str, tools: list[Component], rack: Rack
@@ -211,43 +213,6 @@ class GearReader:
                 value = section.diameters(at)[0 if outside else 1]
                 return Datum(value, f"{part.label}, {'outer' if outside else 'inner'} diameter")
         return None
-
-    def _relief(
-        self, section: Section, gears: list[Component], base: float, tip: Datum | None
-    ) -> None:
-        flanks = self.flanks(gears)
-        reliefs = [r for flank in flanks for r in self.document.references(flank, "tip_relief")]
-        if not reliefs:
-            return
-        amount, length = number(reliefs, "tip_relief_depth", "mm"), self._length(reliefs, base, tip)
-        said = text(reliefs, "shape_of_relief")
-        where = section.header
-        if amount is None or length is None or not (0 < amount.value <= 1 and length.value > 0):
-            self.case.warn(f"{where}: {reliefs[0].label} has no depth and length that can be used")
-            return
-        for relief in reliefs:
-            relief.role = "tip relief"
-        if len(reliefs) < len(flanks):
-            self.case.warn(f"{where}: {reliefs[0].label} is of one flank; both have it here")
-        form = "linear" if said in (None, "linear") else "parabolic"
-        relief_section = self.case.section(f"{where[:-1]}.modifications.tip_relief]")
-        relief_section.put("amount_um", 1e3 * amount.value, amount.source)
-        relief_section.put("length_mm", length.value, length.source)
-        if said in ("linear", "parabolic"):
-            relief_section.put("form", form, f"{reliefs[0].label}, shape_of_relief")
-        else:
-            self.case.assume(relief_section, "form", form, f"the file says {said or 'nothing'}")
-
-    def _length(self, reliefs: list[Component], base: float, tip: Datum | None) -> Datum | None:
-        """Length of relief along the path of contact, mm."""
-        given = number(reliefs, "tip_relief_datum_length", "mm")
-        if given is not None:
-            return given
-        start = number(reliefs, "tip_relief_datum_diameter", "mm")
-        if start is None or tip is None or min(start.value, tip.value) <= base:
-            return None
-        ends = [math.sqrt(d**2 - base**2) / 2 for d in (start.value, tip.value)]
-        return Datum(abs(ends[1] - ends[0]), f"from {start.source}")
 
 
 def _coefficient(datum: Datum | None, height: object, rack: Rack, add: float) -> Datum | None:

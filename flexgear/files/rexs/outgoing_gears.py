@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
+from flexgear.files.rexs.modified_flanks import FACES
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_slot
 from flexgear.model.member import MatedGear, PlanetGear
-from flexgear.model.modifications import Relief
+from flexgear.model.modifications import EndRelief, FlankModifications, Relief
 from flexgear.model.stage import Stage
 
 MM = 1e3
@@ -103,19 +105,49 @@ class GearsOut:
             self.model.relate(
                 "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
             )
-            if gear.modifications.tip_relief is not None:
-                relief = self._tip_relief(gear.modifications.tip_relief)
-                self.model.relate("reference", origin=flank, referenced=relief)
+            for made in self._modifications(gear.modifications):
+                self.model.relate("reference", origin=flank, referenced=made)
 
-    def _tip_relief(self, given: Relief) -> int:
+    def _modifications(self, given: FlankModifications) -> Iterator[int]:
+        """What both flanks lack."""
+        if given.profile_crowning is not None:
+            amount = MM * given.profile_crowning
+            yield self.model.add(
+                "profile_crowning",
+                profile_crowning_at_tip=amount,
+                profile_crowning_at_root=amount,
+                shape_of_profile_crowning="parabolic",
+            )
+        if given.lead_crowning is not None:
+            amount = MM * given.lead_crowning
+            yield self.model.add(
+                "helix_crowning",
+                helix_crowning_amount_datum_face=amount,
+                helix_crowning_amount_non_datum_face=amount,
+                shape_of_helix_crowning="parabolic",
+            )
+        for kind, relief in (("tip", given.tip_relief), ("root", given.root_relief)):
+            if relief is not None:
+                yield self._relief(f"{kind}_relief", relief)
+        if given.end_relief is not None and given.end_relief.end == "both":
+            for face in FACES:
+                yield self._end_relief(face, given.end_relief)
+
+    def _relief(self, kind: str, given: Relief) -> int:
         length, start = given.length, given.start_diameter
-        return self.model.add(
-            "tip_relief",
-            tip_relief_depth=MM * given.amount,
-            tip_relief_datum_length=None if length is None else MM * length,
-            tip_relief_datum_diameter=None if start is None else MM * start,
-            shape_of_relief=given.form,
-        )
+        sizes: dict[str, Written | None] = {
+            f"{kind}_depth": MM * given.amount,
+            f"{kind}_datum_length": None if length is None else MM * length,
+            f"{kind}_datum_diameter": None if start is None else MM * start,
+        }
+        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
+
+    def _end_relief(self, face: str, given: EndRelief) -> int:
+        sizes: dict[str, Written | None] = {
+            f"end_relief_depth_{face}": MM * given.amount,
+            f"end_relief_length_{face}": MM * given.length,
+        }
+        return self.model.add(f"end_relief_{face}", "", shape_of_relief=given.form, **sizes)
 
     def mesh(self, whole: int, slot: str, gears: tuple[int, int], name: str) -> int:
         """A cylindrical_stage of two gears (of this slot and the planet's); its id."""

@@ -10,7 +10,8 @@ from rexs_2_0 import ATTRIBUTES, RELATIONS
 from rexs_samples import planetary, three_stages
 from train_contexts import BUNDLED
 
-from flexgear.files.rexs.from_case import model_of_case, not_written
+from flexgear.files.rexs.from_case import model_of_case
+from flexgear.files.rexs.not_written import not_written
 from flexgear.files.rexs.reading import read_rexs
 from flexgear.files.rexs.to_case import case_of_document
 from flexgear.gears.geometry import stage_geometry
@@ -20,9 +21,12 @@ from flexgear.model.load import load_case
 
 CASES = (*BUNDLED, "wind-5mw")
 DATE = "2026-01-01T00:00:00+00:00"
-RELIEF = {
-    "stage.sun.modifications.tip_relief.amount_um": "30",
-    "stage.sun.modifications.tip_relief.length_mm": "12",
+GROUND = {
+    "stage.sun.modifications.tip_relief": "{ amount_um = 30, length_mm = 12 }",
+    "stage.sun.modifications.profile_crowning_um": "6",
+    "stage.planet.modifications.lead_crowning_um": "-8",
+    "stage.planet.modifications.root_relief": "{ amount_um = 12, length_mm = 5 }",
+    "stage.ring.modifications.end_relief": "{ amount_um = 20, length_mm = 15 }",
 }
 
 
@@ -87,12 +91,22 @@ def test_round_trip(tmp_path, name):
     }
 
 
-def test_tip_relief_gravity_and_inertia_come_back(tmp_path):
-    settings = {**RELIEF, "gravity_m_per_s2": "[0.5, -9, 1]", "inputs.0.inertia_kg_m2": "12.5"}
+def test_modified_flanks_gravity_and_inertia_come_back(tmp_path):
+    settings = {**GROUND, "gravity_m_per_s2": "[0.5, -9, 1]", "inputs.0.inertia_kg_m2": "12.5"}
     case = load_case("herringbone", settings)
     found = again(case, tmp_path)
-    assert found.stages[0].sun.modifications.tip_relief.amount == pytest.approx(30e-6)
-    assert found.stages[0].sun.modifications.tip_relief.length == pytest.approx(12e-3)
+    for gear in ("sun", "planet", "ring"):
+        own, read = (s.member(gear).modifications for s in (case.stages[0], found.stages[0]))
+        for kind, given in own.model_dump(exclude_none=True).items():
+            back = read.model_dump(exclude_none=True)[kind]
+            assert back == (
+                pytest.approx(given)
+                if isinstance(given, float)
+                else {
+                    key: x if isinstance(x, str) else pytest.approx(x) for key, x in given.items()
+                }
+            )
+        assert not any("modifications" in line for line in not_written(case))
     assert found.gravity == pytest.approx(case.gravity, rel=1e-12)
     assert found.inputs[0].inertia == 12.5
     masses = [
@@ -127,7 +141,7 @@ def test_what_was_imported_survives(tmp_path, make):
 @pytest.mark.parametrize("name", [*CASES, "with relief"])
 def test_valid_by_the_schema(tmp_path, name):
     """Order of elements, ids, references, attributes of each component, their units, relations."""
-    relief = {**RELIEF, "gravity_m_per_s2": "[0, -9.81, 0]"}
+    relief = {**GROUND, "gravity_m_per_s2": "[0, -9.81, 0]"}
     case = load_case("lin-parker", relief) if name == "with relief" else load_case(name)
     root = ET.parse(exported(case, tmp_path / "out.rexs")).getroot()
     assert root.tag == "model" and root.get("version") == "2.0"
