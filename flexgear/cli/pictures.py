@@ -125,7 +125,7 @@ class Sheet:
 def drawing(content: Folder, folder: Path) -> Iterator[Painter[Sheet, Picture]]:
     """Begin to draw into ``folder`` with a helper process; ``draw`` finishes within the block."""
     rest = (content.case, content.flow, content.fields, content.summary, folder)
-    names = [*_rendered(content), *_animated(content), *_plan(content)]
+    names = [*_rendered(content), *_swinging(content), *_animated(content), *_plan(content)]
     pieces = [rest, *content.datasets.items()]
     with beside(Painter(Sheet(content, folder), pieces, _sheet, _picture, names)) as painter:
         yield painter
@@ -151,11 +151,11 @@ def finished(sheet: Painter[Sheet, Picture], report: Report) -> tuple[Side, list
     """Finish the pictures: their side of the report, and what was left out and why."""
     content = sheet.content.content
     plan, renders = _plan(content), _rendered(content)
-    animated = _animated(content)
-    count = len(plan) + len(renders) + len(animated)
+    bodies = [*renders, *_swinging(content), *_animated(content)]
+    count = len(plan) + len(bodies)
     report("pictures", 0.0)
     made = sheet.finish(lambda done: report("pictures", done / (count + 1)))
-    ordered = {name: made[name] for name in (*plan, *renders, *animated)}
+    ordered = {name: made[name] for name in (*plan, *bodies)}
     notes = [p.caption for p in ordered.values() if p.path is None][:1]
     if content.rings and not renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
@@ -177,6 +177,8 @@ def _picture(sheet: Sheet, name: str) -> Picture:
         return _animate(animated[name], folder, name)
     if name in _rendered(sheet.content):
         return _render(sheet.content, folder, name)
+    if name in _swinging(sheet.content):
+        return _swing(sheet.content, folder, name)
     caption, make = _plan(sheet.content)[name]
     figure = make()
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
@@ -324,9 +326,42 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["cell"].to_numpy(),
         field["displacement"].to_numpy(),
         field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None,
-        triangles_of_each(len(content.fields)),
+        triangles_of_each(len(content.fields))[0],
     )
     return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated", scene)
+
+
+def _swinging(content: Folder) -> dict[str, str]:
+    """Bodies by the names of the pictures of their mode shapes, where there are any."""
+    return {
+        f"{name.removesuffix('_3d')}_mode_shapes": body
+        for name, body in _rendered(content).items()
+        if content.fields[body].sizes.get("mode", 0)  # earlier runs kept none
+    }
+
+
+def _swing(content: Folder, folder: Path, name: str) -> Picture:
+    """Lowest natural modes of a body: the first in the picture, all of them on the screen."""
+    from flexgear.views.probe import require_rendering
+    from flexgear.views.render import render_deformed
+    from flexgear.views.scenes import mode_scene, triangles_of_each
+
+    try:
+        require_rendering()
+    except FlexgearError as error:
+        return Picture(None, f"no 3D renders: {error}")
+    body = _swinging(content)[name]
+    field = content.fields[body]
+    points, cells, shapes = (field[n].to_numpy() for n in ("point", "cell", "mode_displacement"))
+    labels = [
+        f"mode {int(mode)}, {said(float(hz), 'Hz')}"
+        for mode, hz in zip(field["mode"], field["frequency"], strict=True)
+    ]
+    title = f"{_said(content, body)}, {labels[0]}; as if its largest were 1 mm"
+    figure = render_deformed(points, cells, 1e-3 * shapes[0], title=title)
+    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
+    scene = mode_scene(points, cells, shapes, labels, triangles_of_each(len(content.fields))[1])
+    return Picture(path, f"{_said(content, body)} in the lowest natural modes that move it", scene)
 
 
 def _said(content: Folder, body: str) -> str:

@@ -60,6 +60,8 @@ PLACES = (
      "steps."),
     ("_speed$", "dynamics", "The carrier slows down as the torque changes, and settles again."),
     ("torque_step", "dynamics", "How the load sharing answers a sudden change of the torque."),
+    ("_mode_shapes$", "modes", "Choose a mode, let it swing, turn it; colour is the displacement "
+     "in per cent of the largest. A mode has no size of its own, so it is drawn to be seen."),
     ("modes", "modes", "Each mode by its frequency, and what share of its energy lies where."),
     ("campbell", "modes", "Frequencies over speed; where an order of a gear mesh meets a mode it "
      "can be excited."),

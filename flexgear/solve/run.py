@@ -40,6 +40,7 @@ from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sli
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
+from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import campbell, modes, usual_limit
 from flexgear.solve.reduction_warnings import reduction_warnings
@@ -116,6 +117,17 @@ def models_of(
     return found
 
 
+def _fields(own: Model, ideal: Model) -> dict[str, xr.Dataset]:
+    """Of every body that bends: deformed without errors, and its shapes in the natural modes."""
+    names = bending_bodies(own)
+    found = lowest_modes(own) if names else None
+    return {
+        name: deformed(ideal, name).merge(mode_shapes(own, name, found), combine_attrs="override")
+        for name in names
+        if found is not None
+    }
+
+
 def is_still(model: Model) -> bool:
     """Whether the train rolls in one equilibrium: linear, none turning, no errors, no histories."""
     system = model.system
@@ -159,7 +171,7 @@ def run(
         if case.flexible_stages:
             still = static(ideal, _positions(first), progress=progress)
             datasets["equilibrium_without_errors"] = still
-            fields = {name: deformed(ideal, name) for name in bending_bodies(first)}
+            fields = _fields(first, ideal)
         if "rigid" in models and sliced_stages(first):
             rigid = models["rigid"]
             datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ from flexgear.views.style import (
 
 TRIANGLES = 40_000  # of a body on the page
 PAGE_TRIANGLES = 80_000  # of all bodies of a page
+MODE_SIZE = 0.06  # of a body that its largest displacement in a mode is drawn as
+EYE = {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}}
 FRAMES = 24  # of the star
 CIRCLE = np.linspace(0, 2 * np.pi, 73)
 
@@ -42,49 +45,96 @@ def body_scene(
     ``render_deformed``."""
     u = np.asarray(displacement, dtype=float)
     factor = deformation_exaggeration(np.asarray(points, dtype=float), u)
-    surface = body_surface(points, cells, np.linalg.norm(u, axis=1) * MICRO)
-    there = surface.point_data["vtkOriginalPointIds"]
-    surface.point_data["u"] = u[there]
-    if von_mises is not None:
-        surface.point_data["MPa"] = MEGA * np.asarray(von_mises)[there]
-    surface = surface.triangulate()
-    if surface.n_cells > triangles:
-        full = surface  # whose points those that stay are
-        surface = _decimated(full, triangles)
-        kept = [full.find_closest_point(point) for point in surface.points]
-        for name in ("u", "MPa") if von_mises is not None else ("u",):
-            surface.point_data[name] = np.asarray(full.point_data[name])[kept]
-    moved = np.asarray(surface.points, dtype=float) + factor * np.asarray(surface.point_data["u"])
-    size = np.linalg.norm(np.asarray(surface.point_data["u"]), axis=1) * MICRO
-    corners = surface.faces.reshape(-1, 4)[:, 1:]
-    colours = colormaps[SEQUENTIAL_MAP](np.linspace(0, 1, 11))
+    at, corners, vertex = coarse_surface(points, cells, triangles)
+    moved = at + factor * u[vertex]
+    size = np.linalg.norm(u[vertex], axis=1) * MICRO
     trace: dict[str, Any] = {
         "type": "mesh3d",
         **{name: _short(moved[:, k], 4) for k, name in enumerate("xyz")},
-        **{name: corners[:, k].tolist() for k, name in enumerate("ijk")},
-        "intensity": _short(size, 1),
-        "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
-        "colorbar": {"title": {"text": "µm"}, "thickness": 12},
-        "hovertemplate": "%{intensity:.1f} µm<extra></extra>",
-        "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.1},
+        **_coloured(corners, size, "µm"),
     }
-
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     said = f"displacement {factor_text(factor)}, largest {size.max():.1f} µm"
     layout: dict[str, Any] = {
         "title": {"text": said},
-        "scene": {"aspectmode": "data", "camera": {"eye": {"x": 0.8, "y": -1.4, "z": 1.3}},
+        "scene": {"aspectmode": "data", "camera": EYE,
                   "xaxis": axis, "yaxis": axis, "zaxis": axis},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip
     if von_mises is not None:
-        layout["updatemenus"] = [_colours_of(trace, said, np.asarray(surface.point_data["MPa"]))]
+        layout["updatemenus"] = [_colours_of(trace, said, MEGA * np.asarray(von_mises)[vertex])]
     return [{"data": [trace], "layout": layout}]
 
 
-def triangles_of_each(bodies: int) -> int:
-    """Most triangles of each of so many bodies, which together stay within the page's."""
-    return min(TRIANGLES, PAGE_TRIANGLES // max(1, bodies))
+def mode_scene(
+    points: FloatArray,
+    cells: NDArray[np.integer],
+    shapes: FloatArray,
+    labels: Sequence[str],
+    triangles: int = TRIANGLES,
+) -> list[Panel]:
+    """A body in natural modes, shapes (m, p, 3) of largest 1, coloured by its displacement in
+    per cent of the largest. ``swing`` holds the surface at rest and what each mode, by its label,
+    adds to it as it is drawn: the page swings between them."""
+    at, corners, vertex = coarse_surface(points, cells, triangles)
+    by = MODE_SIZE * np.ptp(points, axis=0).max()
+    drawn = by * shapes[:, vertex]
+    sizes = [_short(100 * np.linalg.norm(shape[vertex], axis=1), 0) for shape in shapes]
+    modes = [
+        {"label": label, "by": [_short(shape[:, k], 4) for k in range(3)], "size": size}
+        for label, shape, size in zip(labels, drawn, sizes, strict=True)
+    ]
+    low, high = at.min(axis=0) - by, at.max(axis=0) + by
+    axes = {
+        f"{name}axis": {"showbackground": False, "title": {"text": ""}, "showspikes": False,
+                        "range": _short((low[k], high[k]), 4)}
+        for k, name in enumerate("xyz")
+    }  # fmt: skip
+    view = {"aspectmode": "data", "camera": EYE, "uirevision": "kept"}
+    layout = {"scene": view | axes, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}}
+    trace = {
+        "type": "mesh3d",
+        **_coloured(corners, np.array(sizes[0]), "%"),
+        "cmin": 0,
+        "cmax": 100,
+    }
+    rest = [_short(at[:, k], 4) for k in range(3)]
+    return [{"data": [trace], "layout": layout, "swing": {"rest": rest, "modes": modes}}]
+
+
+def _coloured(corners: NDArray[np.integer], size: FloatArray, unit: str) -> dict[str, Any]:
+    """Triangles of a surface and their colours by a size in a unit."""
+    colours = colormaps[SEQUENTIAL_MAP](np.linspace(0, 1, 11))
+    return {
+        **{name: corners[:, k].tolist() for k, name in enumerate("ijk")},
+        "intensity": _short(size, 1),
+        "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
+        "colorbar": {"title": {"text": unit}, "thickness": 12},
+        "hovertemplate": f"%{{intensity:.1f}} {unit}<extra></extra>",
+        "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.1},
+    }
+
+
+def triangles_of_each(bodies: int) -> tuple[int, int]:
+    """Most triangles of each of so many bodies, deformed and in its modes, which together stay
+    within the page's: a surface in modes has a fifth, as it carries several fields."""
+    share = PAGE_TRIANGLES // max(1, bodies)
+    return min(TRIANGLES, share - share // 5), share // 5
+
+
+def coarse_surface(
+    points: FloatArray, cells: NDArray[np.integer], triangles: int
+) -> tuple[FloatArray, NDArray[np.integer], NDArray[np.integer]]:
+    """Surface of an FE mesh at rest of at most so many triangles: its points (q, 3), their numbers
+    at the corners of triangles (t, 3), and the vertex of the mesh at or next to each, (q,)."""
+    full = body_surface(points, cells, np.zeros(len(points))).triangulate()
+    vertex = np.asarray(full.point_data["vtkOriginalPointIds"])
+    surface = full
+    if full.n_cells > triangles:
+        surface = _decimated(full, triangles)
+        vertex = vertex[[full.find_closest_point(point) for point in surface.points]]
+    at = np.asarray(surface.points, dtype=float)
+    return at, surface.faces.reshape(-1, 4)[:, 1:], vertex
 
 
 def _decimated(surface: Any, triangles: int) -> Any:

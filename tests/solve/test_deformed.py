@@ -5,7 +5,8 @@ import pytest
 from stage_samples import stage_with_vertices
 
 from flexgear.model.errors import InputError
-from flexgear.solve.deformed import deformed
+from flexgear.solve.deformed import deformed, mode_field
+from flexgear.solve.mode_shapes import LEAST_SHARE, lowest_modes, mode_shapes
 from flexgear.solve.transient import transient
 from flexgear.views.render import field_grid
 
@@ -59,3 +60,20 @@ def test_what_was_not_kept_is_said(model, run):
         deformed(model, "stage.ring", run=short)
     with pytest.raises(InputError, match=r"stage\.rings: is no body that bends"):
         transient(model, duration=0.002, fields=["stage.rings"])
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_shapes_of_a_run_are_the_modes_that_move_the_body(model, body):
+    """Each is the field of its mode over its largest, rising, and far enough apart."""
+    found = lowest_modes(model)
+    shapes = mode_shapes(model, body, found)
+    assert shapes.sizes["mode"] > 1
+    assert (np.diff(shapes["frequency"]) > 0).all()
+    for number in shapes["mode"].to_numpy():
+        assert found.energy[body][number - 1] >= LEAST_SHARE
+        whole = mode_field(model, body, int(number), largest=1.0)
+        own = shapes.sel(mode=number)
+        assert float(own["frequency"]) == pytest.approx(whole.attrs["frequency"], rel=1e-9)
+        one, other = own["mode_displacement"].to_numpy(), whole["displacement"].to_numpy()
+        sign = np.sign(np.sum(one * other))
+        np.testing.assert_allclose(sign * one, other, atol=1e-7)

@@ -30,7 +30,14 @@ from flexgear.views.report import (
     within,
     write_report,
 )
-from flexgear.views.scenes import PAGE_TRIANGLES, body_scene, star_scene, triangles_of_each
+from flexgear.views.scenes import (
+    MODE_SIZE,
+    PAGE_TRIANGLES,
+    body_scene,
+    mode_scene,
+    star_scene,
+    triangles_of_each,
+)
 from flexgear.views.style import panels, save_figure
 from flexgear.views.traces import envelope
 
@@ -223,6 +230,30 @@ def test_a_deformed_body_turns_on_the_page():
     assert "largest 70.0 MPa" in said["title.text"]
 
 
+def test_a_body_swings_between_its_modes():
+    """A bar that stretches in one mode and twists in another keeps its surface in both."""
+    grid = pv.ImageData(dimensions=(3, 3, 9)).cast_to_structured_grid().cast_to_unstructured_grid()
+    cells = np.empty_like(grid.cells_dict[pv.CellType.HEXAHEDRON])
+    cells[:, HEX_TO_VTK] = grid.cells_dict[pv.CellType.HEXAHEDRON]
+    x, y, z = np.asarray(grid.points, dtype=float).T - np.array([[1.0], [1.0], [0.0]])
+    shapes = np.stack([np.stack([0 * z, 0 * z, z / 8], 1), np.stack([-y * z, x * z, 0 * z], 1)])
+    shapes[1] /= np.linalg.norm(shapes[1], axis=1).max()
+    (panel,) = mode_scene(grid.points, cells, shapes, ["stretch", "twist"])
+    (trace,), swing = panel["data"], panel["swing"]
+    rest = np.array(swing["rest"])
+    assert max(max(trace[k]) for k in "ijk") < rest.shape[1] == len(trace["intensity"])
+    assert [mode["label"] for mode in swing["modes"]] == ["stretch", "twist"]
+    for mode in swing["modes"]:
+        assert np.linalg.norm(mode["by"], axis=0).max() == pytest.approx(MODE_SIZE * 8, abs=1e-3)
+        assert max(mode["size"]) == 100
+        for k, name in enumerate("xyz"):
+            low, high = panel["layout"]["scene"][f"{name}axis"]["range"]
+            assert low <= (rest - np.abs(mode["by"]))[k].min()
+            assert high >= (rest + np.abs(mode["by"]))[k].max()
+    stretched = np.array(swing["modes"][0]["by"])
+    assert np.allclose(stretched[2], MODE_SIZE * rest[2], atol=1e-4)
+
+
 @pytest.mark.parametrize("apart", [1.0, 3.0])
 def test_a_body_keeps_to_its_triangles(apart):
     """A bar of 60 cubes, and 60 cubes apart, of which none can go while every piece is kept."""
@@ -243,8 +274,8 @@ def test_a_body_keeps_to_its_triangles(apart):
 @pytest.mark.parametrize("bodies", [1, 2, 7])
 def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
     """Random numbers, which deflate worst, of as many triangles as bodies may have together."""
-    rng, each = np.random.default_rng(1), triangles_of_each(bodies)
-    points = each // 2 + 2  # of a closed surface without holes
+    rng, (each, swinging) = np.random.default_rng(1), triangles_of_each(bodies)
+    points, few = each // 2 + 2, swinging // 2 + 2  # of closed surfaces without holes
     plots = {
         str(k): {"data": [{"type": "mesh3d"}
                  | {name: rng.uniform(-1, 1, points).round(4).tolist() for name in "xyz"}
@@ -252,7 +283,13 @@ def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
                  | {n: rng.uniform(0, 500, points).round(1).tolist() for n in ("um", "mpa")}]}
         for k in range(bodies)
     }  # fmt: skip
-    assert each * bodies <= PAGE_TRIANGLES
+    plots |= {
+        f"modes {k}": {"swing": rng.uniform(-1, 1, (5, 3, few)).round(4).tolist(),
+                       "size": rng.integers(0, 100, (4, few)).tolist(),
+                       "ijk": rng.integers(0, few, (3, swinging)).tolist()}
+        for k in range(bodies)
+    }  # fmt: skip
+    assert (each + swinging) * bodies <= PAGE_TRIANGLES
     text, left_out = within(plots, MOST_PLOTS)
     assert len(text) < MOST_PLOTS and not left_out
 

@@ -14,8 +14,45 @@
   const plots = JSON.parse(await inflated("plots"));
   const narrow = matchMedia("(max-width: 700px)").matches;
   const small = { size: narrow ? 10 : 12 };
+  // Buttons above a body in its modes: x = rest + cos(phase) * mode, and the colours of the mode.
+  const swinging = (box, trace, { rest, modes }) => {
+    let mode = modes[0], swings = false;
+    const shape = (share) => rest.map((at, k) => at.map((v, n) => v + share * mode.by[k][n]));
+    const show = (share) => {
+      const [x, y, z] = shape(share);
+      return Plotly.restyle(box, { x: [x], y: [y], z: [z], intensity: [mode.size] }, [0]);
+    };
+    [trace.x, trace.y, trace.z] = shape(1);
+    const row = document.createElement("div");
+    row.className = "modes";
+    const button = (label, press) => {
+      const made = document.createElement("button");
+      made.textContent = label;
+      made.onclick = () => press(made);
+      row.append(made);
+      return made;
+    };
+    const mark = (chosen) => choices.forEach((c) => c.classList.toggle("on", c === chosen));
+    const choices = modes.map((one) => button(one.label, (made) => {
+      mode = one;
+      mark(made);
+      if (!swings) show(1);
+    }));
+    mark(choices[0]);
+    button("▶ swing", async (made) => {
+      swings = !swings;
+      made.textContent = swings ? "❚❚" : "▶ swing";
+      const start = performance.now();
+      while (swings) {
+        await show(Math.cos((performance.now() - start) / 300));
+        await new Promise(requestAnimationFrame);
+      }
+      show(1);
+    });
+    box.before(row);
+  };
   const draw = (box) => {
-    const { data, layout, frames } = plots[box.dataset.plot];
+    const { data, layout, frames, swing } = plots[box.dataset.plot];
     if (layout.height && narrow) layout.height = 0.75 * layout.height;
     const axis = { gridcolor: "#e3e5e8", zeroline: false, automargin: true };
     const full = {
@@ -36,6 +73,7 @@
     }
     const config = { displaylogo: false, responsive: true, displayModeBar: narrow ? false : "hover",
       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
+    if (swing) swinging(box, data[0], swing);
     Plotly.newPlot(box, data, full, config).then(() => frames && Plotly.addFrames(box, frames));
   };
   const watcher = new IntersectionObserver((entries) => {

@@ -1,0 +1,61 @@
+"""Shapes of bodies in the natural modes that move them, on their FE mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexgear.analysis.modes import Modes
+from flexgear.analysis.modes import modes as natural_modes
+from flexgear.results.quantities import AXES
+from flexgear.solve.deformed import require_bending
+from flexgear.solve.model import Model, rated_rotations
+
+SHOWN = 4  # modes of a body
+LEAST_SHARE = 0.1  # of a mode's kinetic energy in a body that it moves
+APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
+
+
+def lowest_modes(model: Model) -> Modes:
+    """Modes at rest with the lead at angle 0, up to the band's top."""
+    angles = rated_rotations(model.system, np.array([0.0]))[0]
+    return natural_modes(model.system, carrier_angle=angles, limit_hz=model.pace.band)
+
+
+def moving_modes(found: Modes, body: str) -> list[int]:
+    """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
+    modes that turn into each other, as those of round bodies do in pairs, the first."""
+    kept: list[int] = []
+    for k in np.flatnonzero((found.energy[body] >= LEAST_SHARE) & (found.frequencies > 0.0)):
+        if not kept or found.frequencies[k] > (1.0 + APART) * found.frequencies[kept[-1]]:
+            kept.append(int(k))
+    return kept[:SHOWN]
+
+
+def mode_shapes(model: Model, body: str, found: Modes) -> xr.Dataset:
+    """``mode_displacement`` (mode, vertex, axis), u = Φ_r φ over the largest |u| of the mode, and
+    ``frequency`` (mode,) Hz of a body in its ``moving_modes``.
+
+    body: one of ``bending_bodies``; mode: numbers from 1 as in ``modes``. Vertices are those of
+    ``deformed``.
+    """
+    require_bending(model, body)
+    stage, _, part = body.partition(".")
+    reduced, own = model.bodies[stage].by_part[part], model.system.slice_of(body)
+    kept = moving_modes(found, body)
+    shapes = np.zeros((len(kept), len(reduced.points), 3))
+    for shape, k in zip(shapes, kept, strict=True):
+        field = reduced.recover(found.shapes[own, k])
+        shape[:] = field / np.linalg.norm(field, axis=-1).max()
+    said = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
+    return xr.Dataset(
+        {
+            "mode_displacement": (("mode", "vertex", "axis"), shapes, said),
+            "frequency": (
+                "mode",
+                found.frequencies[kept],
+                {"units": "Hz", "long_name": "natural frequency"},
+            ),
+        },
+        coords={"mode": [k + 1 for k in kept], "axis": list(AXES)},
+    )
