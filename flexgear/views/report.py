@@ -38,6 +38,8 @@ SMALLEST = 0.3  # of a picture's size to which it may shrink
 MOST_PICTURES = 3_500_000  # characters of all pictures, likewise
 LEAST_POINTS = 200  # of a line
 TOO_LARGE = "Its plot would make this page too large, so it stands still here."
+THINNED = "Lines of plots have fewer points here than were computed, to keep this page small."
+SMALLER = "Pictures are smaller here than among those of the run, to keep this page small."
 NO_ROOM = "It would make this page too large: see it among the run's pictures."
 
 
@@ -83,10 +85,10 @@ def write_report(
     }
     script = plotly_script() if interactive else None
     plots: dict[str, Any] = {}
-    media = embedded([p.file for s in sides for p in s.pictures if p.file], MOST_PICTURES)
+    media, smaller = embedded([p.file for s in sides for p in s.pictures if p.file], MOST_PICTURES)
     shown = _Shown(media, plots, script is not None)
     sections = [found for key in SECTIONS if (found := _section(key, sides, shown))]
-    data, left_out = within(plots, MOST_PLOTS)
+    data, left_out, thinned = within(plots, MOST_PLOTS)
     _keep_still(sections, left_out)
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["symbols"] = symbols
@@ -97,6 +99,7 @@ def write_report(
         marks=MARKS,
         counts=[_counts(side) for side in sides],
         sections=sections,
+        coarse=[said for said, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
         plotly=deflated(script) if script is not None and plots else None,
@@ -126,19 +129,20 @@ def deflated(text: str) -> str:
     return base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")
 
 
-def embedded(files: Sequence[Path], most: int) -> dict[Path, str]:
-    """Pictures as data URIs, smaller ones where they would take more than so many characters, and
-    without the largest where even those do."""
+def embedded(files: Sequence[Path], most: int) -> tuple[dict[Path, str], bool]:
+    """Pictures as data URIs, and whether they are smaller ones, as they are where they would take
+    more than so many characters; without the largest where even those do."""
     data, shrink = {file: _packed(file) for file in files}, 1.0
     while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
         shrink *= 0.75
         data = {file: _packed(file, shrink) for file in files}
     while sum(map(len, data.values())) * 4 / 3 > most:
         del data[max(data, key=lambda file: len(data[file]))]
-    return {
+    texts = {
         file: f"data:{MEDIA[file.suffix.lower()]};base64,{base64.b64encode(raw).decode('ascii')}"
         for file, raw in data.items()
     }
+    return texts, shrink < 1.0
 
 
 def _packed(path: Path, shrink: float = 1.0) -> bytes:
@@ -162,16 +166,18 @@ def _packed(path: Path, shrink: float = 1.0) -> bytes:
     return out.getvalue() if shrink < 1.0 else min(data, out.getvalue(), key=len)
 
 
-def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str]]:
-    """Plots deflated to at most so many characters, and the names of those left out: lines lose
-    points until they fit, then the largest plots go."""
-    left, text = dict(plots), deflated(json.dumps(plots))
+def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
+    """Plots deflated to at most so many characters, names of those left out, and whether lines lost
+    points: they do until plots fit, then the largest plots go."""
+    left, text, thin = dict(plots), deflated(json.dumps(plots)), False
     while len(text) > most:
         thinned = _halved(left)
         if thinned == left:
             del thinned[max(left, key=lambda name: len(deflated(json.dumps(left[name]))))]
+        else:
+            thin = True
         left, text = thinned, deflated(json.dumps(thinned))
-    return text, set(plots) - set(left)
+    return text, set(plots) - set(left), thin
 
 
 def _keep_still(sections: Sequence[Mapping[str, Any]], left_out: set[str]) -> None:

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from report_pages import OF_RUNS, require_sound
 from stage_samples import cheap_stage, missing_the_promise
 
 from flexgear.cli import run_commands, run_folder
@@ -122,4 +123,4 @@ def test_pictures_and_report(flexgear, finished, tmp_path):
         "torque_step_2e6.png",
         "ring_star_turning.gif",
     }
-    assert (out / "report.html").stat().st_size > 1e5
+    require_sound(out / "report.html", *OF_RUNS, "bearings", "deflections")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from matplotlib.figure import Figure
+from PIL import Image
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.parts import Row, Table, Verdict
@@ -133,11 +134,30 @@ def test_long_lines_keep_their_envelope():
 def test_plots_are_thinned_until_they_fit():
     rng = np.random.default_rng(1)
     line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
-    text, left_out = within({"a": {"data": [line]}}, 30_000)
+    text, left_out, thinned = within({"a": {"data": [line]}}, 30_000)
+    assert thinned
     assert len(text) <= 30_000 and not left_out
     kept = json.loads(zlib.decompress(base64.b64decode(text)))["a"]["data"][0]
     assert len(kept["x"]) == len(kept["y"])
     assert kept["x"][1] in line["x"]
+
+
+@needs_plotly
+def test_a_page_says_what_it_shows_more_coarsely(tmp_path, monkeypatch):
+    """Only where it does: a line of noise that loses points, a picture that shrinks."""
+    rng, own = np.random.default_rng(3), side(tmp_path)
+    line = {"type": "scatter", "x": rng.random(4000).tolist(), "y": rng.random(4000).tolist()}
+    Image.fromarray(rng.integers(0, 255, (300, 300, 3), np.uint8)).save(tmp_path / "noise.png")
+    noise = Picture(
+        "n", "meshes", "Noise", "", tmp_path / "noise.png", [{"data": [line], "layout": {}}]
+    )
+    own = replace(own, pictures=[noise])
+    whole = page(tmp_path, own)
+    assert report.THINNED not in whole and report.SMALLER not in whole
+    monkeypatch.setattr(report, "MOST_PLOTS", 30_000)
+    monkeypatch.setattr(report, "MOST_PICTURES", 60_000)
+    coarse = visible(page(tmp_path, own)).replace("&#39;", "'")
+    assert report.THINNED in coarse and report.SMALLER in coarse
 
 
 @needs_plotly
@@ -290,8 +310,8 @@ def test_scenes_of_any_number_of_bodies_fit_into_the_page(bodies):
         for k in range(bodies)
     }  # fmt: skip
     assert (each + swinging) * bodies <= PAGE_TRIANGLES
-    text, left_out = within(plots, MOST_PLOTS)
-    assert len(text) < MOST_PLOTS and not left_out
+    text, left_out, thinned = within(plots, MOST_PLOTS)
+    assert len(text) < MOST_PLOTS and not left_out and not thinned
 
 
 def test_the_star_turns_with_the_carrier(outline, field):
