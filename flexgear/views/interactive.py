@@ -36,12 +36,23 @@ def panels_of(figure: Figure) -> list[Panel]:
             same.append(axes)
     found = [_panel(group) for group in groups]
     for legend in figure.legends:
-        for panel in found:
-            panel["data"] += list(_legend_entries(legend, panel["data"]))
+        drawn = [_colours(panel["data"]) for panel in found]
+        for panel, own in zip(found, drawn, strict=True):
+            panel["data"] += [
+                entry
+                for entry in _legend_entries(legend, panel["data"])
+                if _colours([entry]) & own or not any(_colours([entry]) & c for c in drawn)
+            ]
     for panel in found:
         _name_once(panel["data"])
         _scale_once(panel["data"])
     return [panel for panel in found if panel["data"]]
+
+
+def _colours(traces: list[dict[str, Any]]) -> set[str]:
+    """Colours of lines and marks, by which a legend of the figure tells a panel what it has."""
+    looks = [t[what].get("color") for t in traces for what in ("line", "marker") if what in t]
+    return {colour for colour in looks if isinstance(colour, str)}
 
 
 def _name_once(traces: list[dict[str, Any]]) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from PIL import Image
 
 from flexgear.model.errors import FlexgearError
@@ -195,6 +196,23 @@ def test_traces_of_one_name_have_one_entry_in_the_legend():
     (panel,) = panels_of(figure)
     assert [t["showlegend"] for t in panel["data"]] == [True, False, True]
     assert panel["data"][0]["legendgroup"] == panel["data"][1]["legendgroup"] == "limits"
+
+
+def test_a_legend_of_the_figure_tells_a_panel_of_its_own_lines():
+    """But for marks of no panel, which stand for something else than a line."""
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    red = left.plot([0, 1], color="red", label="red")
+    right.plot([0, 1], color="red")
+    blue = right.plot([1, 0], color="blue", label="blue")
+    proxy = Line2D([], [], color="green", ls=":")
+    figure.legend([*red, *blue, proxy], ["red", "blue", "dotted: rigid"])
+    figure.canvas.draw()
+    named = [[t["name"] for t in p["data"] if t.get("showlegend")] for p in panels_of(figure)]
+    assert [sorted(names) for names in named] == [
+        ["dotted: rigid", "red"],
+        ["blue", "dotted: rigid", "red"],
+    ]
 
 
 def test_maps_of_one_scale_share_a_colour_bar_and_texts_stand_where_they_are_drawn():
