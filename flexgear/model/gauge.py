@@ -35,7 +35,7 @@ class Gauge(Section):
             raise Missing("angle", "is missing, and so is tooth", remedy)
         if self.angle is not None and self.tooth is not None:
             raise Refusal("tooth", "stands beside angle", "keep one of both")
-        if self.tooth is None and "side" in self.model_fields_set:
+        if self.tooth is None and self.side != "-theta":  # the default, and what a dump holds
             raise Refusal("side", "is that of a tooth", "take it out, or give tooth, not angle")
         return self
 
