@@ -1,29 +1,78 @@
-"""Fields over time for ParaView: one .vtu a sample and the .pvd that names them."""
+"""Fields over time for ParaView: one .vtu a sample and the .pvd that names them, or one .vtkhdf."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import xarray as xr
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from flexgear.files.atomic import PathLike, staged_folder
+from flexgear.files.atomic import PathLike, atomic_file, staged_folder
 from flexgear.model.errors import FlexgearError
 from flexgear.views.render import field_grid
 
 SERIES = "series.pvd"
 
 
-def save_series(fields: Mapping[float, xr.Dataset], folder: PathLike) -> Path:
-    """Write fields (``deformed``, ``mode_field``) by time (s) into a folder; the .pvd's path.
+def save_series(fields: Mapping[float, xr.Dataset], target: PathLike) -> Path:
+    """Write fields (``deformed``, ``mode_field``) by time (s); the path of what to open.
 
-    Point data as of ``field_grid``. The folder appears whole or stays as it was. FlexgearError
-    where there is no field.
+    target: a file that ends in .vtkhdf, which then holds all of them, or a folder for a .vtu each
+    and the .pvd. Point data as of ``field_grid``. What is written appears whole or stays as it was.
+    FlexgearError where there is no field, or where VTK cannot write the file.
     """
     if not fields:
         raise FlexgearError("a series needs one field or more")
+    if Path(target).suffix == ".vtkhdf":
+        return _save_vtkhdf(fields, Path(target))
+    return _save_folder(fields, target)
+
+
+def _save_vtkhdf(fields: Mapping[float, xr.Dataset], target: Path) -> Path:
+    times = [float(time) for time in fields]
+    source = _Samples(times, [field_grid(field) for field in fields.values()])
+    with atomic_file(target) as temporary:
+        writer = vtkHDFWriter()
+        writer.SetFileName(str(temporary))
+        writer.SetInputConnection(source.GetOutputPort())
+        writer.SetWriteAllTimeSteps(True)
+        if not writer.Write():
+            raise FlexgearError(f"VTK cannot write {target}")
+    return target
+
+
+class _Samples(VTKPythonAlgorithmBase):  # type: ignore[misc]
+    """Grids at their times, as VTK's pipeline asks for them."""
+
+    def __init__(self, times: Sequence[float], grids: Sequence[Any]) -> None:
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
+        self.times, self.grids = list(times), grids
+
+    def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
+        """Tell the times."""
+        pipeline, about = vtkStreamingDemandDrivenPipeline, outputs.GetInformationObject(0)
+        about.Set(pipeline.TIME_STEPS(), self.times, len(self.times))
+        about.Set(pipeline.TIME_RANGE(), [min(self.times), max(self.times)], 2)
+        return 1
+
+    def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
+        """Give the grid at the time that is asked for."""
+        asked = outputs.GetInformationObject(0).Get(
+            vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
+        )
+        nearest = int(np.argmin(np.abs(np.array(self.times) - asked)))
+        vtkUnstructuredGrid.GetData(outputs).ShallowCopy(self.grids[nearest])
+        return 1
+
+
+def _save_folder(fields: Mapping[float, xr.Dataset], folder: PathLike) -> Path:
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
     collection = ElementTree.SubElement(root, "Collection")
     digits = len(str(len(fields) - 1))
