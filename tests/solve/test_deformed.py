@@ -24,7 +24,8 @@ def run(model):
 
 
 @pytest.mark.parametrize(
-    ("body", "known"), zip(BODIES, ("tooth_displacement", "carrier_displacement"), strict=True)
+    ("body", "known"),
+    list(zip(BODIES, ("tooth_displacement", "carrier_displacement"), strict=True)),
 )
 def test_fields_of_samples_move_the_nodes_as_the_results_say(model, run, body, known):
     for time in run["time"].to_numpy():

@@ -15,7 +15,6 @@ from flexgear.solve.angles import lead_angles
 from flexgear.solve.model import Model
 from flexgear.studies.modify import Proposal, propose_modifications
 
-WIDE = "hss"  # of grc-750kw: off the path up to 4.08 pairs would touch, and results hold four
 POSITIONS = 12  # of a gear-mesh cycle
 LESS = {  # what validation/grc takes, too: reductions of a minute
     "grc-750kw": {
@@ -44,8 +43,8 @@ def model(case: str, fidelity: str, rigid: bool, compliance: str, **changes: str
     sliced = {"model": "face_load", "contact_law": "one-sided", "tooth_compliance": compliance}
     every = {
         f"stages.{number}.gear_mesh.{key}": value
-        for number, stage in enumerate(loaded.stages)
-        for key, value in {**sliced, "path_only": stage.name == WIDE}.items()
+        for number in range(len(loaded.stages))
+        for key, value in sliced.items()
     }
     return fg.assemble(loaded.with_(**every), ["all"] if rigid else [])
 
