@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow"}
+DISTRIBUTION = {"skfem": "scikit-fem", "PIL": "pillow", "vtkmodules": "vtk"}
 
 
 def third_party() -> set[str]:
