@@ -13,6 +13,7 @@ import ast
 import hashlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,19 @@ import numpy as np
 from numba.core import caching
 
 PLAIN = (bool, int, float, str, bytes, np.generic)
+
+
+def live_without_room() -> None:
+    """From now on, code that cannot be kept (full disk, limits) or read is compiled again next time
+    instead of ending the program, where numba still has the place for it."""
+    if hasattr(caching.Cache, "_guard_against_spurious_io_errors"):
+        caching.Cache._guard_against_spurious_io_errors = _forgiven
+
+
+@contextmanager
+def _forgiven(_: caching.Cache) -> Iterator[None]:
+    with suppress(OSError):
+        yield
 
 
 def keep_by_content(folders: Sequence[Path]) -> None:

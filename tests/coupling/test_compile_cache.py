@@ -99,3 +99,21 @@ def imported(module):
     froms = (n for n in nodes if isinstance(n, ast.ImportFrom))
     ours = (n for n in froms if (n.module or "").startswith("flexgear."))
     return {alias.asname or alias.name for node in ours for alias in node.names}
+
+
+WITHOUT_ROOM = """
+import resource
+from numba import njit
+from flexgear.coupling.compile_cache import live_without_room
+live_without_room()
+resource.setrlimit(resource.RLIMIT_FSIZE, (256, 256))  # a file cut short, as on a full disk
+@njit(cache=True)
+def twice(x):
+    return 2.0 * x
+print(twice(1.0), sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_code_that_cannot_be_kept_runs_all_the_same(tmp_path):
+    (tmp_path / "caller.py").write_text(WITHOUT_ROOM)
+    assert ran(tmp_path) == ran(tmp_path) == ["2.0", "0"]

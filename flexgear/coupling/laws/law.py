@@ -10,6 +10,7 @@ import numpy as np
 from numba import cfunc, types
 from numpy.typing import NDArray
 
+from flexgear.coupling.compile_cache import live_without_room
 from flexgear.model.springs import Bearing
 
 Array = NDArray[np.float64]
@@ -17,6 +18,8 @@ CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a sprin
 SIGNATURE = types.float64(
     types.float64[::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[:, :, ::1]
 )
+
+live_without_room()  # laws are the first that is compiled
 
 
 @dataclass(frozen=True)
