@@ -37,6 +37,9 @@ def save_series(fields: Mapping[float, xr.Dataset], target: PathLike) -> Path:
 
 def _save_vtkhdf(fields: Mapping[float, xr.Dataset], target: Path) -> Path:
     times = [float(time) for time in fields]
+    if len(np.unique(np.array(times, np.float32))) < len(times):  # what VTK keeps them in
+        problem = "keeps times in single precision, in which some of these are the same"
+        raise FlexgearError(f"{target.name} {problem}: write a folder instead")
     source = _Samples(times, [field_grid(field) for field in fields.values()])
     with atomic_file(target) as temporary:
         writer = vtkHDFWriter()

@@ -53,6 +53,10 @@ def test_the_collection_names_every_file_once(model, tmp_path):
 def test_what_cannot_be_is_said(model, tmp_path):
     with pytest.raises(FlexgearError, match="one field or more"):
         save_series({}, tmp_path / "none")
+    field = mode_field(model, "stage.ring", 20)
+    with pytest.raises(FlexgearError, match="single precision"):
+        save_series({1000.0: field, 1000.00001: field}, tmp_path / "close.vtkhdf")
+    assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match="100000 is not there"):
         mode_field(model, "stage.ring", 100_000)
 
