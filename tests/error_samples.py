@@ -34,10 +34,12 @@ def picked(sets, at):
     return ErrorSets(**{f.name: getattr(sets, f.name)[at] for f in fields(ErrorSets)})
 
 
-def revolutions(modal, masters, torque, sets):
+def revolutions(modal, input_angles, torque, sets):
     """Forces (p, M, J) by one revolution a set."""
     found = []
     for j in range(len(sets)):
         system = modal.system.with_(pairs=sets.pairs(modal.system.pairs, j))
-        found.append(revolution(replace(modal, system=system), masters, torque).pair_load.sum(-1))
+        found.append(
+            revolution(replace(modal, system=system), input_angles, torque).pair_load.sum(-1)
+        )
     return np.stack(found, axis=-1)

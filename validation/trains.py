@@ -26,12 +26,12 @@ class TrainRun:
     def columns(self, stage: int, kind: str, side: str = "") -> list[int]:
         """Gear meshes of "sun" or "ring" (loaded flanks) of a stage and half, planet by planet."""
         labels = self.modal.system.gear_meshes
-        front = np.asarray(self.modal.system.pairs.front)
+        front = np.asarray(self.modal.system.pairs.carries)
         found = {
             label.planet: m
             for m, label in enumerate(labels)
             if label.stage == stage and label.side == side
-            and label.kind.removesuffix("_back") == kind and front[m]
+            and label.kind.removesuffix("_coast") == kind and front[m]
         }  # fmt: skip
         return [found[i] for i in sorted(found)]
 

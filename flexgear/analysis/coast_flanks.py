@@ -64,7 +64,7 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
     mesh = meshes[m]
     best = _nearest(rows.pair, pairs, m, mesh.s_pitch)
     if best < 0:
-        active_flanks[mesh.back] = 1
+        active_flanks[mesh.opposite] = 1
         return
     r, count, delta = rows.pair[best].row, rows.pair[best].rows, 0.0
     radial = -mesh.cos_b * mesh.normal_x * motion[6 * rows.blocks[r, 0]]
@@ -75,8 +75,8 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
                 delta += rows.coef[i, a, p] * motion[base + p] / count
     c = 6 * rows.blocks[r, 1]
     radial += _gear_approach(mesh, theta, motion[c], motion[c + 1])
-    left = _margins_left(meshes[mesh.back], radial, delta, 0.0)
-    active_flanks[mesh.back] = 1 if left < 1.0 else 0
+    left = _margins_left(meshes[mesh.opposite], radial, delta, 0.0)
+    active_flanks[mesh.opposite] = 1 if left < 1.0 else 0
 
 
 @njit(**INNER)
@@ -106,7 +106,7 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
     """
     fewest, meshes, rows, speed = NONE, data.elements.gears.mesh, work.rows, work.closing_speed
     for m in range(meshes.shape[0]):
-        b = meshes[m].back
+        b = meshes[m].opposite
         if b < 0:
             continue
         best = _nearest(rows.pair, pairs, m, meshes[m].s_pitch)

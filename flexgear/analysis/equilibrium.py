@@ -4,7 +4,7 @@ Unknown are the pair forces F, the amplitudes a of the rigid motions and the tor
 reaction ports, which hold the train:
 
     F = k ⟨Vᵀ u + e⟩,  u = P_r a + S f,  f = −V F + Σ e_p T_p − Σ e_o T_o,
-    P_rᵀ f = 0   (every rigid motion in balance),   masters · q = 0   (the rotations are given),
+    P_rᵀ f = 0   (every rigid motion in balance),   input_rows · q = 0   (the rotations are given),
 
 with S the elastic flexibility of the channels. One small dense problem a position; laws that are
 not linear where they carry are linearised anew until they agree with their answer.
@@ -43,9 +43,9 @@ CAUTIOUS = 20  # of them after which laws go half way only
 class Equilibrium:
     """Equilibria over positions (first axis p).
 
-    masters (p, F) independent rotations, rad; theta (p, A) angles of the stages; torques (p, P)
-    external torque on every port, N·m; eta (p, n) modal coordinates measured from the undeflected
-    train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
+    input_angles (p, F) independent rotations, rad; theta (p, A) angles of the stages; torques
+    (p, P) external torque on every port, N·m; eta (p, n) modal coordinates measured from the
+    undeflected train at that position; pair_load (p, M, S) N with pair_tooth (0-based, −1 none),
     pair_stiffness N/m, pair_position (path coordinate, m); of pairs in slices far_load (p, M, S) N,
     what of the load the second row carries, and pair_approach (p, M, S, 4) m: by how much both rows
     close, then what the bodies' motion does of it, else of no length; support_load (p, extra rows)
@@ -54,7 +54,7 @@ class Equilibrium:
     """
 
     modal: ModalSystem
-    masters: Array
+    input_angles: Array
     theta: Array
     torques: Array
     eta: Array
@@ -71,7 +71,7 @@ class Equilibrium:
     @property
     def carrier_angle(self) -> Array:
         """First independent rotation (p,), rad: the carrier's in a single stage."""
-        return np.asarray(self.masters[:, 0])
+        return np.asarray(self.input_angles[:, 0])
 
     @property
     def input_torque(self) -> Array:
@@ -111,14 +111,13 @@ def revolution(
     than 1e-8 of the load.
     """
     system, pairs = modal.system, modal.system.pairs
-    free, r = len(modal.masters), modal.rigid_count
-    masters = np.asarray(angles, dtype=float)
-    masters = np.atleast_1d(masters)
-    if masters.ndim == 1:
-        masters = np.column_stack([masters, *[np.zeros_like(masters)] * (free - 1)])
-    count = len(masters)
+    free, r = len(modal.input_rows), modal.rigid_count
+    input_angles = np.atleast_1d(np.asarray(angles, dtype=float))
+    if input_angles.ndim == 1:
+        input_angles = np.column_stack([input_angles, *[np.zeros_like(input_angles)] * (free - 1)])
+    count = len(input_angles)
     known = port_torques(system, torque, count)
-    theta = np.ascontiguousarray(system.theta(masters))
+    theta = np.ascontiguousarray(system.theta(input_angles))
     train = held(modal)
     work = position_work(pairs, train, len(system.ports))
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
@@ -149,11 +148,18 @@ def revolution(
             laws, (start, stop), forward, train, modes, work, out, found, loads
         )
         if p < stop:
-            raise FlexgearError(_refusal(masters[p, 0], known[p, 0], failed))
+            raise FlexgearError(_refusal(input_angles[p, 0], known[p, 0], failed))
         if progress is not None and count > CHUNK:
             progress(stop / count)
     return Equilibrium(
-        modal, masters, theta, found.torques, found.eta, *loads, found.active_flanks, found.closure
+        modal,
+        input_angles,
+        theta,
+        found.torques,
+        found.eta,
+        *loads,
+        found.active_flanks,
+        found.closure,
     )
 
 
@@ -212,7 +218,7 @@ def _coast_flanks_agree(theta, pairs, work, active_flanks):
     """Whether no coast flank has come near that is not looked at; looks at those from now on."""
     meshes, agreed = work.elements.gears.mesh, True
     for m in range(meshes.shape[0]):
-        b = meshes[m].back
+        b = meshes[m].opposite
         if b >= 0 and active_flanks[b] == 0:
             look_at_rest(meshes, work.rows, pairs, theta, work.channels[0], m, active_flanks)
             agreed = agreed and active_flanks[b] == 0
@@ -227,7 +233,7 @@ def _start_slices(forward, work):
     for m in range(meshes.shape[0]):
         if meshes[m].slices == 0:
             continue
-        carries = (meshes[m].front == 1) == forward
+        carries = (meshes[m].carries == 1) == forward
         first = meshes[m].places * m
         for place in range(first, first + meshes[m].places):
             for a in range(2):
@@ -242,7 +248,7 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
     meshes = work.elements.gears.mesh
     for m in range(meshes.shape[0]):
-        active_flanks[m] = meshes[m].front if forward else 1
+        active_flanks[m] = meshes[m].carries if forward else 1
     _start_slices(forward, work)
     n, pairs, closure = ZERO, ZERO, 0.0
     for look in range(LOOKS):

@@ -42,7 +42,7 @@ def frame_data(modal: ModalSystem) -> FrameData:
 
 def rated_row(modal: ModalSystem) -> Array:
     """Row (n,) of the share of rated speed; zero for a train rated at rest."""
-    rolling = modal.rolling @ modal.system.rated_master_speeds
+    rolling = modal.rolling @ modal.system.rated_input_speeds
     size = float(rolling @ rolling)
     return np.asarray(rolling / size if size else rolling)
 

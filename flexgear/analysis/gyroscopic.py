@@ -157,15 +157,15 @@ def _check_skew(gyroscopic: Array) -> None:
         raise FlexgearError("the gyroscopic matrix is not skew-symmetric: it would do work")
 
 
-def without_rolling(centripetal: Array, rolling: Array, masters: Array) -> Array:
-    """Pᵀ C P with P = I − rolling · masters: centrifugal stiffness of the motion beside rolling.
+def without_rolling(centripetal: Array, rolling: Array, input_rows: Array) -> Array:
+    """Pᵀ C P with P = I − rolling · input_rows: centrifugal stiffness of the motion beside rolling.
 
-    rolling: (d, F) motion per radian of each independent rotation; masters: (F, d) rows that give
-    the rotations. A planet that has rolled on has not left its place in the turning carrier, and
-    the centrifugal force, which passes through the axis wherever the planet is, has no moment.
+    rolling: (d, F) motion per radian of each independent rotation; input_rows: (F, d) rows that
+    give the rotations. A planet that has rolled on has not left its place in the turning carrier,
+    and the centrifugal force, which passes through the axis wherever the planet is, has no moment.
     C as it stands would push the absolute tangential displacement R θ outward for ever.
     """
-    keep = np.eye(len(centripetal)) - rolling @ masters
+    keep = np.eye(len(centripetal)) - rolling @ input_rows
     return np.asarray(keep.T @ centripetal @ keep)
 
 

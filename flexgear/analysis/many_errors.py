@@ -54,13 +54,13 @@ GROWTH = 1e15  # of it: gaps beyond 1e4 times the forces come from a singular ch
 class ErrorStudy:
     """A train with perfect gears at its positions: all that equilibria under errors need.
 
-    masters (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques (p, P)
-    given on the ports and rated (P,), N·m; held: what the train answers. one_by_one: the train
-    itself where it is not linear between contacts.
+    input_angles (p, F) independent rotations and theta (p, A) angles of the stages, rad; torques
+    (p, P) given on the ports and rated (P,), N·m; held: what the train answers. one_by_one: the
+    train itself where it is not linear between contacts.
     """
 
     pairs: PairData
-    masters: Array
+    input_angles: Array
     theta: Array
     torques: Array
     rated: Array
@@ -68,15 +68,15 @@ class ErrorStudy:
     one_by_one: ModalSystem | None = None
 
 
-def error_study(modal: ModalSystem, masters: Array, torque: Array | float) -> ErrorStudy:
+def error_study(modal: ModalSystem, input_angles: Array, torque: Array | float) -> ErrorStudy:
     """The train at independent rotations (p, F) rad under a torque, as ``revolution`` takes it."""
     system = modal.system
     pairs = no_errors(system.pairs).pairs(system.pairs, 0)
     return ErrorStudy(
         pairs=pairs,
-        masters=np.asarray(masters, dtype=float),
-        theta=np.ascontiguousarray(system.theta(masters)),
-        torques=port_torques(system, torque, len(masters)),
+        input_angles=np.asarray(input_angles, dtype=float),
+        theta=np.ascontiguousarray(system.theta(input_angles)),
+        torques=port_torques(system, torque, len(input_angles)),
         rated=system.rated_port_torques,
         held=held(modal),
         one_by_one=modal if len(pairs.bearing_law) or rows_of_pair(pairs) > 1 else None,
@@ -105,8 +105,9 @@ def gear_mesh_forces(
         stop = min(start + CHUNK, count)
         at = _solve_positions(laws, positions, (start, stop), study.held, waves, work, force)
         if at < stop:
+            angle = study.input_angles[at, 0]
             raise FlexgearError(
-                f"perfect gears have no equilibrium at {study.masters[at, 0]:.5f} rad that closes "
+                f"perfect gears have no equilibrium at {angle:.5f} rad that closes "
                 f"within {CLOSURE:g} of the load; check torque, bearings and supports"
             )
         if progress is not None:
@@ -122,7 +123,7 @@ def _one_by_one(
     for j in range(len(sets)):
         system = modal.system.with_(pairs=sets.pairs(study.pairs, j))
         try:
-            found = revolution(replace(modal, system=system), study.masters, study.torques)
+            found = revolution(replace(modal, system=system), study.input_angles, study.torques)
         except FlexgearError:
             continue  # a set without an equilibrium must not cost the others
         force[:, :, j] = found.pair_load.sum(axis=-1)
@@ -175,7 +176,7 @@ def _eliminated(contact, meshes, rows, n, extra, forward):
     for i in range(n):
         in_s = True
         if rows.row[i].kind >= 0:
-            in_s = rows.row[i].sided == 0 or (meshes[rows.row[i].owner].front == 1) == forward
+            in_s = rows.row[i].sided == 0 or (meshes[rows.row[i].owner].carries == 1) == forward
             places[c], loaded[c] = i, 1 if in_s else 0
             c += 1
         if in_s:

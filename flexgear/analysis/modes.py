@@ -14,7 +14,7 @@ from scipy import linalg
 from flexgear.coupling.elements import Rows, pair_rows
 from flexgear.coupling.mode_choice import row_motions
 from flexgear.coupling.neighbours import row_stiffness
-from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 
@@ -43,10 +43,10 @@ def gear_mesh_stiffness(system: System, carrier_angle: float, only_pairs: bool =
 
 def rows_at(system: System, carrier_angle: float | Array = 0.0) -> tuple[Rows, int]:
     """Rows of the loaded flanks at independent rotations (F,) or the first of them, rad."""
-    rows, masters = pair_rows(system.pairs), np.zeros(len(system.masters))
+    rows, input_angles = pair_rows(system.pairs), np.zeros(len(system.input_rows))
     given = np.atleast_1d(np.asarray(carrier_angle, dtype=float))
-    masters[: len(given)] = given
-    n, _ = build_rows(system.pairs, rows, system.theta(masters), front_meshes(system.pairs))
+    input_angles[: len(given)] = given
+    n, _ = build_rows(system.pairs, rows, system.theta(input_angles), carrying_flanks(system.pairs))
     return rows, n
 
 
@@ -61,7 +61,7 @@ def modes(system: System, *, carrier_angle: float = 0.0, limit_hz: float | None 
     Frequencies below 1e-3 of the first elastic one are set to zero exactly where they are rigid.
     """
     k = system.stiffness + gear_mesh_stiffness(system, carrier_angle)
-    free = len(system.masters)
+    free = len(system.input_rows)
     values, shapes = _lowest(0.5 * (k + k.T), system.mass, free, limit_hz)
     omega = np.sqrt(np.clip(values, 0.0, None))
     if 0 < free < len(omega) and omega[free - 1] < 1e-3 * omega[free]:

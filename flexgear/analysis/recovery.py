@@ -3,7 +3,7 @@
 A sample holds modal coordinates and pair loads. Channel forces follow from the pair loads by
 rebuilding the contact rows at the sample's angle; then q = Φ η + R f. Rolling of the undeflected
 train is taken off, so that what remains is elastic displacement plus wind-up:
-q_el = q − rolling · masters.
+q_el = q − rolling · input_angles.
 """
 
 from __future__ import annotations
@@ -64,11 +64,11 @@ class Recovery:
         self.result = result
         self.modal: ModalSystem = result.modal
         self.forces = channel_forces(result)
-        self._roll = np.zeros_like(result.eta[:, : len(self.modal.masters)])
+        self._roll = np.zeros_like(result.eta[:, : len(self.modal.input_rows)])
         if isinstance(result, Transient):
             # rotations of a run are those of its modes; dropped modes wind the train up as well
-            static = self.modal.system.masters @ self.modal.residual_motion
-            self._roll = result.masters[:, :, 0] + self.forces @ static.T
+            static = self.modal.system.input_rows @ self.modal.residual_motion
+            self._roll = result.input_angles + self.forces @ static.T
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""

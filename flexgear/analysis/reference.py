@@ -17,7 +17,7 @@ from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import elastic_modes
-from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -60,7 +60,7 @@ def reference_transient(
     The brake law is linearised at the extrapolated speed, as in the fast step.
     """
     h, pairs, rows = time_step, system.pairs, pair_rows(system.pairs)
-    carrying = front_meshes(pairs)
+    carrying = carrying_flanks(pairs)
     damping, mass, stiffness = damping_matrix(system), system.mass, system.stiffness
     q, v = motion.copy(), velocity.copy()
 

@@ -55,12 +55,12 @@ def start_state(
         settled = bool(np.abs(now - known).max() <= AGREES * np.abs(now).max())
         settled = settled and abs(_share(modal, speeds) - share) <= AGREES * abs(share)
     if carrier_speed is not None:
-        rated = system.rated_master_speeds
+        rated = system.rated_input_speeds
         first = carrier_speed * np.eye(len(rated))[0]
         speeds = rated * (carrier_speed / rated[0]) if rated[0] else first
     velocity = modal.rolling @ speeds
     return State(
-        eta=at_rest.eta[0] + modal.rolling @ at_rest.masters[0],
+        eta=at_rest.eta[0] + modal.rolling @ at_rest.input_angles[0],
         velocity=velocity,
         acceleration=np.zeros(modal.modes.shape[1]),
         memory=first_memory(system.pairs),
@@ -97,7 +97,7 @@ def _balanced(system: System) -> System:
 
 def _given_speeds(system: System, told: Array, share: float) -> Array:
     """Speeds (F,) with ports that follow a speed at theirs, else ``share`` of the rated ones."""
-    own, rated = _follow_speed(system), share * system.rated_master_speeds
+    own, rated = _follow_speed(system), share * system.rated_input_speeds
     if not own:
         return np.asarray(rated)
     turns = _port_rolling(system)[own]
@@ -113,7 +113,7 @@ def _speeds(system: System, told: Array, torques: Array) -> Array:
         if wanted is None:
             continue
         none, all_of_it = (turns[p] @ _given_speeds(system, told, x) for x in (0.0, 1.0))
-        if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_master_speeds):
+        if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_input_speeds):
             return _given_speeds(system, told, (wanted - none) / (all_of_it - none))
     return _given_speeds(system, told, 1.0)
 
@@ -154,7 +154,7 @@ def _ports(system: System, told: Array, torques: Array, speeds: Array) -> Any:
 
 def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
     """Energy of an equilibrium and of its speed, at least the rated one, J."""
-    rated = modal.rolling @ modal.system.rated_master_speeds
+    rated = modal.rolling @ modal.system.rated_input_speeds
     kinetic = 0.5 * max(float(velocity @ velocity), float(rated @ rated))
     elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
     stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)

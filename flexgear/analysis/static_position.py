@@ -45,15 +45,15 @@ PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
 class Held(NamedTuple):
     """What a train answers to forces on its channels at rest, its contact rows apart.
 
-    rigid (n_c, r) motion of the channels in rigid motions; flexibility (n_c, n_c) m/N; master_rigid
-    (F, r), master_flexibility (F, n_c): the given rotations; reactions (F,): ports whose torque is
+    rigid (n_c, r) motion of the channels in rigid motions; flexibility (n_c, n_c) m/N; input_rigid
+    (F, r), input_flexibility (F, n_c): the given rotations; reactions (F,): ports whose torque is
     sought.
     """
 
     rigid: Array
     flexibility: Array
-    master_rigid: Array
-    master_flexibility: Array
+    input_rigid: Array
+    input_flexibility: Array
     reactions: IntArray
 
 
@@ -87,12 +87,12 @@ def held(modal: ModalSystem) -> Held:
     """The train's answer at rest from its modes and residual flexibility."""
     system, r = modal.system, modal.rigid_count
     elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
-    follow = (modal.masters[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
+    follow = (modal.input_rows[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
     return Held(
         rigid=np.ascontiguousarray(modal.channel_modes[:, :r]),
         flexibility=np.ascontiguousarray(modal.static_receptance()),
-        master_rigid=np.ascontiguousarray(modal.masters[:, :r]),
-        master_flexibility=np.ascontiguousarray(follow + system.masters @ modal.residual_motion),
+        input_rigid=np.ascontiguousarray(modal.input_rows[:, :r]),
+        input_flexibility=np.ascontiguousarray(follow + system.input_rows @ modal.residual_motion),
         reactions=system.reactions,
     )
 
@@ -188,7 +188,7 @@ def _balance_rows(n, known, train, work):
             for a in range(rows.row[i].width):
                 base = 6 * rows.blocks[i, a]
                 for p in range(6):
-                    total -= rows.coef[i, a, p] * train.master_flexibility[f, base + p]
+                    total -= rows.coef[i, a, p] * train.input_flexibility[f, base + p]
             matrix[n + r + f, i] = total
     for e in range(r):
         for f in range(r):
@@ -198,13 +198,13 @@ def _balance_rows(n, known, train, work):
             right[n + e] += rigid[first + q, e] * known[q]
         for f in range(free):
             matrix[n + e, n + r + f] = rigid[first + reactions[f], e]
-            matrix[n + r + f, n + e] = train.master_rigid[f, e]
+            matrix[n + r + f, n + e] = train.input_rigid[f, e]
     for f in range(free):
         right[n + r + f] = 0.0
         for q in range(ports):
-            right[n + r + f] -= train.master_flexibility[f, first + q] * known[q]
+            right[n + r + f] -= train.input_flexibility[f, first + q] * known[q]
         for g in range(free):
-            matrix[n + r + f, n + r + g] = -train.master_flexibility[f, first + reactions[g]]
+            matrix[n + r + f, n + r + g] = -train.input_flexibility[f, first + reactions[g]]
 
 
 @njit(**PART)
@@ -340,8 +340,8 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
         for i in range(n):
             contact.active[i] = 1
             if rows.row[i].sided == 1:
-                front = meshes[rows.row[i].owner].front == 1
-                contact.active[i] = 1 if front == forward else 0
+                carries = meshes[rows.row[i].owner].carries == 1
+                contact.active[i] = 1 if carries == forward else 0
         leak = _solve_set(n, extra, work, out, attempt)
         if leak < 0.0:
             continue

@@ -202,8 +202,8 @@ def _save(samples, at, modal, work, n, pairs, state):
     put(samples.eta[at], state.eta)
     put(samples.theta[at], work.modes.theta)
     for f in range(modal.inputs.shape[0]):
-        samples.masters[at, f, 0] = dot(modal.inputs[f], state.eta)
-        samples.masters[at, f, 1] = dot(modal.inputs[f], state.velocity)
+        samples.input_motion[at, f, 0] = dot(modal.inputs[f], state.eta)
+        samples.input_motion[at, f, 1] = dot(modal.inputs[f], state.velocity)
     for t in range(state.ports.shape[0]):
         samples.torques[at, t] = state.ports[t].torque
         samples.speeds[at, t] = dot(state.velocity, work.active.modes[t])

@@ -82,7 +82,7 @@ class Samples(NamedTuple):
 
     eta: Array
     theta: Array  # (…, A) angles used for the pairs' geometry
-    masters: Array  # (…, F, 2) independent rotations and their speeds
+    input_motion: Array  # (…, F, 2) independent rotations and their speeds
     torques: Array  # (…, P) from outside on the ports
     speeds: Array  # (…, P) of the ports
     pair_load: Array  # (…, M, slots)

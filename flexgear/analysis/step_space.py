@@ -32,7 +32,7 @@ def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
             damping=modal.damping,
             inverse=inverse,
             angles=modal.angles,
-            inputs=modal.masters,
+            inputs=modal.input_rows,
             frames=frame_data(modal),
         ),
         channels=channels(modal, h, inverse, BETA),
@@ -96,7 +96,7 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
     return Samples(
         eta=np.zeros((count, modal.modes.shape[1])),
         theta=np.zeros((count, len(system.angles))),
-        masters=np.zeros((count, len(system.masters), 2)),
+        input_motion=np.zeros((count, len(system.input_rows), 2)),
         torques=np.zeros((count, len(system.ports))),
         speeds=np.zeros((count, len(system.ports))),
         pair_load=np.zeros(shape),

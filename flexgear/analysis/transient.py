@@ -87,7 +87,7 @@ class Collector:
 class Transient:
     """Samples of one run, first axis time.
 
-    time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; masters (t, F, 2)
+    time (t,) s; eta (t, n); theta (t, A) rad used to place the pairs; input_motion (t, F, 2)
     independent rotations, rad, and their speeds, rad/s; torques (t, P) from outside on the ports,
     N·m, and their speeds (t, P) rad/s; pair_load, pair_stiffness, pair_position (t, M, S);
     pair_tooth 0-based, −1 none; far_load, pair_approach: as of ``Equilibrium``; support_load (t,
@@ -99,7 +99,7 @@ class Transient:
     time: Array
     eta: Array
     theta: Array
-    masters: Array
+    input_motion: Array
     torques: Array
     speeds: Array
     pair_load: Array
@@ -114,14 +114,19 @@ class Transient:
     steps: Steps
 
     @property
+    def input_angles(self) -> Array:
+        """Independent rotations (t, F), rad."""
+        return self.input_motion[:, :, 0]
+
+    @property
     def carrier_angle(self) -> Array:
         """First independent rotation (t,), rad: the mean pin's in a single stage."""
-        return np.asarray(self.masters[:, 0, 0])
+        return np.asarray(self.input_motion[:, 0, 0])
 
     @property
     def carrier_speed(self) -> Array:
         """Its speed (t,), rad/s."""
-        return np.asarray(self.masters[:, 0, 1])
+        return np.asarray(self.input_motion[:, 0, 1])
 
     @property
     def input_torque(self) -> Array:
@@ -213,7 +218,7 @@ def _refuse_start(modal: ModalSystem, start: State, time_step: float) -> None:
     if not all(np.isfinite(part).all() for part in (start.eta, start.velocity)):
         raise FlexgearError("the motion to start from is not finite")
     pairs, system = modal.system.pairs, modal.system
-    rated, first = system.theta(system.rated_master_speeds), modal.angles @ start.velocity
+    rated, first = system.theta(system.rated_input_speeds), modal.angles @ start.velocity
     speeds = np.maximum(np.abs(rated), np.abs(first))[pairs.angle]
     frequency = float((speeds * np.abs(pairs.rate) / pairs.pitch).max(initial=0.0))
     longest = longest_time_step(frequency)

@@ -210,10 +210,10 @@ def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
         "second_reduction": finite(model.modal.figures),
         "speed_rpm": {
             str(m): {
-                "min": float(least["master_speed"].sel(master=m)) * RPM,
-                "max": float(most["master_speed"].sel(master=m)) * RPM,
+                "min": float(least["input_speed"].sel(input_coordinate=m)) * RPM,
+                "max": float(most["input_speed"].sel(input_coordinate=m)) * RPM,
             }
-            for m in most["master"].to_numpy()
+            for m in most["input_coordinate"].to_numpy()
         },
         "port_torque_nm": {
             str(p): float(mean["port_torque"].sel(port=p)) for p in mean["port"].to_numpy()

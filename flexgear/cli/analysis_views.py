@@ -91,7 +91,7 @@ def show_equilibria(
     if way.as_json:
         typer.echo(as_json_text({**positions, "closure": data.attrs["closure_max"]}))
         return
-    lead = str(data["master"][0].item())
+    lead = str(data["input_coordinate"][0].item())
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
     for angle, figures in positions.items():
         typer.echo(f"\n{angle}")

@@ -9,7 +9,8 @@ number,
 w₁ being a couple about n, and the same holds at a gear whose frame is the planet's. So one gear
 mesh moves its bodies along two constant vectors however many pairs are in contact, and
 receptances between such vectors are constants: a time step needs two channels a gear mesh instead
-of six a body. A third one, the approach along the line of centres, tells how far the back flank is.
+of six a body. A third one, the approach along the line of centres, tells how far the coast flank
+is.
 """
 
 from __future__ import annotations

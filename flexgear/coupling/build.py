@@ -125,9 +125,9 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
     if carrier not in held:
         fe = stage.form("carrier") == "fe"
         turns = _pin_rotation(b, number) if fe else rotation(b, carrier)
-    back = np.zeros(b.a.size) if ring in held else rotation(b, ring)
-    theta = b.angle(turns - back)
-    return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, back)))
+    ring_turns = np.zeros(b.a.size) if ring in held else rotation(b, ring)
+    theta = b.angle(turns - ring_turns)
+    return StageFrame(theta, *(b.angle(row) if row.any() else -1 for row in (turns, ring_turns)))
 
 
 def _pin_rotation(b: UnderWay, number: int) -> Array:
@@ -221,8 +221,8 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     rigid = orthonormal_rigid(a.mass, _loose_motions(b))
     angles = np.vstack(b.angles)
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
-    rolling, masters, speeds = _rolling(b, rigid, contact)
-    gyroscopic, centripetal = frame_forces(b, rolling, masters)
+    rolling, input_rows, speeds = _rolling(b, rigid, contact)
+    gyroscopic, centripetal = frame_forces(b, rolling, input_rows)
     rotations = np.array([rotation(b, p.member) for p in train.ports]).reshape(-1, a.size)
     require_free_speeds(train, rotations @ rolling)
     d, modal = train.damping, train.damping.kind == "modal"
@@ -238,7 +238,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         stiffness=without_rigid_forces(a.stiffness, a.mass, rigid),
         rigid=rigid,
         rolling=rolling,
-        masters=masters,
+        input_rows=input_rows,
         angles=angles,
         blocks=blocks,
         ports=tuple(
@@ -262,7 +262,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         machines=port_machines(train, flow),
         rated_torque=flow.torque.get(lead, 0.0),
         rated_speed=flow.speed.get(lead, 0.0),
-        master_speeds=speeds,
+        input_speeds=speeds,
         planets=max(s.planets for s in train.stages),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
@@ -306,6 +306,6 @@ def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, t
     free = free_motions(rigid, contact).shape[1]
     if b.train.output is None and (not given or free != len(given)):
         return *vibration_motions(b.a.mass, rigid, contact), ()
-    masters = np.array([speed_row(b, m) for m in given]).reshape(-1, b.a.size)
-    rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, masters)
-    return rolling, masters, tuple(b.flow.speed[m] for m in given)
+    input_rows = np.array([speed_row(b, m) for m in given]).reshape(-1, b.a.size)
+    rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, input_rows)
+    return rolling, input_rows, tuple(b.flow.speed[m] for m in given)

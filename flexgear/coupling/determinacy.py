@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.elements import pair_rows
-from flexgear.coupling.pair_data import PairData, front_meshes
+from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
@@ -45,7 +45,7 @@ _BOLTS = {
 def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:
     """Rows (n, d) of what holds the bodies beside constant springs, at θ = 0: gear meshes, more."""
     rows = pair_rows(pairs)
-    n, _ = build_rows(pairs, rows, np.zeros(angles), front_meshes(pairs))
+    n, _ = build_rows(pairs, rows, np.zeros(angles), carrying_flanks(pairs))
     out = []
     for i in range(n):
         if rows.kind[i] < 0:
@@ -68,22 +68,22 @@ def free_motions(rigid: Array, contact: Array) -> Array:
 
 
 def rolling_motions(
-    bodies: Sequence[Body], source: str, rigid: Array, contact: Array, masters: Array
+    bodies: Sequence[Body], source: str, rigid: Array, contact: Array, input_rows: Array
 ) -> Array:
-    """Motions (d, F) in which no gear mesh is compressed, one radian of each master.
+    """Motions (d, F) in which no gear mesh is compressed, one radian of each input coordinate.
 
-    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes; masters
+    rigid (d, r): motions without elastic force; contact (n, d): rows of the gear meshes; input_rows
     (F, d). InputError where the train is loose beyond its F rotations, or held.
     """
     rolled = free_motions(rigid, contact)
-    if rolled.shape[1] > len(masters):
-        raise loose_fault(bodies, source, rolled, len(masters))
-    if rolled.shape[1] < len(masters):
+    if rolled.shape[1] > len(input_rows):
+        raise loose_fault(bodies, source, rolled, len(input_rows))
+    if rolled.shape[1] < len(input_rows):
         raise InputError(
             source, "held", "a support or joint holds a member that should turn",
             "take the stiffness about the axis out of it, or name the member in held",
         )  # fmt: skip
-    turn = masters @ rolled
+    turn = input_rows @ rolled
     if np.linalg.cond(turn) > 1e9:
         raise InputError(
             source, "inputs", "members whose speeds are given do not turn freely",

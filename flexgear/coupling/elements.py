@@ -42,8 +42,9 @@ def _record(ints: str, reals: str) -> np.dtype[Any]:
 
 
 GEAR_MESH = _record(
-    "sided model kind front back angle turns planet_block gear_block per_tooth table gear_tooth0 "
-    "gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent slots places",
+    "sided model kind carries opposite angle turns planet_block gear_block per_tooth table "
+    "gear_tooth0 gear_step gear_teeth planet_tooth0 planet_step planet_teeth slices bent slots "
+    "places",
     "phi center_distance s0 rate pitch s_lo s_hi slope half_face z_offset planet_arm gear_arm "
     "cos_b sin_b s_pitch gap error_amplitude error_phase error_offset error_slope largest_error "
     "damping radial_x radial_y normal_x normal_y tangent_x tangent_y table_start table_step",

@@ -47,7 +47,7 @@ class GearMeshSet:
     carrier_angle: which is the carrier's absolute angle; phi (N,) planet angles, rad;
     planet_blocks (N,), gear_block: blocks; tooth_positions (z, 3): where every tooth of the gear
     is a block, else None; turns: angle by which the gear's frame lags the planets', −1 for the
-    same frame; front: the flank that carries the rated torque; one_sided: pairs only push;
+    same frame; carries: on the flanks that carry the rated torque; one_sided: pairs only push;
     equivalent_mass: kg on the line of action, for pair damping c = 2 ζ √(k m); model: PER_PAIR,
     SUMMED, WAVE or FACE_LOAD.
     """
@@ -62,7 +62,7 @@ class GearMeshSet:
     gear_block: int
     tooth_positions: Array | None
     turns: int
-    front: bool
+    carries: bool
     one_sided: bool
     equivalent_mass: float
     damping_ratio: float
@@ -164,7 +164,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
             first = s.gear_block
             positions[first : first + len(s.tooth_positions)] = s.tooth_positions
         for i in range(len(s.phi)):
-            _enter(columns, s, number, i, _back_of(sets, s, i))
+            _enter(columns, s, number, i, _opposite(sets, s, i))
     c = columns
     gear, planet = _padded(c.values["error_gear"]), _padded(c.values["error_planet"])
     runout = _padded(c.values["runout_amplitude"])
@@ -216,7 +216,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
 
 
 _INTS = (
-    "sided", "model", "kind", "front", "back", "angle", "turns", "planet_block", "gear_block",
+    "sided", "model", "kind", "carries", "opposite", "angle", "turns", "planet_block", "gear_block",
     "per_tooth", "table", "gear_tooth0", "gear_step", "gear_teeth", "planet_tooth0", "planet_step",
     "planet_teeth", "slices", "bent",
 )  # fmt: skip
@@ -227,7 +227,7 @@ _REALS = (
 )  # fmt: skip
 
 
-def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
+def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, opposite: int) -> None:
     """The columns of planet i in one set."""
     p, e = s.path, s.errors
     cos_b = p.cos_base_helix
@@ -237,8 +237,8 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         sided=int(s.one_sided),
         model=s.model,
         kind=KINDS.index(p.kind),
-        front=int(s.front),
-        back=back,
+        carries=int(s.carries),
+        opposite=opposite,
         angle=s.angle,
         turns=s.turns,
         phi=s.phi[i],
@@ -264,7 +264,7 @@ def _enter(c: _Columns, s: GearMeshSet, table: int, i: int, back: int) -> None:
         cos_b=cos_b,
         sin_b=p.slope * cos_b,
         s_pitch=p.base_radius_planet * math.tan(p.alpha),
-        gap=0.0 if s.front else p.backlash,
+        gap=0.0 if s.carries else p.backlash,
         table=table,
         gear_tooth0=p.gear_tooth0[i],
         gear_step=p.gear_step,
@@ -297,17 +297,17 @@ def _most_pairs(s: GearMeshSet) -> int:
     return math.floor(reach / p.base_pitch) + 1
 
 
-def _back_of(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
+def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
     """Number of the gear mesh on the other flank, or −1."""
-    if not s.front:
+    if not s.carries:
         return -1
     at = 0
     for other in sets:
         if (
-            not other.front
+            not other.carries
             and other.stage == s.stage
             and other.path.side == s.path.side
-            and other.path.kind.removesuffix("_back") == s.path.kind.removesuffix("_back")
+            and other.path.kind.removesuffix("_coast") == s.path.kind.removesuffix("_coast")
         ):
             return at + i
         at += len(other.phi)

@@ -97,11 +97,13 @@ def _new_block(b: UnderWay, rows: Array) -> int:
     return len(b.blocks) + b.a.contact_node(rows, -1)
 
 
-def frame_forces(b: UnderWay, rolling: Array, masters: Array) -> tuple[Array | None, Array | None]:
+def frame_forces(
+    b: UnderWay, rolling: Array, input_rows: Array
+) -> tuple[Array | None, Array | None]:
     """Gyroscopic and centripetal matrices (d, d) of the lumped bodies at rated speed.
 
     Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
-    (I − rolling masters) q, makes forces of the frame, and these leave the rolling alone.
+    (I − rolling input_rows) q, makes forces of the frame, and these leave the rolling alone.
     """
     if not b.train.gyroscopic:
         return None, None
@@ -117,5 +119,5 @@ def frame_forces(b: UnderWay, rolling: Array, masters: Array) -> tuple[Array | N
             frame = spin if m.part == "hub" else carrier
             at = b.a.slice_of(m.body.name)
             turning[at, at], centripetal[at, at] = frame_matrices(m, frame, spin)
-    rest = np.eye(b.a.size) - rolling @ masters
+    rest = np.eye(b.a.size) - rolling @ input_rows
     return rest.T @ turning @ rest, rest.T @ centripetal @ rest

@@ -35,11 +35,10 @@ class ModalSystem:
     modes: (d, n), rigid first, then elastic ones part by part (``independent_parts``), rising
     within a part; omega: (n,) rad/s; damping: (n,) 2ζω; channels: (n_c, d); channel_modes:
     (n_c, n) = channels @ modes; residual: (n_c, n_c) m/N of dropped modes; residual_motion:
-    (d, n_c) their motion under unit channel forces; angles: (A, n) and masters: (F, n) rows of the
-    system in modes; rolling: (n, F) modal coordinates of rolling per radian of
-    each independent rotation; gyroscopic,
-    centripetal: (n, n), or (0, 0) where there are none; choice: how many modes are kept and what
-    that costs, None where it was not judged.
+    (d, n_c) their motion under unit channel forces; angles: (A, n) and input_rows: (F, n) rows
+    of the system in modes; rolling: (n, F) modal coordinates of rolling per radian of each
+    independent rotation; gyroscopic, centripetal: (n, n), or (0, 0) where there are none;
+    choice: how many modes are kept and what that costs, None where it was not judged.
     """
 
     system: System
@@ -51,7 +50,7 @@ class ModalSystem:
     residual: Array
     residual_motion: Array
     angles: Array
-    masters: Array
+    input_rows: Array
     rolling: Array
     gyroscopic: Array
     centripetal: Array
@@ -61,7 +60,7 @@ class ModalSystem:
     @property
     def angle(self) -> Array:
         """Row (n,) of the first independent rotation."""
-        return np.asarray(self.masters[0])
+        return np.asarray(self.input_rows[0])
 
     @property
     def rigid_count(self) -> int:
@@ -185,7 +184,7 @@ def modal_system(
         residual=np.ascontiguousarray(0.5 * (residual + residual.T)),
         residual_motion=motion,
         angles=np.ascontiguousarray(system.angles @ modes),
-        masters=np.ascontiguousarray(system.masters @ modes),
+        input_rows=np.ascontiguousarray(system.input_rows @ modes),
         rolling=modes.T @ (system.mass @ system.rolling),
         gyroscopic=gyroscopic,
         centripetal=centripetal,

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.coupling.elements import Rows, pair_rows
-from flexgear.coupling.pair_data import IntArray, front_meshes
+from flexgear.coupling.pair_data import IntArray, carrying_flanks
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
@@ -140,15 +140,15 @@ def _loss(omega: Array, damping: Array, w: float) -> Array:
 
 def _positions(system: System) -> Iterator[tuple[Rows, int]]:
     """Rows of each flank at rotations spread evenly over a turn, without a common period."""
-    pairs, f = system.pairs, len(system.masters)
-    front = front_meshes(pairs)
-    flanks = [front]
-    if pairs.one_sided and np.any(front == 0):
-        flanks.append(np.where(pairs.sided == 1, 1 - front, front))
+    pairs, f = system.pairs, len(system.input_rows)
+    carrying = carrying_flanks(pairs)
+    flanks = [carrying]
+    if pairs.one_sided and np.any(carrying == 0):
+        flanks.append(np.where(pairs.sided == 1, 1 - carrying, carrying))
     rows = pair_rows(pairs)
     for i in range(POSITIONS):
-        masters = 2 * np.pi * np.modf(i * GOLDEN ** np.arange(1.0, f + 1))[0]
-        theta = system.theta(masters)
+        input_angles = 2 * np.pi * np.modf(i * GOLDEN ** np.arange(1.0, f + 1))[0]
+        theta = system.theta(input_angles)
         for carrying in flanks:
             yield rows, _rows(system, rows, theta, carrying)
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
-KINDS = ("ring", "sun", "ring_back", "sun_back")
+KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
 FOLLOWING = 4  # rows of the next two pairs, which yield to those of a pair
 OF_LINE = 2 + 2 * FOLLOWING  # columns of a table of slices that are of the whole line
@@ -34,8 +34,8 @@ class PairData(NamedTuple):
     sided: IntArray  # (M,) 1 where pairs can only push
     model: IntArray  # (M,) PER_PAIR, SUMMED, WAVE or FACE_LOAD
     kind: IntArray  # (M,) index into KINDS
-    front: IntArray  # (M,) 1 for the flank that carries the rated torque
-    back: IntArray  # (M,) gear mesh of the opposite flank, −1 none
+    carries: IntArray  # (M,) 1 for the flank that carries the rated torque
+    opposite: IntArray  # (M,) gear mesh of the opposite flank, −1 none
     angle: IntArray  # (M,) which angle is the stage's θ
     turns: IntArray  # (M,) angle by which the gear's frame lags the planet's, −1: same frame
     phi: Array  # (M,) planet angle in the stage's frame, rad
@@ -146,9 +146,9 @@ def first_sizes(data: PairData) -> Array:
     return out
 
 
-def front_meshes(data: PairData) -> IntArray:
+def carrying_flanks(data: PairData) -> IntArray:
     """(M,) 1 where a gear mesh is to be looked at when the rated torque acts."""
-    return data.front.copy()
+    return data.carries.copy()
 
 
 def by_kind(values: NDArray[Any], planets: int, axis: int = 1) -> NDArray[Any]:

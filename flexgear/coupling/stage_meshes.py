@@ -74,7 +74,7 @@ def stage_sets(
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
         if bending and bend_each_other(view):
             assert path.slices is not None
-            slot = kind.removesuffix("_back")
+            slot = kind.removesuffix("_coast")
             force = flow.gear_mesh_forces[slot]
             load = line_load(view, stage_geometry(view), slot, force)
             found = pair_bending(view, path, path.slices, force)
@@ -97,7 +97,7 @@ def stage_sets(
                 gear_block=blocks.gears[part, side if part == "ring" else ""],
                 tooth_positions=positions,
                 turns=-1 if positions is None else frame.theta,
-                front=path.carries,
+                carries=path.carries,
                 one_sided=options.contact_law != "linear",
                 equivalent_mass=1.0 / inverse,
                 damping_ratio=options.damping_ratio,

@@ -124,10 +124,10 @@ class System:
 
     mass, stiffness: (d, d), constant part; rigid: (d, r) M-orthonormal motions that the constant
     part does not resist; rolling: (d, F) motion of all coordinates per radian of each of the F
-    independent rotations when the train rolls without deflection; masters: (F, d) rows that give
+    independent rotations when the train rolls without deflection; input_rows: (F, d) rows that give
     those rotations; angles: (A, d) rows that give the angles on which gear meshes and turning
     supports depend (stage angles, carriers); blocks: (6 n_b, d) motion of the contact blocks;
-    ports: where torque acts, inputs before the output; machines: what hangs there; master_speeds:
+    ports: where torque acts, inputs before the output; machines: what hangs there; input_speeds:
     rated, rad/s; gear_meshes: label of every gear mesh m; gyroscopic, centripetal: (d, d) at rated
     speed, for M q̈ + G q̇ + (K − C) q, or None; variants: what bends, by flexible stage.
     """
@@ -138,7 +138,7 @@ class System:
     stiffness: Array
     rigid: Array
     rolling: Array
-    masters: Array
+    input_rows: Array
     angles: Array
     blocks: Array
     ports: tuple[Port, ...]
@@ -151,7 +151,7 @@ class System:
     rated_torque: float
     rated_speed: float
     planets: int
-    master_speeds: tuple[float, ...] = ()
+    input_speeds: tuple[float, ...] = ()
     gyroscopic: Array | None = None
     centripetal: Array | None = None
     bearings: tuple[LawBearing, ...] = ()
@@ -169,7 +169,7 @@ class System:
     @property
     def carrier_angle(self) -> Array:
         """Row (d,) of the first independent rotation: the carrier's in a single stage."""
-        return np.asarray(self.masters[0])
+        return np.asarray(self.input_rows[0])
 
     @property
     def drive(self) -> Array:
@@ -208,18 +208,18 @@ class System:
         return out
 
     @property
-    def rated_master_speeds(self) -> Array:
+    def rated_input_speeds(self) -> Array:
         """Rated speeds (F,) of the independent rotations, rad/s."""
-        return np.asarray(self.master_speeds, dtype=float)
+        return np.asarray(self.input_speeds, dtype=float)
 
     @property
     def reactions(self) -> NDArray[np.int64]:
-        """Numbers of the ports whose torque balances the others, as many as masters."""
+        """Numbers of the ports whose torque balances the others, as many as input_rows."""
         return np.array([i for i, p in enumerate(self.ports) if p.reaction], dtype=np.int64)
 
-    def theta(self, masters: Array) -> Array:
+    def theta(self, input_angles: Array) -> Array:
         """Angles (…, A) of the rolling train at independent rotations (…, F), rad."""
-        return np.asarray(masters @ (self.angles @ self.rolling).T)
+        return np.asarray(input_angles @ (self.angles @ self.rolling).T)
 
     @property
     def size(self) -> int:

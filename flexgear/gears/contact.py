@@ -44,8 +44,8 @@ ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
 @dataclass(frozen=True)
 class GearMeshPath:
-    """One kind of gear mesh of all N planets: "ring", "sun" on the drive flanks, "ring_back",
-    "sun_back" on the coast flanks.
+    """One kind of gear mesh of all N planets: "ring", "sun" on the drive flanks, "ring_coast",
+    "sun_coast" on the coast flanks.
 
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
@@ -200,8 +200,8 @@ def planetary_paths(
     starts = {
         "ring": (ring, zero, zero),
         "sun": (sun, sun_teeth(sun, 1), zero),
-        "ring_back": (ring_coast, zero, behind),
-        "sun_back": (sun_coast, sun_teeth(sun_coast, -1), zero),
+        "ring_coast": (ring_coast, zero, behind),
+        "sun_coast": (sun_coast, sun_teeth(sun_coast, -1), zero),
     }
     return {
         kind: gear_mesh_path(
@@ -211,8 +211,8 @@ def planetary_paths(
             rolling_radius=g.ring.base_radius,
             planet_hand=planet_hand,
             half_face=stage.face_width / 2,
-            mirrored=kind.endswith("back"),
-            law=laws[kind.removesuffix("_back")],
+            mirrored=kind.endswith("coast"),
+            law=laws[kind.removesuffix("_coast")],
         )
         for kind, start in starts.items()
     }
@@ -234,7 +234,7 @@ def gear_mesh_path(
     rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
     θ, m; mirrored: N has a part in +y of the planet.
     """
-    slot = kind.removesuffix("_back")
+    slot = kind.removesuffix("_coast")
     gear, planet, gear_mesh = g.gears[slot], g.planet, g.gear_meshes[slot]
     side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
     hand = 1 if planet_hand == "right" else -1

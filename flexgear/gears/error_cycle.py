@@ -57,7 +57,7 @@ class ErrorCycle:
 
 @dataclass(frozen=True)
 class TrainTurn:
-    """A stage in a train: its error cycle and its turns of θ per turn of the train's master."""
+    """A stage in a train: its error cycle and its turns of θ per turn of the input coordinate."""
 
     cycle: ErrorCycle
     rate: Fraction
@@ -65,7 +65,7 @@ class TrainTurn:
 
 @dataclass(frozen=True)
 class AngleSamples:
-    """angles: (w · per_gear_mesh,) rad, rising, of θ or of the train's master; whole gear-mesh
+    """angles: (w · per_gear_mesh,) rad, rising, of θ or of the input coordinate; whole gear-mesh
     cycles one after the other, so that load sharing by cycle works on them. gear_mesh: (w,) number
     of each cycle; complete: whether they are the whole error cycle."""
 
@@ -110,20 +110,20 @@ def error_sources(errors: GearErrors, *, housing: bool = False) -> tuple[str, ..
 
 
 def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
-    """Turns of the master until the errors of all stages come back together."""
+    """Turns of the input coordinate until the errors of all stages come back together."""
     moving = [t for t in turns if t.rate != 0]
     if not moving:
         raise FlexgearError("no stage of the train turns: there is no error cycle")
     return _common([t.cycle.turns / abs(t.rate) for t in moving])
 
 
-def exact_rate(speed: float, master: float, limit: int = 10**6) -> Fraction:
-    """speed / master as the fraction of tooth numbers that it is, denominators up to ``limit``.
+def exact_rate(speed: float, lead: float, limit: int = 10**6) -> Fraction:
+    """speed / lead as the fraction of tooth numbers that it is, denominators up to ``limit``.
 
     Speeds that are given freely (two inputs) have no common period; theirs is then rounded to
     the nearest such fraction, which only matters beyond a million turns.
     """
-    return Fraction(speed / master).limit_denominator(limit)
+    return Fraction(speed / lead).limit_denominator(limit)
 
 
 def sample_angles(
@@ -146,7 +146,7 @@ def sample_angles(
 def sample_train_angles(
     turns: Sequence[TrainTurn], window: int, per_gear_mesh: int, most: int
 ) -> AngleSamples:
-    """Master angles that sample the error cycle of a train.
+    """Input angles that sample the error cycle of a train.
 
     window: the stage whose gear-mesh cycles are sampled whole, ``per_gear_mesh`` positions each,
     ``most`` of them at most, spread over the error cycle of all stages.

@@ -246,8 +246,8 @@ def _pitch_by_path(
             if slot in gears
         }
         planet = pitch_deviations(rng, (2, stage.planets, gears["planet"].teeth), e.planet_pitch)
-        for k, back in enumerate(("", "_back")):
-            found["sun" + back, side] = drawn["sun"][k], planet[1 - k]
+        for k, flank in enumerate(("", "_coast")):
+            found["sun" + flank, side] = drawn["sun"][k], planet[1 - k]
             if "ring" in drawn:
-                found["ring" + back, side] = drawn["ring"][k], planet[k]
+                found["ring" + flank, side] = drawn["ring"][k], planet[k]
     return found

@@ -61,7 +61,7 @@ class GearFlank:
 
 def flank_name(part: str, path: GearMeshPath) -> str:
     """Name of the flank of ``part`` that a gear mesh uses."""
-    slot = path.kind.removesuffix("_back")
+    slot = path.kind.removesuffix("_coast")
     if part == "planet":
         return slot if path.carries else _OTHER[slot]
     return "drive" if path.carries else "coast"
@@ -71,7 +71,7 @@ def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[Gear
     """Both flanks of every gear; paths: by kind, of a stage or of a half. InputError for
     modifications that leave a flank."""
     out = []
-    for slot in [kind for kind in paths if not kind.endswith("_back")]:
+    for slot in [kind for kind in paths if not kind.endswith("_coast")]:
         parts = (view.part("planet"), view.part(slot))
         for part, flank in zip(parts, _active(paths[slot], slot), strict=True):
             names = (slot,) if part == "planet" else ("drive", "coast")
@@ -102,7 +102,7 @@ def pair_gaps(
     for kind, path in paths.items():
         planet, gear = (
             flanks[part, flank_name(part, path)]
-            for part in (view.part("planet"), view.part(kind.removesuffix("_back")))
+            for part in (view.part("planet"), view.part(kind.removesuffix("_coast")))
         )
         out[kind] = _of_pair(path, planet, gear, mirrored) if planet.gaps or gear.gaps else None
     if view.gear_mesh.model not in PER_PAIR_MODELS and any(out.values()):

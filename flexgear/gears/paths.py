@@ -49,8 +49,8 @@ OTHER_HAND = {"right": "left", "left": "right"}
 
 
 def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, GearMeshPath]:
-    """Paths by (kind, side): kind "ring", "sun", "ring_back", "sun_back"; side "", or "left" and
-    "right" halves. A parallel stage has "sun" and "sun_back" only.
+    """Paths by (kind, side): kind "ring", "sun", "ring_coast", "sun_coast"; side "", or "left" and
+    "right" halves. A parallel stage has "sun" and "sun_coast" only.
 
     forces: normal force of one gear mesh of "sun" and "ring" at rated load, N, for stiffness that
     depends on it (``laws``) and for the flanks that carry: of "sun" and "ring" where it is not
@@ -102,7 +102,7 @@ def _half_paths(
         paths = planetary_paths(g, view.stage, hand, laws)
     forward = forces["sun"] >= 0
     paths = {
-        kind: replace(path, carries=kind.endswith("_back") != forward)
+        kind: replace(path, carries=kind.endswith("_coast") != forward)
         for kind, path in paths.items()
     }
     gaps = pair_gaps(view, paths, mirrored=side == "left")
@@ -110,13 +110,13 @@ def _half_paths(
         return {
             kind: replace(path, slices=_cut(view, path, laws[slot], forces[slot], gaps[kind]))
             for kind, path in paths.items()
-            for slot in (kind.removesuffix("_back"),)
+            for slot in (kind.removesuffix("_coast"),)
         }
     if view.gear_mesh.model in PER_PAIR_MODELS:
-        grids = {k: _mean_gap(p, laws[k.removesuffix("_back")], gaps[k]) for k, p in paths.items()}
+        grids = {k: _mean_gap(p, laws[k.removesuffix("_coast")], gaps[k]) for k, p in paths.items()}
         return {kind: replace(path, gap_grid=grids[kind]) for kind, path in paths.items()}
     waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
-    return {k: replace(path, wave=waves[k.removesuffix("_back")]) for k, path in paths.items()}
+    return {k: replace(path, wave=waves[k.removesuffix("_coast")]) for k, path in paths.items()}
 
 
 def _cut(
@@ -170,7 +170,7 @@ def _parallel_paths(
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
     starts = {
         "sun": (np.array([pitch_point]), zero, zero),
-        "sun_back": (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
+        "sun_coast": (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
     }
     return {
         kind: gear_mesh_path(

@@ -1,7 +1,7 @@
 """Which flank of a gear mesh carries, and the tooth pairs there.
 
 Datasets of a flexible stage hold the pairs of both flanks. Under the sense of torque that is rated
-the drive flanks carry ("ring_pair_…"), under the other the coast flanks ("ring_back_pair_…"), and
+the drive flanks carry ("ring_pair_…"), under the other the coast flanks ("ring_coast_pair_…"), and
 after a torque reversal each in its turn.
 """
 
@@ -21,9 +21,9 @@ def coast_carries(data: xr.Dataset, gear: str) -> xr.DataArray:
     gear: "ring" or "sun". Nowhere with the linear contact law, which has no coast flanks.
     """
     drive = abs(data[f"{gear}_pair_load"].sum("slot"))
-    if f"{gear}_back_pair_load" not in data:
+    if f"{gear}_coast_pair_load" not in data:
         return xr.DataArray(drive < 0)
-    return xr.DataArray(data[f"{gear}_back_pair_load"].sum("slot") > drive)
+    return xr.DataArray(data[f"{gear}_coast_pair_load"].sum("slot") > drive)
 
 
 def carrying_pairs(data: xr.Dataset, gear: str) -> xr.Dataset:
@@ -37,7 +37,7 @@ def carrying_pairs(data: xr.Dataset, gear: str) -> xr.Dataset:
     coast = coast_carries(data, gear)
     found = {}
     for part in PARTS:
-        name, other = f"{gear}_pair_{part}", f"{gear}_back_pair_{part}"
+        name, other = f"{gear}_pair_{part}", f"{gear}_coast_pair_{part}"
         if name in data:
             found[part] = data[name].where(~coast, data[other]) if other in data else data[name]
     return xr.Dataset(found)

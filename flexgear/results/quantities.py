@@ -56,10 +56,10 @@ def _gear_mesh(kind: str, other: str) -> dict[str, Quantity]:
         f"{kind}_gear_mesh_force": Quantity(
             (S, "planet"),
             "N",
-            f"normal force along the 3D line of action, {other} on planet, working less back flank",
+            f"normal force along the 3D line of action, {other} on planet, drive less coast flank",
         )
     }
-    for flank, words in (("", "working flank"), ("_back", "back flank")):
+    for flank, words in (("", "drive flank"), ("_coast", "coast flank")):
         start, said = f"{kind}{flank}_pair", f"{other}-planet tooth pair, {words}"
         found |= {
             f"{start}_load": Quantity(pair, "N", f"load of a {said}; compressive is positive"),

@@ -43,7 +43,7 @@ TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
     "body": ("", "lumped body, or node that stands for a body that bends"),
     "inertia": ("", "body that can move, with what moves inside it if it bends"),
     "member": ("", "member of a stage that turns about its axis"),
-    "master": ("", "member whose rotation is independent"),
+    "input_coordinate": ("", "member whose rotation is independent"),
     "port": ("", "member where torque acts from outside"),
     "load": ("", "load on a member, as the case lists them: number, member, frame"),
     "direction": ("", "radial outward, tangential, axial, in the planet's axes"),
@@ -66,8 +66,8 @@ UNSAID = (
 )
 RESULT_QUANTITIES: dict[str, Quantity] = {
     **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
-    "master_angle": Quantity((S, "master"), "rad", "rotation of members that turn independently"),
-    "master_speed": Quantity((S, "master"), "rad/s", "their speed"),
+    "input_angle": Quantity((S, "input_coordinate"), "rad", "rotation of members that turn independently"),
+    "input_speed": Quantity((S, "input_coordinate"), "rad/s", "their speed"),
     "stage_angle": Quantity(
         (S, "turning_stage"), "rad", "turn of the carrier (mean of the pins) against the ring; gear"
     ),

@@ -18,7 +18,7 @@ from flexgear.results.load_sharing import planet_force_spread
 from flexgear.results.quantities import COORDINATES, QUANTITIES
 
 KINDS = ("ring", "sun")
-FLANKS = (("drive", "pair"), ("coast", "back_pair"))
+FLANKS = (("drive", "pair"), ("coast", "coast_pair"))
 AS_THEY_ARE = ("closure", "output_speed")
 
 

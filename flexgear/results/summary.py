@@ -186,13 +186,13 @@ def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]
 def drop_summary(data: xr.Dataset) -> dict[str, Any]:
     """Figures of one torque drop of any case: slowest speeds of members of given speed, least and
     largest gear-mesh forces of every group, largest load sharing."""
-    found = ranges_of(data, lambda x: x[["master_speed", "gear_mesh_force", "load_sharing"]])
+    found = ranges_of(data, lambda x: x[["input_speed", "gear_mesh_force", "load_sharing"]])
     forces = (part["gear_mesh_force"] for part in (found.least, found.mean, found.largest))
-    slowest, shared = found.least["master_speed"], found.largest["load_sharing"]
+    slowest, shared = found.least["input_speed"], found.largest["load_sharing"]
     return {
         "speed_rpm_min": {
             str(m): float(w) * RPM
-            for m, w in zip(slowest["master"].to_numpy(), slowest.to_numpy(), strict=True)
+            for m, w in zip(slowest["input_coordinate"].to_numpy(), slowest.to_numpy(), strict=True)
         },
         "gear_mesh_force": force_ranges(*forces),
         "load_sharing": {str(g): _number(shared.sel(group=g)) for g in shared["group"].to_numpy()},

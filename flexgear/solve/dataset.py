@@ -34,9 +34,9 @@ NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a
 
 def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
     """Dataset of a transient; attrs are added to the provenance."""
-    speeds = result.masters[:, :, 1]
+    speeds = result.input_motion[:, :, 1]
     arrays = {
-        "master_speed": speeds,
+        "input_speed": speeds,
         "stage_speed": _stage_rates(model, speeds),
         "port_speed": result.speeds,
         "output_speed": result.output_speed,
@@ -46,7 +46,7 @@ def transient_data(model: Model, result: Transient, **attrs: Any) -> xr.Dataset:
 
 def equilibrium_data(model: Model, result: Equilibrium, **attrs: Any) -> xr.Dataset:
     """Dataset of equilibria, one position after the other."""
-    count, arrays = np.arange(len(result.masters)), {"closure": result.closure}
+    count, arrays = np.arange(len(result.input_angles)), {"closure": result.closure}
     return _dataset(model, "position", count, result, result.torques, arrays, attrs)
 
 
@@ -77,7 +77,6 @@ def _dataset(
     attrs: dict[str, Any],
 ) -> xr.Dataset:
     force = model.gear_meshes.forces(result.pair_load)
-    masters = result.masters if result.masters.ndim == 2 else result.masters[:, :, 0]
     recovery = Recovery(result)
     motions, labels = _motions(model, recovery)
     loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(torques))
@@ -88,7 +87,7 @@ def _dataset(
         dim,
         samples,
         {
-            "master_angle": masters,
+            "input_angle": result.input_angles,
             "stage_angle": result.theta[:, _stage_angles(model)],
             "carrier_angle": _turned(model, result, "carrier"),
             "ring_angle": _turned(model, result, "ring"),
@@ -121,7 +120,7 @@ def _pairs(model: Model, result: Equilibrium | Transient) -> dict[str, Array]:
 
 def _flanks(model: Model) -> dict[str, list[Any]]:
     """Labels of the flanks of all gear meshes, in the order of the system."""
-    drive = model.system.pairs.front
+    drive = model.system.pairs.carries
     names = [flank_name(model.case, label) for label in model.system.gear_meshes]
     sense = ["drive" if is_drive else "coast" for is_drive in drive]
     return {
@@ -137,7 +136,7 @@ def _flanks(model: Model) -> dict[str, list[Any]]:
 def result_labels(model: Model) -> dict[str, list[str]]:
     """Labels of axes that only depend on the train."""
     return {
-        "master": given_speeds(model.case),
+        "input_coordinate": given_speeds(model.case),
         "turning_stage": [stage.name for stage in model.case.stages],
         "port": [p.name for p in model.system.ports],
         "definition": list(DEFINITIONS),

@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class GearMeshes:
     """names: (G,) gear meshes; sign (M, G): +1 of the flank that carries rated torque, −1 of the
-    other; front: (G,) number m of the carrying flank in the system."""
+    other; carrying: (G,) number m of the carrying flank in the system."""
 
     names: tuple[GearMeshName, ...]
     sign: Array
-    front: NDArray[np.int64]
+    carrying: NDArray[np.int64]
 
     def forces(self, pair_load: Array) -> Array:
-        """Gear-mesh forces (t, G) in N of pair loads (t, M, slots): working less back flank."""
+        """Gear-mesh forces (t, G) in N of pair loads (t, M, slots): drive less coast flank."""
         largest = float(np.abs(pair_load).max(initial=0.0))
         return without_rounding(pair_load.sum(axis=-1) @ self.sign, largest)
 
@@ -38,21 +38,21 @@ class GearMeshes:
 
 def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
     """The gear mesh that a flank belongs to."""
-    stage, kind = case.stages[label.stage].name, label.kind.removesuffix("_back")
+    stage, kind = case.stages[label.stage].name, label.kind.removesuffix("_coast")
     return GearMeshName(stage, kind, label.side, label.planet + 1)
 
 
 def gear_meshes_of(train: Case, system: System) -> GearMeshes:
     """Labels and signs, in the order of the system: stage by stage, kind, side, planet."""
-    front = np.asarray(system.pairs.front)
+    carries = np.asarray(system.pairs.carries)
     names: dict[GearMeshName, int] = {}
     column, sign, carrying = [], [], {}
     for m, label in enumerate(system.gear_meshes):
         name = flank_name(train, label)
         g = names.setdefault(name, len(names))
         column.append(g)
-        sign.append(1.0 if front[m] else -1.0)
-        if front[m]:
+        sign.append(1.0 if carries[m] else -1.0)
+        if carries[m]:
             carrying[g] = m
     matrix = np.zeros((len(column), len(names)))
     matrix[np.arange(len(column)), column] = sign

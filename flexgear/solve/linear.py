@@ -2,7 +2,7 @@
 
 With rows V of the gear meshes, stiffness k, errors e(θ) and torques on ports, an equilibrium is
 
-    (K + Vᵀ k V) q = f − Vᵀ k e,   masters · q = 0,   F = k (V q + e),
+    (K + Vᵀ k V) q = f − Vᵀ k e,   input_rows · q = 0,   F = k (V q + e),
 
 so that F = F_0 + S e with one influence matrix S for all positions: whole error cycles of hundreds
 of thousands of positions cost one small solve. Over time every error is a sum of harmonics, of the
@@ -60,10 +60,10 @@ class LinearTrain:
 
     def influence(self) -> Influence:
         """Forces and motion of equilibria in the errors and loads."""
-        s, free = self.system, len(self.system.masters)
+        s, free = self.system, len(self.system.input_rows)
         held = np.array([p.row for p in s.ports if p.reaction])
         stiffness = s.stiffness + (self.rows.T * self.k) @ self.rows
-        matrix = np.block([[stiffness, -held.T], [s.masters, np.zeros((free, free))]])
+        matrix = np.block([[stiffness, -held.T], [s.input_rows, np.zeros((free, free))]])
         loads = [self.load, *(f for _, *both in self.turning for f in both)]
         right = np.column_stack([*loads, -self.rows.T * self.k])
         right = np.vstack([right, np.zeros((free, right.shape[1]))])
@@ -76,10 +76,10 @@ class LinearTrain:
         force[:, n:] += np.diag(self.k)
         return Influence(motion[:, :n], force[:, :n], motion[:, n:], force[:, n:])
 
-    def forces(self, masters: Array) -> Array:
+    def forces(self, input_angles: Array) -> Array:
         """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
         found = self.influence()
-        theta = self.system.theta(masters)
+        theta = self.system.theta(input_angles)
         waves = self._load_waves(theta)
         return waves @ found.force_of_loads.T + errors_at(self.system.pairs, theta) @ found.force.T
 
@@ -154,7 +154,7 @@ def error_harmonics(system: System) -> tuple[Array, Complex]:
     Random deviations of single teeth, which jump, are left out.
     """
     pairs = system.pairs
-    speed = system.angles @ system.rolling @ system.rated_master_speeds
+    speed = system.angles @ system.rolling @ system.rated_input_speeds
     waves: list[tuple[int, float, complex]] = [
         (m, 0.0, complex(v)) for m, v in enumerate(pairs.error_offset - pairs.gap)
     ]
@@ -239,7 +239,7 @@ def _loads_in_time(train: LinearTrain, omega: Array, share: float) -> tuple[Arra
         if port.reaction:
             mean += share * port.rated_torque * port.row
     columns = [mean.astype(complex), *[np.zeros(system.size, complex)] * (len(omega) - 1)]
-    speed = system.angles @ system.rolling @ system.rated_master_speeds
+    speed = system.angles @ system.rolling @ system.rated_input_speeds
     rates = list(omega)
     for angle, cosine, sine in train.turning:
         rates.append(abs(float(speed[angle])))

@@ -132,7 +132,7 @@ def rated_rotations(system: System, lead: Array) -> Array:
     lead: (p,) rotation of the first of them that turns, forward in time where it rises; of the
     first one alone where none turns.
     """
-    speeds = system.rated_master_speeds
+    speeds = system.rated_input_speeds
     first = next((abs(w) for w in speeds if w != 0), 0.0)
     rates = speeds / first if first else np.eye(1, len(speeds))[0]
     return np.multiply.outer(np.asarray(lead, dtype=float), rates)

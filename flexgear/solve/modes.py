@@ -38,12 +38,12 @@ MOST_MODES = 60  # that are followed over speed
 def modes(model: Model, *, angle: float = 0.0, limit_hz: float | None = None) -> xr.Dataset:
     """Undamped modes at rest with the gear meshes as they are at a rotation of the lead, rad."""
     system = model.system
-    if angle and not system.master_speeds:
+    if angle and not system.input_speeds:
         raise InputError(
             model.case.source, "inputs", "give no speed of a free rotation, which has an angle",
             "look at the modes at angle 0",
         )  # fmt: skip
-    found = natural_modes(system, carrier_angle=_masters(system, angle), limit_hz=limit_hz)  # type: ignore[arg-type]
+    found = natural_modes(system, carrier_angle=_input_angles(system, angle), limit_hz=limit_hz)  # type: ignore[arg-type]
     rigid = int(np.sum(found.frequencies == 0.0))
     kinds = classify(
         found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
@@ -79,7 +79,7 @@ def usual_limit(model: Model) -> float | None:
     return None if rigid else model.pace.band
 
 
-def _masters(system: System, angle: float) -> Array:
+def _input_angles(system: System, angle: float) -> Array:
     return np.asarray(rated_rotations(system, np.array([angle]))[0])
 
 
@@ -89,7 +89,7 @@ def contributions(model: Model, angle: float = 0.0) -> dict[str, tuple[Array, Ar
     found: dict[str, tuple[Array, Array]] = {}
     for link in system.links:
         found[link.name] = (link.rows, link.matrix)
-    rows, n = rows_at(system, _masters(system, angle))
+    rows, n = rows_at(system, _input_angles(system, angle))
     vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
     gear_meshes = gear_meshes_of(model.case, system)
     for g, name in enumerate(gear_meshes.names):

@@ -70,7 +70,7 @@ def stages_sharing(
         "position",
         np.arange(len(turn)),
         {
-            "master_angle": rated_rotations(model.system, turn),
+            "input_angle": rated_rotations(model.system, turn),
             "gear_mesh_force": shown,
             "rated_gear_mesh_force": model.rated[at],
             **sharing_histories(shown, model.rated[at], names),
@@ -116,15 +116,15 @@ def _forces(
     system = model.system
     parts: list[Array] = []
     for first in range(0, len(lead), CHUNK):
-        masters = rated_rotations(system, lead[first : first + CHUNK])
+        input_angles = rated_rotations(system, lead[first : first + CHUNK])
         if linear is not None:
-            parts.append(linear.forces(masters) @ model.gear_meshes.sign)
+            parts.append(linear.forces(input_angles) @ model.gear_meshes.sign)
         else:
 
             def watch(share: float, done: int = first) -> None:
                 progress(said, (done + share * CHUNK) / max(len(lead), CHUNK))
 
-            found = revolution(model.modal, masters, system.rated_torque, watch)
+            found = revolution(model.modal, input_angles, system.rated_torque, watch)
             parts.append(model.gear_meshes.forces(found.pair_load))
     progress(said, 1.0)
     return without_rounding(np.concatenate(parts))

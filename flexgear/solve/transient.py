@@ -251,5 +251,5 @@ def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
 def train_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of, after its start-up."""
     rest = settled(data)
-    names = ["master_speed", "port_torque", "gear_mesh_force"]
+    names = ["input_speed", "port_torque", "gear_mesh_force"]
     return rest[names].assign(axis_distance=axis_distance(rest))

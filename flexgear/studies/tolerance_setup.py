@@ -101,7 +101,7 @@ def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
     turns = _turns(model)
     put = assemble(every, bodies=reduced_bodies(every, progress))
     system = put.system
-    masters, slices = _positions(model, system, turns)
+    input_angles, slices = _positions(model, system, turns)
     names, sign, rated = put.gear_meshes.names, put.gear_meshes.sign, put.rated
     groups = tuple(
         Group(name, at, slices[name.stage], float(rated[at].mean()))
@@ -114,7 +114,7 @@ def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
         paths=paths_of(model),
         labels=system.gear_meshes,
         pairs=system.pairs,
-        study=error_study(put.modal, masters, system.rated_torque),
+        study=error_study(put.modal, input_angles, system.rated_torque),
         names=names,
         sign=sign,
         groups=groups,

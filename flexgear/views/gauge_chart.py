@@ -18,7 +18,7 @@ def gauges_chart(data: xr.Dataset) -> Figure:
     if "time" in data.dims:
         at, label = data["time"].to_numpy(), "time (s)"
     else:
-        at, label = np.degrees(data["master_angle"].to_numpy()[:, 0]), "rotation of the lead (°)"
+        at, label = np.degrees(data["input_angle"].to_numpy()[:, 0]), "rotation of the lead (°)"
     names = [str(name) for name in data["gauge"].to_numpy()]
     figure, axes = panels(len(names), 1, height_mm=16 + 34 * len(names), sharex=True)
     for ax, name in zip(axes[:, 0], names, strict=True):

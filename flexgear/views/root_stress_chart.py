@@ -26,7 +26,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     where the largest is largest, of every planet."""
     gears = dict(gears_of(data, stage))
     figure, axes = panels(len(gears), 2, height_mm=26 + 46 * len(gears), sharex="col", sharey="row")
-    turn = np.degrees(data["master_angle"].to_numpy()[:, 0])
+    turn = np.degrees(data["input_angle"].to_numpy()[:, 0])
     for (left, right), (gear, own) in zip(axes, gears.items(), strict=True):
         for k in range(own.sizes["flank"]):
             one = own.isel(flank=k)

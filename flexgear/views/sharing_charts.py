@@ -190,11 +190,15 @@ def _abscissa(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
     """Time (s), or turns of the first independent member, and the axis label."""
     if x == "time" or (x is None and "time" in data.dims):
         return np.asarray(variable(data, "time"), dtype=float), "time (s)"
-    if x not in (None, "master_angle"):
-        raise FlexgearError(f"cannot draw over '{x}': choose time or master_angle")
-    angle = variable(data, "master_angle")
-    first = np.asarray(angle.isel(master=0), dtype=float) / (2 * np.pi)
-    name = str(angle["master"][0].item()) if "master" in angle.coords else "the input"
+    if x not in (None, "input_angle"):
+        raise FlexgearError(f"cannot draw over '{x}': choose time or input_angle")
+    angle = variable(data, "input_angle")
+    first = np.asarray(angle.isel(input_coordinate=0), dtype=float) / (2 * np.pi)
+    name = (
+        str(angle["input_coordinate"][0].item())
+        if "input_coordinate" in angle.coords
+        else "the input"
+    )
     return first, f"turns of {_said(name)} (–)"
 
 

@@ -10,7 +10,7 @@ from flexgear.analysis.static_contact import solve_dense
 from flexgear.analysis.step_space import begin, step_data, work_space
 from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.pairs import fill_rows
 
 STEP, SHARE = 1e-4, 2e4
@@ -69,7 +69,7 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
     rng, changes = np.random.default_rng(3), 0
     for turn in (0.0, 0.002, 0.05, 0.052, 0.3, 0.0):
         theta = np.full(len(modal.angles), turn)
-        n, _, _ = fill_rows(data.elements, theta, front_meshes(modal.system.pairs), rows)
+        n, _, _ = fill_rows(data.elements, theta, carrying_flanks(modal.system.pairs), rows)
         changes += gathered(active, data.channels, rows, n, on_dofs, space.ledger.rows, 0)
         dofs, modes = int(active.counts[0]["dofs"]), active.modes.shape[1]
         at = active.channel[:dofs]
@@ -100,7 +100,7 @@ def test_rows_of_the_last_step_stay_among_the_dofs(modal):
     """The account of energy looks back at them."""
     data, space = step_data(modal, STEP), work_space(modal)
     begin(space, data)
-    front, work, last = front_meshes(modal.system.pairs), space.work, space.ledger.rows
+    front, work, last = carrying_flanks(modal.system.pairs), space.work, space.ledger.rows
     old, _, _ = fill_rows(data.elements, np.zeros(len(modal.angles)), front, last)
     n, _, _ = fill_rows(data.elements, np.full(len(modal.angles), 0.3), front, work.rows)
     assert gathered(work.active, data.channels, work.rows, n, work.on_dofs, last, old)

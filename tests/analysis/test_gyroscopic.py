@@ -122,8 +122,8 @@ def test_rolling_is_neither_driven_nor_held_by_planets_that_orbit():
     assert whirl_modes(stage.mass, stage.stiffness, gyro, centripetal).growth.max() > 10.0
     rolling = stage.modes()[1][:, :1]
     rolling = rolling / rolling[8]  # per radian of the carrier
-    masters = np.eye(len(stage.mass))[8:9]
-    beside = without_rolling(centripetal, rolling, masters)
+    input_angles = np.eye(len(stage.mass))[8:9]
+    beside = without_rolling(centripetal, rolling, input_angles)
     np.testing.assert_allclose(beside @ rolling, 0.0, atol=1e-9 * np.abs(centripetal).max())
     m = whirl_modes(stage.mass, stage.stiffness, gyro, beside)
     assert m.frequencies[0] == 0.0 and not m.growth.any()

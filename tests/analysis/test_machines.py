@@ -49,7 +49,7 @@ def rated(modal, port):
     """Torques of the ports at rated load with the speed of one of them in its place, and that."""
     speed = float(modal.system.ports[port].row @ modal.system.rolling[:, 0])
     out = list(modal.system.rated_port_torques)
-    out[port] = speed * modal.system.rated_master_speeds[0]
+    out[port] = speed * modal.system.rated_input_speeds[0]
     return out
 
 
@@ -177,7 +177,7 @@ def test_a_speed_as_found_in_a_free_run_takes_the_torque_of_that_run(tmp_path):
 def test_a_stiff_controller_is_a_given_speed(tmp_path):
     """What its speed is off falls as 1/k_p."""
     modal, _ = free_run(tmp_path)
-    speed = float(modal.system.rated_master_speeds[0])
+    speed = float(modal.system.rated_input_speeds[0])
     drive = told(lambda t: speed * (1 + 0.02 * np.sin(200 * t)), 0.0,
                  rates=(lambda t: 4 * speed * np.cos(200 * t), 0.0))  # fmt: skip
     held = stepped(with_ends(modal, GivenSpeed(), modal.system.brake), drive, 0.01, 2e-5)
@@ -211,7 +211,7 @@ def test_a_run_goes_on_from_its_state(gears):
 def test_energy_closes_under_controllers_and_given_speeds(gears):
     j, own = inertia(gears, INPUT), 300.0
     brake = gears.system.brake
-    speed = float(gears.system.rated_master_speeds[0])
+    speed = float(gears.system.rated_input_speeds[0])
     controlled = with_ends(gears, Controller(own * j, own**2 * j), brake)
     drive = told(lambda t: np.where(t > 0.005, 1.2, 1.0) * speed, 0.0, jumps=(0.005,))
     assert left_over(stepped(controlled, drive, 0.05, 2e-5, track_energy=True)) < 1e-9
@@ -289,7 +289,7 @@ def test_runs_begin_stationary(gears, ends, share):
     """Torques balance at the speed that machines want, so nothing changes."""
     system = gears.system
     rows = system.port_rows @ system.rolling[:, 0]
-    speeds = share * rows * system.rated_master_speeds[0]
+    speeds = share * rows * system.rated_input_speeds[0]
     machines, values = ends(system.brake, share * system.rated_port_torques, speeds)
     modal = with_ends(gears, *machines)
     run = stepped(modal, told(*values), 0.01, 1e-4)

@@ -17,7 +17,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import FlexgearError
 
-MASTERS = np.linspace(0.0, 2.0, 11)[:, None]
+ANGLES = np.linspace(0.0, 2.0, 11)[:, None]
 
 HELD = {  # members of compatibility: ring fixed, carrier on its axis, sun sprung; five have room
     "stage.sun.support.radial_n_per_m": "2e8",
@@ -40,27 +40,27 @@ def close(found, expected):
 @pytest.mark.parametrize("size", [2e-5, 3e-4])
 def test_linear_contact(linear_modal, size):
     sets = random_sets(linear_modal.system.pairs, 4, size)
-    found = gear_mesh_forces(error_study(linear_modal, MASTERS, TORQUE), sets)
-    assert close(found, revolutions(linear_modal, MASTERS, TORQUE, sets))
+    found = gear_mesh_forces(error_study(linear_modal, ANGLES, TORQUE), sets)
+    assert close(found, revolutions(linear_modal, ANGLES, TORQUE, sets))
 
 
 @pytest.mark.parametrize(
-    ("size", "torque", "parted", "backs"),
+    ("size", "torque", "parted", "coasts"),
     [
         (2e-5, TORQUE, False, False),
         (2.5e-4, 0.5 * TORQUE, False, True),
         (2e-5, -TORQUE, True, True),
     ],
 )
-def test_one_sided_contact(one_sided_modal, size, torque, parted, backs):
+def test_one_sided_contact(one_sided_modal, size, torque, parted, coasts):
     """All teeth loaded; planets jammed between both flanks; reversed."""
     sets = random_sets(one_sided_modal.system.pairs, 6, size)
-    found = gear_mesh_forces(error_study(one_sided_modal, MASTERS, torque), sets)
-    assert close(found, revolutions(one_sided_modal, MASTERS, torque, sets))
-    front = one_sided_modal.system.pairs.front == 1
+    found = gear_mesh_forces(error_study(one_sided_modal, ANGLES, torque), sets)
+    assert close(found, revolutions(one_sided_modal, ANGLES, torque, sets))
+    drive = one_sided_modal.system.pairs.carries == 1
     assert found.min() >= 0
-    assert bool((found[:, front] == 0).any()) == parted
-    assert bool((found[:, ~front] > 0).any()) == backs
+    assert bool((found[:, drive] == 0).any()) == parted
+    assert bool((found[:, ~drive] > 0).any()) == coasts
 
 
 @pytest.mark.parametrize("size", [40e-6, 200e-6])
@@ -93,7 +93,7 @@ def test_planets_that_carry_nothing(tmp_path, size):
 
 def test_a_set_does_not_depend_on_its_company(one_sided_modal):
     """To the last bit, so that batches of any size give the same numbers."""
-    study = error_study(one_sided_modal, MASTERS, 0.2 * TORQUE)
+    study = error_study(one_sided_modal, ANGLES, 0.2 * TORQUE)
     sets = random_sets(one_sided_modal.system.pairs, 37, 2e-4)
     together = gear_mesh_forces(study, sets)
     for at in (slice(0, 1), slice(5, 6), slice(3, 20), slice(20, 37)):
@@ -103,7 +103,7 @@ def test_a_set_does_not_depend_on_its_company(one_sided_modal):
 
 
 def test_forces_are_linear_in_errors_where_contact_is(linear_modal):
-    study = error_study(linear_modal, MASTERS, TORQUE)
+    study = error_study(linear_modal, ANGLES, TORQUE)
     sets = random_sets(linear_modal.system.pairs, 2, 5e-5)
     sets = picked(sets, [0, 1, 1])
     sets.offset[2] = sets.offset[0] + sets.offset[1]
@@ -135,8 +135,8 @@ def test_lumped_stage_with_runouts(tmp_path, law, model):
     modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     sets = random_sets(modal.system.pairs, 5, 1e-5)
-    found = gear_mesh_forces(error_study(modal, MASTERS, torque), sets)
-    assert close(found, revolutions(modal, MASTERS, torque, sets))
+    found = gear_mesh_forces(error_study(modal, ANGLES, torque), sets)
+    assert close(found, revolutions(modal, ANGLES, torque, sets))
 
 
 def test_bearings_with_clearance_are_solved_one_set_after_the_other(tmp_path):
@@ -146,23 +146,23 @@ def test_bearings_with_clearance_are_solved_one_set_after_the_other(tmp_path):
     modal = modal_system(build_system(train))
     torque = modal.system.rated_torque
     sets = random_sets(modal.system.pairs, 2, 2e-5)
-    study = error_study(modal, MASTERS[:3], torque)
+    study = error_study(modal, ANGLES[:3], torque)
     assert study.one_by_one is not None
-    assert close(gear_mesh_forces(study, sets), revolutions(modal, MASTERS[:3], torque, sets))
+    assert close(gear_mesh_forces(study, sets), revolutions(modal, ANGLES[:3], torque, sets))
 
 
 def test_a_set_that_is_no_number_is_a_gap_of_its_own(one_sided_modal):
     sets = random_sets(one_sided_modal.system.pairs, 3, 2e-5)
     broken = ErrorSets(**{**sets.__dict__, "offset": sets.offset.copy()})
     broken.offset[1] = np.nan
-    study = error_study(one_sided_modal, MASTERS[:2], TORQUE)
+    study = error_study(one_sided_modal, ANGLES[:2], TORQUE)
     found, whole = gear_mesh_forces(study, broken), gear_mesh_forces(study, sets)
     assert np.isnan(found[..., 1]).any(axis=1).all()
     assert np.array_equal(found[..., [0, 2]], whole[..., [0, 2]])
 
 
 def test_stiffnesses_too_far_apart_are_an_error(one_sided_modal):
-    study = error_study(one_sided_modal, MASTERS[:2], TORQUE)
+    study = error_study(one_sided_modal, ANGLES[:2], TORQUE)
     held = study.held._replace(flexibility=1e12 * study.held.flexibility)
     soft = replace(study, held=held)
     with pytest.raises(FlexgearError, match="perfect gears have no equilibrium"):

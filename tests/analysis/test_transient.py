@@ -153,24 +153,24 @@ def test_linear_contact_pulls_only_where_the_drive_is_light():
     for law, inertia in (("linear", 2e4), ("linear", 3.8e7), ("one-sided", 2e4)):
         system = make_system(**{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)})
         r = run(modal_system(system, 3000.0), drop(2e5, 0.01, 0.11), 0.12, 2e-5, interval=1e-4)
-        front = shaped(r, "pair_load")[:, :2]
-        lows[law, inertia] = front.min() / front[0].max()
+        drive = shaped(r, "pair_load")[:, :2]
+        lows[law, inertia] = drive.min() / drive[0].max()
     assert lows["linear", 2e4] < -0.05
     assert lows["linear", 3.8e7] > -0.01
     assert lows["one-sided", 2e4] >= 0.0
 
 
-def test_reversal_crosses_the_backlash_before_the_back_flank_takes_load(one_sided):
+def test_reversal_crosses_the_backlash_before_the_coast_flank_takes_load(one_sided):
     modal = modal_system(one_sided, 1000.0)
     reverse = Drive(lambda t: np.where(t > 0.01, -TORQUE, TORQUE), (0.01,))
     r = run(modal, reverse, 0.12, 2e-5, interval=2e-4)
-    front = shaped(r, "pair_load")[:, :2].sum((1, 2, 3))
-    back = shaped(r, "pair_load")[:, 2:].sum((1, 2, 3))
-    assert back.max() > 0.2 * front[0]
+    drive = shaped(r, "pair_load")[:, :2].sum((1, 2, 3))
+    coast = shaped(r, "pair_load")[:, 2:].sum((1, 2, 3))
+    assert coast.max() > 0.2 * drive[0]
     assert shaped(r, "pair_load").min() >= 0
-    first_back = r.time[np.argmax(back > 0)]
-    unloaded = r.time[np.argmax(front < 1e-3 * front[0])]
-    assert 0.01 < unloaded < first_back
+    first_coast = r.time[np.argmax(coast > 0)]
+    unloaded = r.time[np.argmax(drive < 1e-3 * drive[0])]
+    assert 0.01 < unloaded < first_coast
     assert len(KINDS) == shaped(r, "pair_load").shape[1]
 
 

@@ -20,7 +20,7 @@ from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import State
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.pairs import build_rows
 
 Array = np.ndarray
@@ -49,7 +49,7 @@ class DenseSteps:
         system, h, pairs = self.modal.system, self.time_step, self.modal.system.pairs
         q, v = self.modal.modes @ start.eta, self.modal.modes @ start.velocity
         brake = system.brake
-        rows, wanted = pair_rows(pairs), front_meshes(pairs)
+        rows, wanted = pair_rows(pairs), carrying_flanks(pairs)
         weights = GAMMA * h * brake.rated_torque / brake.rated_speed
         slope = brake.rated_torque / brake.rated_speed
         o, drive = system.output, system.drive * self.torque

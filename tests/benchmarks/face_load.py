@@ -114,7 +114,7 @@ def against_dense(report: Report, model: Model, size: str) -> None:
 def dense_position(model: Model, angle: float) -> np.ndarray:
     """Gear-mesh forces (M,) N at an angle: Newton's method on motion q, torque T and all slices f,
 
-    K q + Vᵀ f + o T = load,   masters q = 0,   C f + h(f) = V q + e − g where f > 0.
+    K q + Vᵀ f + o T = load,   input_angles q = 0,   C f + h(f) = V q + e − g where f > 0.
     """
     system = model.system
     rows, n = rows_at(system, angle)
@@ -123,7 +123,7 @@ def dense_position(model: Model, angle: float) -> np.ndarray:
     vectors, free = share @ row_vectors(system, rows, n), share @ rows.offset[:n] - gap
     d, count = system.size, len(gap)
     left, right = np.zeros((d + 1 + count, d + 1 + count)), np.zeros(d + 1 + count)
-    left[:d, :d], left[:d, d], left[d, :d] = system.stiffness, system.output, system.masters[0]
+    left[:d, :d], left[:d, d], left[d, :d] = system.stiffness, system.output, system.input_rows[0]
     right[:d] = system.drive * system.rated_torque
     f, touch, q = np.zeros(count), np.ones(count, bool), np.zeros(d)
     f[:] = 1e-3 * limit

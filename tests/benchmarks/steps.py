@@ -189,7 +189,7 @@ def against_dense(report: Report, system: System, modal: ModalSystem, text: str,
         min(REPEATS[size], 3),
     )
     motion = full.modes @ all_modes()["eta"][-1]
-    roll = system.rolling @ (system.masters @ motion)
+    roll = system.rolling @ (system.input_rows @ motion)
     names = {
         "refactor": "dense Cholesky at every step",
         "woodbury": "dense inverse, Woodbury update",

@@ -45,7 +45,7 @@ def test_chosen_variables(flexgear, tmp_path):
     whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
     code, figures, _ = flexgear(*command, "--out", whole)
     assert code == 0
-    names = ("--save", "gear_mesh_force", "--save", "master_speed,load_sharing")
+    names = ("--save", "gear_mesh_force", "--save", "input_speed,load_sharing")
     code, same, _ = flexgear(*command, "--out", part, *names)
     assert code == 0
     figures, same = (json.loads(text)["transient"] for text in (figures, same))
@@ -53,7 +53,7 @@ def test_chosen_variables(flexgear, tmp_path):
     assert figures["gear_mesh_force"] == same["gear_mesh_force"]
     data = load(part)
     assert {n for n in data if "time" in data[n].dims} == {
-        "gear_mesh_force", "master_speed", "load_sharing",
+        "gear_mesh_force", "input_speed", "load_sharing",
     }  # fmt: skip
     assert data.identical(load(whole)[list(data)])
 

@@ -33,7 +33,7 @@ def approach(modal, angles, torque):
     for angle, eta in zip(angles, found.eta, strict=True):
         moved = modal.channel_modes @ eta
         rows, _ = rows_at(modal.system, angle)
-        row = next(i for i in range(len(rows.coef)) if modal.system.pairs.front[rows.owner[i]])
+        row = next(i for i in range(len(rows.coef)) if modal.system.pairs.carries[rows.owner[i]])
         at = 6 * rows.blocks[row, : rows.width[row], None] + np.arange(6)
         coef = rows.coef[row, : rows.width[row]].copy()
         coef[:, 3:5] = 0.0  # tilts, of a row at another z
@@ -134,7 +134,7 @@ def test_the_coast_flank_is_the_drive_flank_of_the_mirrored_case(tmp_path, flank
         given = {f"gear.modifications.{on}.{key}": value for key, value in keys.items()}
         model = gears(tmp_path, **given, planet_hand=f'"{hand}"')
         pairs = model.system.pairs
-        m = int(np.flatnonzero(pairs.front == (sign > 0))[0])
+        m = int(np.flatnonzero(pairs.carries == (sign > 0))[0])
         angles = (pairs.s_lo[m] + places * pairs.pitch[m] - pairs.s0[m]) / pairs.rate[m]
         return np.sort(revolution(model, angles, sign * 500.0).pair_load.sum(axis=1))
 

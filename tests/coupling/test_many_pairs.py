@@ -30,7 +30,7 @@ def test_pairs_of_a_wide_stage_share_the_force_of_their_gear_mesh(tmp_path, make
     pairs = system.pairs
     angles = np.linspace(0.0, 2 * np.pi / pairs.gear_teeth.max(), 5)
     found = revolution(modal_system(system), angles, system.rated_torque)
-    front = pairs.front == 1
+    front = pairs.carries == 1
     load, tooth = found.pair_load[:, front], found.pair_tooth[:, front]
     reach = pairs.s_hi - pairs.s_lo + 2 * np.abs(pairs.slope) * pairs.half_face
     ratio = np.floor(reach / pairs.pitch)[front]

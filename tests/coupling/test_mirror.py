@@ -87,7 +87,7 @@ def thinned_on_the_other_flanks(image, own):
 
 
 def mirrored(kind, planet, tooth):
-    swapped = kind.removesuffix("_back") if kind.endswith("_back") else f"{kind}_back"
+    swapped = kind.removesuffix("_coast") if kind.endswith("_coast") else f"{kind}_coast"
     return swapped, -planet % PLANETS, -tooth % TEETH["ring"]
 
 
@@ -116,7 +116,7 @@ def assert_mirrored(own, image):
         assert len(seen) > 2 * PLANETS
         assert all(abs(b.get(key, 0.0) - load) < 1e-8 * largest for key, load in seen.items())
         assert {key for key, load in b.items() if load > 2e-6 * largest} <= set(seen)
-        assert not any(kind.endswith("_back") for kind, _, _ in seen)
+        assert not any(kind.endswith("_coast") for kind, _, _ in seen)
 
 
 def assert_same_motion(own, image, ring="tooth_017", image_ring="tooth_078"):
@@ -221,7 +221,7 @@ def test_load_along_the_face_is_mirrored_slice_by_slice(tmp_path, face):
     here, there = slices(own), slices(image)
     largest = max(force.max(initial=0.0) for force in here.values())
     for (p, kind, planet), force in here.items():
-        if kind.endswith("_back"):  # those that carry
+        if kind.endswith("_coast"):  # those that carry
             seen = there[p, *mirrored(kind, planet, 0)[:2]]
             np.testing.assert_allclose(seen, force, rtol=0, atol=1e-8 * largest)
 

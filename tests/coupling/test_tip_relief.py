@@ -12,7 +12,7 @@ from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.elements import pair_rows
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pair_data import front_meshes
+from flexgear.coupling.pair_data import carrying_flanks
 from flexgear.coupling.pairs import build_rows
 
 KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
@@ -45,9 +45,9 @@ def test_relief_is_the_gap_of_each_pair_at_its_place(tmp_path, make):
     rows = pair_rows(pairs)
     theta = system.theta(np.array([angle]))
     clean = unmodified(system).pairs
-    _, count = build_rows(pairs, rows, theta, front_meshes(pairs))
+    _, count = build_rows(pairs, rows, theta, carrying_flanks(pairs))
     bare = pair_rows(pairs)
-    build_rows(clean, bare, theta, front_meshes(pairs))
+    build_rows(clean, bare, theta, carrying_flanks(pairs))
     gap = bare.pair["error"][:count] - rows.pair["error"][:count]
     assert gap.max() > 20e-6 and gap.min() == 0.0
     short = clean.error_gear.copy()

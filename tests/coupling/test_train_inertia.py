@@ -102,7 +102,7 @@ def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path)
     case = load_stage("wind-5mw", {"brake.exponent": "2"})
     bodies = make_bodies(case)
     inside, alone = build_system(train, {"stage_1": bodies}), stage_system(case, bodies)
-    for name in ("mass", "stiffness", "rolling", "masters", "blocks", "port_rows"):
+    for name in ("mass", "stiffness", "rolling", "input_rows", "blocks", "port_rows"):
         a, b = getattr(inside, name), getattr(alone, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max(), name
     assert inside.brake.exponent == alone.brake.exponent == 2
@@ -128,7 +128,7 @@ def test_torque_passes_the_spline_into_the_next_stage(tmp_path):
     assert not [b.name for b in system.bodies if b.name.endswith("output")]
     ends = [("first.shaft", "end"), ("second.gear", "second.gear")]
     rows = [system.node_rows(*end)[5] for end in ends]
-    rest = rows[0] - rows[1] - (rows[0] - rows[1]) @ system.rolling @ system.masters
+    rest = rows[0] - rows[1] - (rows[0] - rows[1]) @ system.rolling @ system.input_rows
     from flexgear.analysis.recovery import Recovery
 
     twist = float(Recovery(found).motion(rest[None])[0, 0])

@@ -351,7 +351,7 @@ def test_no_rotation_makes_force(two_stages):
         assert np.abs(k @ system.rolling).max() < 1e-9 * np.abs(k).max()
 
 
-def test_make_system_still_has_one_master():
+def test_make_system_still_has_one_input_coordinate():
     system = make_system()
-    assert system.masters.shape[0] == 1
+    assert system.input_rows.shape[0] == 1
     assert system.reactions.tolist() == [1]

@@ -31,7 +31,7 @@ VARIANTS = [
 
 
 class Bench:
-    """Ring, planets and sun in the carrier frame at a carrier angle, touching on the front.
+    """Ring, planets and sun in the carrier frame at a carrier angle, touching on the drive flanks.
 
     The planet is turned until its flank touches ring tooth 0's; the sun until it touches planet 1.
     """
@@ -88,7 +88,7 @@ def bench(request):
     return Bench(load_stage("wind-5mw", VARIANTS[request.param]))
 
 
-def first_angles(bench, kind_of_flank="front"):
+def first_angles(bench, kind_of_flank="drive"):
     """Planet tooth 0's angle of every planet and sun tooth 0's, from one contact each."""
     path, planets = bench.paths["ring"], []
     for i in range(bench.stage.planets):
@@ -106,7 +106,7 @@ def first_angles(bench, kind_of_flank="front"):
     return planets, sun
 
 
-# flank sides (+1: towards +angle) of the front contact, found by hand from the force directions
+# flank sides (+1: towards +angle) of the drive contact, found by hand from the force directions
 RING_SIDE, PLANET_RING_SIDE, PLANET_SUN_SIDE, SUN_SIDE = -1, +1, -1, -1
 ANGLES = (0.0, 0.1234, 1.0, 2 * math.pi - 0.01, 2 * math.pi + 0.5, -3.3)
 
@@ -146,18 +146,18 @@ def test_both_flanks_pass_through_the_contact_point_with_the_path_normal(bench, 
 
 
 @pytest.mark.parametrize("theta", ANGLES[:3])
-def test_back_flanks_touch_when_the_planet_has_crossed_the_backlash(bench, theta):
-    """Ring and sun are thinned behind; one turn of the planet closes all its back pairs."""
+def test_coast_flanks_touch_when_the_planet_has_crossed_the_backlash(bench, theta):
+    """Ring and sun are thinned behind; one turn of the planet closes all its coast pairs."""
     planets, sun = first_angles(bench)
     cos_bb = math.cos(bench.g.base_helix_angle)
     for i in range(bench.stage.planets):
-        path = bench.paths["ring_back"]
+        path = bench.paths["ring_coast"]
         ring = bench.ring(theta, i)
         ring.thin(bench.stage.backlash_ring / cos_bb, -RING_SIDE)
         turn = -path.backlash / cos_bb / bench.g.planet.base_radius
         planet = bench.planet(theta, i, planets[i] + turn)
         touch(bench, path, i, theta, ring, -RING_SIDE, planet, -PLANET_RING_SIDE)
-        path = bench.paths["sun_back"]
+        path = bench.paths["sun_coast"]
         # the sun follows the planet, then crosses its own backlash
         follow = turn * bench.g.planet.base_radius
         own = path.backlash / cos_bb
@@ -245,7 +245,7 @@ def test_five_times_seventy_two_degrees_assembles_and_eighty_teeth_do_not():
     with pytest.raises(InputError, match=r"do not assemble.*26.67.*planet_positions"):
         flexible_paths(other)
     forced = load_stage("wind-5mw", {**bad, "stage.allow_unassemblable": "true"})
-    assert set(flexible_paths(forced)) == {"ring", "sun", "ring_back", "sun_back"}
+    assert set(flexible_paths(forced)) == {"ring", "sun", "ring_coast", "sun_coast"}
     pitch = 360 / 80  # angles in steps of 360°/(z_s + z_r) assemble
     places = f"[0, {27 * pitch}, {53 * pitch}]"
     flexible_paths(load_stage("wind-5mw", {**bad, "stage.planet_positions_deg": places}))

@@ -161,7 +161,7 @@ def test_long_train_is_sampled_evenly_in_every_stage():
     z = [(12, 30, 75), (18, 28, 75), (16, 23, 65)]
     cycles = [error_cycle(planetary(*t)) for t in z]
     ratios = [1 + Fraction(r, s) for s, _, r in z]
-    rates = [ratios[1] * ratios[2], ratios[2], Fraction(1)]  # master: last carrier
+    rates = [ratios[1] * ratios[2], ratios[2], Fraction(1)]  # input coordinate: last carrier
     turns = [TrainTurn(c, r) for c, r in zip(cycles, rates, strict=True)]
     s = sample_train_angles(turns, 2, 1, most=2000)
     assert not s.complete and len(s.gear_mesh) == 2000

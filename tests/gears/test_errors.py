@@ -24,7 +24,7 @@ from flexgear.model.load import load_stage
 
 DEG = math.pi / 180
 UM = 1e-6
-KINDS = ("ring", "sun", "ring_back", "sun_back")
+KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 THETAS = (0.0, 0.37, -1.9, 11.0)
 
 
@@ -49,8 +49,8 @@ def normal_of(path):
 
 
 # ------------------------------------------------------------------------- against real flanks
-SIDES = {"ring": (-1, +1), "sun": (-1, -1), "ring_back": (+1, -1), "sun_back": (+1, +1)}
-PARALLEL_SIDES = {"sun": (+1, +1), "sun_back": (-1, -1)}
+SIDES = {"ring": (-1, +1), "sun": (-1, -1), "ring_coast": (+1, -1), "sun_coast": (+1, +1)}
+PARALLEL_SIDES = {"sun": (+1, +1), "sun_coast": (-1, -1)}
 
 
 class DisplacedFlanks:
@@ -66,7 +66,7 @@ class DisplacedFlanks:
         self.g, self.path = stage_geometry(seen(stage)), paths_of(stage)[kind, ""]
         sides = PARALLEL_SIDES if stage.kind == "parallel" else SIDES
         self.gear_side, self.planet_side = sides[kind]
-        self.slot = kind.removesuffix("_back")
+        self.slot = kind.removesuffix("_coast")
 
     def excess(self, i, theta, *, gear_shift=(0, 0), planet_shift=(0, 0), thicker=0.0):
         path, shift = self.path, np.asarray(gear_shift, dtype=float)
@@ -96,12 +96,12 @@ def into_planet_axes(stage, i, size, angle):
 
 
 CASES = [(planetary, kind) for kind in KINDS] + [(helical, kind) for kind in KINDS]
-CASES += [(parallel, kind) for kind in ("sun", "sun_back")]
+CASES += [(parallel, kind) for kind in ("sun", "sun_coast")]
 
 
 @pytest.mark.parametrize(("make", "kind"), CASES)
 def test_eccentric_sun_or_ring_displaces_its_flanks(make, kind):
-    slot = kind.removesuffix("_back")
+    slot = kind.removesuffix("_coast")
     stage = make(errors={f"{slot}_eccentricity": 30 * UM, f"{slot}_eccentricity_phase": 0.7})
     errors, _ = errors_and_paths(stage)
     flanks, turn = DisplacedFlanks(stage, kind), stage_turns(stage)[slot]
@@ -248,10 +248,10 @@ def test_an_eccentric_planet_moves_both_gear_meshes_by_one_vector():
 
 # ------------------------------------------------------------------------------- published formulas
 def driven_by_the_sun(**errors):
-    """Back flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""
+    """Coast flanks carry: n = (sin α, cos α) at the sun, (−sin α, cos α) at the ring."""
     stage = planetary(errors=errors)
     found, paths = errors_and_paths(stage)
-    return stage, found["sun_back", ""], found["ring_back", ""], paths["sun_back", ""].alpha
+    return stage, found["sun_coast", ""], found["ring_coast", ""], paths["sun_coast", ""].alpha
 
 
 @pytest.mark.parametrize("theta", [0.0, 0.9, -4.0])
@@ -296,7 +296,7 @@ def test_ren_and_hu_with_the_signs_of_their_own_deflections(theta, i):
 def test_the_printed_carrier_error_would_be_rolled_away_by_the_planets():
     """Equal and opposite at sun and ring is a rotation of the planet; the true one is not."""
     _, paths = errors_and_paths(planetary())
-    arms = np.array([paths[k, ""].planet_arm for k in ("sun_back", "ring_back")])
+    arms = np.array([paths[k, ""].planet_arm for k in ("sun_coast", "ring_coast")])
     printed = np.array([1.0, -1.0])  # Ren eq. 16 over E_c sin(β_c − φ) cos α
     rotation = printed[0] / arms[0]
     assert printed - arms * rotation == pytest.approx([0, 0])
@@ -336,7 +336,7 @@ def test_gear_mesh_error_adds_to_the_tooth_errors_as_a_phasor():
     })  # fmt: skip
     errors, paths = errors_and_paths(stage)
     x = 2 * np.pi * np.linspace(0, 1, 9)
-    for kind in ("sun", "sun_back"):
+    for kind in ("sun", "sun_coast"):
         e = errors[kind, ""]
         wave = e.harmonic_amplitude[1] * np.sin(x + e.harmonic_phase[1])
         assert wave == pytest.approx(6 * UM * np.sin(x + 0.2) + 5 * UM * np.sin(x + 1.9), abs=1e-18)
@@ -369,12 +369,12 @@ def test_pinion_and_gear_have_the_errors_of_sun_and_planet():
         "sun_eccentricity": 3 * UM, "planet_eccentricity": (5 * UM,),
     })  # fmt: skip
     errors, _ = errors_and_paths(stage)
-    assert set(errors) == {("sun", ""), ("sun_back", "")}
+    assert set(errors) == {("sun", ""), ("sun_coast", "")}
     e = errors["sun", ""]
     assert e.gear_tooth.shape == (24,) and e.planet_tooth.shape == (1, 95)
     assert e.harmonic_amplitude == pytest.approx([3 * UM])
     assert e.runout_rate == pytest.approx([-95 / 24, 1])
-    assert not np.array_equal(e.gear_tooth, errors["sun_back", ""].gear_tooth)
+    assert not np.array_equal(e.gear_tooth, errors["sun_coast", ""].gear_tooth)
     assert np.ptp(e.planet_tooth) > 0
 
 

@@ -32,7 +32,7 @@ def test_the_rectangular_wave_counts_the_pairs_of_every_planet(stage):
     paths = paths_of(stage)
     theta = np.linspace(-0.3, 0.4, 1777)
     for (kind, _), path in paths.items():
-        ratio = g.gear_meshes[kind.removesuffix("_back")].transverse_contact_ratio
+        ratio = g.gear_meshes[kind.removesuffix("_coast")].transverse_contact_ratio
         share = []
         for i in range(stage.planets):
             x = (path.s0[i] + path.rate * theta - path.s_lo) / path.base_pitch % 1

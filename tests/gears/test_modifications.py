@@ -127,7 +127,7 @@ def test_a_planet_s_flank_meets_the_other_mate_under_the_other_torque(tmp_path, 
     keys = {f"planet.modifications.{planet_flank}.lead_crowning_um": 9}
     found = paths(modified(tmp_path, keys), sign)
     has = {kind for kind, path in found.items() if path.gap_grid.any()}
-    carrying = planet_flank if sign > 0 else f"{planet_flank}_back"
+    carrying = planet_flank if sign > 0 else f"{planet_flank}_coast"
     assert carrying in has
     side = np.sign(found[carrying].planet_arm)
     assert has == {kind for kind, path in found.items() if np.sign(path.planet_arm) == side}
@@ -140,7 +140,7 @@ def test_drive_and_coast_flanks_of_a_gear(tmp_path, gear, flank, sign):
     """The coast flank of a case is the drive flank of the one whose torque has the other sign."""
     found = paths(modified(tmp_path, {f"{gear}.modifications.{flank}.lead_crowning_um": 9}), sign)
     has = [kind for kind, path in found.items() if path.gap_grid.any()]
-    assert has == [gear if (flank == "drive") == (sign > 0) else f"{gear}_back"]
+    assert has == [gear if (flank == "drive") == (sign > 0) else f"{gear}_coast"]
 
 
 def test_keys_of_one_flank_replace_those_of_both(tmp_path):
@@ -159,7 +159,7 @@ def test_halves_of_a_double_helical_stage_mirror_each_other(tmp_path):
             "planet.modifications.helix_slope_um": 12}  # fmt: skip
     train = modified(tmp_path, keys)
     found = stage_paths(train.view("stage"), {"sun": 1.0, "ring": 1.0})
-    for kind in ("sun", "ring", "sun_back", "ring_back"):
+    for kind in ("sun", "ring", "sun_coast", "ring_coast"):
         left, right = found[kind, "left"], found[kind, "right"]
         assert np.abs(right.gap_grid).max() > 1e-6
         np.testing.assert_allclose(left.gap_grid, right.gap_grid, atol=1e-15)
@@ -177,7 +177,7 @@ def test_relief_of_a_spur_gear_rises_from_its_start_to_its_tip(tmp_path, gear, f
     keys = {f"{gear}.modifications.tip_relief.{k}": v for k, v in RELIEF.items()}
     keys[f"{gear}.modifications.tip_relief.form"] = f'"{form}"'
     for kind, path in paths(modified(tmp_path, keys)).items():
-        if gear not in ("planet", kind.removesuffix("_back")):
+        if gear not in ("planet", kind.removesuffix("_coast")):
             assert not path.gap_grid.any()
             continue
         tip = path.s_hi if gear == "planet" else path.s_lo
@@ -284,7 +284,7 @@ def test_a_table_from_a_csv_file(tmp_path):
         f"{key}.gaps_um": [[1.5, 2], [3, 4]],
     })  # fmt: skip
     a, b = paths(read), paths(written)
-    assert a["sun"].gap_grid.max() > 1e-6 and not a["sun_back"].gap_grid.any()
+    assert a["sun"].gap_grid.max() > 1e-6 and not a["sun_coast"].gap_grid.any()
     np.testing.assert_array_equal(a["sun"].gap_grid, b["sun"].gap_grid)
     assert case_of_dict(tuples_of(read.to_dict())) == read
     first = read.content_hash()

@@ -140,7 +140,7 @@ def test_gap_opens_quadratically_by_the_closed_form(stages, name, kind):
 @BOTH
 def test_same_on_coast_flanks(stages, kind):
     _, paths = stages["shifted"]
-    drive, coast = paths[kind].off_path, paths[f"{kind}_back"].off_path
+    drive, coast = paths[kind].off_path, paths[f"{kind}_coast"].off_path
     places = beyond(paths[kind], np.array([1e-3, 5e-3]))
     assert (drive.gap(places) == coast.gap(places)).all()
 

@@ -23,7 +23,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_stage
 
-KINDS = ("ring", "sun", "ring_back", "sun_back")
+KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 DEG = math.pi / 180
 
 
@@ -91,7 +91,7 @@ def test_rolling_does_not_compress_and_travels_along_the_path(stage):
         assert path.rate == pytest.approx(sense * path.base_radius_planet * planet_turn)
 
 
-def test_forward_drive_loads_the_front_flanks():
+def test_forward_drive_loads_the_drive_flanks():
     """Planets and the gear of a parallel stage that drive for θ̇ > 0 are held back by the force."""
     for stage in (planetary(), parallel()):
         paths = paths_of(stage)
@@ -99,9 +99,9 @@ def test_forward_drive_loads_the_front_flanks():
             if kind.startswith("ring"):
                 continue
             _, planet_turn = rolls(stage, path)
-            front = not kind.endswith("back")
-            assert (path.planet_arm * planet_turn < 0) == front
-            assert (path.rate > 0) == front
+            drive = not kind.endswith("coast")
+            assert (path.planet_arm * planet_turn < 0) == drive
+            assert (path.rate > 0) == drive
 
 
 # ------------------------------------------------------------------------ parallel stage's flanks
@@ -123,7 +123,7 @@ class ParallelBench:
         )
 
 
-# the pinion's front flank faces +y at the gear, the gear's faces −y towards the pinion (found by
+# the pinion's drive flank faces +y at the gear, the gear's faces −y towards the pinion (found by
 # hand: the gear turning by +θ moves the teeth at its −x side towards −y)
 FRONT_PINION, FRONT_GEAR = +1, +1
 
@@ -133,9 +133,9 @@ FRONT_PINION, FRONT_GEAR = +1, +1
 def test_flanks_of_pinion_and_gear_pass_through_the_contact(hand, play):
     stage = parallel(planet_hand=hand, backlash_sun=play)
     bench = ParallelBench(stage)
-    front, back = bench.paths["sun"], bench.paths["sun_back"]
+    drive, coast = bench.paths["sun"], bench.paths["sun_coast"]
     # where tooth 0 of both is, from the pair 0 at θ = 0
-    c = contact(front, 0, 0, 0.0)
+    c = contact(drive, 0, 0, 0.0)
     first = {
         slot: 2 * math.pi / bench.g.gears[slot].teeth
         * bench.teeth(slot, 0.0).locate(c, FRONT_PINION if slot == "sun" else FRONT_GEAR)
@@ -144,8 +144,8 @@ def test_flanks_of_pinion_and_gear_pass_through_the_contact(hand, play):
     cos_bb = math.cos(bench.g.radii.base_helix_angle)
     ratio = bench.g.radii.planet / bench.g.radii.sun
     for theta in (0.0, 0.013, 0.9, -2.2):
-        for path, sign in ((front, 1), (back, -1)):
-            # on the back flank the pinion has crossed the backlash, which thins its teeth there
+        for path, sign in ((drive, 1), (coast, -1)):
+            # on the coast flank the pinion has crossed the backlash, which thins its teeth there
             free = 0.0 if sign == 1 else path.backlash / cos_bb
             turn = -free / bench.g.radii.sun
             gear = bench.teeth("planet", first["planet"] + theta)
@@ -176,7 +176,7 @@ def test_flanks_of_pinion_and_gear_pass_through_the_contact(hand, play):
 def test_a_parallel_stage_is_right_for_the_pinions_own_rotation():
     """Over a turn of the gear z_gear pairs pass; tooth 0 meets tooth 0 at the pitch point at 0."""
     path = paths_of(parallel())["sun", ""]
-    assert set(paths_of(parallel())) == {("sun", ""), ("sun_back", "")}
+    assert set(paths_of(parallel())) == {("sun", ""), ("sun_coast", "")}
     assert 2 * math.pi * path.rate / path.base_pitch == pytest.approx(95)
     x, y = contact(path, 0, 0, 0.0)[:2]
     assert y == pytest.approx(0, abs=1e-12)

@@ -15,14 +15,14 @@ def test_single_tooth_deviations_add_half_each():
     assert np.allclose(e["sun"].harmonic_amplitude, 0.5 * (18e-6 + 18e-6))
     # coast flanks are cut as well as drive flanks
     for kind in ("ring", "sun"):
-        assert np.all(e[f"{kind}_back"].harmonic_amplitude == e[kind].harmonic_amplitude)
+        assert np.all(e[f"{kind}_coast"].harmonic_amplitude == e[kind].harmonic_amplitude)
 
 
 def test_a_pin_forward_presses_the_drive_flanks_and_relieves_the_coast_flanks():
     """Planet moved by t tangentially: δ = -N·t; n_y = -cos α at both loaded flanks."""
     case = load_stage("wind-5mw", {"errors.pin_tangential_um": "[50, 0, 0, 0, 0]"})
     paths, e = flexible_paths(case), flexible_errors(case)
-    for kind, sign in (("ring", 1), ("sun", 1), ("ring_back", -1), ("sun_back", -1)):
+    for kind, sign in (("ring", 1), ("sun", 1), ("ring_coast", -1), ("sun_coast", -1)):
         p = paths[kind]
         size = 50e-6 * math.cos(p.alpha) * math.cos(p.beta_b)
         assert e[kind].offset == pytest.approx([sign * size, 0, 0, 0, 0])
@@ -43,6 +43,6 @@ def test_pitch_deviations_belong_to_flanks_and_to_the_seed():
     assert np.allclose(e["ring"].gear_tooth.mean(), 0)
     assert np.all(e["sun"].gear_tooth == 0)
     # the flank that meets the ring when driving meets the sun when driven
-    assert np.array_equal(e["ring"].planet_tooth, e["sun_back"].planet_tooth)
-    assert np.array_equal(e["sun"].planet_tooth, e["ring_back"].planet_tooth)
+    assert np.array_equal(e["ring"].planet_tooth, e["sun_coast"].planet_tooth)
+    assert np.array_equal(e["sun"].planet_tooth, e["ring_coast"].planet_tooth)
     assert not np.array_equal(e["ring"].planet_tooth, e["sun"].planet_tooth)

@@ -119,5 +119,5 @@ def test_a_short_run_holds_the_load(model):
     run = fg.transient(model, duration=4 / FREQUENCY)
     ring = run.gear_mesh_force.values[:, :PLANETS].mean()
     assert ring == pytest.approx(NORMAL, rel=0.02)
-    speeds = run.master_speed.values * 30 / math.pi
+    speeds = run.input_speed.values * 30 / math.pi
     assert speeds == pytest.approx(np.full_like(speeds, speeds[0, 0]), rel=1e-3)

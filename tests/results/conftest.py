@@ -45,14 +45,14 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         "rated_gear_mesh_force": rated,
         **sharing_histories(force, rated, names),
         "stage_angle": own.pop("carrier_angle")[:, None],
-        "master_speed": own["carrier_speed"][:, None],
+        "input_speed": own["carrier_speed"][:, None],
         "stage_speed": own.pop("carrier_speed")[:, None],
         "port_torque": np.tile([4e6, -9e5], (samples, 1)),
     }
     teeth = own["tooth_displacement"].shape[1]
     labels |= {
         "turning_stage": [stage],
-        "master": [f"{stage}.carrier"],
+        "input_coordinate": [f"{stage}.carrier"],
         "port": [f"{stage}.carrier", f"{stage}.sun"],
         "carrier_node": [f"{stage}.drive", *(f"{stage}.pin_{i + 1}" for i in range(PLANETS))],
         "bolt": [f"{stage}.bolt_{k + 1:02d}" for k in range(own["bolt_force"].shape[1])],

@@ -16,13 +16,13 @@ def both_runs(make_run):
     drive = stage_part(make_run(), "stage")
     load, tooth = (drive[f"ring_pair_{n}"].to_numpy() for n in ("load", "tooth"))
     shifted = np.where(tooth > 0, (tooth + 3) % 93 + 1, 0).astype(np.int16)
-    spare = {"ring_back_pair_load": 0 * load, "ring_back_pair_tooth": shifted}
-    spare |= {"sun_back_pair_load": 0 * load, "sun_back_pair_tooth": shifted}
+    spare = {"ring_coast_pair_load": 0 * load, "ring_coast_pair_tooth": shifted}
+    spare |= {"sun_coast_pair_load": 0 * load, "sun_coast_pair_tooth": shifted}
     run = make_run(**spare)
     ahead, turned = stage_part(run, "stage"), {}
     for gear in ("ring", "sun"):
         for part in ("load", "tooth"):
-            one, other = f"{gear}_pair_{part}", f"{gear}_back_pair_{part}"
+            one, other = f"{gear}_pair_{part}", f"{gear}_coast_pair_{part}"
             turned |= {one: ahead[other].to_numpy(), other: ahead[one].to_numpy()}
     turned["ring_gear_mesh_force"] = -ahead["ring_gear_mesh_force"].to_numpy()
     return run, make_run(**turned)

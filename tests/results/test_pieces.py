@@ -114,7 +114,7 @@ def test_a_train(tmp_path, reads):
         {
             "gear_mesh_force": (("time", "gear_mesh"), rng.normal(size=(SAMPLES, 4))),
             "body_displacement": (("time", "body", "dof"), far),
-            "master_speed": ("time", rng.normal(size=SAMPLES)),
+            "input_speed": ("time", rng.normal(size=SAMPLES)),
             "port_torque": ("time", rng.normal(size=SAMPLES)),
         },
         {"time": np.arange(SAMPLES) / SAMPLES, **labels},

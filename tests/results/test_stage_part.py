@@ -64,7 +64,7 @@ def test_every_stage_has_its_own_numbers(two_stages):
             labels = [f"{name} {kind} {i}" for i in range(1, 6)]
             force = data["gear_mesh_force"].sel(gear_mesh=labels)
             np.testing.assert_array_equal(part[f"{kind}_gear_mesh_force"], force)
-            for sense, word in (("drive", "pair"), ("coast", "back_pair")):
+            for sense, word in (("drive", "pair"), ("coast", "coast_pair")):
                 pairs = flanks(data, name, kind, sense)
                 assert pairs["flank_planet"].values.tolist() == [1, 2, 3, 4, 5]
                 for what in ("load", "tooth", "stiffness", "position"):
@@ -96,7 +96,7 @@ def test_the_pairs_of_both_flanks_add_up_to_the_gear_mesh_force(two_stages):
         part = stage_part(two_stages, name)
         for kind in ("ring", "sun"):
             drive = part[f"{kind}_pair_load"].sum("slot")
-            coast = part[f"{kind}_back_pair_load"].sum("slot")
+            coast = part[f"{kind}_coast_pair_load"].sum("slot")
             np.testing.assert_allclose(part[f"{kind}_gear_mesh_force"], drive - coast)
 
 

@@ -38,7 +38,7 @@ def test_fields_of_samples_move_the_nodes_as_the_results_say(model, run, body, k
 
 def test_a_ring_in_steady_running_is_near_statics(model, run):
     """What swings about the equilibrium of an angle is a few per cent of it."""
-    angle = float(run["master_angle"][-1, 0])
+    angle = float(run["input_angle"][-1, 0])
     later = deformed(model, "stage.ring", run=run, time=1.0)
     static = deformed(model, "stage.ring", carrier_angle=angle)["displacement"]
     assert np.abs(static - later["displacement"]).max() < 0.05 * np.abs(static).max()

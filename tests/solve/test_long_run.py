@@ -63,7 +63,7 @@ def test_a_train_is_the_same_in_a_file_as_in_memory(train, tmp_path):
     assert data.sizes["time"] == 4000
     assert np.isfinite(data["load_sharing_coefficient"]).all()
     assert "energy_kinetic" in data and data.attrs["steps"] == 4000
-    same_in_a_file(run, tmp_path, ("gear_mesh_force", "master_speed"))
+    same_in_a_file(run, tmp_path, ("gear_mesh_force", "input_speed"))
 
 
 def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):

@@ -57,7 +57,7 @@ def test_every_train_stands_without_torque_and_without_speed(name, what, law):
     data = static(context, [0.0, 0.2])
     assert unexplained(data) == []
     assert data.attrs["closure_max"] < 1e-8
-    assert data["master_angle"].values[1, 0] == pytest.approx(0.2)
+    assert data["input_angle"].values[1, 0] == pytest.approx(0.2)
     nothing = 1e-9 * bundled(name).rated.max()
     # errors press on some planets and pull at others, and add up to nothing
     mean = data["gear_mesh_force"].groupby("kind").mean("gear_mesh")
@@ -112,7 +112,7 @@ def test_a_train_rated_at_rest_stays_there(stage):
         rest["gear_mesh_force"], force * np.ones((rest.sizes["time"], 1)),
         atol=1e-6 * np.abs(force).max(),
     )  # fmt: skip
-    assert np.abs(rest["master_speed"]).max() < 1e-9
+    assert np.abs(rest["input_speed"]).max() < 1e-9
 
 
 def test_modes_do_not_depend_on_torque_or_speed(stage):

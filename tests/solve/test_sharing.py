@@ -115,7 +115,7 @@ def test_errors_come_back_after_their_cycle():
 def test_positions_shown_are_one_turn_of_the_stage():
     model = bundled("lin-parker")
     data = stages_sharing(model, "stage")
-    sun = data["master_angle"].values[:, 0]
+    sun = data["input_angle"].values[:, 0]
     carrier = abs(sun[-1] + sun[1] - 2 * sun[0]) * 26 / (26 + 94)
     assert carrier == pytest.approx(2 * np.pi, rel=1e-6)
     assert sun[-1] * model.flow.speed["stage.sun"] > 0  # forward in time

@@ -72,7 +72,7 @@ def test_torque_scales_all_ports():
 
 def test_two_independent_rotations_turn_in_rated_proportion():
     model = bundled("double-rotor-5mw")
-    angle = static(model, [0.5])["master_angle"].values[0]
+    angle = static(model, [0.5])["input_angle"].values[0]
     assert angle[0] == pytest.approx(0.5)
     assert angle[1] / angle[0] == pytest.approx(-16.21 / 12.1)
 

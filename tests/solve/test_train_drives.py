@@ -29,7 +29,7 @@ def test_the_torque_follows_the_drive_and_energy_is_accounted_for(tmp_path):
     assert torque[time <= 0.01] == pytest.approx(800)
     assert torque[time > 0.0101] == pytest.approx(400)
     work = found["energy_input_work"].to_numpy()
-    speed = found["master_speed"].to_numpy()[:, 0]
+    speed = found["input_speed"].to_numpy()[:, 0]
     assert work[-1] == pytest.approx(np.trapezoid(torque * speed, time), rel=0.02)
 
 

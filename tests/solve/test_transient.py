@@ -32,8 +32,8 @@ def test_perfect_trains_roll_in_equilibrium(name):
         data["gear_mesh_force"], still["gear_mesh_force"].values * np.ones((data.sizes["time"], 1)),
         rtol=1e-5,
     )  # fmt: skip
-    rated = model.system.rated_master_speeds
-    np.testing.assert_allclose(data["master_speed"].values / rated, 1.0, rtol=1e-7)
+    rated = model.system.rated_input_speeds
+    np.testing.assert_allclose(data["input_speed"].values / rated, 1.0, rtol=1e-7)
     for port in data.port.values:
         np.testing.assert_allclose(
             data["port_torque"].sel(port=port), model.flow.torque[port], rtol=1e-6
@@ -73,7 +73,7 @@ def test_torque_scales_forces_and_keeps_the_speed():
     model = put_together(with_(train, duration=2e-3))
     a, b = (simulate(model, torque_share=s).data for s in (1.0, 1.5))
     np.testing.assert_allclose(b["gear_mesh_force"], 1.5 * a["gear_mesh_force"], rtol=1e-6)
-    np.testing.assert_allclose(b["master_speed"], a["master_speed"], rtol=1e-7)
+    np.testing.assert_allclose(b["input_speed"], a["input_speed"], rtol=1e-7)
     assert b["port_torque"][-1, -1] == pytest.approx(1.5 * a["port_torque"][-1, -1])
 
 

@@ -41,7 +41,7 @@ def bending(changes, kind):
     """Case, force of the gear mesh, its slices, flexibility, and scale and limit of the contact."""
     case = load_stage("wind-5mw", {**changes, "ring.fits": "[]"})
     forces = power_flow(case.case).stages[0].gear_mesh_forces
-    path, force = stage_paths(case, forces)[kind, ""], forces[kind.removesuffix("_back")]
+    path, force = stage_paths(case, forces)[kind, ""], forces[kind.removesuffix("_coast")]
     return case, abs(force), path, pair_bending(case, path, path.slices, force)
 
 
@@ -56,7 +56,7 @@ def test_symmetric_definite_and_reflected(slot):
     assert (smallest > -1e-12 * largest).all()  # short lines are definite by their contact alone
     assert (smallest[long] > 1e-3 * largest[long]).all()
     assert (scale > 0).all() and (limit > 0).all()
-    for changes, kind in ((SMALL, f"{slot}_back"), (TURNED, slot)):
+    for changes, kind in ((SMALL, f"{slot}_coast"), (TURNED, slot)):
         _, _, _, other = bending(changes, kind)
         # slices are put about their centre of stiffness, which is a sum over a table
         for one, two in ((other.flexibility, c), (other.beside, found.beside)):

@@ -47,7 +47,7 @@ def test_the_keys_give_what_was_said(proposal):
     }
     assert len(ground) == 4
     model = fg.assemble(CASE.with_(**ground), ["all"])
-    turn = proposal.data[1]["master_angle"].to_numpy()[:, 0]
+    turn = proposal.data[1]["input_angle"].to_numpy()[:, 0]
     again = face_figures(fg.static(model, turn))
     for name, one in proposal.after[1.0].items():
         assert again[name]["k_h_beta"] == pytest.approx(one["k_h_beta"], rel=1e-6), name

@@ -81,7 +81,7 @@ def test_reversed_torque_draws_the_coast_flanks(steady):
     """The same loads and teeth on the other flank make the same curves, and the title says so."""
     ahead = steady["flexible"]
     names = [n for n in ahead if str(n).startswith("ring_pair_")]
-    back = ahead.assign({n.replace("ring_pair", "ring_back_pair"): ahead[n] for n in names})
+    back = ahead.assign({n.replace("ring_pair", "ring_coast_pair"): ahead[n] for n in names})
     back = back.assign({n: 0 * ahead[n] for n in names})
     for draw in (
         lambda d: loads.pair_loads({"flexible": d}, "ring", 1, window=(1.0, 1.5)),

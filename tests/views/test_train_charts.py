@@ -35,7 +35,7 @@ def history(dim: str = "position", uneven: float = 0.1) -> xr.Dataset:
         dim,
         np.linspace(0, 2, SAMPLES) if dim == "time" else np.arange(SAMPLES),
         {
-            "master_angle": turn[:, None],
+            "input_angle": turn[:, None],
             "gear_mesh_force": force,
             "body_displacement": moved,
             **{
@@ -45,7 +45,7 @@ def history(dim: str = "position", uneven: float = 0.1) -> xr.Dataset:
             },
         },
         {},
-        {"master": ["one.sun"], "body": BODIES},
+        {"input_coordinate": ["one.sun"], "body": BODIES},
         NAMES,
     )
 
@@ -75,7 +75,7 @@ class TestSharing:
     def test_over_time(self):
         figure = sharing_charts.sharing_chart(history("time"))
         assert figure.axes[-1].get_xlabel() == "time (s)"
-        with pytest.raises(FlexgearError, match="choose time or master_angle"):
+        with pytest.raises(FlexgearError, match="choose time or input_angle"):
             sharing_charts.sharing_chart(history(), x="carrier_angle")
 
     def test_planets_that_are_alike_are_one_line(self):

@@ -181,7 +181,7 @@ def stepping() -> list[Row]:
                  "constant stiffness; the harmonic solution is that of the plain equations")
         )  # fmt: skip
         found = over_time(errors)
-        turned = found.masters[found.time >= SETTLED, 0, 0]
+        turned = found.input_angles[found.time >= SETTLED, 0]
         run = case(errors)
         static = gear_mesh_forces(run.at(turned))[:, columns(run)]
         gap = float(np.abs(stepped - static).max()) / stage().mean_force

@@ -65,7 +65,7 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: flo
     beside = np.zeros((len(some), 2, count, count))
     flanks = touched_flanks(path, slices)
     made = [tooth_influence(case, own.name) for own in flanks]
-    load = line_load(case, stage_geometry(case), path.kind.removesuffix("_back"), force)
+    load = line_load(case, stage_geometry(case), path.kind.removesuffix("_coast"), force)
     at_tips = _at_tips(path, slices, made, load)
     for member, (own, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
@@ -145,7 +145,7 @@ def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
     on = _touches(path, slices)
     members = (
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
-        (path.kind.removesuffix("_back"), path.off_path.gear, path.gear_step, path.gear_step),
+        (path.kind.removesuffix("_coast"), path.off_path.gear, path.gear_step, path.gear_step),
     )
     found = []
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
