@@ -26,6 +26,7 @@ ATTRIBUTES = {
     },
     "cylindrical_gear": {
         "base_diameter": "mm",
+        "datum_face_orientation": "none",
         "face_width": "mm",
         "helix_angle_reference_diameter": "deg",
         "inner_diameter": "mm",
@@ -57,6 +58,7 @@ ATTRIBUTES = {
         "total_contact_ratio": "none",
     },
     "cylindrical_stage_gear_data": {
+        "loaded_tooth_flank": "none",
         "operating_pressure_angle_in_the_transverse_section": "deg",
     },
     "external_load": {
@@ -95,6 +97,7 @@ ATTRIBUTES = {
     },
     "ring_gear": {
         "base_diameter": "mm",
+        "datum_face_orientation": "none",
         "face_width": "mm",
         "helix_angle_reference_diameter": "deg",
         "mass_of_component": "kg",
@@ -142,12 +145,23 @@ ATTRIBUTES = {
         "helix_crowning_amount_non_datum_face": "mm",
         "shape_of_helix_crowning": "none",
     },
+    "helix_slope": {
+        "helix_evaluation_reference": "none",
+        "helix_slope": "mm",
+    },
+    "profile_slope": {
+        "profile_slope": "mm",
+    },
+    "profile_twist": {
+        "profile_twist": "mm",
+    },
     "profile_crowning": {
         "profile_crowning_at_root": "mm",
         "profile_crowning_at_tip": "mm",
         "shape_of_profile_crowning": "none",
     },
     "root_relief": {
+        "root_relief_datum_diameter": "mm",
         "root_relief_datum_length": "mm",
         "root_relief_depth": "mm",
         "shape_of_relief": "none",
@@ -215,7 +229,10 @@ RELATIONS = {
             "end_relief_datum_face",
             "end_relief_non_datum_face",
             "helix_crowning",
+            "helix_slope",
             "profile_crowning",
+            "profile_slope",
+            "profile_twist",
             "root_relief",
             "tip_relief",
         )

@@ -67,6 +67,22 @@ def flank_name(part: str, path: GearMeshPath) -> str:
     return "drive" if path.carries else "coast"
 
 
+def tooth_sides(kind: str, forward: bool) -> dict[tuple[str, str], int]:
+    """Side of its tooth that each (part, flank) is on: +1 towards +θ about +z, −1 the other.
+
+    A gear mesh loads the side that its torque on the gear turns away from. kind: of the stage;
+    forward: whether the carrier drives its stage towards +z under the rated torque (the gear its
+    pinion), or is driven towards −z: forces of gear meshes ≥ 0 (``stage_flow``).
+    """
+    way = 1 if forward else -1
+    if kind == "parallel":  # pinion and gear turn each other's way back
+        parts, side = ("pinion", "gear"), way
+    else:
+        parts, side = ("sun", "ring"), -way
+    out = {(part, "drive"): side for part in parts} | {(part, "coast"): -side for part in parts}
+    return out if kind == "parallel" else out | {("planet", "sun"): -way, ("planet", "ring"): way}
+
+
 def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[GearFlank]:
     """Both flanks of every gear; paths: by kind, of a stage or of a half. InputError for
     modifications that leave a flank."""

@@ -30,6 +30,10 @@ class Section:
             self.put(key, datum.value, datum.source)
         return datum is not None
 
+    def is_below(self, other: Section) -> bool:
+        """Whether its table is one inside the other's."""
+        return self.header.startswith(f"{other.header[:-1]}.")
+
     def holds(self, key: str) -> bool:
         """Whether the key has been put."""
         return any(found == key for found, _, _ in self.lines)
@@ -62,9 +66,16 @@ class CaseText:
     assumed: list[str] = field(default_factory=list)
     stage: str = ""
 
-    def section(self, header: str) -> Section:
-        """A new section: behind those of the table it belongs to, if the last stage has such."""
+    def section(self, header: str, behind: Section | None = None) -> Section:
+        """A new section: behind another one and those below that, or behind those of the table it
+        belongs to, if the last stage has such."""
         made, place = Section(header), len(self.sections)
+        if behind is not None:
+            place = next(k for k, one in enumerate(self.sections) if one is behind) + 1
+            while place < len(self.sections) and self.sections[place].is_below(behind):
+                place += 1
+            self.sections.insert(place, made)
+            return made
         parent = header.rpartition(".")[0]
         for k in range(len(self.sections) - 1, -1, -1):
             before = self.sections[k].header

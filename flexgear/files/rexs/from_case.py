@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 from flexgear.files.rexs.not_written import is_written
-from flexgear.files.rexs.outgoing_gears import MM, GearsOut, axes, halves, middle
+from flexgear.files.rexs.outgoing_flanks import MM, FlanksOut
+from flexgear.files.rexs.outgoing_gears import GearsOut, axes, halves, middle
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
@@ -168,8 +169,12 @@ class _StageOut:
 
     def __init__(self, whole: _Export, stage: Stage) -> None:
         self.whole, self.stage, self.model = whole, stage, whole.model
-        self.geometry = stage_geometry(whole.case.view(stage.name))
-        self.gears = GearsOut(self.model, stage, self.geometry)
+        view = whole.case.view(stage.name)
+        self.geometry = stage_geometry(view)
+        forward = whole.flow.stage(stage.name).sun_gear_mesh_force >= 0
+        flanks = FlanksOut(self.model, view, forward)
+        self.gears = GearsOut(self.model, stage, self.geometry, flanks)
+        self.loaded = whole.case.output is not None
         width = MM * stage.face_width
         self.reach = width / 2 - middle(stage, halves(stage)[0])  # of the stage from its middle
         self.at = whole.places
@@ -258,7 +263,7 @@ class _StageOut:
         for slot, gears in central.items():
             for mate, gear in zip(gears, planet, strict=True):
                 label = f"{self.stage.name}.{slot} – {name}"
-                self.gears.mesh(number, slot, (mate, gear), label)
+                self.gears.mesh(number, slot, (mate, gear), label, loaded=self.loaded)
 
     def _parallel(self) -> None:
         name, gears = self.stage.name, []
@@ -267,7 +272,7 @@ class _StageOut:
             shaft = self._shaft(f"{name}.{part}", place)
             gears.append(self._gears(slot, shaft, f"{name}.{part}", place))
         for pinion, gear in zip(*gears, strict=True):
-            self.gears.mesh(self.whole.unit, "sun", (pinion, gear), name)
+            self.gears.mesh(self.whole.unit, "sun", (pinion, gear), name, loaded=self.loaded)
 
     def _support(self, part: str) -> None:
         """Springs to the casing; of a held member a coupling, which takes its torque."""

@@ -18,6 +18,7 @@ from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.modified_flanks import FlankReader
+from flexgear.files.rexs.stages import FoundStage
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
@@ -54,6 +55,7 @@ class GearReader:
 
     def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
         self.document, self.assembly, self.case = document, assembly, case
+        self.modified = FlankReader(document, assembly, case)
 
     def flanks(self, gears: list[Component]) -> list[Component]:
         """Flanks of gears, left ones first."""
@@ -100,8 +102,12 @@ class GearReader:
                 found = Datum(length.value / rack.module, f"{length.source} / normal module")
         return found or number(flanks, names[1:], "none")
 
-    def write(self, section: Section, gears: list[Component], rack: Rack, shift: float) -> None:
-        """Tip, root, fillet, blank and relief; teeth and profile shift stand there already."""
+    def write(
+        self, section: Section, stage: FoundStage, slot: str, rack: Rack, shift: float
+    ) -> None:
+        """Tip, root, fillet and blank; teeth and profile shift stand there already. Flanks are
+        read."""
+        gears = stage.gears(slot)
         found = self.teeth(gears)
         internal = section.header.endswith("ring]")
         teeth = 0 if found is None else int(found.value)
@@ -120,8 +126,7 @@ class GearReader:
             self._coefficient(section, key, datum)
         self._mass(section, gears, internal)
         self._blank(section, gears, internal, rack, teeth, shift)
-        reader = FlankReader(self.document, self.case, rack.base(teeth), tip)
-        reader.write(section, self.flanks(gears))
+        self.modified.read(section, stage, slot, rack.base(teeth), tip)
 
     def _or_tool(
         self, found: Datum | None, key: str, tools: list[Component], rack: Rack

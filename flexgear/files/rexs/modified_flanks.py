@@ -1,152 +1,217 @@
-"""Modified flanks: tip, root and end relief, crowning of profile and helix.
+"""Modified flanks of gears: the left and right flank of a file become drive and coast flank.
 
-Both flanks of a gear have the same keys here; where a file has others on its right flank than on
-its left one, those of the left are taken and a line says so. Helix and profile slopes, twist and
-topographies stay in the list of what a case does not hold: REXS leaves their signs to the datum
-face, which few files state.
+Which is which follows from the torque of the stage, from the side that the datum face is on, and
+from the gear being internal or not (``flank_sides``); so flanks are read with their gears, and
+written when the case has its loads. A planet's are called by the mate that they meet under the
+rated torque, sun and ring. What both flanks lack stands once, for both.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 
+from flexgear.files.rexs.assembly import Assembly
 from flexgear.files.rexs.case_text import CaseText, Section
-from flexgear.files.rexs.document import Component, Datum, Document, number, text
+from flexgear.files.rexs.document import Component, Datum, Document, text
+from flexgear.files.rexs.flank_sides import (
+    DATUM,
+    ORIENTATIONS,
+    WORDS,
+    Word,
+    outward,
+    tooth_side,
+    word_of,
+)
+from flexgear.files.rexs.ground import SLOPES, Entry, Ground
+from flexgear.files.rexs.stages import FoundStage, is_internal
+from flexgear.gears.flanks import tooth_sides
 
-LARGEST = 1.0  # mm, of an amount: what ``model.modifications`` takes
-RELIEFS = ("tip_relief", "root_relief")
-CROWNINGS = {  # REXS component: key of a case, amounts at both ends
-    "profile_crowning": (
-        "profile_crowning_um",
-        ("profile_crowning_at_tip", "profile_crowning_at_root"),
-    ),
-    "helix_crowning": (
-        "lead_crowning_um",
-        ("helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face"),
-    ),
+LOADED = "loaded_tooth_flank"
+_SIGNS = {
+    "profile_slope": "positive where more is missing at the tip",
+    "helix_slope": "positive where more is missing at the non-datum face",
+    "profile_twist": "positive where the profile slope is larger at the non-datum face",
 }
-FACES = ("datum_face", "non_datum_face")
-FORMS = ("linear", "parabolic")
+Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
+
+
+@dataclass(frozen=True)
+class GearFlanks:
+    """Flanks of the gears of one slot. section: the gear's; datum: side of the first gear's datum
+    face, +1 at its +z end; assumed: whether the file does not say it."""
+
+    stage: str
+    kind: str
+    slot: str
+    section: Section
+    gear: Component
+    datum: int
+    assumed: bool
+    found: Flanks
+
+    @property
+    def differ(self) -> bool:
+        """Whether left and right flank are not the same."""
+        left, right = (self.found[word] for word in WORDS)
+        return left.keys() != right.keys() or not all(left[k].says(right[k]) for k in left)
+
+    def word(self, name: str, forward: bool) -> Word:
+        """The flank of the file that is this one of the case."""
+        side = tooth_sides(self.kind, forward)[self.slot, name]
+        return word_of(side, is_internal(self.gear), self.datum)
 
 
 class FlankReader:
-    """Writes the modifications of one gear; base: diameter of its base circle, mm; tip: of its
-    tips."""
+    """Reads flanks of all gears, and writes them when it is known which of them carry."""
 
-    def __init__(self, document: Document, case: CaseText, base: float, tip: Datum | None) -> None:
-        self.document, self.case, self.base, self.tip = document, case, base, tip
+    def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
+        self.document, self.assembly, self.case = document, assembly, case
+        self.read_ones: list[GearFlanks] = []
+        self._loaded: dict[str, dict[bool, str]] = {}  # what the file says, and where
 
-    def write(self, section: Section, flanks: Sequence[Component]) -> None:
-        """What both flanks lack, into sections below that of the gear."""
-        where = section.header
-        both = self.case.section(f"{where[:-1]}.modifications]")
-        for kind, (key, ends) in CROWNINGS.items():
-            found = self._of_flanks(where, flanks, kind)
-            amounts = [d for d in (number(found, end, "mm") for end in ends) if d is not None]
-            if not amounts:
-                continue
-            mean = sum(d.value for d in amounts) / len(amounts)
-            if not 0 < abs(mean) <= LARGEST:
-                self.case.warn(f"{where}: {found[0].label} has no amount that can be used")
-                continue
-            self._use(found, kind)
-            if max(abs(d.value - mean) for d in amounts) > 1e-6 * abs(mean):
-                self.case.warn(f"{where}: {found[0].label} differs between its ends; the mean here")
-            both.put(key, 1e3 * mean, amounts[0].source)
-        for kind in RELIEFS:
-            self._relief(where, self._of_flanks(where, flanks, kind), kind)
-        self._end_relief(where, flanks)
+    def read(
+        self, section: Section, stage: FoundStage, slot: str, base: float, tip: Datum | None
+    ) -> None:
+        """Flanks of the gears of a slot; base: diameter of the base circle, mm; tip: of the tips.
 
-    def _of_flanks(self, where: str, flanks: Sequence[Component], kind: str) -> list[Component]:
-        """Modifications of a kind, one of each flank that has it, the left one's first."""
-        own = [self.document.references(flank, kind) for flank in flanks]
-        found = [one for several in own for one in several]
-        if found and len(found) < len(flanks):
-            self.case.warn(f"{where}: {found[0].label} is of one flank; both have it here")
-        elif any(_amounts(one) != _amounts(found[0]) for one in found[1:]):
-            self.case.warn(f"{where}: flanks differ; both have {found[0].label} here")
+        Those of the first gear count for all: planets and halves of a case are alike.
+        """
+        where = f"{self.case.stage}.{slot}"
+        first: GearFlanks | None = None
+
+        def warn(said: str) -> None:  # once: of other gears it is said that they differ
+            if first is None:
+                self.case.warn(f"{where}: {said}")
+
+        ground = Ground(self.document, warn, base, tip)
+        for half, gears in enumerate(stage.halves[slot]):
+            left_half = -1 if len(stage.halves[slot]) == 2 and half == 0 else 1
+            for gear in gears:
+                datum, assumed = self._datum(gear)
+                found = self._flanks(gear, ground, outward(datum, left_half))
+                own = GearFlanks(
+                    self.case.stage, stage.kind, slot, section, gear, datum, assumed, found
+                )
+                first = first or own
+                self._compare(first, own)
+                self._remember(stage, own)
+        if first is not None and any(first.found.values()):
+            self.read_ones.append(first)
+
+    def has(self, stage: str) -> bool:
+        """Whether a stage that was read has modified flanks."""
+        return any(own.stage == stage for own in self.read_ones)
+
+    def write(self, carries: Mapping[str, bool]) -> None:
+        """All flanks. carries: by stage whether its forces are those of ``forward``
+        (``gears.flanks.tooth_sides``), where the case has a torque."""
+        senses = {stage: self._sense(stage, carries.get(stage)) for stage in self._stages()}
+        kinds = {kind for own in self.read_ones for found in own.found.values() for kind in found}
+        for kind in SLOPES:
+            if kind in kinds:
+                self.case.warn(f"{kind}: taken as {_SIGNS[kind]}, over the whole flank")
+        for own in self.read_ones:
+            self._write(own, senses[own.stage])
+
+    def _stages(self) -> list[str]:
+        return list(dict.fromkeys(own.stage for own in self.read_ones))
+
+    def _datum(self, gear: Component) -> tuple[int, bool]:
+        """Side of the datum face, +1 at the +z end, and whether that is assumed."""
+        frame = self.assembly.frames.of(gear)
+        along = -1 if frame is not None and frame.axes[0, 0] < 0 else 1
+        said = ORIENTATIONS.get(text([gear], DATUM) or "")
+        return along * (-1 if said is None else said), said is None
+
+    def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
+        found: Flanks = {word: {} for word in WORDS}
+        for relation in self.document.related("flank"):
+            if relation.of("gear") == gear.id:
+                relation.used = True
+                for word in WORDS:
+                    flank = self.document.at(relation, word)
+                    if flank is not None:
+                        found[word] = ground.of(flank, datum)
         return found
 
-    def _use(self, found: Sequence[Component], kind: str) -> None:
-        for one in found:
-            one.role = kind.replace("_", " ")
+    def _compare(self, first: GearFlanks, own: GearFlanks) -> None:
+        """Say where gears of one slot differ; their datum faces may be on different sides."""
+        for word in WORDS:
+            side = tooth_side(word, is_internal(own.gear), own.datum)
+            mine = first.found[word_of(side, is_internal(first.gear), first.datum)]
+            its = own.found[word]
+            if mine.keys() != its.keys() or not all(mine[k].says(its[k]) for k in mine):
+                self.case.warn(
+                    f"{own.gear.label}: its modified flanks are not those of {first.gear.label},"
+                    " which all have here"
+                )
+                return
 
-    def _relief(self, where: str, found: Sequence[Component], kind: str) -> None:
-        if not found:
-            return
-        amount = number(found, f"{kind}_depth", "mm")
-        begin = self._begin(found, kind)
-        if amount is None or begin is None or not 0 < amount.value <= LARGEST:
-            self.case.warn(f"{where}: {found[0].label} has no depth and length that can be used")
-            return
-        self._use(found, kind)
-        section = self.case.section(f"{where[:-1]}.modifications.{kind}]")
-        section.put("amount_um", 1e3 * amount.value, amount.source)
-        section.put(*begin)
-        self._form(section, found)
+    def _remember(self, stage: FoundStage, own: GearFlanks) -> None:
+        """What the file says of the loaded flank of a gear in its gear meshes."""
+        meshes = {mesh.stage.id: slot for slot, every in stage.meshes.items() for mesh in every}
+        for relation in self.document.related("stage_gear_data"):
+            data = self.document.at(relation, "stage_gear_data")
+            slot = meshes.get(relation.of("stage") or -1)
+            if data is None or slot is None or relation.of("gear") != own.gear.id:
+                continue
+            said = text([data], LOADED)
+            if said in WORDS:
+                name = slot if own.slot == "planet" else "drive"
+                sense = own.word(name, True) == said
+                self._loaded.setdefault(own.stage, {}).setdefault(sense, data.label)
 
-    def _begin(self, found: Sequence[Component], kind: str) -> tuple[str, float, str] | None:
-        """Where a relief begins: its length on the path of contact, or its circle."""
-        length = number(found, f"{kind}_datum_length", "mm")
-        if length is not None:
-            return ("length_mm", length.value, length.source) if length.value > 0 else None
-        start = number(found, f"{kind}_datum_diameter", "mm")
-        if start is None or start.value <= self.base:
-            return None
-        if kind == "root_relief":
-            return "start_diameter_mm", start.value, start.source
-        if self.tip is None or self.tip.value <= self.base:
-            return None
-        ends = [math.sqrt(d**2 - self.base**2) / 2 for d in (start.value, self.tip.value)]
-        along = abs(ends[1] - ends[0])
-        return ("length_mm", along, f"from {start.source}") if along > 0 else None
+    def _sense(self, stage: str, torque: bool | None) -> bool:
+        """Which flanks of a stage carry: by its torque, else as the file says, else assumed."""
+        said = self._loaded.get(stage, {})
+        if torque is not None:
+            if (not torque) in said:
+                self.case.warn(
+                    f"{said[not torque]}, {LOADED}: not the flank that the torques load; they count"
+                )
+            return torque
+        if len(said) == 1:
+            return next(iter(said))
+        if any(own.differ for own in self.read_ones if own.stage == stage):
+            self.case.warn(
+                f"{stage}: no torque says which flanks carry; those are taken that do where its"
+                " carrier (of a parallel stage its gear) drives about +u"
+            )
+        return True
 
-    def _form(self, section: Section, found: Sequence[Component]) -> None:
-        said = text(list(found), "shape_of_relief")
-        if said in FORMS:
-            section.put("form", said, f"{found[0].label}, shape_of_relief")
-        else:
-            form = "linear" if said is None else "parabolic"
-            self.case.assume(section, "form", form, f"the file says {said or 'nothing'}")
+    def _write(self, own: GearFlanks, forward: bool) -> None:
+        self.case.stage = own.stage
+        entries = [e for found in own.found.values() for e in found.values()]
+        if own.assumed and (own.differ or any(e.by_face for e in entries)):
+            self.case.warn(
+                f"{own.gear.label}: no {DATUM}; its datum face is taken as the one against its u"
+                " axis (negative)"
+            )
+        names = ("sun", "ring") if own.slot == "planet" else ("drive", "coast")
+        words: dict[str, Word] = {name: own.word(name, forward) for name in names}
+        whole = self._section(own, "")
+        for kind, entry in own.found["left"].items():
+            if entry.says(own.found["right"].get(kind)):
+                self._put(own, whole, "", entry)
+        for name, word in words.items():
+            other = own.found["left" if word == "right" else "right"]
+            single = {k: e for k, e in own.found[word].items() if not e.says(other.get(k))}
+            section = self._section(own, f".{name}")
+            for entry in single.values():
+                self._put(own, section, f".{name}", entry, f"; {word} flank")
 
-    def _end_relief(self, where: str, flanks: Sequence[Component]) -> None:
-        """Of both ends where they are alike; of one end nothing says which it is."""
-        found = {face: self._of_flanks(where, flanks, f"end_relief_{face}") for face in FACES}
-        if not any(found.values()):
-            return
-        sizes = {face: _end(own, face) for face, own in found.items() if own}
-        first = next(iter(sizes.values()))
-        if len(sizes) < len(FACES) or None in sizes.values() or not _alike(sizes):
-            label = next(own for own in found.values() if own)[0].label
-            self.case.warn(f"{where}: {label} is left out: only equal end reliefs of both ends")
-            return
-        assert first is not None
-        for face, own in found.items():
-            self._use(own, f"end_relief_{face}")
-        section = self.case.section(f"{where[:-1]}.modifications.end_relief]")
-        section.put("amount_um", 1e3 * first[0].value, first[0].source)
-        section.put("length_mm", first[1].value, first[1].source)
-        self._form(section, [one for own in found.values() for one in own])
+    def _section(self, own: GearFlanks, name: str) -> Section:
+        header = f"{own.section.header[:-1]}.modifications{name}]"
+        return self.case.section(header, own.section)
 
-
-def _end(found: Sequence[Component], face: str) -> tuple[Datum, Datum] | None:
-    """Depth and length of an end relief."""
-    depth = number(found, f"end_relief_depth_{face}", "mm")
-    length = number(found, f"end_relief_length_{face}", "mm")
-    if depth is None or length is None or not (0 < depth.value <= LARGEST and length.value > 0):
-        return None
-    return depth, length
-
-
-def _alike(sizes: Mapping[str, tuple[Datum, Datum] | None]) -> bool:
-    values = [tuple(d.value for d in size) for size in sizes.values() if size is not None]
-    return all(
-        math.isclose(a, b, rel_tol=1e-9)
-        for size in values[1:]
-        for a, b in zip(size, values[0], strict=True)
-    )
-
-
-def _amounts(component: Component) -> dict[str, object]:
-    return {name: attribute.value for name, attribute in component.attributes.items()}
+    def _put(
+        self, own: GearFlanks, section: Section, flank: str, entry: Entry, which: str = ""
+    ) -> None:
+        if entry.name:
+            section = self._section(own, f"{flank}.{entry.name}")
+        for row in entry.rows:
+            if row.assumed:
+                self.case.assume(section, row.key, row.value, row.why)
+            else:
+                section.put(row.key, row.value, row.why + which)

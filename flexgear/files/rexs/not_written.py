@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from flexgear.model.case import Case
+from flexgear.model.flank_table import FLANKS
 from flexgear.model.member import MatedGear, PlanetGear
 from flexgear.model.member_load import MemberLoad
+from flexgear.model.modifications import FlankModifications
 from flexgear.model.section import Section
 
 _WRITTEN = {
@@ -12,7 +14,6 @@ _WRITTEN = {
     "output", "loads",
 }  # fmt: skip
 _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
-_OF_FLANKS = {"tip_relief", "root_relief", "profile_crowning", "lead_crowning", "end_relief"}
 
 
 def not_written(case: Case) -> list[str]:
@@ -31,15 +32,19 @@ def not_written(case: Case) -> list[str]:
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
                 found.append(f"stages.{stage.name}.{name}: its moment of inertia")
             if isinstance(member, MatedGear | PlanetGear):
-                where = f"stages.{stage.name}.{name}.modifications."
-                found += _set(member.modifications, where, _OF_FLANKS)
-                end = member.modifications.end_relief
-                found += [f"{where}end_relief"] if end is not None and end.end != "both" else []
+                where = f"stages.{stage.name}.{name}.modifications"
+                found += [f"{where}.{key}" for key in _tables(member.modifications)]
         if stage.is_flexible:
             found.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
             )
     return found
+
+
+def _tables(given: FlankModifications) -> list[str]:
+    """Flanks given point by point."""
+    owners = {"": given, **{f"{name}.": getattr(given, name, None) for name in FLANKS}}
+    return [f"{name}table" for name, own in owners.items() if own is not None and own.table]
 
 
 def _set(section: Section, before: str, written: set[str]) -> list[str]:

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
-from flexgear.files.rexs.modified_flanks import FACES
+from flexgear.files.rexs.outgoing_flanks import MM, ORIENTATION, FlanksOut
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.radii import gears_by_slot
-from flexgear.model.member import MatedGear, PlanetGear
-from flexgear.model.modifications import EndRelief, FlankModifications, Relief
 from flexgear.model.stage import Stage
-
-MM = 1e3
 
 
 def halves(stage: Stage) -> tuple[int, ...]:
@@ -39,8 +34,10 @@ def hand(stage: Stage, slot: str, half: int) -> float:
 class GearsOut:
     """Adds gears of one stage to a model."""
 
-    def __init__(self, model: Outgoing, stage: Stage, geometry: StageGeometry) -> None:
-        self.model, self.stage, self.geometry = model, stage, geometry
+    def __init__(
+        self, model: Outgoing, stage: Stage, geometry: StageGeometry, flanks: FlanksOut
+    ) -> None:
+        self.model, self.stage, self.geometry, self.flanks = model, stage, geometry, flanks
         self.members = gears_by_slot(stage)
         self.gears: list[tuple[str, int]] = []  # slot and id of every gear
         self.meshes: list[tuple[str, int]] = []  # and of every gear mesh
@@ -74,6 +71,7 @@ class GearsOut:
             reference_diameter_cylindrical_gear=2 * MM * tooth.reference_radius,
             u_coordinate_on_shaft=start + middle(self.stage, half),
             support_vector=place,
+            datum_face_orientation=ORIENTATION,
             **axes(),
             **blank,
         )
@@ -82,75 +80,14 @@ class GearsOut:
         if ring and gear.rim_thickness is not None:
             rim = MM * gear.rim_thickness
             self.model.part(number, "gear_body", gear_body_rim_thickness=rim)
-        self._flanks(number, gear)
+        self.flanks.add(number, slot, half)
         return number
 
-    def _flanks(self, number: int, gear: MatedGear | PlanetGear) -> None:
-        sides = [
-            self.model.add(
-                "cylindrical_gear_flank",
-                normal_pressure_angle=math.degrees(self.stage.pressure_angle),
-                addendum_modification_coefficient=gear.profile_shift,
-            )
-            for _ in range(2)
-        ]
-        self.model.relate("flank", gear=number, left=sides[0], right=sides[1])
-        tool = self.model.add(
-            "rack_shaped_tool",
-            addendum_coefficient_reference_profile=gear.dedendum,
-            tip_corner_radius_factor_reference_profile=gear.root_fillet,
-        )
-        settings = self.model.add("cylindrical_gear_manufacturing_settings")
-        for flank in sides:
-            self.model.relate(
-                "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
-            )
-            for made in self._modifications(gear.modifications):
-                self.model.relate("reference", origin=flank, referenced=made)
-
-    def _modifications(self, given: FlankModifications) -> Iterator[int]:
-        """What both flanks lack."""
-        if given.profile_crowning is not None:
-            amount = MM * given.profile_crowning
-            yield self.model.add(
-                "profile_crowning",
-                profile_crowning_at_tip=amount,
-                profile_crowning_at_root=amount,
-                shape_of_profile_crowning="parabolic",
-            )
-        if given.lead_crowning is not None:
-            amount = MM * given.lead_crowning
-            yield self.model.add(
-                "helix_crowning",
-                helix_crowning_amount_datum_face=amount,
-                helix_crowning_amount_non_datum_face=amount,
-                shape_of_helix_crowning="parabolic",
-            )
-        for kind, relief in (("tip", given.tip_relief), ("root", given.root_relief)):
-            if relief is not None:
-                yield self._relief(f"{kind}_relief", relief)
-        if given.end_relief is not None and given.end_relief.end == "both":
-            for face in FACES:
-                yield self._end_relief(face, given.end_relief)
-
-    def _relief(self, kind: str, given: Relief) -> int:
-        length, start = given.length, given.start_diameter
-        sizes: dict[str, Written | None] = {
-            f"{kind}_depth": MM * given.amount,
-            f"{kind}_datum_length": None if length is None else MM * length,
-            f"{kind}_datum_diameter": None if start is None else MM * start,
-        }
-        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
-
-    def _end_relief(self, face: str, given: EndRelief) -> int:
-        sizes: dict[str, Written | None] = {
-            f"end_relief_depth_{face}": MM * given.amount,
-            f"end_relief_length_{face}": MM * given.length,
-        }
-        return self.model.add(f"end_relief_{face}", "", shape_of_relief=given.form, **sizes)
-
-    def mesh(self, whole: int, slot: str, gears: tuple[int, int], name: str) -> int:
-        """A cylindrical_stage of two gears (of this slot and the planet's); its id."""
+    def mesh(
+        self, whole: int, slot: str, gears: tuple[int, int], name: str, *, loaded: bool
+    ) -> int:
+        """A cylindrical_stage of two gears (of this slot and the planet's); its id. loaded: whether
+        the case has a torque."""
         found = self.geometry.gear_meshes[slot]
         number = self.model.add(
             "cylindrical_stage",
@@ -166,7 +103,7 @@ class GearsOut:
         self.meshes.append((slot, number))
         self.model.relate("assembly", assembly=whole, part=number)
         self.model.relate("stage", stage=number, gear_1=gears[0], gear_2=gears[1])
-        for gear in gears:
+        for gear, part in zip(gears, (slot, "planet"), strict=True):
             data = self.model.add(
                 "cylindrical_stage_gear_data",
                 operating_pressure_angle_in_the_transverse_section=math.degrees(
@@ -174,6 +111,8 @@ class GearsOut:
                 ),
             )
             self.model.relate("stage_gear_data", stage=number, gear=gear, stage_gear_data=data)
+            if loaded:
+                self.model.result(data, loaded_tooth_flank=self.flanks.loaded(part, slot))
         return number
 
 

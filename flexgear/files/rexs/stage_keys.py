@@ -349,7 +349,7 @@ class StageWriter:
             section.put(
                 "base_diameter_mm", abs(base.value), f"{base.source}; not that of its teeth"
             )
-        self.gears.write(section, gears, rack, shift.value)
+        self.gears.write(section, stage, slot, rack, shift.value)
 
 
 def _pair(stage: FoundStage, slot: str) -> tuple[str, str]:

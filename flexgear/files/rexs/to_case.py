@@ -7,6 +7,8 @@ it was assumed; what the case does not hold is listed below it.
 from __future__ import annotations
 
 import re
+import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -21,7 +23,9 @@ from flexgear.files.rexs.ports import PortWriter
 from flexgear.files.rexs.stage_keys import StageWriter
 from flexgear.files.rexs.stages import FoundStage, stages_of
 from flexgear.files.rexs.supports import Scale, SupportWriter
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
+from flexgear.model.load import case_of_toml
 
 _STEEL = {"young_modulus_gpa": 210.0, "poisson_ratio": 0.3, "density_kg_per_m3": 7850.0}
 _GRAVITY = 9.80665
@@ -68,7 +72,8 @@ class _Conversion:
         for gear in (g for s in stages for slot in s.slots for g in s.gears(slot)):
             if not self.assembly.frames.is_parallel(gear):
                 self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
-        racks = self._stages(named, members, held, joined)
+        gears = GearReader(self.document, self.assembly, self.case)
+        racks = self._stages(gears, named, members, held, joined)
         self._top(top, stages, racks, held)
         self._joints(joined, racks, held)
         damping = self.case.section("[damping]")
@@ -79,8 +84,20 @@ class _Conversion:
         except InputError as fault:  # the case is written for its reader to mend
             key, said = fault.key, f"{fault.problem} -- {fault.remedy}"
             self.case.warn(f"the case cannot run before this is mended: {key}: {said}")
+        gears.modified.write(self._carries(named))
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)
+
+    def _carries(self, stages: Iterable[str]) -> dict[str, bool]:
+        """By stage, whether its forces in the gear meshes are positive; without those that have
+        none, or cannot be had yet."""
+        try:
+            case = case_of_toml(tomllib.loads(self.case.text()), self.where, "imported")
+            flow = power_flow(case)
+        except InputError:
+            return {}
+        forces = {name: flow.stage(name).sun_gear_mesh_force for name in stages}
+        return {name: force > 0 for name, force in forces.items() if force}
 
     def _choose(self, wanted: int | None) -> None:
         cases = self.document.load_cases
@@ -121,13 +138,13 @@ class _Conversion:
 
     def _stages(
         self,
+        gears: GearReader,
         named: dict[str, FoundStage],
         members: list[Member],
         held: dict[Member, str],
         joined: list[tuple[Member, Member]],
     ) -> dict[str, Rack]:
         """Write all stages with supports; racks by the stage's name."""
-        gears = GearReader(self.document, self.assembly, self.case)
         writer = StageWriter(self.document, gears, self.case, self.where)
         supports = SupportWriter(self.document, self.assembly, self.case)
         racks = {}
@@ -147,11 +164,18 @@ class _Conversion:
                 needs = ("radial", "axial") if axial else ("radial",)
                 bearings = planet_bearings(self.document, self.assembly, stage)
                 supports.planet(bearings, scale, carrier.z, needs)
-            mesh = self.case.section("[stages.gear_mesh]")
-            why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
-            self.case.assume(mesh, "model", "constant", why)
-            self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
+            self._gear_mesh(gears.modified.has(name))
         return racks
+
+    def _gear_mesh(self, modified: bool) -> None:
+        mesh = self.case.section("[stages.gear_mesh]")
+        if modified:
+            self.case.assume(mesh, "model", "per_pair", "modified flanks touch pair by pair")
+            self.case.assume(mesh, "contact_law", "one-sided", "gaps open and close")
+            return
+        why = "mean of ISO 6336-1; gear-mesh stiffness is not carried over"
+        self.case.assume(mesh, "model", "constant", why)
+        self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
 
     def _helical(self, stage: FoundStage) -> bool:
         every = [gear for slot in stage.slots for gear in stage.gears(slot)]

@@ -20,6 +20,7 @@ from flexgear.model.bundled import bundled_text
 from flexgear.model.load import load_case
 
 CASES = (*BUNDLED, "wind-5mw")
+SLOPES = ("profile_slope", "helix_slope", "twist")
 DATE = "2026-01-01T00:00:00+00:00"
 GROUND = {
     "stage.sun.modifications.tip_relief": "{ amount_um = 30, length_mm = 12 }",
@@ -141,7 +142,8 @@ def test_what_was_imported_survives(tmp_path, make):
 @pytest.mark.parametrize("name", [*CASES, "with relief"])
 def test_valid_by_the_schema(tmp_path, name):
     """Order of elements, ids, references, attributes of each component, their units, relations."""
-    relief = {**GROUND, "gravity_m_per_s2": "[0, -9.81, 0]"}
+    sloped = {f"stage.sun.modifications.drive.{k}_um": "5" for k in SLOPES}
+    relief = {**GROUND, **sloped, "gravity_m_per_s2": "[0, -9.81, 0]"}
     case = load_case("lin-parker", relief) if name == "with relief" else load_case(name)
     root = ET.parse(exported(case, tmp_path / "out.rexs")).getroot()
     assert root.tag == "model" and root.get("version") == "2.0"

@@ -380,28 +380,3 @@ def test_forces_on_members(imported):
     assert len(case.inputs) == 1
     (load,) = case.loads
     assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
-
-
-def test_flanks_that_differ_and_ends_that_cannot_be_told_are_said(imported):
-    """The left flank's crowning for both; end relief of one face has no end to stand at."""
-    m = planetary()
-    flanks = next(r for k, r in m.relations if k == "flank" and r["gear"] == m.sun)
-    for side, amount in (("left", 8.0), ("right", 4.0)):
-        crowning = m.add(
-            "helix_crowning",
-            helix_crowning_amount_datum_face=(amount, "mum"),
-            helix_crowning_amount_non_datum_face=(1.5 * amount, "mum"),
-        )
-        m.relate("reference", origin=flanks[side], referenced=crowning)
-        end = m.add(
-            "end_relief_datum_face",
-            end_relief_depth_datum_face=(20.0, "mum"),
-            end_relief_length_datum_face=(10.0, MM),
-        )
-        m.relate("reference", origin=flanks[side], referenced=end)
-    case, made = imported(m)[:2]
-    found = case.stages[0].sun.modifications
-    assert found.lead_crowning == pytest.approx(10e-6) and found.end_relief is None
-    said = "\n".join(made.assumed)
-    assert "flanks differ" in said and "the mean here" in said
-    assert "only equal end reliefs of both ends" in said

@@ -1,0 +1,120 @@
+"""Flanks of gears as REXS components: left and right flank with the tool and what they lack.
+
+The datum face of every gear is that at its −z end, against its u axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from flexgear.files.rexs.flank_sides import FACES, WORDS, Word, outward, word_of
+from flexgear.files.rexs.ground import END_RELIEF
+from flexgear.files.rexs.writing import Outgoing, Written
+from flexgear.gears.flanks import tooth_sides
+from flexgear.gears.radii import gears_by_slot
+from flexgear.model.modifications import EndRelief, FlankModifications, Relief
+from flexgear.model.stage_view import StageView
+
+MM = 1e3
+DATUM_SIDE, ORIENTATION = -1, "negative"
+
+
+class FlanksOut:
+    """Adds flanks of one stage's gears. forward: whether its forces are so (``tooth_sides``)."""
+
+    def __init__(self, model: Outgoing, view: StageView, forward: bool) -> None:
+        self.model, self.view = model, view
+        sides = tooth_sides(view.stage.kind, forward)
+        self.words: dict[tuple[str, str], Word] = {
+            key: word_of(side, key[0] == "ring", DATUM_SIDE) for key, side in sides.items()
+        }
+
+    def loaded(self, slot: str, mate: str) -> Word:
+        """The flank of the gear of a slot that carries in the gear mesh of ``mate``."""
+        part = self.view.part(slot)
+        return self.words[part, mate if part == "planet" else "drive"]
+
+    def add(self, number: int, slot: str, half: int) -> None:
+        """Both flanks of a gear. half: −1 for the left one of a double helix."""
+        gear, part = gears_by_slot(self.view.stage)[slot], self.view.part(slot)
+        flanks = {
+            word: self.model.add(
+                "cylindrical_gear_flank",
+                normal_pressure_angle=math.degrees(self.view.stage.pressure_angle),
+                addendum_modification_coefficient=gear.profile_shift,
+            )
+            for word in WORDS
+        }
+        self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
+        tool = self.model.add(
+            "rack_shaped_tool",
+            addendum_coefficient_reference_profile=gear.dedendum,
+            tip_corner_radius_factor_reference_profile=gear.root_fillet,
+        )
+        settings = self.model.add("cylindrical_gear_manufacturing_settings")
+        names = {word: name for (of, name), word in self.words.items() if of == part}
+        for word, flank in flanks.items():
+            self.model.relate(
+                "manufacturing_step", 1, workpiece=flank, tool=tool, manufacturing_settings=settings
+            )
+            given = gear.modifications.of(names[word])
+            for made in self._ground(given, outward(DATUM_SIDE, half)):
+                self.model.relate("reference", origin=flank, referenced=made)
+
+    def _ground(self, given: FlankModifications, datum: int) -> Iterator[int]:
+        """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""
+        if given.profile_crowning is not None:
+            amount = MM * given.profile_crowning
+            yield self.model.add(
+                "profile_crowning",
+                profile_crowning_at_tip=amount,
+                profile_crowning_at_root=amount,
+                shape_of_profile_crowning="parabolic",
+            )
+        if given.lead_crowning is not None:
+            amount = MM * given.lead_crowning
+            yield self.model.add(
+                "helix_crowning",
+                helix_crowning_amount_datum_face=amount,
+                helix_crowning_amount_non_datum_face=amount,
+                shape_of_helix_crowning="parabolic",
+            )
+        yield from self._slopes(given, datum)
+        for kind, relief in (("tip", given.tip_relief), ("root", given.root_relief)):
+            if relief is not None:
+                yield self._relief(f"{kind}_relief", relief)
+        end = given.end_relief
+        for face, side in zip(FACES, (datum, -datum), strict=True):
+            if end is not None and end.end in ("both", "+z" if side > 0 else "-z"):
+                yield self._end_relief(face, end)
+
+    def _slopes(self, given: FlankModifications, datum: int) -> Iterator[int]:
+        """Signs as in ``ground``: positive towards the tip, and towards the non-datum face."""
+        if given.profile_slope is not None:
+            yield self.model.add("profile_slope", profile_slope=MM * given.profile_slope)
+        if given.helix_slope is not None:
+            yield self.model.add(
+                "helix_slope",
+                helix_slope=-datum * MM * given.helix_slope,
+                helix_evaluation_reference="facewidth",
+            )
+        if given.twist is not None:
+            yield self.model.add("profile_twist", profile_twist=-datum * MM * given.twist)
+
+    def _relief(self, kind: str, given: Relief) -> int:
+        length, start = given.length, given.start_diameter
+        sizes: dict[str, Written | None] = {
+            f"{kind}_depth": MM * given.amount,
+            f"{kind}_datum_length": None if length is None else MM * length,
+            f"{kind}_datum_diameter": None if start is None else MM * start,
+        }
+        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
+
+    def _end_relief(self, face: str, given: EndRelief) -> int:
+        kind = f"{END_RELIEF}_{face}"
+        sizes: dict[str, Written | None] = {
+            f"{END_RELIEF}_depth_{face}": MM * given.amount,
+            f"{END_RELIEF}_length_{face}": MM * given.length,
+        }
+        return self.model.add(kind, "", shape_of_relief=given.form, **sizes)
