@@ -1,8 +1,9 @@
 """Figures of the load along the face, over the positions of a dataset of equilibria.
 
 K_Hβ of ISO 6336-1 is the largest over the mean line load along the face, where W(z) is what all
-pairs of a gear mesh carry at z in the mean of a cycle; here of the positions of a dataset, which
-have to be spread evenly over whole cycles of the gear mesh for that. K_Hα in the sense of the same
+pairs of a gear mesh carry at z in the mean of a cycle, by FE influence in the mean of a section of
+the face (``gears.face_load``); here of the positions of a dataset, which have to be spread evenly
+over whole cycles of the gear mesh for that. K_Hα in the sense of the same
 standard is the largest load of a tooth pair over that of a gear mesh whose pairs share ideally.
 """
 
@@ -44,7 +45,7 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
         if not load.max() > 0:
             continue
         found[name] = {
-            "k_h_beta": factor_along(load),
+            "k_h_beta": factor_along(load, float(own["face_section"])),
             "k_h_alpha": _sharing_factor(own),
             "instantaneous_peak_factor": float(own["instantaneous_peak_factor"].max()),
             **_edges(own),

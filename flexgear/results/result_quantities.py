@@ -98,6 +98,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "planet_base_diameter": Quantity(("flank",), "m", "base diameter of the planet, or of the gear of a parallel stage"),
     "gear_base_diameter": Quantity(("flank",), "m", "base diameter of ring, sun or pinion"),
     "gear_roll_offset": Quantity(("flank",), "m", "roll length of ring, sun or pinion at path coordinate 0; a ring's grows with it, others' fall"),
+    "face_section": Quantity(("flank",), "1", "length of the pieces of the face whose mean line load K_Hβ takes, over the face width; 0: at one place"),
     "line_load": Quantity(
         (S, "flank", "slot", "slice"),
         "N/m",

@@ -102,7 +102,14 @@ def largest_line_load(pairs: PairData, found: LineLoads) -> Array:
 
 def _continued(pairs: PairData, found: LineLoads) -> Array:
     """Line loads (t, M, slots, K + 2) N/m with those at the ends of the contact lines."""
-    return with_ends(np.nan_to_num(found.line_load), pairs.bent[:, None] == 1)
+    width = np.nan_to_num(found.width[..., 0], nan=1.0)  # without a line there is no load
+    return with_ends(np.nan_to_num(found.line_load), 0.5 * sections(pairs)[:, None] / width)
+
+
+def sections(pairs: PairData) -> Array:
+    """Lengths (M,) m of the face over which line loads are told: a normal base pitch over π, which
+    is m_n cos α_n, where slices bend each other; else 0, at every place. ``gears.face_load``"""
+    return np.where(pairs.bent == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
 
 
 def _pressure(model: Model, found: LineLoads) -> Array:
@@ -143,6 +150,7 @@ def _flank_geometry(pairs: PairData) -> dict[str, Array]:
         "path_end": pairs.path_hi,
         "planet_base_diameter": 2.0 * np.abs(pairs.planet_arm) / pairs.cos_b,
         "gear_base_diameter": 2.0 * np.abs(pairs.gear_arm) / pairs.cos_b,
+        "face_section": 0.5 * sections(pairs) / pairs.half_face,
         "gear_roll_offset": pairs.center_distance * np.abs(pairs.normal[:, 0]),
     }
 

@@ -23,7 +23,7 @@ from flexgear.results.labelled_dataset import GearMeshName, GroupName, groups_of
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
-from flexgear.solve.face_load import along_face, largest_line_load
+from flexgear.solve.face_load import along_face, largest_line_load, sections
 from flexgear.solve.model import assemble, rated_rotations
 from flexgear.studies.tolerance_samples import (
     DrawnError,
@@ -174,12 +174,13 @@ def _along_face(setup: ToleranceSetup, found: Equilibrium) -> tuple[list[float],
     if lines is None:
         return [], []
     largest, along = largest_line_load(pairs, lines), along_face(pairs, lines)
+    share = 0.5 * sections(pairs) / pairs.half_face
     factors, loads = [], []
     for g in setup.groups:
         flanks = np.flatnonzero(setup.sign[:, g.places].any(axis=1))
         loads.append(float(largest[g.positions][:, flanks].max()))
-        means = along[g.positions][:, flanks].mean(axis=0)
-        factors.append(max(factor_along(mean) for mean in means if mean.max() > 0))
+        means = zip(along[g.positions][:, flanks].mean(axis=0), share[flanks], strict=True)
+        factors.append(max(factor_along(mean, one) for mean, one in means if mean.max() > 0))
     return factors, loads
 
 

@@ -42,7 +42,7 @@ def along_face_chart(data: xr.Dataset) -> Figure:
             own = data.sel(flank=name)
             load = own["face_line_load"].mean("position").to_numpy() * N_PER_MM
             mean = mean_along(load)
-            factors.append(factor_along(load))
+            factors.append(factor_along(load, float(own["face_section"])))
             planet = int(own["flank_planet"])
             ax.plot(at, load, color=planet_colour(planet), label=f"planet {planet}")
             ax.axhline(mean, color=NEUTRAL, lw=0.5, zorder=1)

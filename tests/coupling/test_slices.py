@@ -12,7 +12,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_loads
 from flexgear.coupling.laws import SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
-from flexgear.gears.face_load import with_ends
+from flexgear.gears.face_load import factor_along, mean_along, with_ends
 from flexgear.gears.slices import Line, cut
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
@@ -188,11 +188,27 @@ def test_slices_add_up_to_force_and_moment_and_the_equilibrium_closes(many_slice
         )
 
 
-def test_the_load_of_slices_that_bend_each_other_holds_up_to_the_end():
+def test_load_is_continued_as_far_as_it_does_not_hold():
     load = np.array([[1.0, 2.0, 4.0], [3.0, 2.0, 2.0]])
-    ends = with_ends(load, np.array([True, False]))
+    ends = with_ends(load, np.array([0.5, 0.0]))
     assert ends[0] == pytest.approx([1.0, 1.0, 2.0, 4.0, 4.0])
     assert ends[1] == pytest.approx([3.875, 3.0, 2.0, 2.0, 2.375])
+    thick = with_ends(load[:1], np.array([0.2]))  # two fifths of the half slice hold the end's load
+    assert thick[0] == pytest.approx([0.7, 1.0, 2.0, 4.0, 4.6])
+
+
+@pytest.mark.parametrize("section", [0.0, 0.03, 0.1, 0.25, 0.7, 1.0])
+def test_factor_of_a_tilted_load_over_sections_of_the_face(section):
+    """K − 1 of a load that rises along the face is less by the share of a section."""
+    load = 1.0 + 0.6 * np.linspace(-1.0, 1.0, 31)
+    for own in (load, load[::-1]):
+        assert factor_along(own, section) == pytest.approx(1.0 + 0.6 * (1.0 - section))
+    peak = np.where(np.arange(31) == 15, 4.0, 1.0)  # two steps of the face wide
+    steps = max(30.0 * section, 1e-9)
+    if steps >= 2.0:
+        found = factor_along(peak, section) * mean_along(peak)
+        assert 1.0 + 3.0 / steps == pytest.approx(found, rel=0.15)
+        assert found <= 1.0 + 3.0 / steps + 1e-12
 
 
 def test_twice_the_slices_tell_the_same(many_slices):

@@ -36,11 +36,14 @@ class Even:
 
 
 @cache
-def model(case: str, fidelity: str, rigid: bool, compliance: str, **changes: str) -> Model:
-    """The case put together with slices in all its stages."""
+def model(
+    case: str, fidelity: str, rigid: bool, compliance: str, slices: int = 15, **changes: str
+) -> Model:
+    """The case put together with so many slices in all its stages."""
     keys = {"solver.fidelity": fidelity, **LESS.get(case, {}), **dict(changes)}
     loaded = fg.load_case(case, keys)
     sliced = {"model": "face_load", "contact_law": "one-sided", "tooth_compliance": compliance}
+    sliced |= {"slices": slices}
     every = {
         f"stages.{number}.gear_mesh.{key}": value
         for number in range(len(loaded.stages))
@@ -65,10 +68,15 @@ def equilibria(put: Model, stage: str) -> xr.Dataset:
 
 @cache
 def even(
-    case: str, fidelity: str, rigid: bool, compliance: str = "width", **changes: str
+    case: str,
+    fidelity: str,
+    rigid: bool,
+    compliance: str = "width",
+    slices: int = 15,
+    **changes: str,
 ) -> dict[str, Even]:
     """Figures by kind of gear mesh ("lss ring"), of every stage over its own cycle."""
-    put = model(case, fidelity, rigid, compliance, **changes)
+    put = model(case, fidelity, rigid, compliance, slices, **changes)
     found = {}
     for stage in stages(case):
         every = face_figures(equilibria(put, stage))

@@ -95,17 +95,17 @@ def _bearing_place(fidelity: str) -> list[Row]:
     return found
 
 
-def _of_stage(case: str, fidelity: str, rigid: bool, **changes: str) -> tuple[Even, Even]:
+def _of_stage(
+    case: str, fidelity: str, rigid: bool, slices: int = 15, **changes: str
+) -> tuple[Even, Even]:
     """Ring and sun of a case of one stage."""
-    found = even(case, fidelity, rigid, **changes)
+    found = even(case, fidelity, rigid, slices=slices, **changes)
     ring, sun = (next(one for g, one in found.items() if g.endswith(k)) for k in ("ring", "sun"))
     return ring, sun
 
 
 def _slices(fidelity: str) -> list[Row]:
-    fifteen, more = (
-        _of_stage("wind-5mw", fidelity, True, **{"gear_mesh.slices": n}) for n in ("15", "31")
-    )
+    fifteen, more = (_of_stage("wind-5mw", fidelity, True, slices=n) for n in (15, 31))
     worst = max(
         abs(many.k_h_beta / few.k_h_beta - 1) for many, few in zip(more, fifteen, strict=True)
     )
