@@ -45,8 +45,8 @@ def atomic_file(path: PathLike) -> Iterator[Path]:
 
 def write_bytes(path: PathLike, data: bytes | memoryview) -> Path:
     """``data`` as a file, which is there whole or not at all."""
-    with atomic_file(path) as draft:
-        draft.write_bytes(data)
+    with atomic_file(path) as draft, draft.open("wb") as file:
+        file.write(data)
     return Path(path)
 
 

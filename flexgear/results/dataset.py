@@ -42,7 +42,18 @@ def _utf8(text: str) -> str:
 
 def save(data: xr.Dataset, path: PathLike) -> Path:
     """Write netCDF; the file appears whole or not at all."""
-    return write_bytes(path, data.to_netcdf(engine="h5netcdf", encoding=encoding_of(data)))
+    return write_netcdf(data, path, encoding_of(data))
+
+
+def write_netcdf(
+    data: xr.Dataset, path: PathLike, encoding: dict[str, dict[str, Any]] | None = None
+) -> Path:
+    """Write netCDF as ``save`` does, stored as said."""
+    content = data.to_netcdf(engine="h5netcdf", encoding=encoding)
+    # given up before a failed write is told: its traceback would keep the view, and Python 3.12 may
+    # crash over a buffer that is collected before its views
+    with memoryview(content) if isinstance(content, bytes) else content as held:
+        return write_bytes(path, held)
 
 
 def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:

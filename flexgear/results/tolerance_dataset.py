@@ -13,7 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.results import tolerance_statistics as statistics
-from flexgear.files.atomic import PathLike, write_bytes
+from flexgear.files.atomic import PathLike
+from flexgear.results.dataset import write_netcdf
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
 from flexgear.results.labelled_dataset import GearMeshName, groups_of
@@ -230,4 +231,4 @@ def _number(value: xr.DataArray) -> float | None:
 
 def save_tolerance(data: xr.Dataset, path: PathLike) -> Path:
     """Write netCDF in double precision; the file appears whole or not at all."""
-    return write_bytes(path, data.to_netcdf(engine="h5netcdf"))
+    return write_netcdf(data, path)

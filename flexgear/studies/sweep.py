@@ -18,12 +18,12 @@ import numpy as np
 import xarray as xr
 
 from flexgear.coupling.workable import require_workable
-from flexgear.files.atomic import PathLike, write_bytes
+from flexgear.files.atomic import PathLike
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
-from flexgear.results.dataset import provenance
+from flexgear.results.dataset import provenance, write_netcdf
 from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
@@ -171,7 +171,7 @@ GAPS = "where the point failed or has fewer of them, and where its own value is 
 
 def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
     """Write netCDF in double precision; the file appears whole or not at all."""
-    return write_bytes(path, data.to_netcdf(engine="h5netcdf"))
+    return write_netcdf(data, path)
 
 
 def collected(
