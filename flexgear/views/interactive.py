@@ -150,8 +150,12 @@ def _texts(axes: Axes) -> Iterator[dict[str, Any]]:
 
 
 def _anchor(text: Text, own: bool) -> dict[str, Any]:
-    """Where a text stands by its place; annotations above it."""
+    """Where a text stands by its place; annotations above it, or beside it at the end of a bar."""
     if own:
+        beside = isinstance(text, Annotation) and text.anncoords == "offset points" and text.xyann
+        if beside and beside[0] and not beside[1]:
+            side = "left" if beside[0] > 0 else "right"
+            return {"xanchor": side, "yanchor": "middle", "xshift": beside[0], "borderpad": 0}
         return {"yshift": 8}
     across = {"left": "left", "right": "right"}.get(str(text.get_horizontalalignment()), "center")
     upward = {"top": "top", "bottom": "bottom", "baseline": "bottom"}.get(

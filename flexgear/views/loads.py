@@ -150,7 +150,7 @@ def pair_loads(
         if name == split:
             parts = stiffness_split(load, stiffness)
             draw_pairs(ax, at, tooth, parts, SPLIT_COLOUR, lw=1.3, ls=(0, (4, 1.6)), zorder=3.5)
-            text = f"{name}, stiffness split (eq. 23)"
+            text = f"{name}, split by stiffness"
             handles.append(Line2D([], [], color=SPLIT_COLOUR, lw=1.5, ls="--", label=text))
         lows.append(at[0])
         highs.append(at[-1])

@@ -8,6 +8,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.parts import SECTIONS
+from flexgear.results.report.stage_rows import stage_tables
 from flexgear.results.report.wording import said, split_unit, words
 
 
@@ -52,3 +53,21 @@ def test_every_case_is_told_in_words_with_units(name):
     assert width[0] == said(case.stages[0].face_width, "m")
     angle = next(value for _, label, value in rows if label == "pressure angle")
     assert str(angle).endswith("°")
+
+
+@pytest.mark.parametrize("name", ["wind-5mw", "grc-750kw"])
+def test_stages_are_told_in_sentences(name):
+    """No keys, no two rows of one name; sizes of what is left out in units a person uses."""
+    found = list(stage_tables(load_case(name)))
+    for table in found:
+        labels = [row.label for row in table.rows]
+        assert len({*labels}) == len(labels)
+        assert not any("_" in text or "{" in text for text in (table.title, *labels))
+    left_out = [t for t in found if "not modelled" in t.title]
+    assert len(left_out) == len(load_case(name).stages)
+    rows = {row.label: said(row.value, row.unit) for row in left_out[0].rows}
+    assert rows["power that friction would take, sun gear mesh"].endswith(" %")
+    assert rows["sag of a pin inside its planet"].endswith(" µm")
+    assert rows["friction force across the line of action, ring gear mesh"].endswith(" kN")
+    oval = "yield of an oval planet rim at most, if rollers did not hold it, ring gear mesh"
+    assert rows[oval].endswith(" µm")

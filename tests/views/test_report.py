@@ -231,6 +231,14 @@ def test_maps_of_one_scale_share_a_colour_bar_and_texts_stand_where_they_are_dra
     }
 
 
+def test_numbers_of_bars_stand_beyond_their_ends():
+    axes = Figure().subplots()
+    axes.bar_label(axes.barh([0, 1], [2.0, -1.0]), ["2", "-1"], padding=3)
+    (panel,) = panels_of(axes.figure)
+    told = {t["text"]: (t["xanchor"], t["xshift"]) for t in panel["layout"]["annotations"]}
+    assert told == {"2": ("left", 3), "-1": ("right", -3)}
+
+
 def test_symbols_of_load_factors_are_printed_as_such():
     assert symbols("a <b>, K_Hβ and K_γ of my_K_case") == (
         "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.report import case_report
+from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.report.face_load import face_tables, rim_rows
 from flexgear.results.report.parts import Row, Table, Value
-from flexgear.results.report.wording import number, said, split_unit, words
+from flexgear.results.report.stage_rows import MESH, stage_tables
+from flexgear.results.report.wording import said, words
 
 Summary = Mapping[str, Any]
-GEOMETRY, MESH = "geometry", "meshes"
 _RIM = {
     "min": "least",
     "max": "largest",
@@ -25,13 +25,14 @@ _ROOT = {
     "min": "least, in the fillet on the other side",
     "range": "range over the positions at one place of a fillet that is stretched",
 }
+ROUNDING = 1e-9
 TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
 
 
 def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
     """All tables of a run, in the order of the page."""
     parts = (
-        _geometry(case),
+        stage_tables(case),
         _power(summary),
         _forces(summary),
         face_tables(summary),
@@ -61,22 +62,6 @@ def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {name: one for name, one in figures.items() if isinstance(one, Mapping)}
 
 
-def _geometry(case: Case) -> Iterator[Table]:
-    for name, rows in case_report(case).items():
-        section = MESH if name.endswith("gear_mesh") else GEOMETRY
-        yield Table(section, words(name), [_keyed(key, value) for key, value in rows.items()])
-
-
-def _keyed(key: str, value: Any) -> Row:
-    """A row of a key that ends in its unit."""
-    label, unit = split_unit(key)
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return Row(label, ", ".join(number(float(v)) for v in value) + f" {unit}".rstrip())
-    if isinstance(value, bool):
-        return Row(label, said(value))
-    return Row(label, words(value) if isinstance(value, str) else value, unit)
-
-
 def _power(summary: Summary) -> Iterator[Table]:
     flow = summary["power_flow"]
     yield Table(
@@ -100,11 +85,11 @@ def _forces(summary: Summary) -> Iterator[Table]:
     for name, one in summary["stages"].items():
         rows = [
             Row("gear-mesh frequency", one["gear_mesh_frequency_hz"], "Hz"),
-            Row("rolling power", one.get("rolling_power_w"), "W"),
-            Row("expected normal force, sun", one["sun_gear_mesh_force_n"], "N"),
+            Row("rolling power, from sun to ring as the carrier sees it", one.get("rolling_power_w"), "W"),
+            Row("normal force of one gear mesh, sun", one["sun_gear_mesh_force_n"], "N"),
         ]
         if "ring_gear_mesh_force_n" in one:
-            rows.append(Row("expected normal force, ring", one["ring_gear_mesh_force_n"], "N"))
+            rows.append(Row("normal force of one gear mesh, ring", one["ring_gear_mesh_force_n"], "N"))
         rows += [
             Row(f"nominal root stress (ISO 6336-3, no load factors), {gear}", 1e6 * stress, "Pa")
             for gear, stress in one.get("nominal_root_stress_mpa", {}).items()
@@ -140,8 +125,8 @@ def _sharing(summary: Summary) -> Iterator[Table]:
 def _coefficients(figures: Mapping[str, Any]) -> Iterator[Row]:
     for group, one in groups_of(figures).items():
         yield Row(f"{words(group)}, largest at any instant", one["instantaneous"])
-        yield Row(f"{words(group)}, by maxima (Hu 2023)", one["hu-2023"])
-        yield Row(f"{words(group)}, by maxima (Ren 2021)", one["ren-2021"])
+        yield Row(f"{words(group)}, by the planets' largest loads (Hu 2023)", one["hu-2023"])
+        yield Row(f"{words(group)}, by the planets' largest loads (Ren 2021)", one["ren-2021"])
         yield Row(f"{words(group)}, assumed by IEC 61400-4", one["iec_61400_4"])
 
 
@@ -152,9 +137,9 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             continue
         rows = [
             Row("load of a planet's bearings", one["planet_bearing_force_n"], "N"),
-            Row("of it tangential", own.planet_bearing_tangential, "N"),
-            Row("of it radial, outward", own.planet_bearing_radial, "N"),
-            Row("planet speed in the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
+            Row("of it tangential, against the rotation", own.planet_bearing_tangential, "N"),
+            Row("of it radial, outward", _beside(own.planet_bearing_radial, own), "N"),
+            Row("speed of a planet relative to the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
             Row("bearings side by side", case.stage(own.name).planet_bearing.count),
             Row("basic rating life (ISO 281)", _life(one), "h"),
         ]
@@ -162,13 +147,18 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
         yield from _seats(own.name, one)
 
 
+def _beside(force: float, flow: StageFlow) -> float:
+    """A part of the planet bearings' force, zero where it is rounding."""
+    return force if abs(force) > ROUNDING * flow.planet_bearing_force else 0.0
+
+
 def _seats(stage: str, figures: Mapping[str, Any]) -> Iterator[Table]:
     """Bearings on the seats of an FE carrier."""
     lives, rows = figures.get("carrier_bearing_life_h", {}), []
     for side, force in figures.get("carrier_bearing_force_n", {}).items():
-        rows.append(Row(f"largest radial load of the seat, {words(side)}", force, "N"))
+        rows.append(Row(f"largest radial load, {words(side)} side", force, "N"))
         life = lives.get(side, "no dynamic rating given")
-        rows.append(Row(f"basic rating life (ISO 281), {words(side)}", life, "h"))
+        rows.append(Row(f"basic rating life (ISO 281), {words(side)} side", life, "h"))
     if rows:
         yield Table("bearings", f"carrier bearings, {words(stage)}", rows)
 
@@ -223,7 +213,7 @@ def _modes(summary: Summary) -> Iterator[Table]:
     for one in summary["modes"]["lowest"]:
         times = one["multiplicity"]
         kind = one["type"] + (f", {times} alike" if times > 1 else "")
-        rows.append(Row(f"{count + 1}: {kind}", one["frequency_hz"], "Hz"))
+        rows.append(Row(f"mode {count + 1}: {kind}", one["frequency_hz"], "Hz"))
         count += times
     yield Table("modes", "lowest modes at rest or rated speed", rows)
     kinds = summary["modes"]["types"].items()
@@ -242,15 +232,15 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("time step, steady running", solver.get("time_step_s"), "s"),
             Row("time step, torque drop", solver.get("step_time_step_s"), "s"),
             Row("steps of steady running", summary["transient"]["steps"]),
-            Row("forces left over in the equilibria", summary.get("equilibrium_closure_max")),
+            Row("forces left over in the equilibria, of the load", summary.get("equilibrium_closure_max"), "share"),
             Row("energy not accounted for", summary["energy_residual"], "share"),
             Row("harmonic against transient", summary["harmonic"].get("largest_difference"), "share"),
         ],
     )  # fmt: skip
     for name, one in summary.get("reduction", {}).items():
         rows = [
-            Row("dofs of the FE mesh", summary["fe"][name]["dofs"]),
-            Row("dofs of the interface", one.get("interface_dofs")),
+            Row("degrees of freedom of the FE mesh", summary["fe"][name]["dofs"]),
+            Row("degrees of freedom of its interface", one.get("interface_dofs")),
             Row("fixed-interface modes", one.get("fixed_interface_modes")),
             Row("static error", one.get("static_error"), "share"),
             *rim_rows(one),
