@@ -65,6 +65,11 @@ def flanks_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
     return plan
 
 
+def _of(stage: str) -> str:
+    """Which stage a picture is of; not said of the only one, which the short form calls "stage"."""
+    return "" if stage == "stage" else f" of {stage.replace('_', ' ')}"
+
+
 def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:
     """Figures of any case by file name: caption and how to make them."""
     plan: dict[str, tuple[str, Draw]] = {
@@ -107,20 +112,19 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
             )
         cycles = data.get(f"gear_mesh_cycles_{stage.name}")
         if cycles is not None:
-            said = stage.name.replace("_", " ")
             plan[f"face_transmission_error_{stage.name}"] = (
-                f"Transmission error of {said}, planet 1, over a gear-mesh cycle without errors",
+                f"Transmission error{_of(stage.name)}, planet 1, over a gear-mesh cycle without "
+                "errors",
                 partial(gear_mesh_charts.transmission_error_chart, cycles),
             )
             plan[f"face_stiffness_{stage.name}"] = (
-                f"Stiffness of the gear meshes of {said} over a cycle",
+                f"Stiffness of the gear meshes{_of(stage.name)} over a cycle",
                 partial(gear_mesh_charts.stiffness_chart, cycles),
             )
     for name, found in data.items():
         if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
-            shared = str(found.attrs["stage"]).replace("_", " ")
             plan[name] = (
-                f"Load sharing of {shared}, quasi-static, over one turn",
+                f"Load sharing{_of(str(found.attrs['stage']))}, quasi-static, over one turn",
                 partial(sharing_charts.sharing_chart, found),
             )
     rest = settled(data["transient"])
@@ -128,12 +132,12 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
     for stage in flow.stages:
         if stage.gear_mesh_frequency:
             plan[f"transient_forces_{stage.name}"] = (
-                f"Gear-mesh forces of {stage.name.replace('_', ' ')} in the transient, "
+                f"Gear-mesh forces{_of(stage.name)} in the transient, "
                 f"its last {CYCLES_SHOWN} gear-mesh cycles",
                 partial(sharing_charts.gear_mesh_forces, _close_up(rest, stage)),
             )
             plan[f"spectrum_{stage.name}"] = (
-                f"Spectrum of the gear-mesh forces of {stage.name.replace('_', ' ')}, planet 1, "
+                f"Spectrum of the gear-mesh forces{_of(stage.name)}, planet 1, "
                 f"gear-mesh frequency {stage.gear_mesh_frequency:.4g} Hz",
                 partial(_spectrum, rest, stage),
             )

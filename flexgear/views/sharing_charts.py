@@ -283,8 +283,10 @@ def _least_span(ax: Axes, share: float) -> None:
 
 
 def _said(name: str) -> str:
-    """stage_1.sun -> stage 1, sun."""
-    return name.replace("_", " ").replace(".", ", ")
+    """stage_1.sun -> stage 1, sun; of the short form's only stage its name is not said."""
+    stage, _, member = name.partition(".")
+    parts = [stage.replace("_", " ") if stage != "stage" else "", member.replace("_", " ")]
+    return ", ".join(filter(None, parts))
 
 
 def _marked(name: str, flow: PowerFlow) -> str:

@@ -30,7 +30,9 @@ MARKERS = {"o": "circle", "s": "square", "^": "triangle-up", "v": "triangle-down
 
 
 def traces_of(axes: Axes) -> Iterator[dict[str, Any]]:
+    """Traces of what is visible, lines in the order in which they cover each other."""
     lines = [x for x in axes.lines if x.get_visible() and x.get_transform() == axes.transData]
+    lines.sort(key=Line2D.get_zorder)
     most = max(LEAST_POINTS, POINTS // max(1, len(lines)))
     for collection in axes.collections:
         if collection.get_visible():

@@ -239,6 +239,14 @@ def test_numbers_of_bars_stand_beyond_their_ends():
     assert told == {"2": ("left", 3), "-1": ("right", -3)}
 
 
+def test_lines_cover_each_other_as_in_the_picture():
+    axes = Figure().subplots()
+    axes.plot([0, 1], [0, 1], color="red", zorder=3)
+    axes.plot([0, 1], [1, 0], color="blue", zorder=2.9)
+    (panel,) = panels_of(axes.figure)
+    assert [t["line"]["color"] for t in panel["data"]] == ["#0000ff", "#ff0000"]
+
+
 def test_symbols_of_load_factors_are_printed_as_such():
     assert symbols("a <b>, K_Hβ and K_γ of my_K_case") == (
         "a &lt;b&gt;, K<sub>Hβ</sub> and K<sub>γ</sub> of my_K_case"

@@ -35,7 +35,7 @@ _SAID = {
     "contact_ratio": ("total contact ratio", ""),
     "path_of_contact_mm": ("path of contact, ends from the planet's base tangent point", ""),
     "backlash_um": ("normal backlash", ""),
-    "place_of_first_pair_in_pitches": ("first pair of planet 1 behind the begin of the path", _PITCHES),
+    "place_of_first_pair_in_pitches": ("first pair of planet 1, from the start of the path", _PITCHES),
     "phase_of_planets_in_pitches": ("phases of the planets against planet 1", _PITCHES),
     "stiffness": ("model of the stiffness", ""),
     "mean_stiffness_n_per_m": ("stiffness of all pairs together, mean", ""),
@@ -46,12 +46,12 @@ _SAID = {
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
         "nominal root stress of the {part} (ISO 6336-3, no load factors)", ""),
     "form_and_notch_factor_{part}": ("form factor and notch factor of the {part}", ""),
-    "coefficient_of_friction": ("coefficient of friction that the next rows assume", ""),
-    "friction_loss_share_{part}": ("power that friction would take, {part}", _SHARE),
-    "friction_force_{part}_n": ("friction force across the line of action, {part}", ""),
+    "coefficient_of_friction": ("coefficient of friction, assumed", ""),
+    "friction_loss_share_{part}": ("power lost in friction, of that passing the {part}", _SHARE),
+    "friction_force_{part}_n": ("friction force, across the line of action, {part}", ""),
     "free_planet_rim_gives_way_{part}_um": (
-        "yield of an oval planet rim at most, if rollers did not hold it, {part}", ""),
-    "pin_bends_in_planet_um": ("sag of a pin inside its planet", ""),
+        "oval planet rim, the most that it yields at the {part}", ""),
+    "pin_bends_in_planet_um": ("bending of a pin inside its planet", ""),
 }  # fmt: skip
 _MODELS = {
     "per_pair": "each pair of teeth is a spring",
@@ -62,7 +62,7 @@ _MODELS = {
     "fourier": "wave of some harmonics",
 }
 _TITLES = {
-    "not_modelled": "not modelled, and how large it would be",
+    "not_modelled": "not modelled, with its size",
     "missing_on_flanks": "missing on modified flanks, least and most",
 }
 

@@ -90,10 +90,6 @@ def _forces(summary: Summary) -> Iterator[Table]:
         ]
         if "ring_gear_mesh_force_n" in one:
             rows.append(Row("normal force of one gear mesh, ring", one["ring_gear_mesh_force_n"], "N"))
-        rows += [
-            Row(f"nominal root stress (ISO 6336-3, no load factors), {gear}", 1e6 * stress, "Pa")
-            for gear, stress in one.get("nominal_root_stress_mpa", {}).items()
-        ]
         yield Table(MESH, f"{words(name)}, from the power flow", rows)
         rows = [
             Row(f"{gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
