@@ -8,9 +8,39 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.pair_data import OF_LINE, PairData
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class GapSets:
+    """Gaps of slices of J sets beside those of the pair data.
+
+    amounts: (J, M, B) m of B ways to grind flanks; unit: (B, K, T, n) m/m, what an amount adds to
+    the gaps of the n slices in the tables of ``PairData``.
+    """
+
+    amounts: Array
+    unit: Array
+
+    def pairs(self, base: PairData, j: int) -> PairData:
+        """Pair data with a table for every gear mesh, as planets differ."""
+        own, slices = base.table, base.slice_table[base.table]
+        for m, count in enumerate(base.slices):
+            gaps = slice(OF_LINE + 2 * count, OF_LINE + 3 * count)
+            slices[m, :, gaps] += np.tensordot(
+                self.amounts[j, m], self.unit[:, own[m], :, :count], axes=1
+            )
+        return base._replace(
+            table=np.arange(len(own), dtype=own.dtype),
+            table_start=base.table_start[own],
+            table_step=base.table_step[own],
+            k_table=base.k_table[own],
+            z_table=base.z_table[own],
+            gap_table=base.gap_table[own],
+            slice_table=slices,
+        )
 
 
 @dataclass(frozen=True)
@@ -19,7 +49,7 @@ class ErrorSets:
 
     amplitude m, phase rad, offset m, slope along the face m/m (J, M); gear (J, M, z), planet (J, M,
     z_p) m; runout_amplitude m, runout_phase rad (J, M, H), their rates and angles are those of the
-    system.
+    system. gaps: of flanks that are ground otherwise than the case says, if any are.
     """
 
     amplitude: Array
@@ -30,6 +60,7 @@ class ErrorSets:
     planet: Array
     runout_amplitude: Array
     runout_phase: Array
+    gaps: GapSets | None = None
 
     def __len__(self) -> int:
         return len(self.offset)
@@ -39,7 +70,8 @@ class ErrorSets:
         gear, planet, runout = self.gear[j], self.planet[j], self.runout_amplitude[j]
         largest = self.offset[j] + np.abs(self.amplitude[j]) + np.abs(runout).sum(axis=1)
         largest = largest + np.abs(self.slope[j]) * base.half_face
-        return base._replace(
+        ground = base if self.gaps is None else self.gaps.pairs(base, j)
+        return ground._replace(
             error_amplitude=self.amplitude[j],
             error_phase=self.phase[j],
             error_offset=self.offset[j],

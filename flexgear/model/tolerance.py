@@ -1,7 +1,8 @@
 """What a tolerance study draws: distributions of manufacturing errors (the section ``tolerance``).
 
 Every error of the section ``errors`` can have a distribution of the same name; it then replaces the
-value there. Errors that belong to planets are drawn for each planet on its own.
+value there, and so do distributions of ground amounts those of ``modifications``. What belongs to
+planets is drawn for each planet on its own.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from pydantic import Field, model_validator
 
 from flexgear.model.errors import echo
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.modifications import FlankModifications
 from flexgear.model.read import nearest
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Angle, Length
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
+    from flexgear.model.stage import Stage
 
 OF_PLANETS = (
     "pin_tangential", "pin_radial", "planet_eccentricity", "planet_eccentricity_phase",
@@ -168,13 +171,18 @@ class ErrorDistributions(Section):
                 continue
             if name not in OF_EITHER_SIGN:
                 _refuse_negative(name, found)
-            if found.largest > LARGEST:
-                raise Refusal(
-                    f"{name}.standard_deviation",
-                    f"lets errors reach {1e3 * found.largest:g} mm",
-                    "give low and high, or check the unit",
-                )
+            _refuse_large(name, found)
         return self
+
+
+def _refuse_large(name: str, found: SizeDistribution) -> None:
+    """A size that nothing limits to what flanks can have."""
+    if found.largest > LARGEST:
+        raise Refusal(
+            f"{name}.standard_deviation",
+            f"lets errors reach {1e3 * found.largest:g} mm",
+            "give low and high, or check the unit",
+        )
 
 
 def _refuse_negative(name: str, found: SizeDistribution) -> None:
@@ -188,14 +196,63 @@ def _refuse_negative(name: str, found: SizeDistribution) -> None:
     )
 
 
+class FlankDistributions(Section):
+    """Distributions of what ``FlankModifications`` states as one amount, and of the amount of its
+    tip relief, whose length and form stay those of the case."""
+
+    same_as: ClassVar = (FlankModifications,)
+
+    profile_crowning: SizeDistribution | None = None
+    profile_slope: SizeDistribution | None = None
+    lead_crowning: SizeDistribution | None = None
+    twist: SizeDistribution | None = None
+    tip_relief: SizeDistribution | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> FlankDistributions:
+        for name in type(self).model_fields:
+            found = getattr(self, name)
+            if found is not None and name == "tip_relief":
+                _refuse_negative(name, found)
+            if found is not None:
+                _refuse_large(name, found)
+        return self
+
+
+class ModificationDistributions(Section):
+    """Distributions of flank modifications, for pairs with slices (``face_load``).
+
+    sun, ring: of the flank that carries the rated torque (in a parallel stage, sun: of the
+    pinion's). planet_sun, planet_ring: of the planets' flanks towards sun and ring (in a parallel
+    stage, planet_sun: of the gear's that carries).
+    """
+
+    sun: FlankDistributions = FlankDistributions()
+    ring: FlankDistributions = FlankDistributions()
+    planet_sun: FlankDistributions = FlankDistributions()
+    planet_ring: FlankDistributions = FlankDistributions()
+
+    @property
+    def given(self) -> dict[tuple[str, str], SizeDistribution]:
+        """Distributions by flank and name of the modification, in the order of the fields."""
+        every = {
+            (flank, name): getattr(getattr(self, flank), name)
+            for flank in type(self).model_fields
+            for name in FlankDistributions.model_fields
+        }
+        return {key: found for key, found in every.items() if found is not None}
+
+
 class OfStage(Section):
     """Distributions of one stage of a train, which replace those of all stages key by key.
 
-    stage: its name. errors: distributions of its errors.
+    stage: its name. errors: distributions of its errors. modifications: of what is ground off its
+    flanks.
     """
 
     stage: str
-    errors: ErrorDistributions
+    errors: ErrorDistributions = ErrorDistributions()
+    modifications: ModificationDistributions = ModificationDistributions()
 
 
 class Tolerance(Section):
@@ -205,6 +262,7 @@ class Tolerance(Section):
     positions_per_gear_mesh: equilibria a gear-mesh period, over one revolution of the carrier;
     confidence: of the intervals about mean and quantiles. errors: of all stages that have the part;
     by_stage: of single stages.
+    modifications: of what is ground off the flanks of all stages whose pairs have slices.
     """
 
     samples: int = Field(default=1000, ge=2, le=10**7)
@@ -212,7 +270,20 @@ class Tolerance(Section):
     positions_per_gear_mesh: int = Field(default=4, ge=4, le=1000)
     confidence: float = Field(default=0.95, ge=0.5, lt=1.0)
     errors: ErrorDistributions = ErrorDistributions()
+    modifications: ModificationDistributions = ModificationDistributions()
     by_stage: tuple[OfStage, ...] = ()
+
+    def ground(self, stage: Stage) -> dict[tuple[str, str], SizeDistribution]:
+        """Distributions of modifications of a stage by flank and name; of its parts alone, and none
+        where its pairs have no slices."""
+        found = self.modifications.given
+        for one in self.by_stage:
+            if one.stage == stage.name:
+                found |= one.modifications.given
+        if stage.gear_mesh.model != "face_load":
+            return {}
+        parallel = stage.kind == "parallel"
+        return {key: x for key, x in found.items() if not (parallel and key[0].endswith("ring"))}
 
     def of(self, stage: str) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Distributions of one stage."""
@@ -242,3 +313,39 @@ def check_tolerance(train: Case) -> None:
                 "is an error of a part that a parallel stage does not have",
                 "use sun_… for the pinion and planet_… for the gear",
             )
+    _check_ground(train)
+
+
+def _check_ground(train: Case) -> None:
+    """Modifications are drawn of pairs with slices, tip relief of flanks that have one."""
+    drawn = [train.tolerance.ground(stage) for stage in train.stages]
+    asked = {"tolerance.modifications": train.tolerance.modifications.given}
+    for k, one in enumerate(train.tolerance.by_stage):
+        asked[f"tolerance.by_stage.{k}.modifications"] = one.modifications.given
+    for at, given in asked.items():
+        for key in given:
+            if not any(key in own for own in drawn):
+                raise Refusal(
+                    f"{at}.{key[0]}.{key[1]}",
+                    "needs a stage that has this flank, and slices along the face",
+                    'set gear_mesh.model = "face_load", or take it out',
+                )
+    for stage, own in zip(train.stages, drawn, strict=True):
+        for flank, name in own:
+            part, side = ground_flank(stage, flank)
+            relief = getattr(stage, part).modifications.of(side).tip_relief
+            if name == "tip_relief" and relief is None:
+                raise Refusal(
+                    f"tolerance.modifications.{flank}.tip_relief",
+                    f"has no tip relief in {part}.modifications whose amount could be drawn",
+                    f"give {part}.modifications.tip_relief its amount and length",
+                )
+
+
+def ground_flank(stage: Stage, flank: str) -> tuple[str, str]:
+    """Gear of a stage and its flank, as ``modifications`` call them, of a field of
+    ``ModificationDistributions``."""
+    part, _, side = flank.partition("_")
+    if stage.kind == "parallel":
+        return ("gear" if part == "planet" else "pinion"), "drive"
+    return part, side or "drive"

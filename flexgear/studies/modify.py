@@ -221,10 +221,13 @@ def _table(model: Model, stage: str, amount: Amount) -> Array:
     more: object = amount.base + UNIT
     if amount.name == "tip_relief":
         more = _relief(model.case, stage, amount).model_copy(update={"amount": more})
+    return change_of_tables(model, f"stages.{stage}.{amount.section}", more)
+
+
+def change_of_tables(model: Model, key: str, value: object) -> Array:
+    """What another value of a key of the case adds to the tables of slices, (K, T, …)."""
     ground = assemble(
-        model.case.with_(**{f"stages.{stage}.{amount.section}": more}),
-        bodies=model.bodies,
-        variants=model.system.variants,
+        model.case.with_(**{key: value}), bodies=model.bodies, variants=model.system.variants
     )
     return np.asarray(ground.system.pairs.slice_table - model.system.pairs.slice_table)
 

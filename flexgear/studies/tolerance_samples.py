@@ -20,8 +20,15 @@ from scipy.special import ndtr, ndtri
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.gear_errors import GearErrors
+from flexgear.model.modifications import Relief
 from flexgear.model.stage import Stage
-from flexgear.model.tolerance import NOT_PARALLEL, OF_PLANETS, PhaseDistribution, SizeDistribution
+from flexgear.model.tolerance import (
+    NOT_PARALLEL,
+    OF_PLANETS,
+    PhaseDistribution,
+    SizeDistribution,
+    ground_flank,
+)
 
 Array = NDArray[np.float64]
 Values = Mapping[tuple[str, str], Array]  # (stage, key) -> (J, count)
@@ -30,13 +37,31 @@ PITCHES = ("ring_pitch", "planet_pitch", "sun_pitch")
 
 
 @dataclass(frozen=True)
+class Ground:
+    """A modification of a flank that is drawn: its key below the stage, the amount that the case
+    has there, m, and the relief that it belongs to, if any."""
+
+    key: str
+    base: float
+    relief: Relief | None = None
+
+    def with_amount(self, amount: float) -> float | Relief:
+        """What stands at the key with another amount, m."""
+        if self.relief is None:
+            return amount
+        return self.relief.model_copy(update={"amount": amount})
+
+
+@dataclass(frozen=True)
 class DrawnError:
-    """An error that is drawn. stage: its name, "" in the short form; planets: 0 if not theirs."""
+    """An error that is drawn. stage: its name, "" in the short form; planets: 0 if not theirs;
+    ground: where it is the amount of a modification."""
 
     stage: str
     key: str
     planets: int
     distribution: SizeDistribution | PhaseDistribution
+    ground: Ground | None = None
 
     @property
     def count(self) -> int:
@@ -63,7 +88,7 @@ def drawn_errors(model: Case) -> tuple[DrawnError, ...]:
         given = model.tolerance.of(stage.name)
         if stage.kind == "parallel":
             given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-        found += _drawn(name, given, stage.planets)
+        found += _drawn(name, given, stage.planets) + _ground(model, name, stage)
     if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             model.source,
@@ -83,6 +108,20 @@ def _drawn(
     stage: str, given: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
 ) -> list[DrawnError]:
     return [DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in given.items()]
+
+
+def _ground(model: Case, owner: str, stage: Stage) -> list[DrawnError]:
+    """Amounts of modifications; of planets for each on its own."""
+    found = []
+    for (flank, name), distribution in model.tolerance.ground(stage).items():
+        part, side = ground_flank(stage, flank)
+        given = getattr(getattr(stage, part).modifications.of(side), name)
+        relief = given if isinstance(given, Relief) else None
+        base = float(relief.amount if relief else given or 0.0)
+        ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
+        planets = stage.planets if flank.startswith("planet") else 0
+        found.append(DrawnError(owner, f"{flank}_{name}", planets, distribution, ground))
+    return found
 
 
 def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]) -> Values:
@@ -158,7 +197,8 @@ def nominal(model: Case, drawn: Sequence[DrawnError]) -> Values:
     found = {}
     for error in drawn:
         stage = model.stages[owners(model).index(error.stage)]
-        given = getattr(model.view(stage.name).errors, error.key)
+        of_case = error.ground
+        given = of_case.base if of_case else getattr(model.view(stage.name).errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
         found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
-from flexgear.analysis.error_sets import ErrorSets
+from flexgear.analysis.error_sets import ErrorSets, GapSets
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.pair_data import OF_LINE, PairData
 from flexgear.coupling.system import System
 from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
@@ -24,7 +24,8 @@ from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load, sections
-from flexgear.solve.model import assemble, rated_rotations
+from flexgear.solve.model import Model, assemble, rated_rotations
+from flexgear.studies.modify import UNIT, change_of_tables
 from flexgear.studies.tolerance_samples import (
     DrawnError,
     Values,
@@ -55,7 +56,8 @@ class ToleranceSetup:
     """All that a batch of samples needs; it travels to other processes.
 
     names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
-    torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends.
+    torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends;
+    unit (B, K, T, n): of ``GapSets``, of the B drawn modifications.
     """
 
     model: Case
@@ -68,6 +70,7 @@ class ToleranceSetup:
     sign: Array
     groups: tuple[Group, ...]
     variant: str
+    unit: Array
 
     @property
     def shared(self) -> tuple[GearMeshName, ...]:
@@ -119,6 +122,7 @@ def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
         sign=sign,
         groups=groups,
         variant=put.variant,
+        unit=_unit_gaps(put, drawn),
     )
 
 
@@ -138,10 +142,18 @@ def as_stated(setup: ToleranceSetup) -> Batch:
     return _solved(setup, nominal(model, setup.drawn), [[e.seed for e in errors]])
 
 
-def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
+def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
+    """Errors of samples and gaps of their flanks; seeds: of the pitch deviations, by sample."""
     models = [with_sample(setup.model, values, j, own) for j, own in enumerate(seeds)]
-    sets: ErrorSets = error_sets(models, setup.paths, setup.labels, setup.pairs)
-    along = np.full((2, len(models), len(setup.groups)), np.nan)
+    sets = error_sets(models, setup.paths, setup.labels, setup.pairs)
+    if not len(setup.unit):
+        return sets
+    return replace(sets, gaps=GapSets(_amounts(setup, values), setup.unit))
+
+
+def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
+    sets = sets_of(setup, values, seeds)
+    along = np.full((2, len(sets), len(setup.groups)), np.nan)
 
     def look(j: int, found: Equilibrium) -> None:
         along[:, j] = _along_face(setup, found)
@@ -157,8 +169,8 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
         share.append(np.ascontiguousarray(planet_load_factors(own, g.rated).swapaxes(1, 2)))
     # a sample without an equilibrium somewhere is no number, not the largest of the others
     return Batch(
-        sizes=_columns(setup.drawn, values, len(models), phases=False),
-        phases=_columns(setup.drawn, values, len(models), phases=True),
+        sizes=_columns(setup.drawn, values, len(sets), phases=False),
+        phases=_columns(setup.drawn, values, len(sets), phases=True),
         load_sharing_max=np.column_stack([k.max(axis=1) for k in factor]),
         load_sharing_mean=np.column_stack([k.mean(axis=1) for k in factor]),
         planet_max=np.column_stack([k.max(axis=-1) for k in share]),
@@ -166,6 +178,36 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
         k_h_beta=along[0],
         line_load=along[1],
     )
+
+
+def _unit_gaps(put: Model, drawn: Sequence[DrawnError]) -> Array:
+    """``GapSets.unit`` of the drawn modifications, in their order."""
+    pairs, found = put.system.pairs, []
+    for error in drawn:
+        if error.ground is None:
+            continue
+        key = f"stages.{error.stage or put.case.stages[0].name}.{error.ground.key}"
+        change = change_of_tables(put, key, error.ground.with_amount(error.ground.base + UNIT))
+        gaps = np.zeros((*change.shape[:2], int(pairs.slices.max())))
+        for table, count in set(zip(pairs.table.tolist(), pairs.slices.tolist(), strict=True)):
+            own = change[table, :, OF_LINE + 2 * count : OF_LINE + 3 * count]
+            gaps[table, :, :count] = own / UNIT
+        found.append(gaps)
+    return np.array(found)
+
+
+def _amounts(setup: ToleranceSetup, values: Values) -> Array:
+    """What samples have more than the case of every drawn modification, (J, M, B) m."""
+    found = []
+    for error in setup.drawn:
+        if error.ground is None:
+            continue
+        stage = owners(setup.model).index(error.stage)
+        more = values[error.stage, error.key] - error.ground.base
+        planet = [label.planet if error.planets else 0 for label in setup.labels]
+        own = np.array([label.stage == stage for label in setup.labels])
+        found.append(more[:, planet] * own)
+    return np.stack(found, axis=2)
 
 
 def _along_face(setup: ToleranceSetup, found: Equilibrium) -> tuple[list[float], list[float]]:

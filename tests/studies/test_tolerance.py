@@ -312,3 +312,44 @@ def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
         factor = max(map(factor_along, load[flanks]))
         assert float(row["k_h_beta"]) == pytest.approx(factor, rel=1e-9)
         assert float(row["largest_line_load"]) == pytest.approx(largest[:, flanks].max(), rel=1e-9)
+
+
+def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
+    """Gaps of slices of every gear mesh: what all planets have alike, and what planet 3 has."""
+    at, names = "tolerance.modifications", {}
+    keys = {
+        "gear_mesh.model": "face_load", "gear_mesh.slices": "3",
+        "stage.sun.modifications.tip_relief.amount_um": "20",
+        "stage.sun.modifications.tip_relief.length_mm": "18",
+        "stage.planet.modifications.lead_crowning_um": "10",
+        f"{at}.sun.tip_relief.low_um": "0",
+    }  # fmt: skip
+    for name in ("sun.tip_relief", "planet_ring.lead_crowning", "ring.profile_crowning"):
+        names[name] = name.replace(".", "_")
+        keys[f"{at}.{name}.mean_um"] = "40"
+        keys[f"{at}.{name}.standard_deviation_um"] = "9"
+    setup = tolerance_setup.tolerance_setup(load_case("wind-5mw", keys))
+    values = sample_values(setup.drawn, 1, range(2))
+    sets = tolerance_setup.sets_of(setup, values, [[0], [0]])
+    drawn = {name: values["", key][1] for name, key in names.items()}
+    assert [len(x) for x in drawn.values()] == [1, 5, 1]
+    stated = load_case("wind-5mw", keys).with_(
+        **{
+            "stage.sun.modifications.drive": {
+                "tip_relief": {"amount": drawn["sun.tip_relief"][0], "length": 18e-3}
+            },
+            "stage.planet.modifications.ring": {
+                "lead_crowning": drawn["planet_ring.lead_crowning"][2]
+            },
+            "stage.ring.modifications.drive": {
+                "profile_crowning": drawn["ring.profile_crowning"][0]
+            },
+        }
+    )
+    found, known = sets.pairs(setup.pairs, 1), assemble(stated).system.pairs
+    third = [m for m, label in enumerate(setup.labels) if label.planet == 2]
+    assert len(third) == 4
+    for m in range(len(setup.labels)):
+        one, other = found.slice_table[found.table[m]], known.slice_table[known.table[m]]
+        same = np.allclose(one, other, rtol=1e-6, atol=1e-12)
+        assert same == (m in third or setup.labels[m].kind not in ("ring", "sun_coast"))
