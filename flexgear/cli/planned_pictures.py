@@ -138,7 +138,7 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
             )
             plan[f"spectrum_{stage.name}"] = (
                 f"Spectrum of the gear-mesh forces{_of(stage.name)}, planet 1, "
-                f"gear-mesh frequency {stage.gear_mesh_frequency:.4g} Hz",
+                f"gear-mesh frequency {stage.gear_mesh_frequency:.5g} Hz",
                 partial(_spectrum, rest, stage),
             )
     if rest.sizes.get("group", 0):

@@ -171,11 +171,11 @@ def _pace(
             return derived
         return float(value)
 
-    by_order = f"order {orders} of the gear mesh frequency of {gear_mesh:.4g} Hz"
-    by_inertia = f"gears of these inertias swing on their gear mesh at {resonance:.4g} Hz"
+    by_order = f"order {orders} of the gear mesh frequency of {gear_mesh:.5g} Hz"
+    by_inertia = f"gears of these inertias swing on their gear mesh at {resonance:.5g} Hz"
     why = by_order if wanted > resonance else by_inertia
     band = chosen("modes_band", max(wanted, resonance), why)
-    top = f"of the band's top, {band:.4g} Hz"
+    top = f"of the band's top, {band:.5g} Hz"
     step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
     longest = chosen("longest_time_step", LADDER[1] * step, f"{LADDER[1]} steps of steady running")
     least = min(longest, max(step / LADDER[0], longest / 2**MOST_RUNGS))
@@ -185,7 +185,7 @@ def _pace(
         accuracy = ACCURACY
         reasons["modes_accuracy"] = "where bodies bend; rigid ones keep all modes"
     settling = PERIODS / min(band, resonance)
-    by_periods = f"{PERIODS} periods of {min(band, resonance):.4g} Hz"
+    by_periods = f"{PERIODS} periods of {min(band, resonance):.5g} Hz"
     reasons["settling"] = by_periods
     return Pace(
         gear_mesh=gear_mesh,
@@ -219,8 +219,8 @@ def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
 
 def too_coarse(pace: Pace, solver: Solver) -> list[str]:
     """What the case gives that does not show what it asks for, one line each."""
-    order = f"order {pace.orders} of the gear mesh frequency lies at {pace.wanted:.4g} Hz"
-    swing = f"gears swing on their gear mesh at {pace.resonance:.4g} Hz"
+    order = f"order {pace.orders} of the gear mesh frequency lies at {pace.wanted:.5g} Hz"
+    swing = f"gears swing on their gear mesh at {pace.resonance:.5g} Hz"
     notes = []
     steps = {order: ENOUGH_STEPS * pace.wanted, swing: LEAST_STEPS * pace.resonance}
     why, least = max(steps.items(), key=lambda item: item[1])

@@ -56,13 +56,13 @@ def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
         return ""
     if error > PROMISED:
         return (
-            f"frequencies up to {to:.4g} Hz are up to {100 * error:.2g} % too high in the reduced "
+            f"frequencies up to {to:.5g} Hz are up to {100 * error:.2g} % too high in the reduced "
             f"body, above {100 * PROMISED:g} %"
         )
     if to < wanted * (1 - 1e-9):
         return (
             f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
-            f"{to:.4g} Hz, and {wanted:.4g} Hz are asked for"
+            f"{to:.5g} Hz, and {wanted:.4g} Hz are asked for"
         )
     return ""
 

@@ -150,8 +150,10 @@ def _errors(summary: Summary) -> Iterator[Verdict]:
     closure = summary.get("equilibrium_closure_max")
     if closure is not None:
         level: Level = "good" if closure <= CLOSED else "bad"
+        within = number(closure)
+        how = "within rounding" if within == "0" else f"to {within} of the load"
         yield Verdict(level, "Equilibria", "closed" if level == "good" else "not closed",
-                      f"Forces balance to {number(closure)} of the load.")  # fmt: skip
+                      f"Forces balance {how}.")  # fmt: skip
     for name, one in summary.get("reduction", {}).items():
         error = one.get("static_error")
         if error is not None:
