@@ -268,11 +268,16 @@ States = list[tuple[FloatArray, FloatArray, FloatArray]]
 
 
 def zoom_window(x: FloatArray, tooth: FloatArray) -> Window:
-    """A stretch in the middle of x over which about four new teeth come into contact."""
-    newest = np.diff(tooth.max(axis=1)) > 0
+    """A stretch near the middle of x over which about four new teeth come into contact, away from
+    the first and the last tooth, so that numbers do not jump in it."""
+    newest = tooth.max(axis=1)
     low, high = sorted((float(x[0]), float(x[-1])))  # x falls where the carrier turns backwards
-    each = (high - low) / max(int(newest.sum()), 1)
+    each = (high - low) / max(int((np.diff(newest) > 0).sum()), 1)
     middle = 0.5 * (low + high)
+    halfway = x[newest == newest.max() // 2]
+    if halfway.size:
+        nearest = float(halfway[np.argmin(np.abs(halfway - middle))])
+        middle = min(max(nearest, low + 2.5 * each), high - 2.5 * each)
     return max(low, middle - 2.5 * each), min(high, middle + 2.5 * each)
 
 
