@@ -79,32 +79,33 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
     active_flanks[mesh.opposite] = 1 if left < 1.0 else 0
 
 
-@njit(**INNER)
+@njit(**PART)
 def _radial_approach(data, work, m, r):
     """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
-    channels, active, modes = data.channels, work.active, work.modes
-    counts, meshes = active.counts[0], data.elements.gears.mesh
+    channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
+    counts, meshes, theta = active.counts[0], data.elements.gears.mesh, modes.theta
     force, eta, rate = work.dofs.force, modes.free, modes.free_rate
     line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
     radial = channel_motion(channels, active, line, eta, force)
     nearing = dot(rate, channels.modes[line])
-    if work.rows.row[r].beyond < work.rows.row[r].width:
-        c = 6 * work.rows.blocks[r, 1]
+    if rows.row[r].beyond < rows.row[r].width:
+        c = 6 * rows.blocks[r, 1]
         x = channel_motion(channels, active, c, eta, force)
         y = channel_motion(channels, active, c + 1, eta, force)
-        radial += _gear_approach(meshes[m], modes.theta, x, y)
+        radial += _gear_approach(meshes[m], theta, x, y)
         x, y = dot(rate, channels.modes[c]), dot(rate, channels.modes[c + 1])
-        nearing += _gear_approach(meshes[m], modes.theta, x, y)
+        nearing += _gear_approach(meshes[m], theta, x, y)
     return radial, nearing
 
 
-@njit(**PART)
+@njit(**INNER)
 def look_after_step(data, work, pairs, ahead, active_flanks):
     """The same after a step, at its new motion; ahead: time until the next look, s.
 
     Returns the fewest margins that any gap has: at two, half as many looks are as safe.
     """
-    fewest, meshes, rows, speed = NONE, data.elements.gears.mesh, work.rows, work.closing_speed
+    meshes, rows, speed = data.elements.gears.mesh, work.rows, work.closing_speed
+    fewest, motion = NONE, work.problem.motion
     for m in range(meshes.shape[0]):
         b = meshes[m].opposite
         if b < 0:
@@ -116,7 +117,6 @@ def look_after_step(data, work, pairs, ahead, active_flanks):
             continue
         r, far = rows.pair[best].row, rows.pair[best].row + rows.pair[best].rows - 1
         radial, nearing = _radial_approach(data, work, m, r)
-        motion = work.problem.motion
         delta = 0.5 * (motion[0, r] + motion[0, far] - rows.row[r].offset - rows.row[far].offset)
         approach = 0.5 * (motion[1, r] + motion[1, far])
         speed[m] = max(abs(2.0 * nearing - approach), LATE * speed[m])

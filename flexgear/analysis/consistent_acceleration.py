@@ -13,7 +13,7 @@ from flexgear.analysis.refinement import control
 from flexgear.analysis.step import advance
 from flexgear.analysis.step_arrays import Space, State, StepData
 from flexgear.analysis.step_space import begin, empty_samples
-from flexgear.coupling.laws import functions
+from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]
@@ -36,8 +36,8 @@ def accelerate(
     without a solution.
     """
     status, _ = advance(
-        resting, functions(), told[None], 0, state, space, empty_samples(modal, 0),
-        control(1, every=NEVER),
+        resting, law_functions(modal.system.pairs), told[None], 0, state, space,
+        empty_samples(modal, 0), control(1, every=NEVER),
     )  # fmt: skip
     return int(status)
 

@@ -143,13 +143,12 @@ def _book_modes(modal, state, modes, energy):
 
 
 @njit(**PART)
-def motion_before(active, level, state, work, ledger):
-    """Motion of the active dofs at the last step: Φη + R f."""
-    dofs, eta = work.dofs, work.modes.spare
-    put(eta, state.eta)
-    motions(active, eta, eta, dofs.before, dofs.before)
+def motion_before(active, level, eta, spare, dofs, force):
+    """Motion of the active dofs at the last step: Φη + R f; spare (≥ n,): work, force (n_c,)."""
+    put(spare, eta)
+    motions(active, spare, spare, dofs.before, dofs.before)
     for d in range(active.counts[0].dofs):
-        dofs.motion[d] = ledger.force[active.channel[d]]
+        dofs.motion[d] = force[active.channel[d]]
     add_residual(active, level, dofs.motion, dofs.image, dofs.before)
 
 
@@ -160,18 +159,20 @@ def settle(laws, modal, count, n, state, work, ledger):
     work.dofs holds the motion of the active dofs at the last step in ``before``, at this one in
     ``motion``, and R f in ``image``; n rows of ``count`` elements, without the brake.
     """
-    energy, dofs, booked, rows = state.energy, work.dofs, ledger.booked[0], work.rows
-    taken = _book_modes(modal, state, work.modes, energy)
-    now, before, lost, delta = ledger.now, ledger.before, ledger.lost, work.problem.motion[0, :n]
-    for d in range(work.active.counts[0].dofs):
+    rows, dofs, active, on_dofs = work.rows, work.dofs, work.active, work.on_dofs
+    modes, space, problem, energy = work.modes, work.space, work.problem, state.energy
+    booked, last, last_on_dofs, lost = ledger.booked[0], ledger.rows, ledger.on_dofs, ledger.lost
+    now, before, last_delta, ports = ledger.now, ledger.before, ledger.delta, state.ports
+    force, torque, delta = problem.force, modes.ports.torque, problem.motion[0, :n]
+    taken = _book_modes(modal, state, modes, energy)
+    for d in range(active.counts[0].dofs):
         energy[ELASTIC] += 0.5 * dofs.force[d] * dofs.image[2 * d + 1]
     put(now[0], delta)
-    beside = neighbour_energy(rows, n, work.problem.force)
-    potential = beside + _potential(laws, rows, count, now, work.space, lost[FRESH])
+    beside = neighbour_energy(rows, n, force)
+    potential = beside + _potential(laws, rows, count, now, space, lost[FRESH])
     for i in range(n):
-        lost[FRESH, i] = work.problem.force[i] - lost[FRESH, i]
+        lost[FRESH, i] = force[i] - lost[FRESH, i]
     if booked.rows >= 0:
-        ports, torque = state.ports, work.modes.ports.torque
         for t in range(ports.shape[0]):
             moved = 0.5 * (torque[t] + ports[t].torque) * (dofs.motion[t] - dofs.before[t])
             if t < ports.shape[0] - 1:
@@ -179,20 +180,19 @@ def settle(laws, modal, count, n, state, work, ledger):
             else:
                 energy[BRAKE] -= moved
         energy[DAMPING] += taken
-        _approach(rows, work.on_dofs, n, dofs.before, before)
+        _approach(rows, on_dofs, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, energy)
-        was = beside + _potential(laws, rows, count, before, work.space, lost[SPARE])
-        last = ledger.rows
-        place_rows(work.active, last, booked.rows, ledger.on_dofs)
-        _approach(last, ledger.on_dofs, booked.rows, dofs.motion, now)
-        put(before[0], ledger.delta[: booked.rows])
+        was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
+        place_rows(active, last, booked.rows, last_on_dofs)
+        _approach(last, last_on_dofs, booked.rows, dofs.motion, now)
+        put(before[0], last_delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, energy)
         goes = booked.beside
-        goes += _potential(laws, last, booked.elements, now, work.space, lost[SPARE])
+        goes += _potential(laws, last, booked.elements, now, space, lost[SPARE])
         energy[PARAMETRIC] += 0.5 * (potential + was - goes - booked.potential)
     energy[ELEMENTS] = potential
     put(lost[LAST], lost[FRESH])
-    put(ledger.delta, delta)
-    _copy_rows(rows, n, count, ledger.rows)
+    put(last_delta, delta)
+    _copy_rows(rows, n, count, last)
     booked.rows, booked.elements = n, count
     booked.potential, booked.beside = potential, beside

@@ -25,7 +25,7 @@ from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
-from flexgear.coupling.laws import functions
+from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import freeze_neighbours
 from flexgear.coupling.pair_data import extra_rows, two_rows
@@ -141,7 +141,7 @@ def revolution(
         closure=np.zeros(count),
     )
     forward = np.ascontiguousarray(known @ system.rated_port_torques >= 0.0)
-    laws = functions()
+    laws = law_functions(pairs)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
         p, failed = _solve_positions(
@@ -214,22 +214,21 @@ def modal_part(elastic, forces, omega2, first, eta):
 
 
 @njit(**INNER)
-def _coast_flanks_agree(theta, pairs, work, active_flanks):
+def _coast_flanks_agree(meshes, rows, pairs, theta, motion, active_flanks):
     """Whether no coast flank has come near that is not looked at; looks at those from now on."""
-    meshes, agreed = work.elements.gears.mesh, True
+    agreed = True
     for m in range(meshes.shape[0]):
         b = meshes[m].opposite
         if b >= 0 and active_flanks[b] == 0:
-            look_at_rest(meshes, work.rows, pairs, theta, work.channels[0], m, active_flanks)
+            look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks)
             agreed = agreed and active_flanks[b] == 0
     return agreed
 
 
 @njit(**INNER)
-def _start_slices(forward, work):
+def _start_slices(meshes, forward, memory):
     """Slices of flanks that do not carry start open; of those that do, where they were last, or
     with all of them touching where they were open."""
-    meshes, memory = work.elements.gears.mesh, work.memory
     for m in range(meshes.shape[0]):
         if meshes[m].slices == 0:
             continue
@@ -246,10 +245,11 @@ def _start_slices(forward, work):
 @njit(**PART)
 def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
-    meshes = work.elements.gears.mesh
+    meshes, rows, motion = work.elements.gears.mesh, work.rows, work.channels[0]
+    memory = work.memory
     for m in range(meshes.shape[0]):
         active_flanks[m] = meshes[m].carries if forward else 1
-    _start_slices(forward, work)
+    _start_slices(meshes, forward, memory)
     n, pairs, closure = ZERO, ZERO, 0.0
     for look in range(LOOKS):
         n, count, pairs, closure = solve_position(
@@ -257,7 +257,7 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
         )
         if not closure <= CLOSURE:
             break
-        flanks = _coast_flanks_agree(theta, pairs, work, active_flanks)
+        flanks = _coast_flanks_agree(meshes, rows, pairs, theta, motion, active_flanks)
         share = 0.5 if look > CAUTIOUS else 1.0
         if not disagree(laws, work, count, out, AGREES, share) and flanks:
             break
@@ -269,21 +269,23 @@ def _solve_positions(laws, span, forward, train, modes, work, out, found, loads)
     """Positions of a span into ``found`` and ``loads``; the position that failed, or the end, and
     its closure."""
     elastic, omega2 = modes
+    rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
+    angles, known, torques = found.theta, found.known, found.torques
     r, reactions = train.rigid.shape[1], train.reactions
     for p in range(span[0], span[1]):
         n, pairs, closure = _solve_one(
-            laws, found.theta[p], found.known[p], forward[p], train, work, out,
+            laws, angles[p], known[p], forward[p], train, work, out,
             found.active_flanks[p],
         )  # fmt: skip
         if not closure <= CLOSURE:
             return p, closure
         found.closure[p] = closure
         for f in range(reactions.shape[0]):
-            found.torques[p, reactions[f]] = -out[n + r + f]
+            torques[p, reactions[f]] = -out[n + r + f]
         put(found.eta[p], out[n : n + r])
-        modal_part(elastic, work.channels[1], omega2, r, found.eta[p])
-        freeze_neighbours(work.rows, n, out)
-        _store(work.rows, n, pairs, (out, work.delta[0]), p, loads)
+        modal_part(elastic, channel_forces, omega2, r, found.eta[p])
+        freeze_neighbours(rows, n, out)
+        _store(rows, n, pairs, (out, delta), p, loads)
     return span[1], 0.0
 
 

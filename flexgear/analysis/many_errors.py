@@ -39,7 +39,7 @@ from flexgear.analysis.static_position import (
     position_work,
     solve_position,
 )
-from flexgear.coupling.laws import functions
+from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, rows_of_pair
 from flexgear.model.errors import FlexgearError
@@ -96,7 +96,7 @@ def gear_mesh_forces(
     """
     if study.one_by_one is not None:
         return _one_by_one(study, study.one_by_one, sets, progress, look)
-    count, laws, waves = len(study.theta), functions(), waves_of(sets)
+    count, laws, waves = len(study.theta), law_functions(study.pairs), waves_of(sets)
     work = position_work(study.pairs, study.held, study.torques.shape[1])
     force = np.zeros((count, len(study.pairs.s0), len(sets)))
     forward = np.ascontiguousarray(study.torques @ study.rated >= 0.0)

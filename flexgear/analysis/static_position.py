@@ -211,7 +211,8 @@ def _balance_rows(n, known, train, work):
 def _assemble(laws, n, count, known, train, work):
     """Matrix and right side of n rows, rigid motions and reactions under given torques (P,)."""
     total = n + train.rigid.shape[1] + train.reactions.shape[0]
-    start_guess(laws, work.rows, count, work.memory, work.space)
+    rows, memory, space = work.rows, work.memory, work.space
+    start_guess(laws, rows, count, memory, space)
     _row_motions(n, known, train, work)
     _law_rows(n, count, total, work)
     _balance_rows(n, known, train, work)
@@ -248,10 +249,9 @@ def follow_leak(matrix, right, sided, n, extra, active, work, x, exact):
 
 
 @njit(**PART)
-def _law_imbalance(n, count, work, x):
+def _law_imbalance(count, rows, space, delta, x):
     """Largest difference of a force and its linearised law at the solution, and the largest load:
     of forces or, where that is more, what errors and gaps would load stiff bodies with."""
-    rows, space, delta = work.rows, work.space, work.delta[0]
     largest, worst = 1e-300, 0.0
     for e in range(count):
         element = rows.element[e]
@@ -275,7 +275,7 @@ def _closure(n, count, known, train, work, x):
     Over the largest load of ``_law_imbalance``.
     """
     rigid, flex, reactions, rows = train.rigid, train.flexibility, train.reactions, work.rows
-    motion, forces = work.channels[0], work.channels[1]
+    motion, forces, delta, space = work.channels[0], work.channels[1], work.delta[0], work.space
     nc, r, ports, free = flex.shape[0], rigid.shape[1], known.shape[0], reactions.shape[0]
     first = nc - ports
     fill(forces, 0.0)
@@ -292,11 +292,11 @@ def _closure(n, count, known, train, work, x):
         motion[c] = dot(flex[c], forces)
         for e in range(r):
             motion[c] += rigid[c, e] * x[n + e]
-    row_values(rows, n, motion, work.delta[0])
+    row_values(rows, n, motion, delta)
     for i in range(n):
-        work.delta[0, i] += rows.row[i].offset
-    yield_to_neighbours(rows, n, x, work.delta[0])
-    worst, largest = _law_imbalance(n, count, work, x)
+        delta[i] += rows.row[i].offset
+    yield_to_neighbours(rows, n, x, delta)
+    worst, largest = _law_imbalance(count, rows, space, delta, x)
     left, scale = 0.0, 1e-300
     for e in range(r):
         balance, size = 0.0, 0.0
@@ -329,13 +329,14 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
     active_flanks (M,): gear meshes to look at, all of them where those that carry do not do.
     """
     extra = train.rigid.shape[1] + train.reactions.shape[0]
-    rows, contact, meshes = work.rows, work.contact, work.elements.gears.mesh
+    rows, contact, elements = work.rows, work.contact, work.elements
+    meshes = elements.gears.mesh
     n, count, pairs, closure = ZERO, ZERO, ZERO, np.inf
     for attempt in range(3):
         if attempt == 1:
             fill(active_flanks, 1)
         if attempt < 2:
-            n, count, pairs = fill_rows(work.elements, theta, active_flanks, rows)
+            n, count, pairs = fill_rows(elements, theta, active_flanks, rows)
             _assemble(laws, n, count, known, train, work)
         for i in range(n):
             contact.active[i] = 1

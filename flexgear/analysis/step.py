@@ -97,12 +97,11 @@ def _predict(h, level, modal, active, state, modes):
 @njit(**PART)
 def _build(data, share, told, state, work, ledger, level):
     """Rows and elements at the new angles on active dofs; their numbers. told (L,): of loads."""
-    rows, active = work.rows, work.active
-    n, count, pairs = fill_rows(data.elements, work.modes.theta, state.active_flanks, rows)
-    set_loads(share, told, data.elements.fixed, rows, count)
-    last = ledger.booked[0].rows
-    gather(active, data.channels, rows, n, ledger.rows, last)
-    gather_receptance(active, data.channels, level)
+    rows, active, elements, channels = work.rows, work.active, data.elements, data.channels
+    n, count, pairs = fill_rows(elements, work.modes.theta, state.active_flanks, rows)
+    set_loads(share, told, elements.fixed, rows, count)
+    gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
+    gather_receptance(active, channels, level)
     place_rows(active, rows, n, work.on_dofs)
     return n, count, pairs
 
@@ -111,36 +110,37 @@ def _build(data, share, told, state, work, ledger, level):
 def _contact(laws, data, level, n, count, state, work):
     """Forces of n rows of ``count`` elements and of the machines' behind them, in ``work.problem``
     and on the active dofs; the rows, or −1 without a solution."""
-    dofs, problem, on_dofs, h = work.dofs, work.problem, work.on_dofs, data.modal.h[level]
+    active, rows, dofs, on_dofs = work.active, work.rows, work.dofs, work.on_dofs
+    problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
+    machines, given, memory = data.machines, modes.ports.given, state.memory
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
-        h, data.machines, work.modes.ports, state.ports, work.rows, on_dofs, work.space.motion,
-        n, count,
+        h, machines, modes.ports, state.ports, rows, on_dofs, space.motion, n, count
     )  # fmt: skip
-    motions(work.active, work.modes.free, work.modes.free_rate, dofs.free, dofs.free_rate)
+    motions(active, modes.free, modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
-    fill(dofs.force[: work.active.counts[0].dofs], 0.0)
-    put(dofs.force, work.modes.ports.given)
-    add_residual(work.active, level, dofs.force, dofs.image, dofs.free)
+    fill(dofs.force[: active.counts[0].dofs], 0.0)
+    put(dofs.force, given)
+    add_residual(active, level, dofs.force, dofs.image, dofs.free)
     for i in range(total):
-        problem.free[0, i] = work.rows.row[i].offset + row_value(on_dofs, i, dofs.free)
+        problem.free[0, i] = rows.row[i].offset + row_value(on_dofs, i, dofs.free)
         problem.free[1, i] = row_value(on_dofs, i, dofs.free_rate)
     row_receptances(
-        work.active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
+        active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
     )
-    add_neighbours(work.rows, n, problem.displacement)
+    add_neighbours(rows, n, problem.displacement)
     for e in range(count, elements):
         i = n + e - count
-        if work.rows.element[e].law == HELD_RATE_LAW:
+        if rows.element[e].law == HELD_RATE_LAW:
             if h == 0.0:
-                acceleration = work.modes.acceleration
-                hold_at_instant(total, i, work.active, acceleration, on_dofs, dofs.image, problem)
-            work.rows.parameters[e, 1] = 1.0 / problem.rate[i, i]  # its forces are torques
-    start_guess(laws, work.rows, elements, state.memory, work.space)
-    if solve_contact(laws, work.rows, elements, total, work.space, problem) < 0:
+                acceleration = modes.acceleration
+                hold_at_instant(total, i, active, acceleration, on_dofs, dofs.image, problem)
+            rows.parameters[e, 1] = 1.0 / problem.rate[i, i]  # its forces are torques
+    start_guess(laws, rows, elements, memory, space)
+    if solve_contact(laws, rows, elements, total, space, problem) < 0:
         return -1
-    freeze_neighbours(work.rows, n, problem.force)
+    freeze_neighbours(rows, n, problem.force)
     for i in range(total):
         if problem.force[i] != 0.0:
             add_row(on_dofs, i, -problem.force[i], dofs.force)
@@ -148,93 +148,100 @@ def _contact(laws, data, level, n, count, state, work):
 
 
 @njit(**PART)
-def _accelerate(level, modal, given, work):
+def _accelerate(inverse, active, force, given, push):
     """Modal accelerations by contact forces and machines; given torques are in the prediction."""
-    dofs, push = work.dofs, work.modes.push
     for t in range(given.shape[0]):
-        dofs.force[t] -= given[t]
-    modal_forces(work.active, dofs.force, push)
+        force[t] -= given[t]
+    modal_forces(active, force, push)
     for t in range(given.shape[0]):
-        dofs.force[t] += given[t]
-    for j in range(modal.omega2.shape[0]):
-        push[j] *= modal.inverse[level, j]
+        force[t] += given[t]
+    for j in range(inverse.shape[0]):
+        push[j] *= inverse[j]
 
 
 @njit(**PART)
 def _advance_motion(h, machines, n_rows, work, state):
     """The new motion in ``work.modes.free``; False where it holds energy from nowhere."""
-    modes = work.modes
-    n = state.eta.shape[0]
+    rows, problem, modes, given, n = (
+        work.rows,
+        work.problem,
+        work.modes,
+        state.given,
+        state.eta.shape[0],
+    )
+    free, rate, acceleration, push = modes.free, modes.free_rate, modes.acceleration, modes.push
+    ports, port_modes = modes.ports, work.active.modes
     for j in range(n):
-        modes.free[j] += BETA * h * h * modes.push[j]
-        modes.free_rate[j] += GAMMA * h * modes.push[j]
-        modes.acceleration[j] += modes.push[j]
-    velocity = modes.free_rate[:n]
-    state.given[0] += moved_energy(h, machines, modes.ports, velocity, work.active.modes)
+        free[j] += BETA * h * h * push[j]
+        rate[j] += GAMMA * h * push[j]
+        acceleration[j] += push[j]
+    given[0] += moved_energy(h, machines, ports, rate[:n], port_modes)
     for i in range(n_rows):
-        if work.rows.row[i].kind == LOAD:
-            state.given[0] += h * abs(work.problem.force[i] * work.problem.motion[1, i])
-    return 0.5 * dot(modes.free_rate[:n], modes.free_rate) <= RUNAWAY * state.given[0]
+        if rows.row[i].kind == LOAD:
+            given[0] += h * abs(problem.force[i] * problem.motion[1, i])
+    return 0.5 * dot(rate[:n], rate) <= RUNAWAY * given[0]
 
 
 @njit(**PART)
 def _book(laws, data, level, n, count, state, work, ledger):
     """Energies of a step that stands."""
-    active, dofs, modes = work.active, work.dofs, work.modes
+    active, dofs, modes, modal, force = work.active, work.dofs, work.modes, data.modal, ledger.force
     many = active.counts[0].dofs
     if active.counts[0].fresh == 1:
-        motion_before(active, level, state, work, ledger)
+        motion_before(active, level, state.eta, modes.spare, dofs, force)
         active.counts[0].fresh = 0
     else:
         put(dofs.before, dofs.motion[:many])
     motions(active, modes.free, modes.free, dofs.motion, dofs.motion)
     add_residual(active, level, dofs.force, dofs.image, dofs.motion)
-    settle(laws, data.modal, count, n, state, work, ledger)
-    fill(ledger.force, 0.0)
+    settle(laws, modal, count, n, state, work, ledger)
+    fill(force, 0.0)
     for d in range(many):
-        ledger.force[active.channel[d]] = dofs.force[d]
+        force[active.channel[d]] = dofs.force[d]
 
 
 @njit(**PART)
 def _save(samples, at, modal, work, n, pairs, state):
     """Copy one sample; pairs that are not in contact stay as they were made."""
-    rows, force = work.rows, work.problem.force
-    put(samples.eta[at], state.eta)
+    rows, force, motion = work.rows, work.problem.force, work.problem.motion
+    eta, velocity, ports = state.eta, state.velocity, state.ports
+    load, far, approach = samples.pair_load[at], samples.far_load, samples.pair_approach
+    tooth, stiffness = samples.pair_tooth[at], samples.pair_stiffness[at]
+    position, supports = samples.pair_position[at], samples.support_load[at]
+    turned, torques, speeds = samples.input_motion[at], samples.torques[at], samples.speeds[at]
+    inputs, port_modes = modal.inputs, work.active.modes
+    put(samples.eta[at], eta)
     put(samples.theta[at], work.modes.theta)
-    for f in range(modal.inputs.shape[0]):
-        samples.input_motion[at, f, 0] = dot(modal.inputs[f], state.eta)
-        samples.input_motion[at, f, 1] = dot(modal.inputs[f], state.velocity)
-    for t in range(state.ports.shape[0]):
-        samples.torques[at, t] = state.ports[t].torque
-        samples.speeds[at, t] = dot(state.velocity, work.active.modes[t])
+    put(samples.energy[at], state.energy)
+    put(samples.active_flanks[at], state.active_flanks)
+    for f in range(inputs.shape[0]):
+        turned[f, 0], turned[f, 1] = dot(inputs[f], eta), dot(inputs[f], velocity)
+    for t in range(ports.shape[0]):
+        torques[t], speeds[t] = ports[t].torque, dot(velocity, port_modes[t])
     for q in range(pairs):
         pair = rows.pair[q]
         m, slot = pair.mesh, pair.slot
-        samples.pair_load[at, m, slot] = pair.share * force[pair.row]
+        load[m, slot] = pair.share * force[pair.row]
         if pair.rows == 2:
-            samples.far_load[at, m, slot] = force[pair.row + 1]
-            samples.pair_load[at, m, slot] += force[pair.row + 1]
+            far[at, m, slot] = force[pair.row + 1]
+            load[m, slot] += force[pair.row + 1]
             for a in range(2):
-                delta = work.problem.motion[0, pair.row + a]
-                samples.pair_approach[at, m, slot, a] = delta
-                samples.pair_approach[at, m, slot, 2 + a] = delta - rows.row[pair.row + a].offset
-        samples.pair_tooth[at, m, slot] = pair.tooth
-        samples.pair_stiffness[at, m, slot] = pair.stiffness
-        samples.pair_position[at, m, slot] = pair.s
+                delta = motion[0, pair.row + a]
+                approach[at, m, slot, a] = delta
+                approach[at, m, slot, 2 + a] = delta - rows.row[pair.row + a].offset
+        tooth[m, slot], stiffness[m, slot], position[m, slot] = pair.tooth, pair.stiffness, pair.s
     for i in range(n):
         if rows.row[i].kind < 0:
-            samples.support_load[at, rows.row[i].owner] = force[i]
-    put(samples.energy[at], state.energy)
-    put(samples.active_flanks[at], state.active_flanks)
+            supports[rows.row[i].owner] = force[i]
 
 
 @njit(**PART)
 def _finish(h, machines, state, work, count):
     """Make the new motion the state."""
-    modes = work.modes
-    put(state.acceleration, modes.acceleration[: state.eta.shape[0]])
-    put(state.eta, modes.free[: state.eta.shape[0]])
-    put(state.velocity, modes.free_rate[: state.eta.shape[0]])
+    modes, n = work.modes, state.eta.shape[0]
+    put(state.acceleration, modes.acceleration[:n])
+    put(state.eta, modes.free[:n])
+    put(state.velocity, modes.free_rate[:n])
     carry_on(h, machines, modes.ports, state.velocity, work.active.modes, state.ports)
     remember(work.rows, count, work.problem.motion, state.memory)
 
@@ -250,38 +257,40 @@ def advance(data, laws, told, first, state, space, samples, control):
     less than 0 that of one at which the motion ran away or is not finite. A tick of no duration
     (see ``consistent_acceleration``) finds accelerations and looks nowhere.
     """
-    work, ledger, counts = space.work, space.ledger, control.counts[0]
-    modal, machines, ports = data.modal, data.machines, space.work.modes.ports
+    work, ledger, counts, by_level = space.work, space.ledger, control.counts[0], control.by_level
+    modal, machines, meshes = data.modal, data.machines, data.elements.gears.mesh.shape[0]
+    modes, active, force = work.modes, work.active, work.problem.force
+    ports, sizes, loads = modes.ports, modal.h, told[:, machines.shape[0] :]
+    tracked = ledger.booked[0].tracked == 1
     saved = tick = np.int64(0)
     while tick < told.shape[0]:
         level = choose_level(control, first + tick, told.shape[0] - tick)
-        h, end = modal.h[level], tick + (1 << level)
+        h, end = sizes[level], tick + (1 << level)
         tell_machines(machines, told[end - 1], ports)
-        share = _predict(h, level, modal, work.active, state, work.modes)
-        loads = told[end - 1, machines.shape[0] :]
-        n, count, pairs = _build(data, share, loads, state, work, ledger, level)
+        share = _predict(h, level, modal, active, state, modes)
+        n, count, pairs = _build(data, share, loads[end - 1], state, work, ledger, level)
         total = _contact(laws, data, level, n, count, state, work)
         if total < 0:
             return end, saved
-        _accelerate(level, modal, ports.given, work)
+        _accelerate(modal.inverse[level], active, work.dofs.force, ports.given, modes.push)
         if control.tolerance > 0.0:
             error = step_error(h, level, modal, state, work, n, control.load)
             if not after_step(control, level, error):
                 continue  # the same step again
-        machine_torques(machines, work.problem.force, n, ports)
+        machine_torques(machines, force, n, ports)
         if not _advance_motion(h, machines, n, work, state):
             return -end, saved
-        if data.elements.gears.mesh.shape[0] > 0 and h > 0.0:
+        if meshes > 0 and h > 0.0:
             now = first + tick
             if now % LOOK == 0 and now >= counts.next_look:
-                ahead = 2 * LOOK * modal.h[0] + h
+                ahead = 2 * LOOK * sizes[0] + h
                 margins = look_after_step(data, work, pairs, ahead, state.active_flanks)
                 counts.next_look = now + 2 * LOOK if margins > 2.0 else 0
-        if ledger.booked[0].tracked == 1:
+        if tracked:
             _book(laws, data, level, n, count, state, work, ledger)
         _finish(h, machines, state, work, count)
         counts.taken += 1
-        control.by_level[level] += 1
+        by_level[level] += 1
         tick = end
         if (first + tick) % control.every == 0:
             _save(samples, saved, modal, work, n, pairs, state)

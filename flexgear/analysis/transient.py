@@ -30,7 +30,7 @@ from flexgear.analysis.step_plan import (
     plan_segments,
 )
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
-from flexgear.coupling.laws import functions
+from flexgear.coupling.elements import law_functions
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import first_sizes
@@ -258,7 +258,7 @@ class _Run:
 
     def through(self, plan: Plan) -> Iterator[int]:
         """Run a piece; yields ticks as they are done."""
-        h, laws = float(plan.sizes[0]), functions()
+        h, laws = float(plan.sizes[0]), law_functions(self.modal.system.pairs)
         key = tuple(float(f"{size:.12g}") for size in plan.sizes)
         if key not in self.known:
             self.known[key] = step_data(self.modal, plan.sizes)

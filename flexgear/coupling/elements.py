@@ -12,15 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.laws import (
+    COUPLED_SLICES_LAW,
     GIVEN_FORCE_LAW,
     LAWS,
     LINEAR_LAW,
     ONE_SIDED_LAW,
+    SLICES_LAW,
+    functions,
     most_rows,
 )
 from flexgear.coupling.laws.slices import FIRST
 from flexgear.coupling.pair_data import (
     BEARING,
+    FACE_LOAD,
     FOLLOWING,
     LOAD,
     OF_LINE,
@@ -225,6 +229,13 @@ def _fixed_rows(data: PairData) -> FixedRows:
     element["grows"][len(laws) - forces :] = data.load_grows
     element["told"][len(laws) - forces :] = data.load_told
     return FixedRows(row, end, vector, element, parameters)
+
+
+def law_functions(data: PairData) -> tuple[object, ...]:
+    """Compiled functions of the laws that elements of ``data`` and machines at ports have."""
+    bent = data.bent[data.model == FACE_LOAD]
+    slices = np.where(bent == 1, COUPLED_SLICES_LAW, SLICES_LAW)
+    return functions({*slices.tolist(), *data.bearing_law.tolist()})
 
 
 def pair_rows(data: PairData, machines: int = 0) -> Rows:

@@ -13,7 +13,7 @@ from flexgear.analysis.step_arrays import Space
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
 from flexgear.analysis.transient import largest_rated_load
 from flexgear.coupling.build import build_system
-from flexgear.coupling.laws import functions
+from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.model.load import load_case
@@ -41,6 +41,7 @@ def stepped(modal, sizes, tolerance, guard):
     def own(value):
         return guarded(value, rooms) if guard else value
 
+    laws = law_functions(modal.system.pairs)
     rated = modal.system.rated_port_torques[:-1]
     plain = work_space(modal, track_energy=True, sizes=len(sizes))
     data, state = own(step_data(modal, sizes)), own(start_state(modal, modal.system.rated_torque))
@@ -52,7 +53,7 @@ def stepped(modal, sizes, tolerance, guard):
         first = own(share * rated)
         assert consistent_acceleration(modal, data, state, first, space) == 0
         samples = own(empty_samples(modal, TICKS // 8))
-        status, count = advance(data, functions(), given, 0, state, space, samples, levels)
+        status, count = advance(data, laws, given, 0, state, space, samples, levels)
         assert (status, count) == (0, TICKS // 8)
         saved.append(samples)
     for room in rooms:

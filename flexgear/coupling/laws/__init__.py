@@ -18,7 +18,7 @@ ring their rows act. To add one: write its file, and enter it in ``LAWS``.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numba import njit
@@ -49,9 +49,12 @@ LINEAR_LAW, ONE_SIDED_LAW, GIVEN_FORCE_LAW, LINEAR_RATE_LAW, HELD_RATE_LAW = ran
 SLICES_LAW, COUPLED_SLICES_LAW = LAWS.index(SLICES), LAWS.index(COUPLED_SLICES)
 
 
-def functions() -> tuple[object, ...]:
-    """The compiled functions of all laws, as solvers take them."""
-    return tuple(law.function for law in LAWS) + (LINEAR.function,) * (ROOM - len(LAWS))
+def functions(used: Collection[int]) -> tuple[object, ...]:
+    """The compiled functions of the basic laws and of those ``used``, by number, as solvers take
+    them: ``ROOM`` places, and the linear law where nothing calls."""
+    known = [n < len(BASIC) or n in used for n in range(len(LAWS))]
+    laws = [law if there else LINEAR for law, there in zip(LAWS, known, strict=True)]
+    return tuple(law.function() for law in laws + [LINEAR] * (ROOM - len(LAWS)))
 
 
 def law_number(name: str) -> int:
@@ -71,7 +74,9 @@ def respond(number: int, parameters: Array, motion: Array) -> tuple[float, Array
     """Potential J, force (2, r) and tangent (2, r, r) of a law at one motion (2, r)."""
     r = motion.shape[1]
     force, tangent = np.zeros((2, r)), np.zeros((2, r, r))
-    energy = _respond(functions(), number, np.asarray(parameters, float), motion, force, tangent)
+    energy = _respond(
+        functions([number]), number, np.asarray(parameters, float), motion, force, tangent
+    )
     return float(energy), force, tangent
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ live_without_room()  # laws are the first that is compiled
 class Law:
     """A law by name; see ``laws``.
 
-    function: compiled by ``compiled_law``; components: of the relative motion (x, y, z, rx, ry, rz)
+    function: as ``compiled_law`` gives it; components: of the relative motion (x, y, z, rx, ry, rz)
     that a bearing's rows act on, none for laws of rows that come from elsewhere; nominal: stiffness
     (r,) of the rows of an element with the given parameters, for modes and what is linear;
     stated_by: the parameters of the law where a bearing of a case states it, else None; part_loads:
@@ -35,13 +36,14 @@ class Law:
     """
 
     name: str
-    function: Any
+    function: Callable[[], Any]
     components: tuple[int, ...] = ()
     nominal: Callable[[Array], Array] = np.zeros_like
     stated_by: Callable[[Bearing], Sequence[float] | None] = lambda bearing: None
     part_loads: Callable[[Array, Array], Array] | None = None
 
 
-def compiled_law(function: Callable[..., float]) -> Any:
-    """The function compiled so that it can be called by its address."""
-    return cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
+def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
+    """What gives the function compiled so that it can be called by its address; it is compiled when
+    that is first asked for."""
+    return cache(lambda: cfunc(SIGNATURE, cache=True, error_model="numpy")(function))
