@@ -21,7 +21,7 @@ _SHARE = "share"
 # key, {part} for a gear or gear mesh in it: what is said, unit where the key does not end in it
 _SAID = {
     "planets": ("number of planets", ""),
-    "(z_sun + z_ring)/N": ("teeth of sun and ring together, by the number of planets", ""),
+    "(z_sun + z_ring)/N": ("teeth of sun and ring together, over the number of planets", ""),
     "assembles": ("all planets find their teeth", ""),
     "largest_misfit_of_a_sun_tooth_in_pitches": ("largest misfit of a sun tooth", _PITCHES),
     "center_distance_mm": ("centre distance", ""),

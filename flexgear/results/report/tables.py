@@ -62,6 +62,11 @@ def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {name: one for name, one in figures.items() if isinstance(one, Mapping)}
 
 
+def _of(stage: str, what: str) -> str:
+    """A title with its stage, but for the only one, which the short form calls "stage"."""
+    return what if stage == "stage" else f"{words(stage)}, {what}"
+
+
 def _power(summary: Summary) -> Iterator[Table]:
     flow = summary["power_flow"]
     yield Table(
@@ -90,13 +95,13 @@ def _forces(summary: Summary) -> Iterator[Table]:
         ]
         if "ring_gear_mesh_force_n" in one:
             rows.append(Row("normal force of one gear mesh, ring", one["ring_gear_mesh_force_n"], "N"))
-        yield Table(MESH, f"{words(name)}, from the power flow", rows)
+        yield Table(MESH, _of(name, "from the power flow"), rows)
         rows = [
             Row(f"{gear}, {_ROOT[key]}", 1e6 * stress, "Pa")
             for gear, figures in one.get("root_stress_mpa", {}).items()
             for key, stress in figures.items()
         ]
-        yield Table("face", f"{words(name)}, root stress by finite elements", rows)
+        yield Table("face", _of(name, "root stress by finite elements"), rows)
     yield from _ranges(MESH, "forces in steady running", summary["transient"]["gear_mesh_force"])
 
 
@@ -139,7 +144,7 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("bearings side by side", case.stage(own.name).planet_bearing.count),
             Row("basic rating life (ISO 281)", _life(one), "h"),
         ]
-        yield Table("bearings", f"planet bearings, {words(own.name)}", rows)
+        yield Table("bearings", _of(own.name, "planet bearings"), rows)
         yield from _seats(own.name, one)
 
 
@@ -156,7 +161,7 @@ def _seats(stage: str, figures: Mapping[str, Any]) -> Iterator[Table]:
         life = lives.get(side, "no dynamic rating given")
         rows.append(Row(f"basic rating life (ISO 281), {words(side)} side", life, "h"))
     if rows:
-        yield Table("bearings", f"carrier bearings, {words(stage)}", rows)
+        yield Table("bearings", _of(stage, "carrier bearings"), rows)
 
 
 def _life(figures: Mapping[str, Any]) -> Value:
