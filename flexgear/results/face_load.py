@@ -45,7 +45,7 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
         if not load.max() > 0:
             continue
         found[name] = {
-            "k_h_beta": factor_along(load, float(own["face_section"])),
+            "k_h_beta": factor_along(load, float(own["face_section"].max())),
             "k_h_alpha": _sharing_factor(own),
             "instantaneous_peak_factor": float(own["instantaneous_peak_factor"].max()),
             **_edges(own),
