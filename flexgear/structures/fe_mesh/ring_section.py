@@ -110,6 +110,22 @@ def base_section_depth(tooth: ToothGeometry) -> float:
     return _BOW * tooth.fillet_radius
 
 
+@dataclass(frozen=True)
+class _Outline:
+    """gmsh curves of one tooth sector, of the side of an angle's sign: involute, fillet and radial
+    line below; across the tooth by name ("tip", "form", "root", "outer"); block C's other curves;
+    blocks: (curves, corners) of A1, A2, B and C."""
+
+    flank: dict[int, int]
+    fillet: dict[int, int]
+    side: dict[int, int]
+    across: dict[str, int]
+    land: int
+    land_outer: int
+    right: int
+    blocks: list[tuple[list[int], list[int]]]
+
+
 def _sector(
     gmsh: ModuleType,
     tooth: ToothGeometry,
@@ -117,7 +133,16 @@ def _sector(
     div: SectionDivisions,
     growth: float,
 ) -> _Sector:
-    geo = gmsh.model.geo
+    outline = _drawn(gmsh.model.geo, tooth, outer_radius, div)
+    _divide(gmsh.model.geo, outline, div, growth)
+    gmsh.model.mesh.generate(2)
+    return _sector_nodes(gmsh, tooth, outline)
+
+
+def _drawn(
+    geo: ModuleType, tooth: ToothGeometry, outer_radius: float, div: SectionDivisions
+) -> _Outline:
+    """Points and curves of the sector, tooth in the middle of the X axis."""
     pitch = tooth.pitch_angle
     base_angle = base_section_angle(tooth)
     base_radius = float(tooth.root_profile(base_angle))
@@ -152,38 +177,42 @@ def _sector(
     land_outer = geo.addCircleArc(outer[1], origin, next_outer)
     right = geo.addLine(next_base, next_outer)
 
-    for curve in across.values():
-        geo.mesh.setTransfiniteCurve(curve, div.tooth + 1)
-    for curve in (land, land_outer):
-        geo.mesh.setTransfiniteCurve(curve, 2)
-    for curve in flank.values():
-        geo.mesh.setTransfiniteCurve(curve, div.flank + 1)
-    for curve in curve_fillet.values():
-        geo.mesh.setTransfiniteCurve(curve, div.fillet + 1)
-    for curve in (*side.values(), right):
-        geo.mesh.setTransfiniteCurve(curve, div.rim + 1, "Progression", growth)
-    loops = (
-        (
-            [across["tip"], flank[1], -across["form"], -flank[-1]],
-            [tip[-1], tip[1], form[1], form[-1]],
-        ),
-        (
-            [across["form"], curve_fillet[1], -across["root"], -curve_fillet[-1]],
-            [form[-1], form[1], base[1], base[-1]],
-        ),
-        (
-            [across["root"], side[1], -across["outer"], -side[-1]],
-            [base[-1], base[1], outer[1], outer[-1]],
-        ),
+    def block(top: str, down: dict[int, int], bottom: str) -> list[int]:
+        return [across[top], down[1], -across[bottom], -down[-1]]
+
+    blocks = [
+        (block("tip", flank, "form"), [tip[-1], tip[1], form[1], form[-1]]),
+        (block("form", curve_fillet, "root"), [form[-1], form[1], base[1], base[-1]]),
+        (block("root", side, "outer"), [base[-1], base[1], outer[1], outer[-1]]),
         ([land, right, -land_outer, -side[1]], [base[1], next_base, next_outer, outer[1]]),
-    )
-    for curves, corners in loops:
+    ]
+    return _Outline(flank, curve_fillet, side, across, land, land_outer, right, blocks)
+
+
+def _divide(geo: ModuleType, outline: _Outline, div: SectionDivisions, growth: float) -> None:
+    """Number of elements along every curve, and blocks of quadrilaterals."""
+    for curve in outline.across.values():
+        geo.mesh.setTransfiniteCurve(curve, div.tooth + 1)
+    for curve in (outline.land, outline.land_outer):
+        geo.mesh.setTransfiniteCurve(curve, 2)
+    for curve in outline.flank.values():
+        geo.mesh.setTransfiniteCurve(curve, div.flank + 1)
+    for curve in outline.fillet.values():
+        geo.mesh.setTransfiniteCurve(curve, div.fillet + 1)
+    for curve in (*outline.side.values(), outline.right):
+        geo.mesh.setTransfiniteCurve(curve, div.rim + 1, "Progression", growth)
+    for curves, corners in outline.blocks:
         surface = geo.addPlaneSurface([geo.addCurveLoop(curves)])
         geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
         geo.mesh.setRecombine(2, surface)
     geo.synchronize()
-    gmsh.model.mesh.generate(2)
 
+
+def _sector_nodes(gmsh: ModuleType, tooth: ToothGeometry, outline: _Outline) -> _Sector:
+    """What gmsh made of it, nodes of the flanks put on the involute and the fillet exactly.
+
+    Raises FlexgearError if gmsh gives other elements than quadrilaterals.
+    """
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     types, _, connectivity = gmsh.model.mesh.getElements(2)
@@ -202,17 +231,19 @@ def _sector(
         return number[on_curve[np.argsort(u)].astype(np.int64)]
 
     for sign in (-1, 1):
-        flank_nodes, fillet_nodes = line(flank[sign]), line(curve_fillet[sign])
+        flank_nodes, fillet_nodes = line(outline.flank[sign]), line(outline.fillet[sign])
         angle[flank_nodes] = sign * tooth.half_angle(radius[flank_nodes])
         radius[fillet_nodes[1:]] = tooth.root_profile(np.abs(angle[fillet_nodes[1:]]))
     quads = number[connectivity[0].astype(np.int64).reshape(-1, 4)]
+    outer = [line(outline.across["outer"])[:-1], line(outline.land_outer)]
     lines = {
-        "flank": line(flank[-1]),
-        "backflank": line(flank[1]),
-        "root": line(across["root"]),
-        "outer": np.concatenate([line(across["outer"])[:-1], line(land_outer)]),
+        "flank": line(outline.flank[-1]),
+        "backflank": line(outline.flank[1]),
+        "root": line(outline.across["root"]),
+        "outer": np.concatenate(outer),
     }
-    return _Sector(radius, angle, _counter_clockwise(xy, quads), line(side[-1]), line(right), lines)
+    left, right = line(outline.side[-1]), line(outline.right)
+    return _Sector(radius, angle, _counter_clockwise(xy, quads), left, right, lines)
 
 
 def _replicate(sector: _Sector, tooth: ToothGeometry, outer_radius: float) -> RingSection:
