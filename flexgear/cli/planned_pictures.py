@@ -37,11 +37,12 @@ CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 
 
 Draw = Callable[[], Any]
+Plan = dict[str, tuple[str, Draw]]  # caption and how to draw, by file name
 
 
-def drawings_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
+def drawings_plan(case: Case, flow: PowerFlow) -> Plan:
     """Drawings of every stage by file name: caption and how to make them."""
-    plan: dict[str, tuple[str, Draw]] = {}
+    plan: Plan = {}
     for stage in case.stages:
         view, said = case.view(stage.name), stage.name.replace("_", " ").capitalize()
         front, section = (partial(f, view) for f in (front_drawing, section_drawing))
@@ -50,9 +51,9 @@ def drawings_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
     return plan | flanks_plan(case, flow)
 
 
-def flanks_plan(case: Case, flow: PowerFlow) -> dict[str, tuple[str, Draw]]:
+def flanks_plan(case: Case, flow: PowerFlow) -> Plan:
     """Topographies of all modified flanks by file name: caption and how to make them."""
-    plan: dict[str, tuple[str, Draw]] = {}
+    plan: Plan = {}
     for stage in case.stages:
         said = stage.name.replace("_", " ").capitalize()
         view = case.view(stage.name)
@@ -70,9 +71,9 @@ def _of(stage: str) -> str:
     return "" if stage == "stage" else f" of {stage.replace('_', ' ')}"
 
 
-def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tuple[str, Draw]]:
+def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
     """Figures of any case by file name: caption and how to make them."""
-    plan: dict[str, tuple[str, Draw]] = {
+    plan: Plan = {
         "power_flow": (
             "Speeds, torques and powers of the members",
             partial(sharing_charts.power_flow_chart, flow),
@@ -86,6 +87,19 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
             partial(mode_charts.campbell_chart, data["campbell"]),
         ),
     }
+    plan |= _face_plan(flow, data)
+    for name, found in data.items():
+        if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
+            plan[name] = (
+                f"Load sharing{_of(str(found.attrs['stage']))}, quasi-static, over one turn",
+                partial(sharing_charts.sharing_chart, found),
+            )
+    return plan | _transient_plan(flow, data)
+
+
+def _face_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
+    """What pairs in slices carry along the face, root stress, and gear-mesh cycles."""
+    plan: Plan = {}
     even = data["equilibrium"]
     if "face_line_load" in even:
         plan["face_line_load"] = (
@@ -121,12 +135,12 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
                 f"Stiffness of the gear meshes{_of(stage.name)} over a cycle",
                 partial(gear_mesh_charts.stiffness_chart, cycles),
             )
-    for name, found in data.items():
-        if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
-            plan[name] = (
-                f"Load sharing{_of(str(found.attrs['stage']))}, quasi-static, over one turn",
-                partial(sharing_charts.sharing_chart, found),
-            )
+    return plan
+
+
+def _transient_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
+    """Forces, spectra, sharing, displacements and gauges of the transient after start-up."""
+    plan: Plan = {}
     rest = settled(data["transient"])
     whole = _thinned(rest)
     for stage in flow.stages:
@@ -151,10 +165,9 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
         partial(sharing_charts.displacements_chart, whole),
     )
     if "gauge_strain" in whole:
-        still = data["equilibrium"]
         plan["equilibrium_gauges"] = (
             "Strain of the gauges, equilibria",
-            partial(gauges_chart, still),
+            partial(gauges_chart, data["equilibrium"]),
         )
         plan["transient_gauges"] = (
             "Strain of the gauges in the transient after start-up",
@@ -163,9 +176,9 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> dict[str, tu
     return plan
 
 
-def _rows_of_teeth(data: xr.Dataset, stage: str) -> dict[str, tuple[str, Draw]]:
+def _rows_of_teeth(data: xr.Dataset, stage: str) -> Plan:
     """Contact patterns of a stage tooth by tooth; none where no pair of it has slices."""
-    plan: dict[str, tuple[str, Draw]] = {}
+    plan: Plan = {}
     for kind, side in carrying_sets(data, stage):
         said = f"{stage} {kind} {side}".strip().replace("_", " ")
         for name, pattern, caption in (
