@@ -62,7 +62,7 @@ def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:
     if to < wanted * (1 - 1e-9):
         return (
             f"{report['fixed_interface_modes']} fixed-interface modes answer for frequencies up to "
-            f"{to:.5g} Hz, and {wanted:.4g} Hz are asked for"
+            f"{to:.5g} Hz, and {wanted:.5g} Hz are asked for"
         )
     return ""
 

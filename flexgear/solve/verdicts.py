@@ -65,7 +65,8 @@ def _sharing(summary: Summary) -> Iterator[Verdict]:
                 "planets."
             )
         if group in still and group in moving:
-            sentence += f" With dynamics, in time: {dynamic:.3f}."
+            above = assumed is not None and k <= assumed < dynamic
+            sentence += f" With dynamics, in time: {dynamic:.3f}{', above it' if above else ''}."
         yield Verdict(level, f"Load sharing, {words(group)}", f"K = {k:.3f}", sentence)
     if not still and not moving:
         yield Verdict("note", "Load sharing", "–", "No planets share a load in this case.")

@@ -308,4 +308,4 @@ def _scaled(values: list[float], unit: str) -> tuple[str, list[float]]:
 
 
 def _signed(value: float) -> str:
-    return "0" if abs(value) < 1e-12 else f"{value:.4g}".replace("-", "−")
+    return "0" if abs(value) < 1e-12 else f"{value:.5g}".replace("-", "−")
