@@ -56,8 +56,10 @@ def test_notch_factor_of_hoop_strain_does_not_depend_on_the_depth_of_the_cut():
     """Lamé's ring in plane strain, free at the root circle r0: u_r = A r + B/r, B = A r0²/(1 − 2ν),
     σ_θ = E/(1 − ν²) ε_θ there; teeth make a notch of it."""
     found = []
-    for depth in (DEPTH, 1.5 * DEPTH):
-        parameters = segment(depth, divisions=replace(FINE, layers=1))
+    for depth in (DEPTH, DEPTH + 1.5):
+        parameters = segment(depth)
+        fine = replace(FINE, rim=parameters.divisions.rim, layers=1)
+        parameters = replace(parameters, divisions=fine)
         root = root_influence(parameters, YOUNG, POISSON, plane_strain=True)
         inner = parameters.tooth.root_radius
         x, y, _ = root.cut_points.T
@@ -65,10 +67,10 @@ def test_notch_factor_of_hoop_strain_does_not_depend_on_the_depth_of_the_cut():
         share = scale * (1.0 + inner**2 / (1.0 - 2.0 * POISSON) / (x**2 + y**2))
         both = stress(root, np.column_stack([share * x, share * y, 0.0 * x]))
         np.testing.assert_allclose(both[1], both[0], rtol=1e-6)  # a spur tooth has two alike
-        found.append(both.max() / (YOUNG / (1.0 - POISSON**2) * EPS))
-    print(f"\nnotch factors {found}")
-    assert found[1] == pytest.approx(found[0], rel=0.03)
-    assert 1.0 < found[0] < 3.0
+        found.append(both[0] / (YOUNG / (1.0 - POISSON**2) * EPS))
+    print(f"\nnotch factors {found[0].max(), found[1].max()}")
+    assert np.abs(found[1] - found[0]).max() < 0.03 * found[0].max()
+    assert 1.0 < found[0].max() < 3.0
 
 
 @pytest.mark.parametrize("make", [lambda x: x, tetrahedra])

@@ -1,6 +1,6 @@
 """Root stress of a tooth under the slices of contact lines, by a submodel of three teeth.
 
-The body is cut three modules or more below the root and held there: nothing of the tooth's own
+The body is cut ``DEPTH`` modules below the root and held there: nothing of the tooth's own
 clamping is near the fillet, as it is in the compliance model of an FE ring, whose tie ends just at
 the critical section. With unit loads R at nodes of the flanks along their normals and K of what the
 cut (c) leaves free (f),
@@ -19,6 +19,7 @@ is that of the −θ fillet under load on +θ flanks, so that one set of solutio
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,13 +41,14 @@ from flexgear.structures.tooth_influence.influence import ToothInfluence
 
 Array = NDArray[np.float64]
 
-DEPTH = 3.0  # modules below the root circle where the body is cut, at least
+DEPTH = 4.5  # modules below the root circle where the body is cut
+FIRST = 0.15  # modules, height of the rim's first row: stress at the fillet's foot hangs on it
 LAYER = 0.1  # modules, depth of the first elements under flank and fillet: a quarter of its radius
 MARGIN = 0.5  # pitches of rim beside the three teeth
 HALF_TURN = np.array([1.0, -1.0, -1.0])  # about the middle tooth's radial axis
 _TOGETHER = 32  # points of a fillet at a time
 FINE = SegmentDivisions(flank=8, fillet=12, tooth=6, rim=8, land=4)
-WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, rim=5, land=2)  # 1 to 3 % off FINE
+WHOLE_FACE = SegmentDivisions(flank=6, fillet=8, tooth=4, land=2)  # 1 to 3 % off FINE
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,15 +100,17 @@ def root_parameters(
     parameters: SegmentParameters, module: float, depth: float = DEPTH
 ) -> SegmentParameters:
     """The submodel of a gear whose influence has these parameters: three teeth, cut ``depth``
-    modules below the root circle, with a fillet that is resolved, and as many layers."""
-    tooth = parameters.tooth
+    modules below the root circle, with a fillet that is resolved, rows of the rim that begin as low
+    whatever the depth, and as many layers."""
+    tooth, growth = parameters.tooth, WHOLE_FACE.growth
+    rim = math.ceil(math.log1p(depth * (growth - 1.0) / FIRST) / math.log(growth))
     return replace(
         parameters,
         held_radius=tooth.root_radius - tooth.outward * depth * module,
         flank_layer=LAYER * module,
         teeth=3,
         margin=MARGIN,
-        divisions=replace(WHOLE_FACE, layers=parameters.divisions.layers),
+        divisions=replace(WHOLE_FACE, rim=rim, layers=parameters.divisions.layers),
     )
 
 
