@@ -30,8 +30,9 @@ def random_sets(pairs, count, size, seed=0):
 
 
 def picked(sets, at):
-    """Some of the sets."""
-    return ErrorSets(**{f.name: getattr(sets, f.name)[at] for f in fields(ErrorSets)})
+    """Some of the sets, whose flanks are those of the case."""
+    names = [f.name for f in fields(ErrorSets) if f.name != "gaps"]
+    return ErrorSets(**{name: getattr(sets, name)[at] for name in names})
 
 
 def revolutions(modal, input_angles, torque, sets):
