@@ -25,7 +25,7 @@ from flexgear.coupling.pair_data import PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-ONE = np.uint64(1)
+ONE, TWO = np.uint64(1), np.uint64(2)
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
 
@@ -65,11 +65,12 @@ class DofVectors(NamedTuple):
 
 
 class DofRows(NamedTuple):
-    """Rows V_i on the active dofs, terms one after the other: value[t] at dof[t]."""
+    """Rows V_i on the active dofs, terms one after the other: value[t] at dof[t]; an even number of
+    them a row. Unsigned numbers are never counted from the end, which short loops are quicker by."""
 
-    first: IntArray  # (R + 1,) first term of a row
+    first: NDArray[np.uint64]  # (R + 1,) first term of a row
     since: IntArray  # (R + 1,) first dof behind the head that a row or one after it acts on
-    dof: NDArray[np.uint64]  # (T,); unsigned: never counted from the end
+    dof: NDArray[np.uint64]  # (T,)
     value: Array  # (T,)
 
 
@@ -136,7 +137,7 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
 def dof_rows(rows: Rows) -> DofRows:
     """Work space for as many rows, each with all dofs of its blocks, a line of action and its ζ."""
     count, blocks = rows.blocks.shape
-    first, since = np.zeros((2, count + 1), np.int64)
+    first, since = np.zeros(count + 1, np.uint64), np.zeros(count + 1, np.int64)
     terms = count * (2 + 6 * blocks)
     return DofRows(first, since, np.zeros(terms, np.uint64), np.zeros(terms))
 
@@ -312,30 +313,33 @@ def _image(active, table, rows, j, image):
     width, stop = 2 * active.counts[0].dofs, rows.first[j + 1]
     head, since = 2 * active.counts[0].head, 2 * rows.since[j]
     fill(image[:width], 0.0)
-    for t in range(rows.first[j], stop, 2):
-        last = min(t + 1, stop - 1)
-        d, e = np.int64(rows.dof[t]), np.int64(rows.dof[last])
+    for t in range(rows.first[j], stop, TWO):
+        d, e = np.int64(rows.dof[t]), np.int64(rows.dof[t + ONE])
         low = min(active.reach[d, 0], active.reach[e, 0])
         low = max(low, since) if low >= head else low
         high = max(active.reach[d, 1], active.reach[e, 1])
         add_two(
             image[low:high], rows.value[t], table[d * width + low : d * width + high],
-            rows.value[last] if last > t else 0.0, table[e * width + low : e * width + high],
+            rows.value[t + ONE], table[e * width + low : e * width + high],
         )  # fmt: skip
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INNER)
 def row_receptances(active, level, share, rows, n, image, displacement, rate):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work."""
-    table, dof, value = active.receptance[level], rows.dof, rows.value
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work.
+
+    Rows are too short to be worth vector instructions.
+    """
+    table, first, dof, value = active.receptance[level], rows.first, rows.dof, rows.value
     for j in range(n):
         _image(active, table, rows, j, image)
         for i in range(j, n):
             g = r = 0.0
-            for t in range(rows.first[i], rows.first[i + 1]):
-                at = 2 * dof[t]
-                g += value[t] * image[at]
-                r += value[t] * image[at + ONE]
+            for t in range(first[i], first[i + 1], TWO):
+                v, w = value[t], value[t + ONE]
+                at, beside = TWO * dof[t], TWO * dof[t + ONE]
+                g += v * image[at] + w * image[beside]
+                r += v * image[at + ONE] + w * image[beside + ONE]
             displacement[i, j] = displacement[j, i] = g
             rate[i, j] = rate[j, i] = share * (g - r)
 

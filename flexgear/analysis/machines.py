@@ -133,8 +133,9 @@ def add_machines(h, machines, ports, carried, rows, on_dofs, motion, n, count):
         machine_line(
             machines[p], h, ports.told[p], ports.guess[p], carried[p], rows.parameters[count]
         )
-        t = on_dofs.first[n]
-        on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = p, 1.0, t + 1
+        t = np.int64(on_dofs.first[n])
+        on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = p, 1.0, t + 2
+        on_dofs.dof[t + 1], on_dofs.value[t + 1] = p, 0.0
         on_dofs.since[n + 1] = on_dofs.since[n]
         n, count = n + 1, count + 1
     return n, count
