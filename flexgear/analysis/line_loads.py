@@ -69,7 +69,7 @@ def _of_gear_mesh(
     values = interpolated(pairs, m, s)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
-    centre = _at(pairs, m, pairs.z_table[pairs.table[m]], s)
+    centre = line_centres(pairs, m, s)
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
     tilt, turned = lever * (found[:, 1] - found[:, 0]), lever * (found[:, 3] - found[:, 2])
@@ -91,6 +91,12 @@ def _of_gear_mesh(
     out.line_load[slices] = force / width[:, None]
     out.ends[place], out.tangent[place] = np.column_stack([low, high]), tangent
     out.approach[place], out.tilt[place] = moved - turned * centre, turned
+
+
+def line_centres(pairs: PairData, m: int, s: Array) -> Array:
+    """Places (n,) m along the face of the centres of contact lines of gear mesh m at s (n,), m:
+    the rows of a pair stand beside it."""
+    return _at(pairs, m, pairs.z_table[pairs.table[m]], s)
 
 
 def interpolated(pairs: PairData, m: int, s: Array) -> Array:

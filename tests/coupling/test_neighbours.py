@@ -147,7 +147,7 @@ def test_stiffness_of_the_gear_mesh_is_the_slope_of_all_slices(model, turned, ki
 def test_equilibria_close_and_slices_add_up(model, turned):
     assert turned.closure.max() < 1e-8
     total = np.nansum(line_loads(turned).force, axis=-1)
-    np.testing.assert_allclose(total, turned.pair_load, atol=1e-7 * turned.pair_load.max())
+    np.testing.assert_allclose(total, turned.pair_load, atol=1e-8 * turned.pair_load.max())
 
 
 def test_modes_have_the_flexibility_that_rows_have(model):

@@ -44,7 +44,7 @@ def test_the_equilibrium_closes_and_slices_add_up(assembled):
     assert found.closure.max() < 1e-8
     slices, largest = line_loads(found), found.pair_load.max()
     total = np.nansum(slices.force, axis=-1)
-    np.testing.assert_allclose(total, found.pair_load, atol=1e-7 * largest)
+    np.testing.assert_allclose(total, found.pair_load, atol=1e-8 * largest)
     assert np.nanmin(slices.force) >= 0.0
 
 
