@@ -234,18 +234,14 @@ def motions(active, a, b, out_a, out_b):
     for d in range(0, dofs, 2):
         e = min(d + 1, dofs - 1)
         first, stop = min(span[d, 0], span[e, 0]), max(span[d, 1], span[e, 1])
-        p, q, own_a, own_b = (
-            modes[d, first:stop],
-            modes[e, first:stop],
-            a[first:stop],
-            b[first:stop],
-        )
+        p, q = modes[d, first:stop], modes[e, first:stop]
+        u, v = a[first:stop], b[first:stop]
         pa = pb = qa = qb = 0.0
         for j in range(p.shape[0]):
-            pa += p[j] * own_a[j]
-            pb += p[j] * own_b[j]
-            qa += q[j] * own_a[j]
-            qb += q[j] * own_b[j]
+            pa += p[j] * u[j]
+            pb += p[j] * v[j]
+            qa += q[j] * u[j]
+            qb += q[j] * v[j]
         out_a[d], out_b[d] = pa, pb
         out_a[e], out_b[e] = qa, qb
 

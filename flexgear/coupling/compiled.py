@@ -15,7 +15,8 @@ from numba.core.options import DefaultOptions
 from flexgear.coupling.compile_cache import keep_by_content
 
 keep_by_content([Path(__file__).parent, Path(__file__).parents[1] / "analysis"])
-UNCOUNTED = {"cache": True, "no_cfunc_wrapper": True}
+# a division by zero is not looked for, as in NumPy: looking costs a branch each
+UNCOUNTED = {"cache": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
 if hasattr(DefaultOptions, "_nrt"):  # numba's own name for it, not promised for ever
     UNCOUNTED["_nrt"] = False
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}

@@ -42,7 +42,7 @@ LINEAR_PAIR, ONE_SIDED_PAIR = PAIR_LAWS
 BESIDE = 2  # column of a table of slices where B begins
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _tabled(table, start, step, s):
     """Stiffness, centroid and gap over the path, between the samples of a table (T, 3)."""
     last = table.shape[0] - 1
@@ -53,7 +53,7 @@ def _tabled(table, start, step, s):
     return v * a[0] + w * b[0], v * a[1] + w * b[1], v * a[2] + w * b[2]
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _periodic(table, share):
     """Stiffness at ``share`` of a period; the table's samples divide the period evenly."""
     n = table.shape[0]
@@ -63,7 +63,7 @@ def _periodic(table, share):
     return (1.0 - w) * table[j % n, 0] + w * table[(j + 1) % n, 0]
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def common_error(mesh, runout, theta, base):
     """Error that all pairs of a gear mesh share, m: offset, runouts, wave of the base pitch."""
     total = mesh.error_offset
@@ -77,7 +77,7 @@ def common_error(mesh, runout, theta, base):
     return total
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _first_and_last(mesh, base):
     """Indices of the pairs that may be in contact; of a stiffness wave the one nearest the pitch
     point, or where teeth are bodies of their own both that lie next to it."""
@@ -93,7 +93,7 @@ def _first_and_last(mesh, base):
     )
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _find_pairs(gears, m, theta, pairs, p):
     """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
     mesh = gears.mesh[m]
@@ -128,7 +128,7 @@ def _find_pairs(gears, m, theta, pairs, p):
     return p
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _shares(pairs, first, stop):
     """Shares of the pairs that one row stands for, by stiffness; their sum and mean error."""
     total, error = 0.0, 0.0
@@ -141,7 +141,7 @@ def _shares(pairs, first, stop):
     return total, error
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _planet_end(mesh, coef, cx, cy, cz):
     """−[N; C × N] in planet axes; the moment about the axis is the same all along the path."""
     nx, ny, nz = mesh.cos_b * mesh.normal_x, mesh.cos_b * mesh.normal_y, mesh.sin_b
@@ -151,7 +151,7 @@ def _planet_end(mesh, coef, cx, cy, cz):
     coef[5] = -mesh.planet_arm
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _gear_end(coef, share, n, at, arm):
     """share · [N; (C − X) × N] in the gear's frame; n: N, at: C − X, arm: of N about the axis."""
     nx, ny, nz = n
@@ -162,7 +162,7 @@ def _gear_end(coef, share, n, at, arm):
     coef[5] = share * arm
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _fill_row(gears, m, turn, rows, n, span, away):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
 
@@ -208,7 +208,7 @@ def _fill_row(gears, m, turn, rows, n, span, away):
     row.offset = error + mesh.error_slope * away - mesh.gap
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _between(table, mesh, s):
     """Neighbouring rows of a table of slices, and the share of the way from one to the other."""
     last = table.shape[0] - 1
@@ -217,7 +217,7 @@ def _between(table, mesh, s):
     return table[at], table[at + 1], y - at
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _slices_of_pair(gears, m, turn, rows, n, e, q):
     """Rows n and n + 1 and element e of pair q: see ``laws.slices``; whether the next pairs, if
     they touch, yield to it: see ``neighbours``."""
@@ -250,7 +250,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     return rows.yields[n, 0] != 0.0
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _rows_of_pairs(gears, m, theta, rows, counts, span):
     """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
     (first, stop); the new counts."""
@@ -282,7 +282,7 @@ def _rows_of_pairs(gears, m, theta, rows, counts, span):
     return count, made
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _turned(vector, angle, coef):
     """Components of a 6-vector along axes turned by ``angle`` about z."""
     ca, sa = math.cos(angle), math.sin(angle)
@@ -292,7 +292,7 @@ def _turned(vector, angle, coef):
         coef[o + 2] = vector[o + 2]
 
 
-@njit(**INNER, error_model="numpy")
+@njit(**INNER)
 def _fixed_rows(fixed, places, theta, rows, counts):
     """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
     something after the ``places`` of gear meshes; new counts."""
@@ -320,7 +320,7 @@ def _fixed_rows(fixed, places, theta, rows, counts):
     return count + fixed.row.shape[0], made + fixed.element.shape[0]
 
 
-@njit(**UNCOUNTED, error_model="numpy")
+@njit(**UNCOUNTED)
 def fill_rows(elements, theta, active_flanks, rows):
     """Fill ``rows`` at the angles ``theta`` (A,) rad; (rows, elements, tooth pairs).
 
