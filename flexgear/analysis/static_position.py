@@ -251,8 +251,9 @@ def follow_leak(matrix, right, sided, n, extra, active, work, x, exact):
 @njit(**PART)
 def _law_imbalance(count, rows, space, delta, x):
     """Largest difference of a force and its linearised law at the solution, and the largest load:
-    of forces or, where that is more, what errors and gaps would load stiff bodies with."""
-    largest, worst = 1e-300, 0.0
+    of forces or, where that is more, what errors and gaps would load stiff bodies with. Not a
+    number where one of them is none."""
+    largest, worst, sound = 1e-300, 0.0, 0.0
     for e in range(count):
         element = rows.element[e]
         for a in range(element.rows):
@@ -265,7 +266,8 @@ def _law_imbalance(count, rows, space, delta, x):
                 force = 0.0
             largest = max(largest, abs(x[i]), row.stiffness * abs(row.offset))
             worst = max(worst, abs(force - x[i]))
-    return worst, largest
+            sound += 0.0 * (force - x[i])  # the larger of two passes over what is not a number
+    return worst + sound, largest
 
 
 @njit(**PART)
@@ -297,14 +299,15 @@ def _closure(n, count, known, train, work, x):
         delta[i] += rows.row[i].offset
     yield_to_neighbours(rows, n, x, delta)
     worst, largest = _law_imbalance(count, rows, space, delta, x)
-    left, scale = 0.0, 1e-300
+    left, scale, sound = 0.0, 1e-300, 0.0 * worst
     for e in range(r):
         balance, size = 0.0, 0.0
         for c in range(nc):
             balance += rigid[c, e] * forces[c]
             size = max(size, abs(rigid[c, e]) * max(abs(forces[c]), largest))
         left, scale = max(left, abs(balance)), max(scale, size)
-    return max(worst / largest, left / scale)
+        sound += 0.0 * balance
+    return max(worst / largest, left / scale) + sound
 
 
 @njit(**PART)

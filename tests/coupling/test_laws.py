@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.coupling.laws import LAWS, law_number, respond
+from flexgear.coupling.laws import LAWS, _respond, functions, law_number, respond
 from flexgear.coupling.laws.rollers import roller_parameters
 from flexgear.model.errors import FlexgearError
 from flexgear.model.rollers import Rollers
@@ -79,6 +79,15 @@ def test_elastic_forces_are_gradients_of_the_potential(law, parameters, motion):
             0.0 if law == "rollers" or "slices" in law else 1e-5 * parameters[0],
         )
         assert force[1, j] == pytest.approx(change / 2e-9, rel=1e-4, abs=1e-5 * scale)
+
+
+def test_a_law_that_nobody_named_gives_no_number():
+    """Only laws in use are compiled; one that was forgotten must not pass for another."""
+    name, parameters, motion = next(case for case in CASES if case[0] == "slices")
+    force, tangent = np.zeros((2, 2)), np.zeros((2, 2, 2))
+    arrays = (np.array(parameters), np.array(motion), force, tangent)
+    energy = _respond(functions([]), law_number(name), *arrays)
+    assert np.isnan([energy, *force.ravel(), *tangent.ravel()]).all()
 
 
 def test_every_law_is_sampled_and_has_its_name():

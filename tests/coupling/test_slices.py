@@ -8,12 +8,14 @@ import pytest
 from scipy.optimize import brentq
 
 import flexgear as fg
+from flexgear.analysis import equilibrium
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import interpolated, line_centres, line_loads
-from flexgear.coupling.laws import SLICES_LAW, respond
+from flexgear.coupling.laws import SLICES_LAW, functions, respond
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.face_load import factor_along, mean_along, with_ends
 from flexgear.gears.slices import Line, cut
+from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
 
@@ -210,6 +212,13 @@ def test_factor_of_a_tilted_load_over_sections_of_the_face(section):
         found = factor_along(peak, section) * mean_along(peak)
         assert 1.0 + 3.0 / steps == pytest.approx(found, rel=0.15)
         assert found <= 1.0 + 3.0 / steps + 1e-12
+
+
+def test_forces_that_are_no_numbers_are_no_equilibrium(many_slices, monkeypatch):
+    """The law of slices is not said to be used, so that it gives none."""
+    monkeypatch.setattr(equilibrium, "law_functions", lambda pairs: functions([]))
+    with pytest.raises(FlexgearError, match="no equilibrium"):
+        revolved(many_slices)
 
 
 def test_twice_the_slices_tell_the_same(many_slices):

@@ -12,6 +12,8 @@ Under the linear law F = k δ + c δ̇ always. Parameters of both: k, c.
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexgear.coupling.laws.law import Law, compiled_law
 
 
@@ -62,8 +64,20 @@ def _linear_rate(parameters, motion, force, tangent):
     return 0.0
 
 
+@compiled_law
+def _not_compiled(parameters, motion, force, tangent):
+    """Stands for a law that nobody said is used: no number, so that no solution comes of it."""
+    for k in range(2):
+        for i in range(motion.shape[1]):
+            force[k, i] = np.nan
+            for j in range(motion.shape[1]):
+                tangent[k, i, j] = np.nan
+    return np.nan
+
+
 LINEAR = Law("linear", _linear)
 ONE_SIDED = Law("one_sided", _one_sided)
 GIVEN_FORCE = Law("given_force", _given_force)
 LINEAR_RATE = Law("linear_rate", _linear_rate)
 HELD_RATE = Law("held_rate", _linear_rate)  # of a row that is held: what the law gives is zero
+NOT_COMPILED = Law("not_compiled", _not_compiled)
