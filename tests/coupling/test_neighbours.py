@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stage_samples import cheap_stage
+from train_contexts import put_together
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
@@ -51,7 +53,8 @@ def model():
             k: pair_bending(view, paths[k, ""], paths[k, ""].slices, force)
             for k, force in forces.items()
         }
-        yield fg.assemble(CASE, ["all"]), paths, bends
+        bodies = {"stage": cheap_stage(view)}
+        yield put_together(CASE, rigid=["all"], bodies=bodies), paths, bends
 
 
 @pytest.fixture(scope="module")

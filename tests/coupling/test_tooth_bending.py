@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stage_samples import cheap_stage
+from train_contexts import put_together
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
@@ -35,7 +37,8 @@ def teeth():
 @pytest.fixture
 def assembled(monkeypatch, teeth):
     monkeypatch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
-    return lambda **changes: fg.assemble(BASE.with_(**changes), ["all"])
+    bodies = {"stage": cheap_stage(BASE.view())}
+    return lambda **changes: put_together(BASE.with_(**changes), rigid=["all"], bodies=bodies)
 
 
 def test_the_equilibrium_closes_and_slices_add_up(assembled):
