@@ -17,6 +17,11 @@ def put_together(train, **options):
     return assemble(train, **options)
 
 
+def rigid_stage(case):
+    """A single flexible stage with all of its bodies rigid, without making what does not bend."""
+    return put_together(case, rigid=["all"], bodies={"stage": cheap_stage(case.view())})
+
+
 @cache
 def bundled(name):
     """A bundled train as it is."""

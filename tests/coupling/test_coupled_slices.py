@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
+from train_contexts import rigid_stage
 
-import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW, respond
 from flexgear.coupling.pair_data import OF_LINE
@@ -83,7 +83,7 @@ def test_line_contact_closes_by_its_law(approach):
 
 def test_a_stage_whose_slices_do_not_bend_each_other_is_that_of_springs():
     case = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load"})
-    springs = fg.assemble(case, ["all"])
+    springs = rigid_stage(case)
     pairs = springs.system.pairs
     count = int(pairs.slices[0])
     table = pairs.slice_table

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stage_samples import cheap_stage
-from train_contexts import put_together
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
@@ -53,8 +52,7 @@ def model():
             k: pair_bending(view, paths[k, ""], paths[k, ""].slices, force)
             for k, force in forces.items()
         }
-        bodies = {"stage": cheap_stage(view)}
-        yield put_together(CASE, rigid=["all"], bodies=bodies), paths, bends
+        yield rigid_stage(CASE), paths, bends
 
 
 @pytest.fixture(scope="module")

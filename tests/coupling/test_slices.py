@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis import equilibrium
@@ -117,7 +118,7 @@ ANGLES = np.linspace(0.0, 0.1, 5)
 
 
 def stage(**changes):
-    return fg.assemble(BASE.with_(**changes), ["all"])
+    return rigid_stage(BASE.with_(**changes))
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +147,7 @@ def test_one_slice_at_the_centre_of_the_line_is_one_spring(one_spring, one_slice
 
 def test_one_slice_is_one_spring_in_time(one_spring, one_slice):
     step = {"solver.time_step": 1e-5}
-    models = [fg.assemble(m.case.with_(**step), ["all"]) for m in (one_spring, one_slice)]
+    models = [rigid_stage(m.case.with_(**step)) for m in (one_spring, one_slice)]
     a, b = (fg.transient(m, duration=5e-3) for m in models)
     largest = abs(a.pair_load).max().item()
     np.testing.assert_allclose(b.pair_load, a.pair_load, atol=1e-6 * largest)

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stage_samples import cheap_stage
-from train_contexts import put_together
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
@@ -37,8 +36,7 @@ def teeth():
 @pytest.fixture
 def assembled(monkeypatch, teeth):
     monkeypatch.setattr(pairs, "tooth_influence", lambda view, slot: teeth[slot])
-    bodies = {"stage": cheap_stage(BASE.view())}
-    return lambda **changes: put_together(BASE.with_(**changes), rigid=["all"], bodies=bodies)
+    return lambda **changes: rigid_stage(BASE.with_(**changes))
 
 
 def test_the_equilibrium_closes_and_slices_add_up(assembled):

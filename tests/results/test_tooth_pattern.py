@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.gears.geometry import stage_geometry
@@ -15,7 +16,7 @@ TURN = np.linspace(0, 2 * np.pi, 40, endpoint=False)
 
 @pytest.fixture(scope="module")
 def data():
-    return fg.static(fg.assemble(CASE, ["all"]), TURN)
+    return fg.static(rigid_stage(CASE), TURN)
 
 
 def test_every_tooth_shows_its_largest_line_load(data):

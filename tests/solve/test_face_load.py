@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.gears.face_load import with_ends
@@ -19,7 +20,7 @@ CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
 
 def found(**changes):
     case = BASE.with_(**{"gear_mesh.model": "face_load", **changes})
-    return fg.static(fg.assemble(case, ["all"]), CYCLE)
+    return fg.static(rigid_stage(case), CYCLE)
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +145,7 @@ def test_planets_of_a_stage_without_errors_are_loaded_alike():
 
 
 def test_more_positions_tell_the_same(stage):
-    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
+    model = rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"}))
     finer = fg.static(model, np.linspace(0, CYCLE[1] * 12, 36, endpoint=False))
     one, two = face_figures(stage), face_figures(finer)
     for name in one:
@@ -153,7 +154,7 @@ def test_more_positions_tell_the_same(stage):
 
 def in_time(**changes):
     case = BASE.with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5, **changes})
-    return fg.transient(fg.assemble(case, ["all"]), duration=2e-3)
+    return fg.transient(rigid_stage(case), duration=2e-3)
 
 
 def test_in_time_slices_are_there_on_request():
@@ -165,7 +166,7 @@ def test_in_time_slices_are_there_on_request():
     xr.testing.assert_equal(asked[list(run)].drop_attrs(), run.drop_attrs())
     largest = with_ends(np.nan_to_num(asked["line_load"].to_numpy())).max(axis=(2, 3))
     np.testing.assert_allclose(largest, asked["largest_line_load"], rtol=1e-12)
-    still = fg.static(fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"]), [0.0])
+    still = fg.static(rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"})), [0.0])
     assert set(still) - set(asked) == {"closure", "rim_stress"}
 
 
@@ -179,7 +180,7 @@ def test_pictures_are_drawn(stage):
 @pytest.mark.parametrize("share", [-1.0, 1e-3, 0.0, 3.0])
 def test_any_torque_has_an_equilibrium(share):
     """Turned back the coast flanks carry; hardly loaded, single slices do; at rest none has to."""
-    model = fg.assemble(BASE.with_(**{"gear_mesh.model": "face_load"}), ["all"])
+    model = rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"}))
     data = fg.static(model, CYCLE[:3], share * model.system.rated_torque)
     assert data.closure.max() < 1e-8
     carries = data["pair_load"].sum(("position", "slot")).groupby("flank_sense").sum()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from stage_samples import cheap_stage
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.misalignment import CAUSES, OF_BODIES
@@ -18,7 +19,7 @@ TURN = 2 * np.pi / 93 * np.array([0.0, 0.4, 31.7])
 def model(bends, **changes):
     case = BASE.with_(**changes)
     if not bends:
-        return fg.assemble(case, ["all"])
+        return rigid_stage(case)
     return fg.assemble(case, bodies={"stage": cheap_stage(case.view())})
 
 

@@ -3,6 +3,7 @@
 import tomllib
 
 import pytest
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.cli.modify_command import keys_to_copy
@@ -16,7 +17,7 @@ CASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh
 
 @pytest.fixture(scope="module")
 def model():
-    return fg.assemble(CASE, ["all"])
+    return rigid_stage(CASE)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def test_the_keys_give_what_was_said(proposal):
         for key, amount in keys.items()
     }
     assert len(ground) == 4
-    model = fg.assemble(CASE.with_(**ground), ["all"])
+    model = rigid_stage(CASE.with_(**ground))
     turn = proposal.data[1]["input_angle"].to_numpy()[:, 0]
     again = face_figures(fg.static(model, turn))
     for name, one in proposal.after[1.0].items():
@@ -54,7 +55,7 @@ def test_the_keys_give_what_was_said(proposal):
 
 
 def test_a_stage_whose_pairs_are_one_spring_is_refused():
-    model = fg.assemble(load_case("wind-5mw"), ["all"])
+    model = rigid_stage(load_case("wind-5mw"))
     with pytest.raises(InputError, match=r"gear_mesh.model: is 'per_pair', which knows no load"):
         propose_modifications(model, "stage")
 
@@ -63,7 +64,7 @@ def test_relief_of_the_case_keeps_its_start_and_form():
     """Its amount is sought where it begins already; the keys say so, and give what was said."""
     ring = {"amount": 20e-6, "start_diameter": 0.62, "form": "linear"}
     has = CASE.with_(**{"stage.planet.modifications.ring.tip_relief": ring})
-    proposal = propose_modifications(fg.assemble(has, ["all"]), "stage", relief=True, trials=4)
+    proposal = propose_modifications(rigid_stage(has), "stage", relief=True, trials=4)
     keys = tomllib.loads(keys_to_copy(has, "stage", proposal))["stage"]["planet"]["modifications"]
     kept, new = (keys[flank]["tip_relief"] for flank in ("ring", "sun"))
     assert (kept["start_diameter_mm"], kept["form"]) == (620, "linear")
