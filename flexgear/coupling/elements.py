@@ -234,7 +234,8 @@ def _fixed_rows(data: PairData) -> FixedRows:
 def law_functions(data: PairData) -> tuple[object, ...]:
     """Compiled functions of the laws that elements of ``data`` and machines at ports have.
 
-    A law that the filling of rows (``pairs``) gives to tooth pairs has to be named here."""
+    A law that the filling of rows (``pairs``) gives to tooth pairs has to be named here.
+    """
     bent = data.bent[data.model == FACE_LOAD]
     slices = np.where(bent == 1, COUPLED_SLICES_LAW, SLICES_LAW)
     return functions({*slices.tolist(), *data.bearing_law.tolist()})

@@ -120,8 +120,9 @@ def test_depth_of_the_cut_does_not_matter(slot):
 
 
 def side_by_side(case):
-    """Rows of a case: gear, ISO, ISO with the drawn fillet, FE; MPa without Y_β, as the FE is of
-    the virtual spur gear, with the whole number of teeth that is nearest."""
+    """Rows of a case: gear, ISO, ISO with the drawn fillet, FE, FE cut as deep as in a run; MPa
+    without Y_β, as the FE is of the virtual spur gear, with the whole number of teeth that is
+    nearest."""
     for flow in power_flow(case).stages:
         view = case.view(flow.name)
         g, stage = stage_geometry(view), view.stage
@@ -143,21 +144,24 @@ def side_by_side(case):
                 roll = virtual.roll_length(outer_single_contact(virtual, pitch, ratio))
                 line_load = force * cos_b * math.cos(transverse_angle(stage))
                 line_load /= stage.face_width * math.cos(stage.pressure_angle)
-                fe = stress(plane_root(virtual, stage.normal_module), roll, line_load)
+                roots = (plane_root(virtual, stage.normal_module, d) for d in (HELD, DEPTH))
+                fe, deep = (stress(root, roll, line_load) for root in roots)
                 name = f"{view.part(part)} with {view.part(slot if part == 'planet' else 'planet')}"
                 name = f"{flow.name} {name}" if len(case.stages) > 1 else name
                 sigma = [one.stress / one.helix_factor for one in (iso, drawn)]
-                yield name, tooth.internal, *(1e-6 * value for value in (*sigma, fe))
+                yield name, tooth.internal, *(1e-6 * value for value in (*sigma, fe, deep))
 
 
 @pytest.mark.parametrize("name", bundled_cases())
 def test_iso_beside_fe(name, results):
     rows = list(side_by_side(load_case(name)))
-    for gear, internal, iso, drawn, fe in rows:
+    for gear, internal, iso, drawn, fe, deep in rows:
         print(
             f"{name} {gear}: ISO {iso:.1f}, ISO with the drawn fillet {drawn:.1f}, FE {fe:.1f} MPa,"
-            f" ISO over FE {100 * (iso / fe - 1):+.1f} %, drawn {100 * (drawn / fe - 1):+.1f} %"
+            f" ISO over FE {100 * (iso / fe - 1):+.1f} %, drawn {100 * (drawn / fe - 1):+.1f} %;"
+            f" cut {DEPTH} modules below the root, as in a run, {100 * (drawn / deep - 1):+.1f} %"
         )
+        assert abs(deep / fe - 1) < accepted("depth of the cut")
         assert -accepted("ISO below FE, drawn fillet") < drawn / fe - 1
         assert drawn / fe - 1 < accepted("ISO over FE, drawn fillet")
         assert internal or iso <= drawn

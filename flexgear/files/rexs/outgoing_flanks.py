@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 
 from flexgear.files.rexs.flank_sides import FACES, WORDS, Word, outward, word_of
-from flexgear.files.rexs.ground import END_RELIEF
+from flexgear.files.rexs.ground import CROWNINGS, END_RELIEF
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.flanks import tooth_sides
 from flexgear.gears.radii import gears_by_slot
@@ -64,22 +64,11 @@ class FlanksOut:
 
     def _ground(self, given: FlankModifications, datum: int) -> Iterator[int]:
         """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""
-        if given.profile_crowning is not None:
-            amount = MM * given.profile_crowning
-            yield self.model.add(
-                "profile_crowning",
-                profile_crowning_at_tip=amount,
-                profile_crowning_at_root=amount,
-                shape_of_profile_crowning="parabolic",
-            )
-        if given.lead_crowning is not None:
-            amount = MM * given.lead_crowning
-            yield self.model.add(
-                "helix_crowning",
-                helix_crowning_amount_datum_face=amount,
-                helix_crowning_amount_non_datum_face=amount,
-                shape_of_helix_crowning="parabolic",
-            )
+        for kind, (key, ends) in CROWNINGS.items():
+            crowned = getattr(given, key.removesuffix("_um"))
+            if crowned is not None:
+                amounts = dict.fromkeys(ends, MM * crowned)
+                yield self.model.add(kind, **amounts, **{f"shape_of_{kind}": "parabolic"})
         yield from self._slopes(given, datum)
         for kind, relief in (("tip", given.tip_relief), ("root", given.root_relief)):
             if relief is not None:
