@@ -16,16 +16,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.vectors import SIMD, add, add_two, dot, fill, rounded_up
+from flexgear.analysis.vectors import SIMD, add, add_six, add_two, dot, fill, rounded_up, wide
 from flexgear.coupling.action_lines import action_lines, covered
-from flexgear.coupling.compiled import FAST, INNER
-from flexgear.coupling.elements import Rows
+from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-ONE, TWO = np.uint64(1), np.uint64(2)
+ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)  # short loops over unsigned numbers are
+# quicker: none is counted from the end
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
 
@@ -48,8 +48,9 @@ class ActiveDofs(NamedTuple):
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
     span: IntArray  # (C, 2)
-    receptance: Array  # (L, 2 C²): G and R side by side, [c, d, 0 or 1] without gaps over all dofs
-    reach: IntArray  # (C, 2) in a row of it: first and one past the last number that is not zero
+    receptance: Array  # (L, …): G and R side by side, [c, d, 0 or 1]; a line of it is as long as
+    # the dofs in use need, in multiples of SIMD
+    reach: IntArray  # (C, 2) in a line: first and one past the last number that is not zero
     gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
 
 
@@ -61,18 +62,7 @@ class DofVectors(NamedTuple):
     force: Array
     motion: Array
     before: Array  # motion at the last step, for the account of energy
-    image: Array  # (2 C,) G V and R V of one row, side by side
-
-
-class DofRows(NamedTuple):
-    """Rows V_i on the active dofs, terms one after the other: value[t] at dof[t]; an even number of
-    them a row. Short loops over unsigned numbers are quicker: none is counted from the end.
-    """
-
-    first: NDArray[np.uint64]  # (R + 1,) first term of a row
-    since: IntArray  # (R + 1,) first dof behind the head that a row or one after it acts on
-    dof: NDArray[np.uint64]  # (T,)
-    value: Array  # (T,)
+    image: Array  # (≥ 2 C,) G V and R V of one row, side by side
 
 
 def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
@@ -105,7 +95,7 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
     """Empty work space for so many step sizes."""
     pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
     blocks = (len(modal.channels) - ports) // 6
-    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks)
+    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + 1  # a port's row reads two
     counts = np.zeros(1, dtype=COUNTS)
     counts["ports"], counts["blocks"] = ports, blocks
     return ActiveDofs(
@@ -114,7 +104,7 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
         place=np.full(blocks + len(pairs.s0), -1, dtype=np.int64),
         modes=np.zeros((room, rounded_up(modes))),
         span=np.zeros((room, 2), dtype=np.int64),
-        receptance=np.zeros((sizes, 2 * room * room)),
+        receptance=np.zeros((sizes, room * rounded_up(2 * room))),
         reach=np.zeros((room, 2), dtype=np.int64),
         gathered=np.zeros(sizes, dtype=np.int64),
     )
@@ -132,15 +122,7 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
     """Work space beside ``active``."""
     room = len(active.channel)
     free, free_rate, force, motion, before = np.zeros((5, room))
-    return DofVectors(free, free_rate, force, motion, before, np.zeros(2 * room))
-
-
-def dof_rows(rows: Rows) -> DofRows:
-    """Work space for as many rows, each with all dofs of its blocks, a line of action and its ζ."""
-    count, blocks = rows.blocks.shape
-    first, since = np.zeros(count + 1, np.uint64), np.zeros(count + 1, np.int64)
-    terms = count * (2 + 6 * blocks)
-    return DofRows(first, since, np.zeros(terms, np.uint64), np.zeros(terms))
+    return DofVectors(free, free_rate, force, motion, before, np.zeros(rounded_up(2 * room)))
 
 
 @njit(**INNER)
@@ -215,13 +197,15 @@ def gather_receptance(active, channels, level):
         return
     active.gathered[level] = 1
     dofs, table = active.counts[0].dofs, active.receptance[level]
+    width = wide(2 * dofs)
     for c in range(dofs):
         g = channels.displacement[level, active.channel[c]]
         r = channels.residual[active.channel[c]]
-        first, stop, own = 2 * dofs, 0, table[2 * c * dofs : 2 * (c + 1) * dofs]
+        first, stop, line = width, 0, table[c * width : (c + 1) * width]
+        fill(line, 0.0)
         for d in range(dofs):
-            own[2 * d], own[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
-            if own[2 * d] != 0.0 or own[2 * d + 1] != 0.0:
+            line[2 * d], line[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
+            if line[2 * d] != 0.0 or line[2 * d + 1] != 0.0:
                 first, stop = min(first, 2 * d), 2 * d + 2
         active.reach[c, 0], active.reach[c, 1] = min(first, stop), stop
 
@@ -261,96 +245,103 @@ def modal_forces(active, force, out):
 
 @njit(**INNER)
 def add_residual(active, level, force, image, out):
-    """out += R f at the active dofs; image (2 C,) gets G f and R f."""
+    """out += R f at the active dofs; image (≥ 2 C,) gets G f and R f."""
     dofs, table = active.counts[0].dofs, active.receptance[level]
-    fill(image[: 2 * dofs], 0.0)
+    width = wide(2 * dofs)
+    fill(image[:width], 0.0)
     for d in range(dofs):
         if force[d] != 0.0:
-            low, high = active.reach[d, 0], active.reach[d, 1]
-            at = 2 * d * dofs
+            low, high = active.reach[d, 0], wide(active.reach[d, 1])
+            low -= low % SIMD
+            at = d * width
             add(image[low:high], force[d], table[at + low : at + high])
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 
 
 @njit(**INNER)
-def place_rows(active, rows, n, out):
-    """Rows as sums over active dofs."""
-    blocks, dof, value, t = active.counts[0].blocks, out.dof, out.value, 0
-    for i in range(n):
-        row = rows.row[i]
-        out.first[i] = t
-        if row.line >= 0:
-            d = active.place[blocks + row.line]
-            dof[t], value[t] = d, 1.0
-            dof[t + 1], value[t + 1] = d + 1, row.along
-            t += 2
-        for a in range(row.beyond, row.width):
-            d = active.place[rows.blocks[i, a]]
-            for p in range(6):
-                dof[t], value[t] = d + p, rows.coef[i, a, p]
-                t += 1
-    out.first[n] = t
-    least = out.since[n] = active.counts[0].dofs
+def place_rows(active, rows, n):
+    """Note in n rows which active dofs they act on: see ``Rows``."""
+    blocks, since = active.counts[0].blocks, active.counts[0].dofs
     for i in range(n - 1, -1, -1):
         row = rows.row[i]
+        row.dof = active.place[blocks + row.line] if row.line >= 0 else -1
         for a in range(row.beyond, row.width):
-            least = min(least, active.place[rows.blocks[i, a]])
-        out.since[i] = least
+            rows.place[i, a] = active.place[rows.blocks[i, a]]
+            since = min(since, active.place[rows.blocks[i, a]])
+        row.since = since
 
 
 @njit(**INNER)
 def row_value(rows, i, vector):
     """V_iᵀ u for values at the active dofs."""
-    total = 0.0
-    for t in range(rows.first[i], rows.first[i + 1]):
-        total += rows.value[t] * vector[rows.dof[t]]
+    row, total = rows.row[i], 0.0
+    if row.dof >= 0:
+        total = vector[row.dof] + row.along * vector[row.dof + 1]
+    for a in range(row.beyond, row.width):
+        coef, d = rows.coef[i, a], rows.place[i, a]
+        for p in range(SIX):
+            total += coef[p] * vector[d + p]
     return total
 
 
 @njit(**INNER)
 def add_row(rows, i, factor, vector):
     """vector += factor · V_i at the active dofs."""
-    for t in range(rows.first[i], rows.first[i + 1]):
-        vector[rows.dof[t]] += factor * rows.value[t]
+    row = rows.row[i]
+    if row.dof >= 0:
+        vector[row.dof] += factor
+        vector[row.dof + 1] += factor * row.along
+    for a in range(row.beyond, row.width):
+        coef, d = rows.coef[i, a], rows.place[i, a]
+        for p in range(SIX):
+            vector[d + p] += factor * coef[p]
 
 
-@njit(**INNER)
-def _image(active, table, rows, j, image):
-    """G V_j and R V_j at the dofs of row j and those after it, two terms of the row at once.
-
-    Where a dof does not move the head, what is needed of it begins with those rows' blocks.
-    """
-    width, stop = 2 * active.counts[0].dofs, rows.first[j + ONE]
-    head, since = 2 * active.counts[0].head, 2 * rows.since[j]
-    fill(image[:width], 0.0)
-    for t in range(rows.first[j], stop, TWO):
-        d, e = np.int64(rows.dof[t]), np.int64(rows.dof[t + ONE])
-        low = min(active.reach[d, 0], active.reach[e, 0])
-        low = max(low, since) if low >= head else low
-        high = max(active.reach[d, 1], active.reach[e, 1])
-        add_two(
-            image[low:high], rows.value[t], table[d * width + low : d * width + high],
-            rows.value[t + ONE], table[e * width + low : e * width + high],
-        )  # fmt: skip
+@njit(**PART)
+def _reach(reach, d, count, head, since):
+    """From where to where G and R of ``count`` dofs from d on reach in a line of the receptance, in
+    multiples of SIMD; what does not move the head begins with the dof ``since``."""
+    low, high = reach[d, 0], reach[d, 1]
+    for e in range(d + 1, d + count):
+        low, high = min(low, reach[e, 0]), max(high, reach[e, 1])
+    if low >= 2 * head:
+        low = max(low, 2 * since)
+    return low - low % SIMD, wide(high)
 
 
 @njit(**INNER)
 def row_receptances(active, level, share, rows, n, image, displacement, rate):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; image (2 C,): work.
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric.
 
-    Rows are too short to be worth vector instructions.
+    image (≥ 2 C,): G V_j and R V_j at the dofs of row j and those after it.
     """
-    table, first, dof, value = active.receptance[level], rows.first, rows.dof, rows.value
+    table, reach, head = active.receptance[level], active.reach, active.counts[0].head
+    row, coef, place, width = rows.row, rows.coef, rows.place, wide(2 * active.counts[0].dofs)
     for j in range(np.uint64(n)):
-        _image(active, table, rows, j, image)
+        own, past = row[j], 0
+        fill(image[:width], 0.0)
+        if own.dof >= 0:
+            low, past = _reach(reach, own.dof, 2, head, own.since)
+            at = own.dof * width + low
+            one, next = table[at : at + past - low], table[at + width : at + width + past - low]
+            add_two(image[low:past], 1.0, one, own.along, next)
+        for a in range(own.beyond, own.width):
+            d = np.int64(place[j, a])
+            low, high = _reach(reach, d, 6, head, own.since)
+            add_six(image[low:high], coef[j, a], table, d * width + low, width)
+            past = max(past, high)
         for i in range(j, np.uint64(n)):
-            g = r = 0.0
-            for t in range(first[i], first[i + ONE], TWO):
-                v, w = value[t], value[t + ONE]
-                at, beside = TWO * dof[t], TWO * dof[t + ONE]
-                g += v * image[at] + w * image[beside]
-                r += v * image[at + ONE] + w * image[beside + ONE]
+            other, g, r = row[i], 0.0, 0.0
+            if other.dof >= 0:
+                at, along = TWO * np.uint64(other.dof), other.along
+                g = image[at] + along * image[at + TWO]
+                r = image[at + ONE] + along * image[at + TWO + ONE]
+            for a in range(other.beyond, other.width if past > 2 * head else 0):
+                v, at = coef[i, a], TWO * place[i, a]
+                for p in range(SIX):
+                    g += v[p] * image[at + TWO * p]
+                    r += v[p] * image[at + TWO * p + ONE]
             displacement[i, j] = displacement[j, i] = g
             rate[i, j] = rate[j, i] = share * (g - r)
 

@@ -22,7 +22,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import (
-    DofRows,
     add_residual,
     motions,
     place_rows,
@@ -73,7 +72,6 @@ class Ledger(NamedTuple):
         Any  # (1,) BOOKED: whether energy is tracked; rows, elements, potential of the last step
     )
     rows: Rows
-    on_dofs: DofRows
     lost: Array  # (3, R) force without a potential of the last step and of this one, N; work
     now: Array  # (2, R) δ at the new motion, and a rate of zero
     before: Array  # (2, R) the same at the old motion
@@ -82,10 +80,10 @@ class Ledger(NamedTuple):
 
 
 @njit(**INNER)
-def _approach(rows, on_dofs, n, motion, out):
+def _approach(rows, n, motion, out):
     """δ of rows at a motion of the active dofs."""
     for i in range(n):
-        out[0, i] = rows.row[i].offset + row_value(on_dofs, i, motion)
+        out[0, i] = rows.row[i].offset + row_value(rows, i, motion)
 
 
 @njit(**INNER)
@@ -159,9 +157,9 @@ def settle(laws, modal, count, n, state, work, ledger):
     work.dofs holds the motion of the active dofs at the last step in ``before``, at this one in
     ``motion``, and R f in ``image``; n rows of ``count`` elements, without the brake.
     """
-    rows, dofs, active, on_dofs = work.rows, work.dofs, work.active, work.on_dofs
+    rows, dofs, active = work.rows, work.dofs, work.active
     modes, space, problem, energy = work.modes, work.space, work.problem, state.energy
-    booked, last, last_on_dofs, lost = ledger.booked[0], ledger.rows, ledger.on_dofs, ledger.lost
+    booked, last, lost = ledger.booked[0], ledger.rows, ledger.lost
     now, before, last_delta, ports = ledger.now, ledger.before, ledger.delta, state.ports
     force, torque, delta = problem.force, modes.ports.torque, problem.motion[0, :n]
     taken = _book_modes(modal, state, modes, energy)
@@ -180,11 +178,11 @@ def settle(laws, modal, count, n, state, work, ledger):
             else:
                 energy[BRAKE] -= moved
         energy[DAMPING] += taken
-        _approach(rows, on_dofs, n, dofs.before, before)
+        _approach(rows, n, dofs.before, before)
         _book_work(rows, lost[FRESH], now, before, n, energy)
         was = beside + _potential(laws, rows, count, before, space, lost[SPARE])
-        place_rows(active, last, booked.rows, last_on_dofs)
-        _approach(last, last_on_dofs, booked.rows, dofs.motion, now)
+        place_rows(active, last, booked.rows)
+        _approach(last, booked.rows, dofs.motion, now)
         put(before[0], last_delta[: booked.rows])
         _book_work(last, lost[LAST], now, before, booked.rows, energy)
         goes = booked.beside

@@ -117,7 +117,7 @@ def tell_machines(machines, told, ports):
 
 
 @njit(**INNER)
-def add_machines(h, machines, ports, carried, rows, on_dofs, motion, n, count):
+def add_machines(h, machines, ports, carried, rows, motion, n, count):
     """Machines that are no given torques as rows n … and elements ``count`` …; the ends of both.
 
     carried (P,) PORT: of the last step; motion (E, 2, r): what elements are linearised about.
@@ -125,7 +125,9 @@ def add_machines(h, machines, ports, carried, rows, on_dofs, motion, n, count):
     for p in range(machines.shape[0]):
         if machines[p].kind == TORQUE:
             continue
-        rows.row[n].offset = 0.0
+        row = rows.row[n]
+        row.dof, row.along, row.beyond, row.width, row.offset = p, 0.0, 0, 0, 0.0
+        row.since = rows.row[n - 1].since if n > 0 else 0
         element = rows.element[count]
         element.law = HELD_RATE_LAW if machines[p].kind == SPEED else LINEAR_RATE_LAW
         element.first, element.rows, element.place = n, 1, -1
@@ -133,22 +135,18 @@ def add_machines(h, machines, ports, carried, rows, on_dofs, motion, n, count):
         machine_line(
             machines[p], h, ports.told[p], ports.guess[p], carried[p], rows.parameters[count]
         )
-        t = np.int64(on_dofs.first[n])
-        on_dofs.dof[t], on_dofs.value[t], on_dofs.first[n + 1] = p, 1.0, t + 2
-        on_dofs.dof[t + 1], on_dofs.value[t + 1] = p, 0.0
-        on_dofs.since[n + 1] = on_dofs.since[n]
         n, count = n + 1, count + 1
     return n, count
 
 
 @njit(**INNER)
-def hold_at_instant(n, i, active, acceleration, on_dofs, image, problem):
+def hold_at_instant(n, i, active, acceleration, rows, image, problem):
     """In a step of no duration: row i of a given speed in terms of accelerations, which n rows
     change by Φ Φᵀ; image (2 C,): work."""
-    port = active.modes[np.int64(on_dofs.dof[on_dofs.first[i]])]
+    port = active.modes[rows.row[i].dof]
     motions(active, port, port, image, image)
     for j in range(n):
-        problem.rate[i, j] = row_value(on_dofs, j, image)
+        problem.rate[i, j] = row_value(rows, j, image)
     problem.free[1, i] = dot(port, acceleration)
 
 

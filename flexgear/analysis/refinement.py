@@ -69,7 +69,7 @@ def step_error(h, level, modal, state, work, n, load):
     for i in range(n):
         row = work.rows.row[i]
         if row.sided == 0 or force[i] != 0.0:
-            worst = max(worst, row.stiffness * abs(row_value(work.on_dofs, i, dofs.image)))
+            worst = max(worst, row.stiffness * abs(row_value(work.rows, i, dofs.image)))
     return worst / load
 
 

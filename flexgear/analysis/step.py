@@ -102,7 +102,7 @@ def _build(data, share, told, state, work, ledger, level):
     set_loads(share, told, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)
-    place_rows(active, rows, n, work.on_dofs)
+    place_rows(active, rows, n)
     return n, count, pairs
 
 
@@ -110,13 +110,13 @@ def _build(data, share, told, state, work, ledger, level):
 def _contact(laws, data, level, n, count, state, work):
     """Forces of n rows of ``count`` elements and of the machines' behind them, in ``work.problem``
     and on the active dofs; the rows, or −1 without a solution."""
-    active, rows, dofs, on_dofs = work.active, work.rows, work.dofs, work.on_dofs
+    active, rows, dofs = work.active, work.rows, work.dofs
     problem, space, modes, h = work.problem, work.space, work.modes, data.modal.h[level]
     machines, given, memory = data.machines, modes.ports.given, state.memory
     # by which a displacement within a step is a rate; a step of no duration changes none
     share = GAMMA / (BETA * h) if h > 0.0 else 0.0
     total, elements = add_machines(
-        h, machines, modes.ports, state.ports, rows, on_dofs, space.motion, n, count
+        h, machines, modes.ports, state.ports, rows, space.motion, n, count
     )  # fmt: skip
     motions(active, modes.free, modes.free_rate, dofs.free, dofs.free_rate)
     # given torques move dropped modes, too
@@ -124,10 +124,10 @@ def _contact(laws, data, level, n, count, state, work):
     put(dofs.force, given)
     add_residual(active, level, dofs.force, dofs.image, dofs.free)
     for i in range(total):
-        problem.free[0, i] = rows.row[i].offset + row_value(on_dofs, i, dofs.free)
-        problem.free[1, i] = row_value(on_dofs, i, dofs.free_rate)
+        problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
+        problem.free[1, i] = row_value(rows, i, dofs.free_rate)
     row_receptances(
-        active, level, share, on_dofs, total, dofs.image, problem.displacement, problem.rate
+        active, level, share, rows, total, dofs.image, problem.displacement, problem.rate
     )
     add_neighbours(rows, n, problem.displacement)
     for e in range(count, elements):
@@ -135,7 +135,7 @@ def _contact(laws, data, level, n, count, state, work):
         if rows.element[e].law == HELD_RATE_LAW:
             if h == 0.0:
                 acceleration = modes.acceleration
-                hold_at_instant(total, i, active, acceleration, on_dofs, dofs.image, problem)
+                hold_at_instant(total, i, active, acceleration, rows, dofs.image, problem)
             rows.parameters[e, 1] = 1.0 / problem.rate[i, i]  # its forces are torques
     start_guess(laws, rows, elements, memory, space)
     if solve_contact(laws, rows, elements, total, space, problem) < 0:
@@ -143,7 +143,7 @@ def _contact(laws, data, level, n, count, state, work):
     freeze_neighbours(rows, n, problem.force)
     for i in range(total):
         if problem.force[i] != 0.0:
-            add_row(on_dofs, i, -problem.force[i], dofs.force)
+            add_row(rows, i, -problem.force[i], dofs.force)
     return total
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofRows, DofVectors
+from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofVectors
 from flexgear.analysis.contact_newton import ContactProblem, LawSpace
 from flexgear.analysis.energy import Ledger
 from flexgear.analysis.frame_forces import FrameData
@@ -71,7 +71,6 @@ class Work(NamedTuple):
     rows: Rows
     active: ActiveDofs
     dofs: DofVectors
-    on_dofs: DofRows
     problem: ContactProblem
     space: LawSpace
     closing_speed: Array  # (M,) largest approach speed of unloaded flanks of late, m/s

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import active_dofs, channels, dof_rows, dof_vectors
+from flexgear.analysis.active_dofs import active_dofs, channels, dof_vectors
 from flexgear.analysis.contact_newton import contact_problem, law_space
 from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
 from flexgear.analysis.frame_forces import frame_data
@@ -57,7 +57,6 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         rows=rows,
         active=active,
         dofs=dof_vectors(active),
-        on_dofs=dof_rows(rows),
         problem=contact_problem(count),
         space=law_space(len(rows.element), widest(pairs)),
         closing_speed=np.zeros(len(pairs.s0)),
@@ -67,7 +66,6 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     ledger = Ledger(
         booked=booked,
         rows=last,
-        on_dofs=dof_rows(rows),
         lost=np.zeros((3, count)),
         now=np.zeros((2, count)),
         before=np.zeros((2, count)),

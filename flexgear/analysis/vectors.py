@@ -56,3 +56,26 @@ def add_two(target, factor, source, other_factor, other):
     """target[i] += factor · source[i] + other_factor · other[i] over the length of ``target``."""
     for i in range(target.shape[0]):
         target[i] += factor * source[i] + other_factor * other[i]
+
+
+@njit(**INNER, fastmath=FAST)
+def add_six(target, factors, sources, first, width):
+    """target[i] += Σ_p factors[p] · sources[first + p · width + i], p = 0 … 5, over the length of
+    ``target``: six lines of a matrix at once, for most of the time goes into reading ``target``."""
+    a, b, c, d, e, f = (
+        factors[0],
+        factors[1],
+        factors[2],
+        factors[3],
+        factors[4],
+        factors[5],
+    )
+    n = target.shape[0]
+    p = sources[first : first + n]
+    q = sources[first + width : first + width + n]
+    r = sources[first + 2 * width : first + 2 * width + n]
+    s = sources[first + 3 * width : first + 3 * width + n]
+    t = sources[first + 4 * width : first + 4 * width + n]
+    u = sources[first + 5 * width : first + 5 * width + n]
+    for i in range(n):
+        target[i] += a * p[i] + b * q[i] + c * r[i] + d * s[i] + e * t[i] + f * u[i]

@@ -59,7 +59,8 @@ FIXED_END = _record("block angle", "")
 FIXED_ELEMENT = _record("law first rows grows told", "")
 
 ROW = _record(
-    "kind owner sided width line beyond after following", "along stiffness damping offset"
+    "kind owner sided width line beyond after following dof since",
+    "along stiffness damping offset",
 )
 PAIR = _record("row rows mesh slot tooth planet_tooth index", "stiffness share s z error")
 ELEMENT = _record("law first rows place", "")
@@ -104,9 +105,12 @@ class Rows(NamedTuple):
     # number among the other rows; sided: 1 where it can only push; width: blocks; line: gear mesh
     # whose line of action holds the first blocks, −1 none, and beyond: the first it does not hold;
     # along: ζ on this line, m; stiffness N/m; damping N s/m; offset: error − gap, m; after: first
-    # row of the next pair, following: how many rows from there on yield to this one
+    # row of the next pair, following: how many rows from there on yield to this one; dof: first
+    # active dof of its line, of a machine's row that of its port, −1 none; since: first active dof
+    # behind lines and ports that the row or one after it acts on (``analysis.active_dofs``)
     yields: Array  # (R, FOLLOWING) m/N, by which a row yields to forces on those that follow it
     blocks: IntArray  # (R, B)
+    place: NDArray[np.uint64]  # (R, B) first active dof of a block beyond
     coef: Array  # (R, B, 6)
     pair: Records  # (P,) PAIR: its first row and how many; share of their load; s, z on its path, m
     element: Records  # (E,) ELEMENT: law, first row, rows, place in what a step carries on
@@ -252,6 +256,7 @@ def pair_rows(data: PairData, machines: int = 0) -> Rows:
         row=np.zeros(rows, dtype=ROW),
         yields=np.zeros((rows, FOLLOWING)),
         blocks=np.zeros((rows, blocks), dtype=np.int64),
+        place=np.zeros((rows, blocks), dtype=np.uint64),
         coef=np.zeros((rows, blocks, 6)),
         pair=np.zeros(pairs, dtype=PAIR),
         element=np.zeros(elements, dtype=ELEMENT),

@@ -17,22 +17,22 @@ STEP, SHARE = 1e-4, 2e4
 
 
 @njit
-def gathered(active, channels, rows, n, on_dofs, last_rows, last):
+def gathered(active, channels, rows, n, last_rows, last):
     changed = ad.gather(active, channels, rows, n, last_rows, last)
     ad.gather_receptance(active, channels, 0)
-    ad.place_rows(active, rows, n, on_dofs)
+    ad.place_rows(active, rows, n)
     return changed
 
 
 @njit
-def products(active, on_dofs, n, eta, force, image, d, w, out):
-    ad.row_receptances(active, 0, SHARE, on_dofs, n, image, d, w)
+def products(active, rows, n, eta, force, image, d, w, out):
+    ad.row_receptances(active, 0, SHARE, rows, n, image, d, w)
     ad.motions(active, eta, eta, out[0], out[1])
     ad.modal_forces(active, force, out[2])
     ad.add_residual(active, 0, force, image, out[3])
     for i in range(n):
-        out[4, i] = ad.row_value(on_dofs, i, out[0])
-        ad.add_row(on_dofs, i, 1.0, out[5])
+        out[4, i] = ad.row_value(rows, i, out[0])
+        ad.add_row(rows, i, 1.0, out[5])
 
 
 @njit
@@ -63,14 +63,14 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
     """As teeth come into contact and go, at positions of a turn and back."""
     data, space = step_data(modal, STEP), work_space(modal)
     begin(space, data)
-    rows, active, on_dofs = space.work.rows, space.work.active, space.work.on_dofs
+    rows, active = space.work.rows, space.work.active
     lines = action_lines(modal.system.pairs, len(modal.system.blocks) // 6)
     assert len(data.channels.modes) == len(modal.channels) + len(lines)
     rng, changes = np.random.default_rng(3), 0
     for turn in (0.0, 0.002, 0.05, 0.052, 0.3, 0.0):
         theta = np.full(len(modal.angles), turn)
         n, _, _ = fill_rows(data.elements, theta, carrying_flanks(modal.system.pairs), rows)
-        changes += gathered(active, data.channels, rows, n, on_dofs, space.ledger.rows, 0)
+        changes += gathered(active, data.channels, rows, n, space.ledger.rows, 0)
         dofs, modes = int(active.counts[0]["dofs"]), active.modes.shape[1]
         at = active.channel[:dofs]
         assert len(np.unique(at)) == dofs
@@ -80,7 +80,7 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
         force[:dofs] = rng.standard_normal(dofs)
         d, w = np.zeros((2, n, n))
         out = np.zeros((6, max(len(active.channel), modes)))
-        products(active, on_dofs, n, eta, force, space.work.dofs.image, d, w, out)
+        products(active, rows, n, eta, force, space.work.dofs.image, d, w, out)
         phi = data.channels.modes[at]
         for found, expected in (
             (d, v @ g @ v.T),
@@ -92,7 +92,7 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
             (out[5, :dofs], v.sum(axis=0)[at]),
         ):
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-        assert not gathered(active, data.channels, rows, n, on_dofs, space.ledger.rows, 0)
+        assert not gathered(active, data.channels, rows, n, space.ledger.rows, 0)
     assert changes > 2
 
 
@@ -103,7 +103,7 @@ def test_rows_of_the_last_step_stay_among_the_dofs(modal):
     front, work, last = carrying_flanks(modal.system.pairs), space.work, space.ledger.rows
     old, _, _ = fill_rows(data.elements, np.zeros(len(modal.angles)), front, last)
     n, _, _ = fill_rows(data.elements, np.full(len(modal.angles), 0.3), front, work.rows)
-    assert gathered(work.active, data.channels, work.rows, n, work.on_dofs, last, old)
+    assert gathered(work.active, data.channels, work.rows, n, last, old)
     blocks = {
         int(last.blocks[i, a]) for i in range(old) for a in range(last.beyond[i], last.width[i])
     }
