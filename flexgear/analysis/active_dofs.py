@@ -16,7 +16,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.analysis.vectors import SIMD, add, add_six, add_two, dot, fill, rounded_up, wide
+from flexgear.analysis.vectors import (
+    SIMD,
+    add,
+    add_six,
+    add_two,
+    aligned,
+    dot,
+    fill,
+    rounded_up,
+    wide,
+)
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.modal import ModalSystem
@@ -48,8 +58,9 @@ class ActiveDofs(NamedTuple):
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
     span: IntArray  # (C, 2)
-    receptance: Array  # (L, …): G and R side by side, [c, d, 0 or 1]; a line of it is as long as
-    # the dofs in use need, in multiples of SIMD
+    receptance: (
+        Array  # (L, C, ≥ 2 C): G and R side by side, for a dof c at [c, 2 d] and [c, 2 d + 1]
+    )
     reach: IntArray  # (C, 2) in a line: first and one past the last number that is not zero
     gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
 
@@ -95,16 +106,16 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
     """Empty work space for so many step sizes."""
     pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
     blocks = (len(modal.channels) - ports) // 6
-    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + 1  # a port's row reads two
+    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + 6  # some are taken at once
     counts = np.zeros(1, dtype=COUNTS)
     counts["ports"], counts["blocks"] = ports, blocks
     return ActiveDofs(
         counts=counts,
         channel=np.zeros(room, dtype=np.int64),
         place=np.full(blocks + len(pairs.s0), -1, dtype=np.int64),
-        modes=np.zeros((room, rounded_up(modes))),
+        modes=aligned(room, rounded_up(modes)),
         span=np.zeros((room, 2), dtype=np.int64),
-        receptance=np.zeros((sizes, room * rounded_up(2 * room))),
+        receptance=aligned(sizes, room, rounded_up(2 * room)),
         reach=np.zeros((room, 2), dtype=np.int64),
         gathered=np.zeros(sizes, dtype=np.int64),
     )
@@ -122,7 +133,7 @@ def dof_vectors(active: ActiveDofs) -> DofVectors:
     """Work space beside ``active``."""
     room = len(active.channel)
     free, free_rate, force, motion, before = np.zeros((5, room))
-    return DofVectors(free, free_rate, force, motion, before, np.zeros(rounded_up(2 * room)))
+    return DofVectors(free, free_rate, force, motion, before, aligned(rounded_up(2 * room)))
 
 
 @njit(**INNER)
@@ -201,7 +212,7 @@ def gather_receptance(active, channels, level):
     for c in range(dofs):
         g = channels.displacement[level, active.channel[c]]
         r = channels.residual[active.channel[c]]
-        first, stop, line = width, 0, table[c * width : (c + 1) * width]
+        first, stop, line = width, 0, table[c, :width]
         fill(line, 0.0)
         for d in range(dofs):
             line[2 * d], line[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
@@ -212,49 +223,59 @@ def gather_receptance(active, channels, level):
 
 @njit(**INNER, fastmath=FAST)
 def motions(active, a, b, out_a, out_b):
-    """Φ a and Φ b at the active dofs for modal vectors a, b (n,); two dofs at once, for most of the
-    time goes into reading."""
+    """Φ a and Φ b at the active dofs for modal vectors a, b (n,); four dofs at once, for most of
+    the time goes into reading. Both outputs have room for three more."""
     dofs, span, modes = active.counts[0].dofs, active.span, active.modes
-    for d in range(0, dofs, 2):
-        e = min(d + 1, dofs - 1)
-        first, stop = min(span[d, 0], span[e, 0]), max(span[d, 1], span[e, 1])
-        p, q = modes[d, first:stop], modes[e, first:stop]
+    for d in range(0, dofs, 4):
+        first, stop = span[d, 0], span[d, 1]
+        for e in range(d + 1, d + 4):
+            first, stop = min(first, span[e, 0]), max(stop, span[e, 1])
+        p, q, r, s = (
+            modes[d, first:stop],
+            modes[d + 1, first:stop],
+            modes[d + 2, first:stop],
+            modes[d + 3, first:stop],
+        )
         u, v = a[first:stop], b[first:stop]
-        pa = pb = qa = qb = 0.0
+        pa = pb = qa = qb = ra = rb = sa = sb = 0.0
         for j in range(p.shape[0]):
             pa += p[j] * u[j]
             pb += p[j] * v[j]
             qa += q[j] * u[j]
             qb += q[j] * v[j]
+            ra += r[j] * u[j]
+            rb += r[j] * v[j]
+            sa += s[j] * u[j]
+            sb += s[j] * v[j]
         out_a[d], out_b[d] = pa, pb
-        out_a[e], out_b[e] = qa, qb
+        out_a[d + 1], out_b[d + 1] = qa, qb
+        out_a[d + 2], out_b[d + 2] = ra, rb
+        out_a[d + 3], out_b[d + 3] = sa, sb
 
 
-@njit(**INNER, fastmath=FAST)
+@njit(**INNER)
 def modal_forces(active, force, out):
-    """Φᵀ f (n,) of forces on the active dofs."""
+    """Φᵀ f (n,) of forces on the active dofs, six at once; behind these there are none."""
     fill(out, 0.0)
-    dofs, span, modes = active.counts[0].dofs, active.span, active.modes
-    for d in range(0, dofs, 2):
-        e = min(d + 1, dofs - 1)
-        own, other = force[d], force[e] if e > d else 0.0
-        if own != 0.0 or other != 0.0:
-            first, stop = min(span[d, 0], span[e, 0]), max(span[d, 1], span[e, 1])
-            add_two(out[first:stop], own, modes[d, first:stop], other, modes[e, first:stop])
+    dofs, span = active.counts[0].dofs, active.span
+    fill(force[dofs : dofs + 6], 0.0)
+    for d in range(0, dofs, 6):
+        first, stop = span[d, 0], span[d, 1]
+        for e in range(d + 1, d + 6):
+            first, stop = min(first, span[e, 0]), max(stop, span[e, 1])
+        add_six(out[first:stop], force[d : d + 6], active.modes[d : d + 6], first)
 
 
 @njit(**INNER)
 def add_residual(active, level, force, image, out):
     """out += R f at the active dofs; image (≥ 2 C,) gets G f and R f."""
     dofs, table = active.counts[0].dofs, active.receptance[level]
-    width = wide(2 * dofs)
-    fill(image[:width], 0.0)
+    fill(image[: wide(2 * dofs)], 0.0)
     for d in range(dofs):
         if force[d] != 0.0:
             low, high = active.reach[d, 0], wide(active.reach[d, 1])
             low -= low % SIMD
-            at = d * width
-            add(image[low:high], force[d], table[at + low : at + high])
+            add(image[low:high], force[d], table[d, low:high])
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 
@@ -323,13 +344,12 @@ def row_receptances(active, level, share, rows, n, image, displacement, rate):
         fill(image[:width], 0.0)
         if own.dof >= 0:
             low, past = _reach(reach, own.dof, 2, head, own.since)
-            at = own.dof * width + low
-            one, next = table[at : at + past - low], table[at + width : at + width + past - low]
+            one, next = table[own.dof, low:past], table[own.dof + 1, low:past]
             add_two(image[low:past], 1.0, one, own.along, next)
         for a in range(own.beyond, own.width):
             d = np.int64(place[j, a])
             low, high = _reach(reach, d, 6, head, own.since)
-            add_six(image[low:high], coef[j, a], table, d * width + low, width)
+            add_six(image[low:high], coef[j, a], table[d : d + 6], low)
             past = max(past, high)
         for i in range(j, np.uint64(n)):
             other, g, r = row[i], 0.0, 0.0

@@ -12,7 +12,7 @@ from flexgear.analysis.frame_forces import frame_data
 from flexgear.analysis.machines import packed_machines, port_space
 from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
-from flexgear.analysis.vectors import rounded_up
+from flexgear.analysis.vectors import aligned, rounded_up
 from flexgear.coupling.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import extra_rows, two_rows
@@ -48,7 +48,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
     rows, last = pair_rows(pairs, ports), pair_rows(pairs, ports)
     count, n = len(rows.row), rounded_up(modal.modes.shape[1])
     angles = np.zeros(len(modal.angles))
-    free, free_rate, acceleration, push, rotating, spare = np.zeros((6, n))
+    free, free_rate, acceleration, push, rotating, spare = aligned(6, n)
     space = ModalSpace(
         free, free_rate, acceleration, push, rotating, spare, angles, port_space(ports)
     )

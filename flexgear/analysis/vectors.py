@@ -6,16 +6,28 @@ function that uses them, which multiplies the time that compilation takes.
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from flexgear.coupling.compiled import FAST, INNER
 
+LINE = 8  # numbers of a cache line
 SIMD = 16  # numbers that a vectorised loop takes at once; what remains it takes one by one
 
 
 def rounded_up(count: int) -> int:
     """The next multiple of SIMD: so many numbers take no longer, and often less long."""
     return count + -count % SIMD
+
+
+def aligned(*shape: int) -> NDArray[np.float64]:
+    """Zeros that begin with a cache line: reading numbers across two of them takes longer."""
+    room = np.zeros(math.prod(shape) + LINE)
+    start = -(room.ctypes.data // room.itemsize) % LINE
+    return room[start : start + math.prod(shape)].reshape(shape)
 
 
 wide = njit(**INNER)(rounded_up)
@@ -59,23 +71,12 @@ def add_two(target, factor, source, other_factor, other):
 
 
 @njit(**INNER, fastmath=FAST)
-def add_six(target, factors, sources, first, width):
-    """target[i] += Σ_p factors[p] · sources[first + p · width + i], p = 0 … 5, over the length of
-    ``target``: six lines of a matrix at once, for most of the time goes into reading ``target``."""
-    a, b, c, d, e, f = (
-        factors[0],
-        factors[1],
-        factors[2],
-        factors[3],
-        factors[4],
-        factors[5],
-    )
-    n = target.shape[0]
-    p = sources[first : first + n]
-    q = sources[first + width : first + width + n]
-    r = sources[first + 2 * width : first + 2 * width + n]
-    s = sources[first + 3 * width : first + 3 * width + n]
-    t = sources[first + 4 * width : first + 4 * width + n]
-    u = sources[first + 5 * width : first + 5 * width + n]
-    for i in range(n):
+def add_six(target, factors, lines, first):
+    """target[i] += Σ_p factors[p] · lines[p, first + i], p = 0 … 5, over the length of ``target``:
+    taken one by one they would cost six readings of ``target``."""
+    stop = first + target.shape[0]
+    p, q, r = lines[0, first:stop], lines[1, first:stop], lines[2, first:stop]
+    s, t, u = lines[3, first:stop], lines[4, first:stop], lines[5, first:stop]
+    a, b, c, d, e, f = factors[0], factors[1], factors[2], factors[3], factors[4], factors[5]
+    for i in range(target.shape[0]):
         target[i] += a * p[i] + b * q[i] + c * r[i] + d * s[i] + e * t[i] + f * u[i]
