@@ -26,8 +26,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.static_contact import solve_dense
-from flexgear.analysis.vectors import add_two, dot, fill, rounded_up, wide
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.analysis.vectors import add_two, fill, put_two, rounded_up, two_dots, wide
+from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
 from flexgear.coupling.pair_data import PairData, deepest_gap
@@ -138,10 +138,13 @@ def _assemble(rows, count, n, space, problem):
         for a in range(element.rows):
             i = first + a
             line, total = problem.matrix[i, :size], space.force[e, 0, a]
-            fill(line, 0.0)
             for b in range(element.rows):
                 k, c = space.tangent[e, 0, a, b], space.tangent[e, 1, a, b]
-                add_two(line, k, problem.displacement[first + b], c, problem.rate[first + b])
+                d, w = problem.displacement[first + b], problem.rate[first + b]
+                if b == 0:
+                    put_two(line, k, d, c, w)
+                else:
+                    add_two(line, k, d, c, w)
                 total += k * (free[0, first + b] - space.motion[e, 0, b])
                 total += c * (free[1, first + b] - space.motion[e, 1, b])
             line[i] += 0.0 if element.law == HELD_RATE_LAW else 1.0
@@ -180,7 +183,7 @@ def disagree(laws, work, count, x, least, share):
     return found
 
 
-@njit(**INNER)
+@njit(**PART)
 def _disagrees(laws, rows, e, problem, space, least):
     """Whether the law of an element gives another force at the answer than the answer has; what is
     held agrees as it is."""
@@ -200,7 +203,7 @@ def _disagrees(laws, rows, e, problem, space, least):
     return False
 
 
-@njit(**INNER)
+@njit(**PART)
 def _take_over(rows, e, space):
     """Linearise element e about the answer, as ``_disagrees`` has just done in the spare place."""
     element, spare = rows.element[e], space.motion.shape[0] - 1
@@ -224,8 +227,9 @@ def solve_contact(laws, rows, count, n, space, problem):
         fill(problem.force[n : wide(n)], 0.0)
         for i in range(n):
             largest = max(largest, abs(force[i]))
-            problem.motion[0, i] = problem.free[0, i] - dot(force, problem.displacement[i])
-            problem.motion[1, i] = problem.free[1, i] - dot(force, problem.rate[i])
+            delta, rate = two_dots(force, problem.displacement[i], problem.rate[i])
+            problem.motion[0, i] = problem.free[0, i] - delta
+            problem.motion[1, i] = problem.free[1, i] - rate
         wrong = 0
         for e in range(count):
             if _disagrees(laws, rows, e, problem, space, AGREES * largest):

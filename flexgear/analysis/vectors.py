@@ -57,6 +57,16 @@ def dot(a, b):
 
 
 @njit(**INNER, fastmath=FAST)
+def two_dots(a, b, c):
+    """Σ a_i b_i and Σ a_i c_i over the length of ``a``."""
+    total = other = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+        other += a[i] * c[i]
+    return total, other
+
+
+@njit(**INNER, fastmath=FAST)
 def add(target, factor, source):
     """target[i] += factor · source[i] over the length of ``target``."""
     for i in range(target.shape[0]):
@@ -68,6 +78,13 @@ def add_two(target, factor, source, other_factor, other):
     """target[i] += factor · source[i] + other_factor · other[i] over the length of ``target``."""
     for i in range(target.shape[0]):
         target[i] += factor * source[i] + other_factor * other[i]
+
+
+@njit(**INNER, fastmath=FAST)
+def put_two(target, factor, source, other_factor, other):
+    """target[i] = factor · source[i] + other_factor · other[i] over the length of ``target``."""
+    for i in range(target.shape[0]):
+        target[i] = factor * source[i] + other_factor * other[i]
 
 
 @njit(**INNER, fastmath=FAST)
