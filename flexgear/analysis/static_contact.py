@@ -7,12 +7,14 @@ tension and none overlaps unloaded.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
-from flexgear.analysis.vectors import SIMD, add, dot, wide
+from flexgear.analysis.vectors import SIMD, wide
 from flexgear.coupling.compiled import FAST, INNER
 
 MAX_SETS = 50
+ONE, WHOLE = np.uint64(1), np.uint64(SIMD)
 
 
 @njit(**INNER, fastmath=FAST)
@@ -21,28 +23,32 @@ def solve_dense(a, b, n):
 
     Rows are subtracted in whole multiples of SIMD; columns left of the pivot are not read again.
     """
-    stop = min(wide(n), a.shape[1])
-    for i in range(n):
-        pivot = i
-        largest = abs(a[i, i])
-        for r in range(i + 1, n):
+    rows, stop = np.uint64(n), np.uint64(min(wide(n), a.shape[1]))
+    for i in range(rows):
+        pivot, largest = i, abs(a[i, i])
+        for r in range(i + ONE, rows):
             if abs(a[r, i]) > largest:
-                largest = abs(a[r, i])
-                pivot = r
+                pivot, largest = r, abs(a[r, i])
         if largest == 0.0:
             return False
+        top = a[i]
         if pivot != i:
-            for c in range(i, n):
-                a[i, c], a[pivot, c] = a[pivot, c], a[i, c]
+            for c in range(i, rows):
+                top[c], a[pivot, c] = a[pivot, c], top[c]
             b[i], b[pivot] = b[pivot], b[i]
-        inverse, start = 1.0 / a[i, i], i - i % SIMD
-        for r in range(i + 1, n):
-            factor = a[r, i] * inverse
-            if factor != 0.0:
-                add(a[r, start:stop], -factor, a[i, start:stop])
-                b[r] -= factor * b[i]
-    for i in range(n - 1, -1, -1):
-        b[i] = (b[i] - dot(b[i + 1 : n], a[i, i + 1 : n])) / a[i, i]
+        inverse, start = 1.0 / top[i], i - i % WHOLE
+        for r in range(i + ONE, rows):
+            own = a[r]
+            factor = own[i] * inverse
+            b[r] -= factor * b[i]
+            for c in range(start, stop):
+                own[c] -= factor * top[c]
+    for k in range(rows):
+        i = rows - ONE - k
+        top, total = a[i], b[i]
+        for c in range(i + ONE, rows):
+            total -= top[c] * b[c]
+        b[i] = total / top[i]
     return True
 
 
