@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import njit
 
-from flexgear.coupling.compiled import INNER, UNCOUNTED, ZERO
+from flexgear.coupling.compiled import INNER, PART, UNCOUNTED, ZERO
 from flexgear.coupling.elements import PAIR_LAWS, Rows, packed
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
@@ -93,7 +93,7 @@ def _first_and_last(mesh, base):
     )
 
 
-@njit(**INNER)
+@njit(**PART)
 def _find_pairs(gears, m, theta, pairs, p):
     """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
     mesh = gears.mesh[m]
@@ -162,7 +162,7 @@ def _gear_end(coef, share, n, at, arm):
     coef[5] = share * arm
 
 
-@njit(**INNER)
+@njit(**PART)
 def _fill_row(gears, m, turn, rows, n, span, away):
     """Row n from pairs first … stop − 1 of gear mesh m: one pair, or all at the pitch point.
 
@@ -250,7 +250,7 @@ def _slices_of_pair(gears, m, turn, rows, n, e, q):
     return rows.yields[n, 0] != 0.0
 
 
-@njit(**INNER)
+@njit(**PART)
 def _rows_of_pairs(gears, m, theta, rows, counts, span):
     """Rows and elements after the ``counts`` (rows, elements) there are, of the pairs of a span
     (first, stop); the new counts."""
@@ -292,7 +292,7 @@ def _turned(vector, angle, coef):
         coef[o + 2] = vector[o + 2]
 
 
-@njit(**INNER)
+@njit(**PART)
 def _fixed_rows(fixed, places, theta, rows, counts):
     """Rows and elements of supports, bearings and given forces after ``counts``, which carry on
     something after the ``places`` of gear meshes; new counts."""
