@@ -43,12 +43,12 @@ def solve_dense(a, b, n):
             b[r] -= factor * b[i]
             for c in range(start, stop):
                 own[c] -= factor * top[c]
-    for k in range(rows):
-        i = rows - ONE - k
-        top, total = a[i], b[i]
-        for c in range(i + ONE, rows):
+    for below in range(rows):
+        k = rows - ONE - below
+        top, total = a[k], b[k]
+        for c in range(k + ONE, rows):
             total -= top[c] * b[c]
-        b[i] = total / top[i]
+        b[k] = total / top[k]
     return True
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -26,15 +27,29 @@ PLAIN = (bool, int, float, str, bytes, np.generic)
 
 def live_without_room() -> None:
     """From now on, code that cannot be kept (full disk, limits) or read is compiled again next time
-    instead of ending the program, where numba still has the place for it."""
+    instead of ending the program, where numba still has the place for it. Code is not to be read
+    that was kept for classes which are no more, as after an upgrade in place."""
     if hasattr(caching.Cache, "_guard_against_spurious_io_errors"):
         caching.Cache._guard_against_spurious_io_errors = _forgiven
+    if _load_index is not None:
+        caching.IndexDataCacheFile._load_index = _readable_index
 
 
 @contextmanager
 def _forgiven(_: caching.Cache) -> Iterator[None]:
     with suppress(OSError):
         yield
+
+
+_load_index = getattr(caching.IndexDataCacheFile, "_load_index", None)
+
+
+def _readable_index(file: caching.IndexDataCacheFile) -> Any:
+    """What is kept, by signature; nothing where it is there but cannot be read."""
+    try:
+        return _load_index(file)  # type: ignore[misc]
+    except (AttributeError, ImportError, EOFError, pickle.UnpicklingError):
+        return {}
 
 
 def keep_by_content(folders: Sequence[Path]) -> None:

@@ -117,3 +117,24 @@ print(twice(1.0), sum(twice.stats.cache_hits.values()))
 def test_code_that_cannot_be_kept_runs_all_the_same(tmp_path):
     (tmp_path / "caller.py").write_text(WITHOUT_ROOM)
     assert ran(tmp_path) == ran(tmp_path) == ["2.0", "0"]
+
+
+OF_A_CLASS = """
+from numba import njit
+from flexgear.coupling.compile_cache import live_without_room
+from classes import {0} as Kept
+live_without_room()
+@njit(cache=True)
+def first(x):
+    return x[0]
+print(first(Kept(1.0)), sum(first.stats.cache_hits.values()))
+"""
+
+
+def test_code_kept_for_a_class_that_is_no_more_is_compiled_again_and_kept(tmp_path):
+    """As of an older version in the same place."""
+    kept = "from typing import NamedTuple\nclass {}(NamedTuple):\n    one: float\n"
+    for name, hits in (("Old", "0"), ("Old", "1"), ("New", "0"), ("New", "1")):
+        (tmp_path / "classes.py").write_text(kept.format(name))
+        (tmp_path / "caller.py").write_text(OF_A_CLASS.format(name))
+        assert ran(tmp_path) == ["1.0", hits]
