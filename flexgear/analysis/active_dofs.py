@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import (
     SIMD,
-    add,
     add_six,
     add_two,
     aligned,
@@ -266,16 +265,32 @@ def modal_forces(active, force, out):
         add_six(out[first:stop], force[d : d + 6], active.modes[d : d + 6], first)
 
 
+@njit(**PART)
+def _reach(reach, d, count, head, since):
+    """From where to where G and R of ``count`` dofs from d on reach in a line of the receptance, in
+    multiples of SIMD; what does not move the head begins with the dof ``since``."""
+    low, high = reach[d, 0], reach[d, 1]
+    for e in range(d + 1, d + count):
+        low, high = min(low, reach[e, 0]), max(high, reach[e, 1])
+    if low >= 2 * head:
+        low = max(low, 2 * since)
+    return low - low % SIMD, wide(high)
+
+
 @njit(**INNER)
 def add_residual(active, level, force, image, out):
-    """out += R f at the active dofs; image (≥ 2 C,) gets G f and R f."""
-    dofs, table = active.counts[0].dofs, active.receptance[level]
+    """out += R f at the active dofs, six at once; behind these there are no forces. image (≥ 2 C,)
+    gets G f and R f."""
+    dofs, head, table = active.counts[0].dofs, active.counts[0].head, active.receptance[level]
     fill(image[: wide(2 * dofs)], 0.0)
-    for d in range(dofs):
-        if force[d] != 0.0:
-            low, high = active.reach[d, 0], wide(active.reach[d, 1])
-            low -= low % SIMD
-            add(image[low:high], force[d], table[d, low:high])
+    fill(force[dofs : dofs + 6], 0.0)
+    for d in range(0, dofs, 6):
+        own, largest = force[d : d + 6], 0.0
+        for p in range(6):
+            largest = max(largest, abs(own[p]))
+        if largest != 0.0:
+            low, high = _reach(active.reach, d, 6, head, 0)
+            add_six(image[low:high], own, table[d : d + 6], low)
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 
@@ -317,18 +332,6 @@ def add_row(rows, i, factor, vector):
         coef, d = rows.coef[i, a], rows.place[i, a]
         for p in range(SIX):
             vector[d + p] += factor * coef[p]
-
-
-@njit(**PART)
-def _reach(reach, d, count, head, since):
-    """From where to where G and R of ``count`` dofs from d on reach in a line of the receptance, in
-    multiples of SIMD; what does not move the head begins with the dof ``since``."""
-    low, high = reach[d, 0], reach[d, 1]
-    for e in range(d + 1, d + count):
-        low, high = min(low, reach[e, 0]), max(high, reach[e, 1])
-    if low >= 2 * head:
-        low = max(low, 2 * since)
-    return low - low % SIMD, wide(high)
 
 
 @njit(**INNER)

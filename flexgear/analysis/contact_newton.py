@@ -93,7 +93,7 @@ def first_memory(data: PairData) -> Array:
     return memory
 
 
-@njit(**INNER)
+@njit(**PART)
 def linearise(laws, rows, e, motion, space):
     """The law of element e about the motion (2, R) of all rows, in place e of ``space``; its
     potential, J."""

@@ -150,7 +150,7 @@ def motion_before(active, level, eta, spare, dofs, force):
     add_residual(active, level, dofs.motion, dofs.image, dofs.before)
 
 
-@njit(**PART)
+@njit(**INNER)
 def settle(laws, modal, count, n, state, work, ledger):
     """Book one step from ``state`` to the new modal motion in ``work.modes.free``.
 
