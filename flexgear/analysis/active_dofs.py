@@ -33,8 +33,9 @@ from flexgear.coupling.pair_data import PairData
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)  # short loops over unsigned numbers are
-# quicker: none is counted from the end
+# short loops over unsigned numbers are quicker: none is counted from the end
+ONE, TWO, SIX = np.uint64(1), np.uint64(2), np.uint64(6)
+AT_ONCE = 6  # most dofs that are read together: behind those in use there is room for so many
 COUNTS = np.dtype([(name, np.int64) for name in ("dofs", "ports", "blocks", "fresh", "head")])
 
 
@@ -57,9 +58,7 @@ class ActiveDofs(NamedTuple):
     place: IntArray  # (B + M,) first dof of a block or a line of action, −1 where it has none
     modes: Array  # (C, n)
     span: IntArray  # (C, 2)
-    receptance: (
-        Array  # (L, C, ≥ 2 C): G and R side by side, for a dof c at [c, 2 d] and [c, 2 d + 1]
-    )
+    receptance: Array  # (L, C, ≥ 2 C): G and R side by side, at [c, 2 d] and [c, 2 d + 1]
     reach: IntArray  # (C, 2) in a line: first and one past the last number that is not zero
     gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
 
@@ -105,7 +104,7 @@ def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
     """Empty work space for so many step sizes."""
     pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
     blocks = (len(modal.channels) - ports) // 6
-    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + 6  # some are taken at once
+    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + AT_ONCE
     counts = np.zeros(1, dtype=COUNTS)
     counts["ports"], counts["blocks"] = ports, blocks
     return ActiveDofs(
@@ -223,18 +222,14 @@ def gather_receptance(active, channels, level):
 @njit(**INNER, fastmath=FAST)
 def motions(active, a, b, out_a, out_b):
     """Φ a and Φ b at the active dofs for modal vectors a, b (n,); four dofs at once, for most of
-    the time goes into reading. Both outputs have room for three more."""
+    the time goes into reading."""
     dofs, span, modes = active.counts[0].dofs, active.span, active.modes
     for d in range(0, dofs, 4):
         first, stop = span[d, 0], span[d, 1]
         for e in range(d + 1, d + 4):
             first, stop = min(first, span[e, 0]), max(stop, span[e, 1])
-        p, q, r, s = (
-            modes[d, first:stop],
-            modes[d + 1, first:stop],
-            modes[d + 2, first:stop],
-            modes[d + 3, first:stop],
-        )
+        p, q = modes[d, first:stop], modes[d + 1, first:stop]
+        r, s = modes[d + 2, first:stop], modes[d + 3, first:stop]
         u, v = a[first:stop], b[first:stop]
         pa = pb = qa = qb = ra = rb = sa = sb = 0.0
         for j in range(p.shape[0]):
@@ -257,8 +252,8 @@ def modal_forces(active, force, out):
     """Φᵀ f (n,) of forces on the active dofs, six at once; behind these there are none."""
     fill(out, 0.0)
     dofs, span = active.counts[0].dofs, active.span
-    fill(force[dofs : dofs + 6], 0.0)
-    for d in range(0, dofs, 6):
+    fill(force[dofs : dofs + AT_ONCE], 0.0)
+    for d in range(0, dofs, AT_ONCE):
         first, stop = span[d, 0], span[d, 1]
         for e in range(d + 1, d + 6):
             first, stop = min(first, span[e, 0]), max(stop, span[e, 1])
@@ -267,14 +262,14 @@ def modal_forces(active, force, out):
 
 @njit(**PART)
 def _reach(reach, d, count, head, since):
-    """From where to where G and R of ``count`` dofs from d on reach in a line of the receptance, in
-    multiples of SIMD; what does not move the head begins with the dof ``since``."""
+    """Where G and R of ``count`` dofs from d on begin in a line of the receptance, in multiples of
+    SIMD, and where they end; what does not move the head begins with the dof ``since``."""
     low, high = reach[d, 0], reach[d, 1]
     for e in range(d + 1, d + count):
         low, high = min(low, reach[e, 0]), max(high, reach[e, 1])
     if low >= 2 * head:
         low = max(low, 2 * since)
-    return low - low % SIMD, wide(high)
+    return low - low % SIMD, high
 
 
 @njit(**INNER)
@@ -283,14 +278,14 @@ def add_residual(active, level, force, image, out):
     gets G f and R f."""
     dofs, head, table = active.counts[0].dofs, active.counts[0].head, active.receptance[level]
     fill(image[: wide(2 * dofs)], 0.0)
-    fill(force[dofs : dofs + 6], 0.0)
-    for d in range(0, dofs, 6):
-        own, largest = force[d : d + 6], 0.0
+    fill(force[dofs : dofs + AT_ONCE], 0.0)
+    for d in range(0, dofs, AT_ONCE):
+        own, total = force[d : d + 6], 0.0
         for p in range(6):
-            largest = max(largest, abs(own[p]))
-        if largest != 0.0:
+            total += abs(own[p])
+        if total != 0.0:
             low, high = _reach(active.reach, d, 6, head, 0)
-            add_six(image[low:high], own, table[d : d + 6], low)
+            add_six(image[low : wide(high)], own, table[d : d + 6], low)
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 
@@ -347,12 +342,13 @@ def row_receptances(active, level, share, rows, n, image, displacement, rate):
         fill(image[:width], 0.0)
         if own.dof >= 0:
             low, past = _reach(reach, own.dof, 2, head, own.since)
-            one, next = table[own.dof, low:past], table[own.dof + 1, low:past]
-            add_two(image[low:past], 1.0, one, own.along, next)
+            stop = wide(past)
+            line, beside = table[own.dof, low:stop], table[own.dof + 1, low:stop]
+            add_two(image[low:stop], 1.0, line, own.along, beside)
         for a in range(own.beyond, own.width):
             d = np.int64(place[j, a])
             low, high = _reach(reach, d, 6, head, own.since)
-            add_six(image[low:high], coef[j, a], table[d : d + 6], low)
+            add_six(image[low : wide(high)], coef[j, a], table[d : d + 6], low)
             past = max(past, high)
         for i in range(j, np.uint64(n)):
             other, g, r = row[i], 0.0, 0.0
