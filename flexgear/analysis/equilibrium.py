@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.coast_flanks import look_at_rest
 from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
+from flexgear.analysis.pair_loads import empty_pair_loads, note_loads
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO
 from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import freeze_neighbours
-from flexgear.coupling.pair_data import extra_rows, two_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 
@@ -121,17 +121,8 @@ def revolution(
     train = held(modal)
     work = position_work(pairs, train, len(system.ports))
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
-    shape = (count, len(pairs.s0), pairs.slots)
     out = np.zeros(len(work.contact.right))
-    loads = PairResults(
-        load=np.zeros(shape),
-        tooth=np.full(shape, -1, dtype=np.int16),
-        stiffness=np.zeros(shape),
-        position=np.zeros(shape),
-        far=np.zeros(two_rows(pairs, count)),
-        approach=np.zeros((*two_rows(pairs, count), 4)),
-        supports=np.zeros((count, extra_rows(pairs))),
-    )
+    loads = empty_pair_loads(pairs, count)
     found = Positions(
         theta=theta,
         known=known,
@@ -157,22 +148,16 @@ def revolution(
         theta,
         found.torques,
         found.eta,
-        *loads,
+        loads.load,
+        loads.tooth,
+        loads.stiffness,
+        loads.position,
+        loads.far,
+        loads.approach,
+        loads.supports,
         found.active_flanks,
         found.closure,
     )
-
-
-class PairResults(NamedTuple):
-    """Loads of tooth pairs and other rows over positions, as ``Equilibrium`` has them."""
-
-    load: Array
-    tooth: NDArray[np.int16]
-    stiffness: Array
-    position: Array
-    far: Array
-    approach: Array
-    supports: Array
 
 
 class Positions(NamedTuple):
@@ -285,30 +270,8 @@ def _solve_positions(laws, span, forward, train, modes, work, out, found, loads)
         put(found.eta[p], out[n : n + r])
         modal_part(elastic, channel_forces, omega2, r, found.eta[p])
         freeze_neighbours(rows, n, out)
-        _store(rows, n, pairs, (out, delta), p, loads)
+        note_loads(rows, n, pairs, out, delta, p, loads)
     return span[1], 0.0
-
-
-@njit(**INNER)
-def _store(rows, n, pairs, found, p, loads):
-    x, delta = found
-    for q in range(pairs):
-        pair = rows.pair[q]
-        m, slot = pair.mesh, pair.slot
-        loads.load[p, m, slot] = pair.share * x[pair.row]
-        if pair.rows == 2:
-            loads.far[p, m, slot] = x[pair.row + 1]
-            loads.load[p, m, slot] += x[pair.row + 1]
-            for a in range(2):
-                loads.approach[p, m, slot, a] = delta[pair.row + a]
-                moved = delta[pair.row + a] - rows.row[pair.row + a].offset
-                loads.approach[p, m, slot, 2 + a] = moved
-        loads.tooth[p, m, slot] = pair.tooth
-        loads.stiffness[p, m, slot] = pair.stiffness
-        loads.position[p, m, slot] = pair.s
-    for i in range(n):
-        if rows.row[i].kind < 0:
-            loads.supports[p, rows.row[i].owner] = x[i]
 
 
 def equilibrium(modal: ModalSystem, carrier_angle: float, torque: float) -> Equilibrium:

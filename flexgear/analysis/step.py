@@ -46,6 +46,7 @@ from flexgear.analysis.machines import (
     moved_energy,
     tell_machines,
 )
+from flexgear.analysis.pair_loads import note_loads
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
@@ -202,12 +203,8 @@ def _book(laws, data, level, n, count, state, work, ledger):
 
 @njit(**PART)
 def _save(samples, at, modal, work, n, pairs, state):
-    """Copy one sample; pairs that are not in contact stay as they were made."""
-    rows, force, motion = work.rows, work.problem.force, work.problem.motion
+    """Copy one sample."""
     eta, velocity, ports = state.eta, state.velocity, state.ports
-    load, far, approach = samples.pair_load[at], samples.far_load, samples.pair_approach
-    tooth, stiffness = samples.pair_tooth[at], samples.pair_stiffness[at]
-    position, supports = samples.pair_position[at], samples.support_load[at]
     turned, torques, speeds = samples.input_motion[at], samples.torques[at], samples.speeds[at]
     inputs, port_modes = modal.inputs, work.active.modes
     put(samples.eta[at], eta)
@@ -218,21 +215,7 @@ def _save(samples, at, modal, work, n, pairs, state):
         turned[f, 0], turned[f, 1] = dot(inputs[f], eta), dot(inputs[f], velocity)
     for t in range(ports.shape[0]):
         torques[t], speeds[t] = ports[t].torque, dot(velocity, port_modes[t])
-    for q in range(pairs):
-        pair = rows.pair[q]
-        m, slot = pair.mesh, pair.slot
-        load[m, slot] = pair.share * force[pair.row]
-        if pair.rows == 2:
-            far[at, m, slot] = force[pair.row + 1]
-            load[m, slot] += force[pair.row + 1]
-            for a in range(2):
-                delta = motion[0, pair.row + a]
-                approach[at, m, slot, a] = delta
-                approach[at, m, slot, 2 + a] = delta - rows.row[pair.row + a].offset
-        tooth[m, slot], stiffness[m, slot], position[m, slot] = pair.tooth, pair.stiffness, pair.s
-    for i in range(n):
-        if rows.row[i].kind < 0:
-            supports[rows.row[i].owner] = force[i]
+    note_loads(work.rows, n, pairs, work.problem.force, work.problem.motion[0], at, samples.pairs)
 
 
 @njit(**PART)

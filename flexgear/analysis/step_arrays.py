@@ -12,6 +12,7 @@ from flexgear.analysis.contact_newton import ContactProblem, LawSpace
 from flexgear.analysis.energy import Ledger
 from flexgear.analysis.frame_forces import FrameData
 from flexgear.analysis.machines import PortSpace
+from flexgear.analysis.pair_loads import PairLoads
 from flexgear.coupling.elements import Elements, Rows
 
 Array = NDArray[np.float64]
@@ -84,15 +85,9 @@ class Samples(NamedTuple):
     input_motion: Array  # (…, F, 2) independent rotations and their speeds
     torques: Array  # (…, P) from outside on the ports
     speeds: Array  # (…, P) of the ports
-    pair_load: Array  # (…, M, slots)
-    pair_tooth: NDArray[np.int16]
-    pair_stiffness: Array
-    pair_position: Array
-    far_load: Array  # (…, M, slots) of a pair's second row, and its approach; without length where
-    pair_approach: Array  # no pair has two; (…, M, slots, 4): δ of both, and of the bodies alone
-    support_load: Array  # (…, extra rows)
     energy: Array  # (…, 9)
     active_flanks: NDArray[np.int64]
+    pairs: PairLoads
 
 
 class Space(NamedTuple):

@@ -10,12 +10,12 @@ from flexgear.analysis.contact_newton import contact_problem, law_space
 from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
 from flexgear.analysis.frame_forces import frame_data
 from flexgear.analysis.machines import packed_machines, port_space
+from flexgear.analysis.pair_loads import empty_pair_loads
 from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
 from flexgear.analysis.vectors import aligned, rounded_up
 from flexgear.coupling.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import extra_rows, two_rows
 
 Array = NDArray[np.float64]
 
@@ -88,22 +88,14 @@ def begin(space: Space, data: StepData) -> None:
 
 def empty_samples(modal: ModalSystem, count: int) -> Samples:
     """Where so many saved samples go; no pair is in contact."""
-    pairs = modal.system.pairs
-    meshes, system = len(pairs.s0), modal.system
-    shape = (count, meshes, pairs.slots)
+    system = modal.system
     return Samples(
         eta=np.zeros((count, modal.modes.shape[1])),
         theta=np.zeros((count, len(system.angles))),
         input_motion=np.zeros((count, len(system.input_rows), 2)),
         torques=np.zeros((count, len(system.ports))),
         speeds=np.zeros((count, len(system.ports))),
-        pair_load=np.zeros(shape),
-        pair_tooth=np.full(shape, -1, dtype=np.int16),
-        pair_stiffness=np.zeros(shape),
-        pair_position=np.zeros(shape),
-        far_load=np.zeros(two_rows(pairs, count)),
-        pair_approach=np.zeros((*two_rows(pairs, count), 4)),
-        support_load=np.zeros((count, extra_rows(pairs))),
         energy=np.zeros((count, len(ENERGIES))),
-        active_flanks=np.zeros((count, meshes), dtype=np.int64),
+        active_flanks=np.zeros((count, len(system.pairs.s0)), dtype=np.int64),
+        pairs=empty_pair_loads(system.pairs, count),
     )

@@ -330,7 +330,12 @@ class _Run:
 
 
 def _named(time: Array, samples: Samples) -> dict[str, Array]:
-    return {**samples._asdict(), "time": time}
+    """A chunk by the names of ``Transient``."""
+    named, pairs = samples._asdict(), samples.pairs
+    del named["pairs"]
+    for name in ("load", "tooth", "stiffness", "position", "approach"):
+        named[f"pair_{name}"] = getattr(pairs, name)
+    return {**named, "far_load": pairs.far, "support_load": pairs.supports, "time": time}
 
 
 def collected(modal: ModalSystem, arrays: dict[str, Array], steps: Steps) -> Transient:
