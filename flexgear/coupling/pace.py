@@ -29,13 +29,13 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
 from flexgear.model.machine import machines_of
-from flexgear.model.solver import MOST_RUNGS, Solver
+from flexgear.model.solver import MOST_REFINED, Solver
 
 STEPS = 40  # a period of the band's top in steady running
 FINE_STEPS = 100  # the same near a jump of the torque
 SAMPLES = 8  # stored, a period of the band's top
 PERIODS = 100  # of the slowest gear mesh's own vibration, which a jump may last; e^(-2π 100 ζ)
-LADDER = (40, 4)  # a steady step over the shortest one, the longest one over a steady step
+SHORTEST, LONGEST = 40, 4  # a steady step over the shortest one, the longest over a steady one
 ACCURACY = 0.01  # of the contact's flexibility, where no modes are asked for
 REGAINED = 2.0  # time constants of the speed after a torque drop: seven eighths
 ENOUGH_STEPS, ENOUGH_SAMPLES = 10, 2  # a period of what is asked for: fewer do not show it
@@ -177,9 +177,9 @@ def _pace(
     band = chosen("modes_band", max(wanted, resonance), why)
     top = f"of the band's top, {band:.5g} Hz"
     step = chosen("time_step", 1 / (STEPS * band), f"1/{STEPS} of a period {top}")
-    longest = chosen("longest_time_step", LADDER[1] * step, f"{LADDER[1]} steps of steady running")
-    least = min(longest, max(step / LADDER[0], longest / 2**MOST_RUNGS))
-    shortest = chosen("shortest_time_step", least, f"1/{LADDER[0]} step of steady running")
+    longest = chosen("longest_time_step", LONGEST * step, f"{LONGEST} steps of steady running")
+    least = min(longest, max(step / SHORTEST, longest / 2**MOST_REFINED))
+    shortest = chosen("shortest_time_step", least, f"1/{SHORTEST} step of steady running")
     accuracy = solver.modes_accuracy
     if solver.modes_to is None and accuracy is None:
         accuracy = ACCURACY

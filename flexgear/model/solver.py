@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from flexgear.model.section import Refusal, Section
 from flexgear.model.units import Frequency, Time
 
-MOST_RUNGS = 12  # step sizes of a ladder; each keeps a receptance of its own
+MOST_REFINED = 12  # times that a step may be halved: every size keeps a receptance of its own
 
 
 class Solver(Section):
@@ -56,14 +56,14 @@ class Solver(Section):
     line_loads_in_time: bool = False
 
     @model_validator(mode="after")
-    def _ladder(self) -> Solver:
+    def _in_order(self) -> Solver:
         shortest, longest = self.shortest_time_step, self.longest_time_step
         if self.step_tolerance == 0.0 or shortest is None or longest is None:
             return self
-        if not shortest <= longest <= shortest * 2**MOST_RUNGS:
+        if not shortest <= longest <= shortest * 2**MOST_REFINED:
             raise Refusal(
                 "shortest_time_step",
-                f"{shortest:g} s is no ladder's start to steps of {longest:g} s",
-                f"at most longest_time_step_s, and at least 1/{2**MOST_RUNGS} of it",
+                f"{shortest:g} s cannot be refined from steps of {longest:g} s",
+                f"at most longest_time_step_s, and at least 1/{2**MOST_REFINED} of it",
             )
         return self
