@@ -285,7 +285,7 @@ class _Run:
                 index = (np.arange(begin // plan.every, end // plan.every) + 1) * plan.every
                 at = plan.start + h * index.astype(np.float64)
                 self._refuse_gain(at, samples.energy, float(plan.sizes[-1]))
-                self.sink.append(_named(at, samples))
+                self.sink.append(by_name(at, samples))
             yield end - begin
 
     def _told_at(self, start: float, beside: float) -> Array:
@@ -329,8 +329,8 @@ class _Run:
             energy[:] = 0.0
 
 
-def _named(time: Array, samples: Samples) -> dict[str, Array]:
-    """A chunk by the names of ``Transient``."""
+def by_name(time: Array, samples: Samples) -> dict[str, Array]:
+    """A chunk of samples at times (t,) by the names of ``Transient``."""
     named, pairs = samples._asdict(), samples.pairs
     del named["pairs"]
     for name in ("load", "tooth", "stiffness", "position", "approach"):

@@ -26,6 +26,7 @@ from flexgear.analysis.transient import (
     Sink,
     Steps,
     Transient,
+    by_name,
     collected,
     told_machines,
     transient,
@@ -139,7 +140,7 @@ class LongRun:
 
     def _pattern(self) -> xr.Dataset:
         """The dataset without a sample."""
-        samples = {**empty_samples(self.modal, 0)._asdict(), "time": np.zeros(0)}
+        samples = by_name(np.zeros(0), empty_samples(self.modal, 0))
         last = self.last(NO_STEPS)
         empty = self.labelled(collected(self.modal, samples, NO_STEPS))
         return empty.assign(last.data_vars).assign_attrs(last.attrs)
