@@ -64,17 +64,17 @@ def run(report: Report, size: str) -> None:
 
 
 def whole_revolution(modal: ModalSystem, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Load sharing of the ring's gear meshes (p, N) and deflections (p, k) over positions."""
+    """Load sharing of the ring's gear meshes (p,) and deflections (p, k) over positions."""
     found = revolution(modal, angles, TORQUE)
     system = modal.system
     force = by_kind(found.pair_load.sum(axis=2), system.planets)[:, 0]
-    nodes = [("ring", n) for n in _teeth(system)] + [("shaft", "sun")]
+    nodes = [("stage.ring", n) for n in _teeth(system)] + [("stage.shaft", "sun")]
     rows = np.vstack([system.node_rows(body, node) for body, node in nodes])
     return load_sharing(force, float(force.mean())), Recovery(found).motion(rows)
 
 
 def _teeth(system: System) -> list[str]:
-    return [n for n in system.body("ring").node_names if n.startswith("tooth_")]
+    return [n for n in system.body("stage.ring").node_names if n.startswith("tooth_")]
 
 
 def dense_position(system: System, angle: float) -> np.ndarray:

@@ -36,6 +36,7 @@ def planet_system(planets: int) -> System:
             "stage.sun.teeth": "51",
             "stage.planet.teeth": "21",
             "stage.planet.bore_diameter_mm": "200",
+            "carrier.pin_diameter_mm": "180",
             "stage.allow_unassemblable": "true",
         },
     )
