@@ -26,6 +26,7 @@ from flexgear.coupling.laws.law import Array, Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 
 TRIES = 60
+ONE = np.uint64(1)
 AGREES = 1e-12  # of the largest approach, by which the equations may differ
 SETTLES = 1e-6  # the same before the last correction, which squares it
 TOUCHES = 1e-9  # of d: the force from which the line contact is looked at
@@ -66,24 +67,31 @@ def _line_contact(bending, count, j, f):
 
 @njit(**INNER)
 def _solved(matrix, sides, n):
-    """Cholesky of the leading n × n block of ``matrix``, in place; sides (n, 3): solved."""
-    for p in range(n):
-        for q in range(p + 1):
-            total = matrix[p, q]
-            for r in range(q):
-                total -= matrix[p, r] * matrix[q, r]
-            matrix[p, q] = math.sqrt(total) if p == q else total / matrix[q, q]
-        for c in range(3):
-            total = sides[p, c]
-            for r in range(p):
-                total -= matrix[p, r] * sides[r, c]
-            sides[p, c] = total / matrix[p, p]
-    for p in range(n - 1, -1, -1):
-        for c in range(3):
-            total = sides[p, c]
-            for r in range(p + 1, n):
-                total -= matrix[r, p] * sides[r, c]
-            sides[p, c] = total / matrix[p, p]
+    """Symmetric elimination of the leading n × n block of ``matrix``, in place, from its upper
+    triangle; sides (n, 3): solved. No numbers where it is not positive definite.
+
+    Row after row, so that no sum waits for itself; over unsigned numbers, none is counted from the
+    end.
+    """
+    rows = np.uint64(n)
+    for p in range(rows):
+        top, known = matrix[p], sides[p]
+        inverse = 1.0 / top[p] if top[p] > 0.0 else np.nan
+        for r in range(p + ONE, rows):
+            own, side, factor = matrix[r], sides[r], top[r] * inverse
+            for c in range(r, rows):
+                own[c] -= factor * top[c]
+            for c in range(3):
+                side[c] -= factor * known[c]
+    for below in range(rows):
+        k = rows - ONE - below
+        top, side = matrix[k], sides[k]
+        x, y, z = side[0], side[1], side[2]
+        for r in range(k + ONE, rows):
+            x -= top[r] * sides[r, 0]
+            y -= top[r] * sides[r, 1]
+            z -= top[r] * sides[r, 2]
+        side[0], side[1], side[2] = x / top[k], y / top[k], z / top[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -112,7 +120,7 @@ def _newton(share, bending, x, f, place, sides):
             worst = max(worst, abs(left))
             sides[p, 0], sides[p, 1], sides[p, 2] = left, 1.0 - share[j], share[j]
             for q in range(p + 1):
-                matrix[p, q] = _flexible(bending, count, j, place[q])
+                matrix[q, p] = _flexible(bending, count, j, place[q])
             matrix[p, p] += slope
         _solved(matrix, sides, n)
         changed = False
