@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from flexgear.analysis.modes import modes
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_errors import GearErrors
@@ -13,7 +14,7 @@ from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.kinematics import rotation, turn
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +117,56 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
     assert 0 < softer.report["static_error"] < ring.report["static_error"]  # more motion
     with pytest.raises(AssertionError, match="meshed again"):
         build.ring_body(case.with_(**{"ring.rim_thickness": 0.19}))
+
+
+@pytest.fixture(scope="module")
+def fivefold(case):
+    """Five planets in phase; the teeth and bolts of the ring repeat with them."""
+    teeth = {"stage.ring.teeth": 90, "stage.sun.teeth": 30, "stage.planet.teeth": 30}
+    fewer = {"stage.planet.bore_diameter": 0.38, "carrier.pin_diameter": 0.36}
+    kept = {"carrier.fixed_interface_modes": 40, "ring.fixed_interface_modes": 40}
+    return case.with_(**teeth, **fewer, **kept, errors=GearErrors())
+
+
+def test_a_ring_repeats_with_its_bolts(fivefold):
+    """A turn by a fifth takes each tooth and bolt to another one, and the stiffness to itself."""
+    body = build.ring_body(fivefold)
+    moved = {"tooth": 90 // 5, "bolt": 25 // 5, "fit": 0}
+    count = {"tooth": 90, "bolt": 25, "fit": 2}
+    place = []
+    for name in body.node_names:
+        kind, number = name.split("_")
+        after = (int(number) - 1 + moved[kind]) % count[kind] + 1
+        place.append(body.node_names.index(f"{kind}_{after:0{len(number)}d}"))
+    nodes = np.arange(body.interface_dofs).reshape(-1, 6)[place].ravel()
+    turned = np.kron(np.eye(len(place)), turn(2 * np.pi / 5))
+    for matrix in (body.stiffness, body.mass):
+        own = matrix[: len(nodes), : len(nodes)]
+        size = np.sqrt(np.diag(own))
+        difference = own[np.ix_(nodes, nodes)] - turned @ own @ turned.T
+        assert np.abs(difference / size / size[:, None]).max() < 1e-9
+
+
+def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
+    """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
+    stands: see tests/coupling/test_turning_ring.py, here on finite elements."""
+    bodies = {"stage": StageBodies(build.ring_body(fivefold), build.carrier_body(fivefold))}
+    system = assemble(fivefold.case, bodies=bodies).system
+    found, teeth = modes(system, limit_hz=1500.0), 90
+    rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
+    axes = rotation(2 * np.pi * np.arange(teeth) / teeth)
+    moved = np.einsum("jba,jbd,dm->jam", axes, np.stack(rows), found.shapes)
+    size = np.abs(np.fft.fft(moved, axis=0)).max(axis=1)  # (diameter, mode)
+    kind = np.array([0, 1, 2, 2, 1])[np.arange(teeth) % 5]
+    share = np.stack([size[kind == k].max(axis=0) for k in range(3)]) / size.max(axis=0)
+    takes_part = size.max(axis=0) > 1e-6 * size.max()
+    assert np.sort(share, axis=0)[1, takes_part].max() < 1e-6
+    kinds = np.argmax(share, axis=0)
+    assert all(np.sum(kinds[takes_part] == k) > 5 for k in range(3))
+    sun = np.abs(system.node_rows("stage.shaft", "sun") @ found.shapes)[:, takes_part]
+    sun /= sun.max(axis=1, keepdims=True)
+    assert sun[[2, 5]][:, kinds[takes_part] != 0].max() < 1e-6
+    assert sun[[0, 1, 3, 4]][:, kinds[takes_part] != 1].max() < 1e-6
 
 
 def four_planets(case, degrees):
