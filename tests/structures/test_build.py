@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from turning_ring import HUB, held_case
 
+from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.modes import modes
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_errors import GearErrors
@@ -119,6 +124,24 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
         build.ring_body(case.with_(**{"ring.rim_thickness": 0.19}))
 
 
+def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring):
+    """In the plane of x and the axis: tooth and bolt at φ stand at −φ, uy, rx and rz change sign."""
+    left = case.with_(**{"stage.planet_hand": "left", "ring.fixed_interface_modes": 0})
+    assert case.stage.planet_hand == "right"
+    image, count = build.ring_body(left), {"tooth": 93, "bolt": 25, "fit": 0}
+    place = []
+    for name in image.node_names:
+        kind, number = name.split("_")
+        after = (1 - int(number)) % count[kind] + 1 if count[kind] else int(number)
+        place.append(image.node_names.index(f"{kind}_{after:0{len(number)}d}"))
+    nodes = np.arange(image.interface_dofs).reshape(-1, 6)[place].ravel()
+    sign = np.tile([1.0, -1, 1, -1, 1, -1], len(place))
+    seen = image.stiffness[np.ix_(nodes, nodes)] * sign * sign[:, None]
+    own = ring.stiffness[: len(nodes), : len(nodes)]
+    size = np.sqrt(np.diag(own))
+    assert np.abs((seen - own) / size / size[:, None]).max() < 1e-9
+
+
 @pytest.fixture(scope="module")
 def fivefold(case):
     """Five planets in phase; the teeth and bolts of the ring repeat with them."""
@@ -167,6 +190,41 @@ def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
     sun /= sun.max(axis=1, keepdims=True)
     assert sun[[2, 5]][:, kinds[takes_part] != 0].max() < 1e-6
     assert sun[[0, 1, 3, 4]][:, kinds[takes_part] != 1].max() < 1e-6
+
+
+AT_REST = """
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 0
+inertia_kg_m2 = 1e5
+"""
+
+
+def test_a_star_of_finite_elements_is_the_stage_with_held_ring(tmp_path, ring, carrier):
+    """As tests/coupling/test_turning_ring.py has it of springs. The carrier's torque enters at its
+    flange in both: of the star it is an input at rest, as seats that hold it would deform it
+    elsewhere."""
+    relative = np.array([0.0, 0.4, 2.0])  # φ_carrier − φ_ring, rad
+    ratio = 93 / 27
+    turning = held_case(tmp_path, "ring", "sun", "carrier")
+    star = held_case(tmp_path, "carrier", "sun", "ring", more=AT_REST, **HUB)
+    assert star.held_members() == ()
+    found = []
+    for case, angles in (
+        (turning, (1 + ratio) * relative),
+        (star, np.column_stack([ratio * relative, np.zeros(3)])),
+    ):
+        system = build_system(case, {"stage": (ring, carrier)})
+        found.append(revolution(modal_system(system), angles, system.rated_torque))
+    own, other = found
+    assert np.array_equal(own.pair_tooth, other.pair_tooth)
+    assert np.abs(own.pair_load - other.pair_load).max() < 1e-8 * own.pair_load.max()
+    wound_up = Recovery(other).node("stage.hub", "stage.hub")[:, 5]
+    for tooth in ("tooth_001", "tooth_040"):
+        a, b = (Recovery(each).node("stage.ring", tooth) for each in found)
+        x, y, _ = other.modal.system.body("stage.ring").position(tooth)
+        b[:, :2] -= wound_up[:, None] * np.array([-y, x])
+        assert np.abs(a - b)[:, :3].max() < 1e-8 * np.abs(a[:, :3]).max()
 
 
 def four_planets(case, degrees):
