@@ -125,7 +125,7 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
 
 
 def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring):
-    """In the plane of x and the axis: tooth and bolt at φ stand at −φ, uy, rx and rz change sign."""
+    """Tooth and bolt at φ stand at −φ; uy, rx and rz change sign."""
     left = case.with_(**{"stage.planet_hand": "left", "ring.fixed_interface_modes": 0})
     assert case.stage.planet_hand == "right"
     image, count = build.ring_body(left), {"tooth": 93, "bolt": 25, "fit": 0}
