@@ -70,10 +70,11 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
     angle = angle if load.frame == "fixed" else -1
+    to_body = turn(-planet_axes(b.train.stages[number], m))
     if not load.is_history:
-        return [GivenLoad(block, load.first, angle)]
+        return [GivenLoad(block, to_body @ load.first, angle)]
     return [
-        GivenLoad(block, size * np.eye(6)[c], angle, size=load.first[c] / size, told=place)
+        GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, told=place)
         for place, (of, c, size) in enumerate(varying(b.train.loads))
         if of == k
     ]
