@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.bearings import linear_part
+from flexgear.coupling.bearings import linear_part, own_law
 from flexgear.coupling.members import Member
 from flexgear.coupling.rotor_terms import planet_axes
 from flexgear.coupling.system import StageFrame
@@ -80,12 +80,13 @@ def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> 
     """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
     hub = f"{view.name}.hub"
     for spring in held_ring_springs(view):
-        place = m.body.position(spring.node)
-        under = a.housing_rows(place)
+        place, name = m.body.position(spring.node), f"{view.name}.{spring.node}"
         if a.has(hub):
             under = rigid_rows(place, a.body(hub).position(hub))[:6] @ a.rows(hub, hub)
+        else:
+            under = a.housing_rows(name, place)
         node = a.rows(m.body.name, spring.node) - under
-        a.link(f"{view.name}.{spring.node}", spring.axes @ node, spring.matrix)
+        a.link(name, spring.axes @ node, spring.matrix)
 
 
 def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -142,7 +143,9 @@ def _obey(
     axes: float = 0.0,
 ) -> None:
     """What of a bearing on the housing has a law of its own; axes: see ``_support``."""
-    housing = a.housing_rows(a.body(node[0]).position(node[1]))
+    if own_law(bearing) is None:
+        return
+    housing = a.housing_rows(name, a.body(node[0]).position(node[1]))
     a.law_bearing(name, turn(axes) @ a.rows(*node), housing, bearing, angle)
 
 
@@ -173,10 +176,12 @@ def _support(
     """A spring of a node to the housing; angle: that of the node's frame, −1 where it stands.
 
     axes: constant angle of the node's axes there, rad, as the gear of a parallel stage has it; the
-    spring is in fixed axes.
+    spring is in fixed axes. Nothing stands where there is no spring.
     """
+    if not np.any(matrix):
+        return
     if angle >= 0:
         a.turning_support(name, *node, matrix, angle)
     else:
-        housing = a.housing_rows(a.body(node[0]).position(node[1]))
+        housing = a.housing_rows(name, a.body(node[0]).position(node[1]))
         a.link(name, turn(axes) @ a.rows(*node) - housing, matrix)
