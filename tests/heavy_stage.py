@@ -53,10 +53,11 @@ def reactions(found, sample=0):
 
 def mass_of(system):
     """Mass of all bodies, kg."""
-    return sum(_mass(body) for body in system.bodies)
+    return sum(body_mass(body) for body in system.bodies)
 
 
-def _mass(body):
+def body_mass(body):
+    """Mass of one body, kg."""
     nodes = body.node_map[0] if body.rigid else np.tile([1, 0, 0, 0, 0, 0], len(body.node_names))
     moved = np.zeros(body.size)
     moved[: len(nodes)] = nodes

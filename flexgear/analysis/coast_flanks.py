@@ -81,19 +81,28 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
 
 @njit(**PART)
 def _radial_approach(data, work, m, r):
-    """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
+    """Approach of gear mesh m along its line of centres, and its rate, at the new motion.
+
+    The node of a tooth stands a little beside that line, where the rotation of a ring that turns,
+    of any size, would seem an approach: what it moves the node by is taken off.
+    """
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
-    counts, meshes, theta = active.counts[0], data.elements.gears.mesh, modes.theta
+    counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
+    meshes = gears.mesh
     force, eta, rate = work.dofs.force, modes.free, modes.free_rate
     line = 6 * counts.blocks + counts.ports + 2 * meshes.shape[0] + m
     radial = channel_motion(channels, active, line, eta, force)
     nearing = dot(rate, channels.modes[line])
     if rows.row[r].beyond < rows.row[r].width:
-        c = 6 * rows.blocks[r, 1]
+        c, place = 6 * rows.blocks[r, 1], gears.tooth_position[rows.blocks[r, 1]]
         x = channel_motion(channels, active, c, eta, force)
         y = channel_motion(channels, active, c + 1, eta, force)
+        turned = channel_motion(channels, active, c + 5, eta, force)
+        x, y = x + turned * place[1], y - turned * place[0]
         radial += _gear_approach(meshes[m], theta, x, y)
         x, y = dot(rate, channels.modes[c]), dot(rate, channels.modes[c + 1])
+        turned = dot(rate, channels.modes[c + 5])
+        x, y = x + turned * place[1], y - turned * place[0]
         nearing += _gear_approach(meshes[m], theta, x, y)
     return radial, nearing
 

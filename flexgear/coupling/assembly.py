@@ -18,6 +18,7 @@ from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
+MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted
 
 
@@ -44,6 +45,7 @@ class Assembly:
         self.bearings: list[LawBearing] = []
         self.contact_nodes: list[Array] = []
         self.node_angles: list[int] = []
+        self.stands: dict[str, Array] = {}  # of a stage in an FE housing, m
         self.support_rows: list[tuple[float, list[tuple[int, Array]]]] = []
 
     def body(self, name: str) -> Body:
@@ -65,11 +67,40 @@ class Assembly:
         out[:, self.slice_of(body)] = self.body(body).node(node)
         return out
 
-    def housing_rows(self, position: Array) -> Array:
-        """Motion of a point fixed to the housing; zero where the housing is rigid ground."""
+    def housing_rows(self, support: str, position: Array) -> Array:
+        """Motion (6, d) of the housing where a support at ``position`` (3,) of its stage stands.
+
+        Zero on rigid ground. An FE housing has a node of the support's name. A stage stands in it
+        where its first support does; what a node is off from there is rigid.
+        """
         if not self.has("housing"):
             return np.zeros((6, self.size))
-        return rigid_rows(position)[:6] @ self.rows("housing", "housing")
+        housing, node = self.body("housing"), "housing"
+        place = position
+        if not housing.rigid:
+            node = support.removesuffix("_support").removesuffix("_torsion")
+            place = self._place_in_housing(housing, node, position)
+        return rigid_rows(place, housing.position(node))[:6] @ self.rows("housing", node)
+
+    def _place_in_housing(self, housing: Body, node: str, position: Array) -> Array:
+        """Where in an FE housing a support stands, (3,) m. InputError where its node is not."""
+        if node not in housing.node_names:
+            raise InputError(
+                self.source, "housing.fe_mesh_nodes", f"lacks {node}",
+                "name the node on which that support stands so",
+            )  # fmt: skip
+        stage, _, part = node.partition(".")
+        own = node if part in ("pinion", "gear") else stage  # gears beside each other
+        found = housing.position(node)
+        place = position + self.stands.setdefault(own, found - position)
+        off, size = np.linalg.norm(place - found), np.ptp(housing.positions, axis=0).max()
+        if off > MISPLACED * size:
+            raise InputError(
+                self.source, "housing.fe_mesh_nodes",
+                f"{node} is {1e3 * off:.3g} mm from where the first support of its stage puts it",
+                "check its place, the axes and the unit",
+            )  # fmt: skip
+        return np.asarray(place)
 
     def link(self, name: str, rows: Array, matrix: Array) -> None:
         """A constant spring: matrix (6, 6) on the relative motion rows (6, d)."""
@@ -138,7 +169,7 @@ class Assembly:
                 "set the stiffness about z to zero",
             )
         rows, mean = self.rows(body, node), invariant_part(matrix)
-        housing = self.housing_rows(self.body(body).position(node))
+        housing = self.housing_rows(name, self.body(body).position(node))
         self.link(name, rows, mean)
         # what the constant spring to ground leaves out, on (turned node, housing)
         moves = bool(housing.any())

@@ -41,6 +41,7 @@ from flexgear.model.case import Case
 from flexgear.model.joint import Joint
 from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
+from flexgear.structures.given import given_housing
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.tooth_shapes import RimFlexibility
@@ -88,8 +89,7 @@ def _coupled(
         if not any(body.endswith(".output") for body, _ in ends_of(b, port.member)):  # has its own
             b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
     if b.a.has("housing"):
-        mount = np.diag(train.housing.stiffness)
-        b.a.link("housing_mount", b.a.rows("housing", "housing"), mount)
+        _mount_housing(b)
     return _system(b, variants)
 
 
@@ -105,9 +105,20 @@ def _bodies(
         reduced = {part: body for part, body in found if body is not None}
         members.append(stage_members(train, stage, reduced, variants.get(stage.name), stiffening))
     bodies = [m.body for own in members for m in own]
-    if train.housing.kind == "lumped":
-        bodies.append(lumped_body("housing", train.housing.mass, train.housing.inertia))
+    housing = train.housing
+    if housing.kind == "lumped":
+        bodies.append(lumped_body("housing", housing.mass, housing.inertia))
+    if housing.kind == "reduced":
+        bodies.append(given_housing(housing, train.source))
     return bodies, members
+
+
+def _mount_housing(b: UnderWay) -> None:
+    """Springs between the housing and the ground, at each node of an FE housing that has some."""
+    matrix, body = b.train.housing.mount.matrix, b.a.body("housing")
+    nodes = [name for name in body.node_names if name.startswith("mount")]
+    for node in nodes or ["housing"]:
+        b.a.link(f"housing_{node if nodes else 'mount'}", b.a.rows("housing", node), matrix)
 
 
 def _frame(b: UnderWay, number: int) -> StageFrame:

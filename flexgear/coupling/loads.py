@@ -59,10 +59,10 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
             b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
             f"name one of {', '.join(sorted(places))}",
         )  # fmt: skip
-    number, m, (body, node) = places[load.member]
-    block = b.block_of.get(body, -1)
+    number, m = places[load.member]
+    block = b.block_of.get(load.member, -1)  # of one lumped body; halves of a ring share it
     if m.form != "lumped" or block < 0:
-        block = _new_block(b, b.a.rows(body, node))
+        block = _new_block(b, _loaded_rows(b, load.member))
     angle = b.body_angle(number, m)
     if load.frame == "carrier" and m.teeth:
         raise InputError(
@@ -70,26 +70,33 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
     angle = angle if load.frame == "fixed" else -1
+    to_body = turn(-planet_axes(b.train.stages[number], m))
     if not load.is_history:
-        return [GivenLoad(block, load.first, angle)]
+        return [GivenLoad(block, to_body @ load.first, angle)]
     return [
-        GivenLoad(block, size * np.eye(6)[c], angle, size=load.first[c] / size, told=place)
+        GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, told=place)
         for place, (of, c, size) in enumerate(varying(b.train.loads))
         if of == k
     ]
 
 
-def _places(b: UnderWay) -> dict[str, tuple[int, Member, tuple[str, str]]]:
-    """What can be loaded: by name its stage, its body and the body's node."""
+def _places(b: UnderWay) -> dict[str, tuple[int, Member]]:
+    """What can be loaded: by name its stage and its body, one of the halves of a ring."""
     out = {}
     for number, members in enumerate(b.members):
         for m in members:
             member = f"{b.train.stages[number].name}.{m.part}"
-            if m.form == "lumped" and m.part not in ("hub", "output"):
-                out[m.body.name] = (number, m, (m.body.name, m.node))
-            elif m.form != "lumped" and (ends := ends_of(b, member)):
-                out[member] = (number, m, ends[0])
+            if m.part == "planet":
+                out[m.body.name] = (number, m)
+            elif m.part not in ("hub", "output") and ends_of(b, member):
+                out[member] = (number, m)
     return out
+
+
+def _loaded_rows(b: UnderWay, member: str) -> Array:
+    """Mean motion (6, d) of the nodes at which a member meets the rest of the train."""
+    ends = ends_of(b, member)
+    return np.asarray(sum(b.a.rows(*end) for end in ends) / len(ends))
 
 
 def _new_block(b: UnderWay, rows: Array) -> int:

@@ -13,9 +13,14 @@ Array = NDArray[np.float64]
 
 def planet_axes(stage: Stage, m: Member) -> float:
     """Constant angle of a body's axes in its stage's frame, rad."""
-    if m.part == "planet" or (m.part == "gear" and stage.kind == "parallel"):
-        return stage.planet_angles[max(m.planet, 0)]
-    return 0.0
+    if m.part == "gear":
+        return gear_axes(stage)
+    return stage.planet_angles[m.planet] if m.part == "planet" else 0.0
+
+
+def gear_axes(stage: Stage) -> float:
+    """The same of the gear of a parallel stage, whose axis x comes from the pinion, rad."""
+    return stage.planet_angles[0]
 
 
 def orbit_force(stage: Stage, m: Member, radius: float, speed: float) -> Array:

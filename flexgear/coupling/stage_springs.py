@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.assembly import Assembly
-from flexgear.coupling.bearings import linear_part
+from flexgear.coupling.bearings import linear_part, own_law
 from flexgear.coupling.members import Member
+from flexgear.coupling.rotor_terms import planet_axes
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
@@ -43,9 +44,12 @@ def spline_matrix(view: StageView) -> Array:
 
 def _tie_lumped(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     name, support = m.body.name, view.stage.member(m.part).support
-    matrix = linear_part(support, support_matrix(support, m.radius))
-    _hold(a, f"{name}_support", (name, name), matrix, frame.carrier)
-    _obey(a, f"{name}_support", (name, name), support, frame.carrier)
+    matrix, axes = (
+        linear_part(support, support_matrix(support, m.radius)),
+        planet_axes(view.stage, m),
+    )
+    _hold(a, f"{name}_support", (name, name), matrix, frame.carrier, axes)
+    _obey(a, f"{name}_support", (name, name), support, frame.carrier, axes)
 
 
 def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -76,12 +80,13 @@ def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> 
     """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
     hub = f"{view.name}.hub"
     for spring in held_ring_springs(view):
-        place = m.body.position(spring.node)
-        under = a.housing_rows(place)
+        place, name = m.body.position(spring.node), f"{view.name}.{spring.node}"
         if a.has(hub):
             under = rigid_rows(place, a.body(hub).position(hub))[:6] @ a.rows(hub, hub)
+        else:
+            under = a.housing_rows(name, place)
         node = a.rows(m.body.name, spring.node) - under
-        a.link(f"{view.name}.{spring.node}", spring.axes @ node, spring.matrix)
+        a.link(name, spring.axes @ node, spring.matrix)
 
 
 def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -129,24 +134,54 @@ def _bear(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle
     _obey(a, name, node, bearing, angle)
 
 
-def _obey(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle: int) -> None:
-    """What of a bearing on the housing has a law of its own."""
-    housing = a.housing_rows(a.body(node[0]).position(node[1]))
-    a.law_bearing(name, a.rows(*node), housing, bearing, angle)
+def _obey(
+    a: Assembly,
+    name: str,
+    node: tuple[str, str],
+    bearing: Bearing,
+    angle: int,
+    axes: float = 0.0,
+) -> None:
+    """What of a bearing on the housing has a law of its own; axes: see ``_support``."""
+    if own_law(bearing) is None:
+        return
+    housing = a.housing_rows(name, a.body(node[0]).position(node[1]))
+    a.law_bearing(name, turn(axes) @ a.rows(*node), housing, bearing, angle)
 
 
-def _hold(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:
+def _hold(
+    a: Assembly,
+    name: str,
+    node: tuple[str, str],
+    matrix: Array,
+    angle: int,
+    axes: float = 0.0,
+) -> None:
     """A support that may resist rotation about the axis, which is the same in any frame."""
     torsion, rest = np.zeros((6, 6)), np.array(matrix)
     torsion[5, 5], rest[5, 5] = matrix[5, 5], 0.0
     _support(a, f"{name.removesuffix('_support')}_torsion", node, torsion, -1)
     if rest.any():
-        _support(a, name, node, rest, angle)
+        _support(a, name, node, rest, angle, axes)
 
 
-def _support(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:
-    """A spring of a node to the housing; angle: that of the node's frame, −1 where it stands."""
+def _support(
+    a: Assembly,
+    name: str,
+    node: tuple[str, str],
+    matrix: Array,
+    angle: int,
+    axes: float = 0.0,
+) -> None:
+    """A spring of a node to the housing; angle: that of the node's frame, −1 where it stands.
+
+    axes: constant angle of the node's axes there, rad, as the gear of a parallel stage has it; the
+    spring is in fixed axes. Nothing stands where there is no spring.
+    """
+    if not np.any(matrix):
+        return
     if angle >= 0:
         a.turning_support(name, *node, matrix, angle)
     else:
-        a.link(name, a.rows(*node) - a.housing_rows(a.body(node[0]).position(node[1])), matrix)
+        housing = a.housing_rows(name, a.body(node[0]).position(node[1]))
+        a.link(name, turn(axes) @ a.rows(*node) - housing, matrix)

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.gear_meshes import GearMeshSet
 from flexgear.coupling.members import Member
+from flexgear.coupling.rotor_terms import gear_axes
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 
@@ -72,12 +74,14 @@ def ends_of(b: UnderWay, member: str) -> list[tuple[str, str]]:
 
 
 def end_rows(b: UnderWay, member: str) -> Array:
-    """Motion (6, d) of a member where it meets the rest of the train; zero of a held FE ring."""
-    ends = ends_of(b, member)
+    """Motion (6, d) of a member where it meets the rest of the train, in its stage's axes; zero of
+    a held FE ring."""
+    name, _, part = member.partition(".")
+    ends, stage = ends_of(b, member), b.train.stage(name)
     rows = np.zeros((6, b.a.size))
     for end in ends:
         rows += b.a.rows(*end) / len(ends)
-    return rows
+    return turn(gear_axes(stage)) @ rows if part == "gear" else rows
 
 
 def rotation(b: UnderWay, member: str) -> Array:

@@ -37,6 +37,7 @@ def _files(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Sections that name a file, and the key."""
     sections: list[tuple[Any, str]] = [(one, "file") for one in history_sections(data)]
     sections += [(one, "file") for one in (*load_sections(data), *flank_tables(data))]
+    sections += [(data.get("housing"), key) for key in _OF_BODIES]
     for stage in data.get("stages", ()):
         for name in ("ring", "carrier"):
             member = stage.get(name)

@@ -1,4 +1,4 @@
-"""Ring and carrier that a case gives as reduced matrices, in place of an FE mesh.
+"""Ring, carrier and housing that a case gives as reduced matrices, in place of an FE mesh.
 
 The table of nodes names them as ours are named; what is in its place is compared with the case. The
 body has no FE mesh: it bends, but nothing of it can be drawn.
@@ -17,9 +17,11 @@ from flexgear.files.matrices.reading import read_reduced
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
+from flexgear.model.housing import Housing
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView
+from flexgear.structures.bodies import Body
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
@@ -64,6 +66,34 @@ def given_carrier(case: StageView) -> ReducedBody:
     thickness = part.plate_thickness_drive + part.plate_thickness_far
     mass = case.material.density * math.pi * (part.plate_diameter / 2) ** 2 * thickness
     return _body(case, "carrier", part, Expected({**on_axis, **pins}, frozenset(pins), mass))
+
+
+def given_housing(housing: Housing, source: str) -> Body:
+    """The housing's matrices, in fixed axes. InputError unless they are a free body with a mount.
+
+    source: where the case is from.
+    """
+    files = [f for f in (housing.fe_mesh_file, housing.fe_mesh_mass_file) if f is not None]
+    assert housing.fe_mesh_nodes is not None  # the model refuses a reduced one without them
+    try:
+        read = read_reduced(files, housing.fe_mesh_nodes, housing.fe_mesh_unit, "housing")
+        check(read, files[0])
+    except InputError as fault:
+        problem = f"{fault.where}: {fault.key}: {fault.problem}"
+        raise InputError(source, "housing.fe_mesh_file", problem, fault.remedy) from None
+    if not any(name.startswith("mount") for name in read.node_names):
+        raise InputError(
+            source, "housing.fe_mesh_nodes", "has no node mount_1, so nothing holds the housing",
+            "name the nodes that stand on the ground mount_1, mount_2 …",
+        )  # fmt: skip
+    return Body(
+        name="housing",
+        node_names=read.node_names,
+        positions=read.positions,
+        mass=(read.mass + read.mass.T) / 2,
+        stiffness=(read.stiffness + read.stiffness.T) / 2,
+        node_map=np.eye(6 * len(read.node_names), len(read.stiffness)),
+    )
 
 
 def _body(case: StageView, name: str, part: Ring | Carrier, expected: Expected) -> ReducedBody:

@@ -63,7 +63,8 @@ def ring_interface(case: StageView, model: FeModel) -> Interface:
         if support.group:
             ties.append(tie(support.node, position, facet_sample(model, patches[support.group])))
         else:
-            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), support.diameter)
+            outward = np.array([np.cos(support.angle), np.sin(support.angle), 0.0])
+            disc = disc_points(position, np.array([0.0, 0.0, 1.0]), support.diameter, outward)
             ties.append(averaging_tie(support.node, position, point_sample(model, *disc)))
     return interface_of(model, ties)
 

@@ -26,7 +26,7 @@ from flexgear.model.errors import FlexgearWarning
 from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "8"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "9"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads")
 
 

@@ -6,12 +6,15 @@ from cheap_bodies import cheap_carrier, cheap_ring
 from coupled import TORQUE, make_case, stage_system
 
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Collector, Drive, collected, transient
+from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
 from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
 
@@ -93,3 +96,31 @@ def test_energy_closes():
 def test_what_does_not_fit_is_said(changes, said):
     with pytest.raises(InputError, match=said):
         make_case(**{**DOUBLE, **changes})
+
+
+def test_a_load_on_a_ring_of_two_halves_is_shared_by_them():
+    """Forces and moments in fixed axes; the supports of sun, carrier and ring take them."""
+    turns = {
+        "output.member": "stage.ring", "held": '["stage.carrier"]', "kinematics": '"spatial"',
+        "stage.carrier.support.tangential_n_per_m": "1e9", "stage.planet_bearing.tilt_nm_per_rad":
+        "1e8", "stage.ring.support.tangential_n_per_m": "0",
+        **{f"stage.{m}.support.tilt_nm_per_rad": "1e9" for m in ("sun", "ring", "carrier")},
+    }  # fmt: skip
+    case = load_case("herringbone", turns)
+    force, moment = (3e4, -2e4, 1e4), (2e3, 5e3, 0.0)
+    load = {"member": "stage.ring", "force": force, "moment": moment}
+    held, angle = [], np.array([0.4])
+    for one in (case, case.with_(loads=(load,))):
+        system = build_system(one)
+        recovery = Recovery(revolution(modal_system(system), angle, system.rated_torque))
+        total, halves = np.zeros(6), []
+        for name in ("sun", "carrier", "ring_left", "ring_right"):
+            carried = recovery.link_force(f"stage.{name}_support")[0]
+            total += carried
+            if name.startswith("ring"):
+                halves.append(carried)
+        held.append((total, *halves))
+    more = [loaded - plain for plain, loaded in zip(*held, strict=True)]
+    wanted = np.array([*force, *moment])
+    assert more[0] == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+    assert np.abs(more[1] - more[2]).max() < 0.2 * np.abs(more[1]).max()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from coupled import make_bodies, make_case
+from turning_ring import STANDS, SUPPORT, cheap, held_case
 
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
@@ -58,6 +59,31 @@ def test_without_a_gap_it_is_the_linear_bearing(more, z):
         forces = [Recovery(e).link_force(f"stage.{seat}") for e in (linear, tight)]
         weight = np.abs(forces[0]).max(axis=0)
         assert np.abs(forces[1] - forces[0]).max() < 1e-7 * weight.max()
+
+
+@pytest.mark.parametrize("part", ["planet", "sun"])
+def test_without_a_gap_planets_and_sun_stand_on_linear_bearings(part):
+    at = f"bearings.{part}"
+    stiff = {f"{at}.radial_n_per_m": "3e9"}
+    linear, tight = solved(**stiff), solved(**stiff, **{f"{at}.clearance_um": "1e-7"})
+    assert len(tight.modal.system.bearings) == {"planet": 5, "sun": 1}[part]
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
+
+
+@pytest.mark.parametrize("at", ["ring.hub.bearing", "carrier.bearing_drive"])
+def test_without_a_gap_a_star_stands_on_linear_bearings(tmp_path, at):
+    """Of the hub that turns with its FE ring, and of the carrier that is held."""
+    found = []
+    for gap in ({}, {f"stage.{at}.clearance_um": "1e-7"}):
+        case = held_case(tmp_path, "carrier", "sun", "ring", **SUPPORT, **STANDS, **gap)
+        case = case.with_(gravity=(0.0, -9.81, 0.0))
+        system = build_system(case, cheap(case))
+        found.append(revolution(modal_system(system), ANGLES, system.rated_torque))
+    linear, tight = found
+    assert len(tight.modal.system.bearings) == 1
+    scale = np.abs(linear.pair_load).max()
+    assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
 
 
 @pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])

@@ -188,6 +188,45 @@ member = "stage_1.sun"
     assert np.allclose(inside.output_torque, alone.output_torque, rtol=1e-10)
 
 
+def test_two_flexible_stages_follow_each_other(tmp_path):
+    """Ring and carrier of both bend; the joint between sun and carrier is a spring in space."""
+    text = (
+        STEEL
+        + """
+[[stages]]
+name = "first"
+case = "wind-5mw"
+[[stages]]
+name = "second"
+case = "wind-5mw"
+[[joints]]
+first = "first.sun"
+second = "second.carrier"
+torsion_nm_per_rad = 1e9
+axial_n_per_m = 1e8
+radial_n_per_m = 1e8
+tilt_nm_per_rad = 1e7
+[[inputs]]
+member = "first.carrier"
+speed_rpm = 5
+torque_knm = 4000
+inertia_kg_m2 = 1e6
+[output]
+member = "second.sun"
+"""
+    )
+    weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
+    train = load_case(write(tmp_path, text, 'kind = "train"\nkinematics = "spatial"\n'), weight)
+    bodies = {name: make_bodies(train.view(name)) for name in ("first", "second")}
+    system = build_system(train, bodies)
+    found = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
+    assert found.closure.max() < 1e-8
+    assert np.allclose(found.output_torque, 4e6 * (27 / 120) ** 2, rtol=1e-9)
+    for name in ("first", "second"):
+        bend = {b.name for b in system.bodies if b.name.startswith(name) and not b.rigid}
+        assert bend == {f"{name}.{part}" for part in ("ring", "carrier", "shaft")}
+
+
 def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
     """Over a pitch of the ring at most two teeth of an FE ring share the row of a wave; what each
     takes changes by no more than the angle does, and together they balance the torque."""

@@ -1,11 +1,18 @@
 """Weight and loads reach every body of a flexible stage, also those that bend."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from coupled import make_bodies, make_case
-from heavy_stage import SMALL, G, mass_of, reactions, solved
+from heavy_stage import SMALL, G, body_mass, mass_of, reactions, solved
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.structures.kinematics import rotation
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
@@ -18,6 +25,94 @@ def test_the_housing_carries_the_weight_of_all_bodies(angle):
     weight = mass_of(with_weight.modal.system) * G
     more = reactions(with_weight) - reactions(without)
     assert more[:3] == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
+
+
+HEAVIER = 250.0  # kg, each body with it
+
+
+def heavier(part):
+    """The same stage with more mass on one part, what that adds in all (kg), and its height (m)."""
+    keys = {"stage.sun.mass_kg": "400", "stage.planet.mass_kg": "300"}
+    plain = make_case(**SMALL, **keys)
+    ring, carrier = make_bodies(plain)
+    bodies = {"ring": ring, "carrier": carrier}
+    if part in bodies:
+        body = bodies[part]
+        share = HEAVIER / len(body.positions)
+        more = np.kron(np.eye(len(body.positions)), np.diag([share] * 3 + [0.0] * 3))
+        bodies[part] = replace(body, mass=body.mass + more)
+        return plain, plain, bodies, HEAVIER, float(body.positions[:, 2].mean())
+    key = f"stage.{part}.mass_kg"
+    case = make_case(**SMALL, **{**keys, key: str(float(keys[key]) + HEAVIER)})
+    return plain, case, bodies, HEAVIER * (5 if part == "planet" else 1), 0.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+@pytest.mark.parametrize("part", ["sun", "planet", "ring", "carrier"])
+def test_a_body_weighs_what_it_weighs(part, angle):
+    """What mass on one body adds to the reactions is its weight, in force and moment."""
+    plain, case, bodies, mass, height = heavier(part)
+    light, heavy = (
+        reactions(solved(c.with_(gravity=(0.0, -G, 0.0)), pair, [angle]))
+        for c, pair in ((plain, make_bodies(plain)), (case, tuple(bodies.values())))
+    )
+    weight = np.array([0.0, -G * mass, 0.0])
+    wanted = -np.r_[weight, np.cross([0.0, 0.0, height], weight)]
+    assert heavy - light == pytest.approx(wanted, abs=1e-8 * G * mass)
+
+
+def normals(system):
+    """Directions (M, 3) of the force on each gear mesh's planet, in its planet's axes."""
+    pairs = system.pairs
+    return np.column_stack([pairs.normal * pairs.cos_b[:, None], pairs.sin_b])
+
+
+def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
+    """The free body of sun, planets, ring and carrier: no force is left over beside m g."""
+    case = make_case(**SMALL, **{"drive.rated_torque_nm": "1e5"})
+    angle = 0.7
+    found = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [angle])
+    system, recovery = found.modal.system, Recovery(found)
+    force = {link.name.removeprefix("stage."): recovery.link_force(link.name)[0, :3]
+             for link in system.links}  # fmt: skip
+    rest = {part: np.zeros(3) for part in ("ring", "shaft", "carrier")}  # in fixed axes
+    load = found.pair_load[0].sum(axis=-1)
+    for label, normal, size in zip(system.gear_meshes, normals(system), load, strict=True):
+        turned = rotation(angle + 2 * math.pi * label.planet / 5)
+        planet = rest.setdefault(f"planet_{label.planet + 1}", np.zeros(3))
+        planet += turned @ normal * size
+        rest["ring" if label.kind.startswith("ring") else "shaft"] -= turned @ normal * size
+    for i in range(5):
+        pin = rotation(angle + 2 * math.pi * i / 5) @ force[f"planet_bearing_{i + 1}"]
+        rest[f"planet_{i + 1}"] += pin
+        rest["carrier"] -= pin
+    for name, spring in force.items():
+        if name.startswith(("bolt", "fit")):
+            x = system.body("stage.ring").position(name)
+            bolt = math.atan2(x[1], x[0]) if name.startswith("bolt") else 0.0
+            rest["ring"] -= rotation(bolt) @ spring
+        elif name.startswith("carrier"):
+            rest["carrier"] -= rotation(angle) @ spring
+    rest["shaft"] -= rotation(angle) @ force["spline"]
+    assert len(rest) == 8
+    for name, left in rest.items():
+        weight = body_mass(system.body(f"stage.{name}")) * G
+        assert left == pytest.approx([0.0, weight, 0.0], abs=1e-8 * weight)
+
+
+def test_dropped_modes_carry_weight_by_their_residual_flexibility():
+    """Statics do not know how many modes are kept: columns of weight have residual attachments."""
+    case = make_case(**SMALL).with_(gravity=(0.0, -G, 0.0))
+    system = build_system(case.case, {"stage": make_bodies(case)})
+    torque, angles = case.case.inputs[0].torque, np.array([0.3, 2.0])
+    few, every = (
+        revolution(modal_system(system, limit), angles, torque) for limit in (150.0, None)
+    )
+    assert few.modal.dropped > 200
+    for body, node in (("stage.ring", "tooth_017"), ("stage.planet_2", "stage.planet_2"),
+                       ("stage.shaft", "sun"), ("stage.carrier", "bearing_far")):  # fmt: skip
+        a, b = (Recovery(found).node(body, node) for found in (few, every))
+        assert np.abs(a - b).max() < 1e-8 * np.abs(b).max()
 
 
 def test_axial_gravity_loads_the_axial_bearings():
@@ -40,6 +135,20 @@ def test_load_sharing_under_weight_turns_once_a_revolution():
     assert np.ptp(force[0]) > 1e-4 * force.mean()
     for k in range(5):
         assert force[k] == pytest.approx(np.roll(force[0], -k), rel=1e-6)
+
+
+def test_weight_swings_the_load_of_a_planet_once_a_revolution():
+    """At equal places in the gear mesh, a tooth of the ring apart, its change is one sine."""
+    case = make_case(**SMALL)
+    bodies, teeth = make_bodies(case), case.stage.ring.teeth
+    turnings = 2 * math.pi * np.arange(teeth) / teeth
+    heavy, plain = (
+        solved(c, bodies, turnings).pair_load.sum(axis=-1)[:, :5]
+        for c in (case.with_(gravity=(0.0, -G, 0.0)), case)
+    )
+    size = np.abs(np.fft.rfft(heavy - plain, axis=0))  # (n, planet) by waves a revolution
+    once, others = size[1], np.delete(size[1:], 0, axis=0)
+    assert others.max() < 1e-3 * once.min()
 
 
 def test_a_rotor_moment_is_held_by_the_bearings():

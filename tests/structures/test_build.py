@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
+from turning_ring import HUB, held_case
 
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.modes import modes
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_errors import GearErrors
@@ -13,7 +19,7 @@ from flexgear.solve.model import assemble
 from flexgear.solve.static import static
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import FeMesh, carrier_of_case, ring_of_case, write_fe_mesh
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.kinematics import rotation, turn
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +122,109 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
     assert 0 < softer.report["static_error"] < ring.report["static_error"]  # more motion
     with pytest.raises(AssertionError, match="meshed again"):
         build.ring_body(case.with_(**{"ring.rim_thickness": 0.19}))
+
+
+def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring):
+    """Tooth and bolt at φ stand at −φ; uy, rx and rz change sign."""
+    left = case.with_(**{"stage.planet_hand": "left", "ring.fixed_interface_modes": 0})
+    assert case.stage.planet_hand == "right"
+    image, count = build.ring_body(left), {"tooth": 93, "bolt": 25, "fit": 0}
+    place = []
+    for name in image.node_names:
+        kind, number = name.split("_")
+        after = (1 - int(number)) % count[kind] + 1 if count[kind] else int(number)
+        place.append(image.node_names.index(f"{kind}_{after:0{len(number)}d}"))
+    nodes = np.arange(image.interface_dofs).reshape(-1, 6)[place].ravel()
+    sign = np.tile([1.0, -1, 1, -1, 1, -1], len(place))
+    seen = image.stiffness[np.ix_(nodes, nodes)] * sign * sign[:, None]
+    own = ring.stiffness[: len(nodes), : len(nodes)]
+    size = np.sqrt(np.diag(own))
+    assert np.abs((seen - own) / size / size[:, None]).max() < 1e-9
+
+
+@pytest.fixture(scope="module")
+def fivefold(case):
+    """Five planets in phase; the teeth and bolts of the ring repeat with them."""
+    teeth = {"stage.ring.teeth": 90, "stage.sun.teeth": 30, "stage.planet.teeth": 30}
+    fewer = {"stage.planet.bore_diameter": 0.38, "carrier.pin_diameter": 0.36}
+    kept = {"carrier.fixed_interface_modes": 40, "ring.fixed_interface_modes": 40}
+    return case.with_(**teeth, **fewer, **kept, errors=GearErrors())
+
+
+def test_a_ring_repeats_with_its_bolts(fivefold):
+    """A turn by a fifth takes each tooth and bolt to another one, and the stiffness to itself."""
+    body = build.ring_body(fivefold)
+    moved = {"tooth": 90 // 5, "bolt": 25 // 5, "fit": 0}
+    count = {"tooth": 90, "bolt": 25, "fit": 2}
+    place = []
+    for name in body.node_names:
+        kind, number = name.split("_")
+        after = (int(number) - 1 + moved[kind]) % count[kind] + 1
+        place.append(body.node_names.index(f"{kind}_{after:0{len(number)}d}"))
+    nodes = np.arange(body.interface_dofs).reshape(-1, 6)[place].ravel()
+    turned = np.kron(np.eye(len(place)), turn(2 * np.pi / 5))
+    for matrix in (body.stiffness, body.mass):
+        own = matrix[: len(nodes), : len(nodes)]
+        size = np.sqrt(np.diag(own))
+        difference = own[np.ix_(nodes, nodes)] - turned @ own @ turned.T
+        assert np.abs(difference / size / size[:, None]).max() < 1e-9
+
+
+def test_modes_hold_the_nodal_diameters_of_their_kind(fivefold):
+    """Diameters 5j, 5j ± 1 and the rest never meet in one mode, whose sun then turns, shifts or
+    stands: see tests/coupling/test_turning_ring.py, here on finite elements."""
+    bodies = {"stage": StageBodies(build.ring_body(fivefold), build.carrier_body(fivefold))}
+    system = assemble(fivefold.case, bodies=bodies).system
+    found, teeth = modes(system, limit_hz=1500.0), 90
+    rows = [system.node_rows("stage.ring", f"tooth_{j + 1:03d}")[:3] for j in range(teeth)]
+    axes = rotation(2 * np.pi * np.arange(teeth) / teeth)
+    moved = np.einsum("jba,jbd,dm->jam", axes, np.stack(rows), found.shapes)
+    size = np.abs(np.fft.fft(moved, axis=0)).max(axis=1)  # (diameter, mode)
+    kind = np.array([0, 1, 2, 2, 1])[np.arange(teeth) % 5]
+    share = np.stack([size[kind == k].max(axis=0) for k in range(3)]) / size.max(axis=0)
+    takes_part = size.max(axis=0) > 1e-6 * size.max()
+    assert np.sort(share, axis=0)[1, takes_part].max() < 1e-6
+    kinds = np.argmax(share, axis=0)
+    assert all(np.sum(kinds[takes_part] == k) > 5 for k in range(3))
+    sun = np.abs(system.node_rows("stage.shaft", "sun") @ found.shapes)[:, takes_part]
+    sun /= sun.max(axis=1, keepdims=True)
+    assert sun[[2, 5]][:, kinds[takes_part] != 0].max() < 1e-6
+    assert sun[[0, 1, 3, 4]][:, kinds[takes_part] != 1].max() < 1e-6
+
+
+AT_REST = """
+[[inputs]]
+member = "stage.carrier"
+speed_rpm = 0
+inertia_kg_m2 = 1e5
+"""
+
+
+def test_a_star_of_finite_elements_is_the_stage_with_held_ring(tmp_path, ring, carrier):
+    """As tests/coupling/test_turning_ring.py has it of springs. The carrier's torque enters at its
+    flange in both: of the star it is an input at rest, as seats that hold it would deform it
+    elsewhere."""
+    relative = np.array([0.0, 0.4, 2.0])  # φ_carrier − φ_ring, rad
+    ratio = 93 / 27
+    turning = held_case(tmp_path, "ring", "sun", "carrier")
+    star = held_case(tmp_path, "carrier", "sun", "ring", more=AT_REST, **HUB)
+    assert star.held_members() == ()
+    found = []
+    for case, angles in (
+        (turning, (1 + ratio) * relative),
+        (star, np.column_stack([ratio * relative, np.zeros(3)])),
+    ):
+        system = build_system(case, {"stage": (ring, carrier)})
+        found.append(revolution(modal_system(system), angles, system.rated_torque))
+    own, other = found
+    assert np.array_equal(own.pair_tooth, other.pair_tooth)
+    assert np.abs(own.pair_load - other.pair_load).max() < 1e-8 * own.pair_load.max()
+    wound_up = Recovery(other).node("stage.hub", "stage.hub")[:, 5]
+    for tooth in ("tooth_001", "tooth_040"):
+        a, b = (Recovery(each).node("stage.ring", tooth) for each in found)
+        x, y, _ = other.modal.system.body("stage.ring").position(tooth)
+        b[:, :2] -= wound_up[:, None] * np.array([-y, x])
+        assert np.abs(a - b)[:, :3].max() < 1e-8 * np.abs(a[:, :3]).max()
 
 
 def four_planets(case, degrees):

@@ -102,20 +102,23 @@ def disc_points(
     centre: NDArray[np.float64],
     normal: NDArray[np.float64],
     diameter: float,
+    toward: NDArray[np.float64] | None = None,
     rings: int = 4,
     spokes: int = 16,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points (m, 3) and weights (m,) in m2 that integrate over a disc.
 
     Gauss-Legendre in r^2 (the Jacobian r dr absorbed) times equal angles: exact for polynomials
-    of degree 2 rings - 1 in r^2 and of degree below `spokes` in angle.
+    of degree 2 rings - 1 in r^2 and of degree below `spokes` in angle. toward: a direction (3,) in
+    the disc, in whose mirror the spokes lie alike. Discs whose directions turn with the elements
+    below them have the same points in them.
     """
     x, w = np.polynomial.legendre.leggauss(rings)
     radius = 0.5 * diameter
     r = radius * np.sqrt(0.5 * (x + 1))
     angle = 2 * np.pi * (np.arange(spokes) + 0.5) / spokes
     normal = normal / np.linalg.norm(normal)
-    helper = np.eye(3)[np.argmin(np.abs(normal))]
+    helper = np.eye(3)[np.argmin(np.abs(normal))] if toward is None else toward
     e1 = np.cross(normal, helper)
     e1 /= np.linalg.norm(e1)
     e2 = np.cross(normal, e1)

@@ -1,0 +1,222 @@
+"""An FE housing given as reduced matrices: rigid limit, springs in series, weight, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cheap_bodies import Joints
+from coupled import make_bodies, make_case
+from heavy_stage import SMALL, G, mass_of
+from trains import STEEL, write
+
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.recovery import Recovery
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
+from flexgear.files.matrices.body import ReducedMatrices
+from flexgear.files.matrices.writing import write_reduced
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+from flexgear.structures.kinematics import rigid_rows
+
+MASS = np.diag([60.0, 60, 60, 6, 6, 6])  # of each node
+MOUNT = {
+    "housing.mount.radial_n_per_m": "8e8",
+    "housing.mount.axial_n_per_m": "6e8",
+    "housing.mount.tilt_nm_per_rad": "5e8",
+    "housing.mount.torsion_nm_per_rad": "7e8",
+}
+ANGLES = np.array([0.3, 2.0])
+
+
+def written(folder, places, stiff):
+    """Keys of a housing with nodes at these places (m), each joined to the mount by a joint of that
+    stiffness along and about each axis."""
+    x = np.array(list(places.values()))
+    joints = Joints(x)
+    for k in range(1, len(x)):
+        joints.add(0, k, stiff, stiff)
+    assert next(iter(places)) == "mount_1"
+    body = ReducedMatrices("housing", tuple(places), x, joints.k, np.kron(np.eye(len(x)), MASS))
+    write_reduced(body, folder, "npz")
+    return {
+        "housing.kind": "reduced",
+        "housing.fe_mesh_file": str(folder / "housing.npz"),
+        "housing.fe_mesh_nodes": str(folder / "housing_nodes.csv"),
+        "housing.fe_mesh_unit": "m",
+    }
+
+
+def places_of(bodies, shaft_end, shift=(0.0, 0.0, 0.0)):
+    """Where the supports of the bundled stage stand, after the mount at the origin, m."""
+    ring, carrier = bodies
+    found = {"mount_1": (0.0, 0.0, 0.0)}
+    for name, place in zip(ring.node_names, ring.positions, strict=True):
+        if not name.startswith("tooth"):
+            found[f"stage.{name}"] = place + np.array(shift)
+    for side in ("drive", "far"):
+        at = carrier.node_names.index(f"bearing_{side}")
+        found[f"stage.carrier_{side}"] = carrier.positions[at] + np.array(shift)
+    found["stage.output"] = shaft_end + np.array(shift)
+    return found
+
+
+def stage_on(housing, **settings):
+    """The small stage under its weight on a housing; all modes kept."""
+    case = make_case(**SMALL, **MOUNT, **housing, **settings).with_(gravity=(0.0, -G, 0.0))
+    system = build_system(case.case, {"stage": make_bodies(case)})
+    return revolution(modal_system(system), ANGLES, case.case.inputs[0].torque)
+
+
+@pytest.fixture(scope="module")
+def places():
+    case = make_case(**SMALL)
+    bodies = make_bodies(case)
+    shaft = build_system(case.case, {"stage": bodies}).body("stage.shaft")
+    return places_of(bodies, shaft.position("end"))
+
+
+@pytest.mark.parametrize("gap", [{}, {"bearings.carrier_far.clearance_um": "60"}])
+def test_a_stiff_one_is_the_lumped_one(tmp_path, places, gap):
+    """What its joints yield falls as one over their stiffness."""
+    x = np.array(list(places.values()))
+    rigid = rigid_rows(x)
+    inertia = rigid.T @ np.kron(np.eye(len(x)), MASS) @ rigid
+    assert abs(inertia[3:, 3:] - np.diag(np.diag(inertia)[3:])).max() < 1e-6 * inertia[3, 3]
+    lumped = {
+        "housing.kind": "lumped",
+        "housing.mass_kg": str(inertia[0, 0]),
+        "housing.inertia_kg_m2": str(np.diag(inertia)[3:].tolist()),
+    }
+    wanted, off = stage_on(lumped, **gap), []
+    for stiff in (1e11, 1e12):
+        found = stage_on(written(tmp_path, places, stiff), **gap)
+        off.append(np.abs(found.pair_load - wanted.pair_load).max() / wanted.pair_load.max())
+    assert off[1] < 1e-3
+    assert off[1] < 0.15 * off[0]
+
+
+def test_its_mount_takes_all_weight(tmp_path, places):
+    """Also its own; beside it only the moments that the stage's torques leave."""
+    found = stage_on(written(tmp_path, places, 3e9))
+    weight = mass_of(found.modal.system) * G
+    held = Recovery(found).link_force("housing_mount_1")
+    assert found.closure.max() < 1e-8
+    assert held[:, :3] == pytest.approx(np.tile([0, -weight, 0], (2, 1)), abs=1e-8 * weight)
+    torques = found.torques.sum(axis=1)  # the ports'; the housing takes the ring's
+    assert held[:, 5] == pytest.approx(torques, rel=1e-8)
+
+
+def test_where_a_stage_stands_in_it_changes_nothing_without_tilt(tmp_path, places):
+    """Nodes are found by name: a stage moved along the axis with its supports carries the same on
+    a housing that hardly yields."""
+    case = make_case(**SMALL)
+    bodies = make_bodies(case)
+    moved = places_of(bodies, np.array(places["stage.output"]), shift=(0.0, 0.0, 1.5))
+    found = []
+    for at in (places, moved):
+        (tmp_path / str(len(found))).mkdir()
+        keys = written(tmp_path / str(len(found)), at, 1e13)
+        case = make_case(**SMALL, **dict.fromkeys(MOUNT, "1e13"), **keys)
+        system = build_system(case.case, {"stage": bodies})
+        found.append(revolution(modal_system(system), ANGLES, case.case.inputs[0].torque))
+    a, b = (one.pair_load for one in found)
+    assert np.abs(a - b).max() < 1e-4 * a.max()
+
+
+PAIR = (
+    STEEL
+    + """
+[stage]
+kind = "parallel"
+position_deg = 40
+normal_module_mm = 4
+pressure_angle_deg = 20
+face_width_mm = 60
+pinion = { teeth = 21, support = { radial_n_per_m = 3e8 } }
+gear = { teeth = 63, support = { radial_n_per_m = 5e8 } }
+[[inputs]]
+member = "stage.pinion"
+speed_rpm = 500
+torque_nm = 800
+[output]
+member = "stage.gear"
+"""
+)
+
+
+def test_its_walls_and_the_bearings_are_springs_in_series(tmp_path):
+    """Each gear stands on a wall of stiffness w, and on a bearing k on it: k w/(k + w) together."""
+    wall, force = 4e8, {}
+    nodes = {"mount_1": (0.0, 0.0, 0.0), "stage.pinion": (0.0, 0.0, 0.3)}
+    nodes["stage.gear"] = (0.17, 0.1, 0.3)
+    x = np.array(list(nodes.values()))
+    joints = Joints(x)
+    for k in (1, 2):  # walls that shift at their own node, and do not tilt
+        rows = np.zeros((6, len(joints.k)))
+        rows[:, 6 * k : 6 * k + 6] = np.eye(6)
+        rows[:, :6] = -rigid_rows(x[k], x[0])[:6]
+        joints.k += rows.T @ np.diag([wall, wall, 1e13, 1e12, 1e12, 1e12]) @ rows
+    body = ReducedMatrices("housing", tuple(nodes), x, joints.k, np.kron(np.eye(3), MASS))
+    write_reduced(body, tmp_path, "npz")
+    fe = {
+        "housing.kind": "reduced",
+        "housing.fe_mesh_file": str(tmp_path / "housing.npz"),
+        "housing.fe_mesh_nodes": str(tmp_path / "housing_nodes.csv"),
+        "housing.fe_mesh_unit": "m",
+        **dict.fromkeys(MOUNT, "1e14"),
+    }
+    series = {
+        f"stage.{gear}.support.radial_n_per_m": repr(k * wall / (k + wall))
+        for gear, k in (("pinion", 3e8), ("gear", 5e8))
+    }
+    for name, keys in (("fe", fe), ("series", series)):
+        system = build_system(load_case(write(tmp_path, PAIR), keys))
+        found = revolution(modal_system(system), np.array([0.0, 0.2]), system.rated_torque)
+        recovery = Recovery(found)
+        moved = [recovery.node(f"stage.{g}", f"stage.{g}")[:, :2] for g in ("pinion", "gear")]
+        force[name] = np.hstack([*moved, 1e-9 * found.pair_load.sum(axis=-1)])
+    assert np.abs(force["fe"] - force["series"]).max() < 1e-5 * np.abs(force["series"]).max()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda at: at.pop("stage.bolt_03"), "lacks stage.bolt_03 -- name the node"),
+        (lambda at: at.update({"stage.carrier_far": (0.9, 0.0, 0.4)}),
+         "stage.carrier_far is .* mm from where the first support of its stage puts it"),
+    ],
+)  # fmt: skip
+def test_nodes_that_are_not_where_supports_stand_are_refused(tmp_path, places, change, said):
+    at = dict(places)
+    change(at)
+    with pytest.raises(InputError, match=said) as caught:
+        stage_on(written(tmp_path, at, 1e12))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_housing_without_a_mount_is_refused(tmp_path, places):
+    keys = written(tmp_path, places, 1e12)
+    table = tmp_path / "housing_nodes.csv"
+    table.write_text(table.read_text().replace("mount_1", "foot"))
+    with pytest.raises(InputError, match="has no node mount_1, so nothing holds the housing"):
+        stage_on(keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"housing.kind": "reduced"}, "housing.fe_mesh_file: is missing"),
+        ({"housing.kind": "reduced", "housing.fe_mesh_file": "a.npz"}, "fe_mesh_nodes: is missing"),
+        ({"housing.fe_mesh_file": "a.npz"}, 'set kind = "reduced"'),
+        ({"housing.kind": "reduced", "housing.fe_mesh_file": "a", "housing.fe_mesh_nodes": "b"},
+         "housing.mount: a housing needs stiffness"),
+        ({"housing.kind": "reduced", "housing.fe_mesh_file": "a", "housing.fe_mesh_nodes": "b",
+          "housing.mass_kg": "5"}, "housing.mass_kg: is that of a lumped housing"),
+        ({"housing.kind": "reduced", "housing.fe_mesh_file": "/no", "housing.fe_mesh_nodes": "/no",
+          **MOUNT}, "housing.fe_mesh_file.*cannot be read"),
+    ],
+)  # fmt: skip
+def test_keys_that_belong_together(keys, said):
+    with pytest.raises(InputError, match=said):
+        build_system(make_case(**keys).case, {"stage": make_bodies(make_case())})
