@@ -58,10 +58,18 @@ def _gear_approach(mesh, theta, x, y):
     return mesh.cos_b * mesh.normal_x * (math.cos(angle) * x + math.sin(angle) * y)
 
 
+@njit(**PART)
+def _beside_rotation(x, y, turned, place):
+    """Motion of a tooth's node less what its own rotation moves the node by. It stands a little
+    beside the line of centres, where the rotation of a ring that turns, of any size, would seem an
+    approach."""
+    return x + turned * place[1], y - turned * place[0]
+
+
 @njit(**INNER)
-def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
+def look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks):
     """Watch the coast flank of gear mesh m if its gap has nearly closed at a channel motion."""
-    mesh = meshes[m]
+    meshes, mesh = gears.mesh, gears.mesh[m]
     best = _nearest(rows.pair, pairs, m, mesh.s_pitch)
     if best < 0:
         active_flanks[mesh.opposite] = 1
@@ -74,18 +82,17 @@ def look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks):
             for p in range(6):
                 delta += rows.coef[i, a, p] * motion[base + p] / count
     c = 6 * rows.blocks[r, 1]
-    radial += _gear_approach(mesh, theta, motion[c], motion[c + 1])
+    x, y, turned = motion[c], motion[c + 1], motion[c + 5]
+    if mesh.per_tooth == 1:
+        x, y = _beside_rotation(x, y, turned, gears.tooth_position[rows.blocks[r, 1]])
+    radial += _gear_approach(mesh, theta, x, y)
     left = _margins_left(meshes[mesh.opposite], radial, delta, 0.0)
     active_flanks[mesh.opposite] = 1 if left < 1.0 else 0
 
 
 @njit(**PART)
 def _radial_approach(data, work, m, r):
-    """Approach of gear mesh m along its line of centres, and its rate, at the new motion.
-
-    The node of a tooth stands a little beside that line, where the rotation of a ring that turns,
-    of any size, would seem an approach: what it moves the node by is taken off.
-    """
+    """Approach of gear mesh m along its line of centres, and its rate, at the new motion."""
     channels, active, rows, modes = data.channels, work.active, work.rows, work.modes
     counts, gears, theta = active.counts[0], data.elements.gears, modes.theta
     meshes = gears.mesh
@@ -98,11 +105,11 @@ def _radial_approach(data, work, m, r):
         x = channel_motion(channels, active, c, eta, force)
         y = channel_motion(channels, active, c + 1, eta, force)
         turned = channel_motion(channels, active, c + 5, eta, force)
-        x, y = x + turned * place[1], y - turned * place[0]
+        x, y = _beside_rotation(x, y, turned, place)
         radial += _gear_approach(meshes[m], theta, x, y)
         x, y = dot(rate, channels.modes[c]), dot(rate, channels.modes[c + 1])
         turned = dot(rate, channels.modes[c + 5])
-        x, y = x + turned * place[1], y - turned * place[0]
+        x, y = _beside_rotation(x, y, turned, place)
         nearing += _gear_approach(meshes[m], theta, x, y)
     return radial, nearing
 

@@ -199,13 +199,13 @@ def modal_part(elastic, forces, omega2, first, eta):
 
 
 @njit(**INNER)
-def _coast_flanks_agree(meshes, rows, pairs, theta, motion, active_flanks):
+def _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
     """Whether no coast flank has come near that is not looked at; looks at those from now on."""
-    agreed = True
+    agreed, meshes = True, gears.mesh
     for m in range(meshes.shape[0]):
         b = meshes[m].opposite
         if b >= 0 and active_flanks[b] == 0:
-            look_at_rest(meshes, rows, pairs, theta, motion, m, active_flanks)
+            look_at_rest(gears, rows, pairs, theta, motion, m, active_flanks)
             agreed = agreed and active_flanks[b] == 0
     return agreed
 
@@ -230,7 +230,8 @@ def _start_slices(meshes, forward, memory):
 @njit(**PART)
 def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
     """One position until coast flanks and laws agree; (rows, tooth pairs, closure)."""
-    meshes, rows, motion = work.elements.gears.mesh, work.rows, work.channels[0]
+    gears, rows, motion = work.elements.gears, work.rows, work.channels[0]
+    meshes = gears.mesh
     memory = work.memory
     for m in range(meshes.shape[0]):
         active_flanks[m] = meshes[m].carries if forward else 1
@@ -242,7 +243,7 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
         )
         if not closure <= CLOSURE:
             break
-        flanks = _coast_flanks_agree(meshes, rows, pairs, theta, motion, active_flanks)
+        flanks = _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks)
         share = 0.5 if look > CAUTIOUS else 1.0
         if not disagree(laws, work, count, out, AGREES, share) and flanks:
             break
