@@ -132,17 +132,17 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
         )
 
 
-def _sharing(train: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
+def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
-        found = models_of(train, report)
+        found = models_of(case, report)
         own = next(iter(found.values()))
-        warn(reduction_warnings(train, own.bodies, own.system.variants))
+        warn(reduction_warnings(case, own.bodies, own.system.variants))
         figures = compare_sharing(found, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)
         return
-    typer.echo(f"{train.name}: load sharing of the planets at rated torque")
+    typer.echo(f"{case.name}: load sharing of the planets at rated torque")
     groups = list(dict.fromkeys(g for rows in figures.values() for g in rows))
     if not groups:
         typer.echo("  no stage has planets that share a load")

@@ -51,7 +51,7 @@ class PairBending:
         return replace(self, flexibility=more[0], beside=more[1])
 
 
-def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
+def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
     """How slices of contact lines bend each other, for ``gears.slices.bent``.
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
@@ -64,12 +64,12 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: flo
     flexibility, bodies = np.zeros((len(some), count, count)), []
     beside = np.zeros((len(some), 2, count, count))
     flanks = touched_flanks(path, slices)
-    made = [tooth_influence(case, own.name) for own in flanks]
-    load = line_load(case, stage_geometry(case), path.kind.removesuffix("_coast"), force)
+    made = [tooth_influence(view, own.name) for own in flanks]
+    load = line_load(view, stage_geometry(view), path.kind.removesuffix("_coast"), force)
     at_tips = _at_tips(path, slices, made, load)
     for member, (own, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
-            bodies.append(_to_middle(case, own.tooth, own.roll))
+            bodies.append(_to_middle(view, own.tooth, own.roll))
             continue
         flank, roll = own.of(influence), own.roll
         for tip in at_tips:
@@ -192,7 +192,7 @@ def _at(s: Array, table: Array, places: Array) -> Array:
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 
 
-def _to_middle(case: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
+def _to_middle(view: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
     """The flank of a tooth that an FE body has whole: line contact down to its middle line."""
     depth = middle_depth(tooth, np.hypot(tooth.base_radius, roll))
-    return ContactBody(case.material.young_modulus, case.material.poisson_ratio, depth)
+    return ContactBody(view.material.young_modulus, view.material.poisson_ratio, depth)
