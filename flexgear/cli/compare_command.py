@@ -30,7 +30,7 @@ from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.solve.run import is_still, models_of
+from flexgear.solve.run import is_static, models_of
 from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing
@@ -161,10 +161,10 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     typer.echo(
         "\nK: largest N F/ΣF at any instant; Hu 2023, Ren 2021: by maxima of gear-mesh cycles"
     )
-    still = [label for label, context in found.items() if is_still(context)]
-    if still:
+    static = [label for label, context in found.items() if is_static(context)]
+    if static:
         typer.echo(
-            f"{'; '.join(still)}: rolls in one equilibrium, so that a transient adds nothing"
+            f"{'; '.join(static)}: rolls in one equilibrium, so that a transient adds nothing"
         )
 
 

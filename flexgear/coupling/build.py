@@ -255,7 +255,7 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
         links=tuple(a.links),
         bearings=tuple(a.bearings),
         frames=dict(zip([s.name for s in case.stages], b.frames, strict=True)),
-        turning=tuple(a.turning),
+        rotating_frame_supports=tuple(a.rotating_frame_supports),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.system import Variant
-from flexgear.gears.radii import StageRadii, gears_by_slot, stage_radii
+from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -239,8 +239,8 @@ def _radii_of(
 
 
 def _slot(stage: Stage, part: str) -> str:
-    gears = gears_by_slot(stage)
-    return next(slot for slot, gear in gears.items() if gear is stage.member(part))
+    gears = gears_by_role(stage)
+    return next(role for role, gear in gears.items() if gear is stage.member(part))
 
 
 def _copies(stage: Stage, part: str) -> list[tuple[str, str, int]]:

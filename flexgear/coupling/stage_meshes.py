@@ -74,11 +74,11 @@ def stage_sets(
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
         if bending and bend_each_other(view):
             assert path.slices is not None
-            slot = kind.removesuffix("_coast")
-            force = flow.gear_mesh_forces[slot]
-            load = line_load(view, stage_geometry(view), slot, force)
+            role = kind.removesuffix("_coast")
+            force = flow.gear_mesh_forces[role]
+            load = line_load(view, stage_geometry(view), role, force)
             found = pair_bending(view, path, path.slices, force)
-            if rim is not None and slot == "ring":
+            if rim is not None and role == "ring":
                 found = found.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
             contact = (found.scale, found.limit)

@@ -147,6 +147,6 @@ def _hold(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: i
 def _support(a: Assembly, name: str, node: tuple[str, str], matrix: Array, angle: int) -> None:
     """A spring of a node to the housing; angle: that of the node's frame, −1 where it stands."""
     if angle >= 0:
-        a.turning_support(name, *node, matrix, angle)
+        a.rotating_frame_support(name, *node, matrix, angle)
     else:
         a.link(name, a.rows(*node) - a.housing_rows(a.body(node[0]).position(node[1])), matrix)

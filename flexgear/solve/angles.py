@@ -65,7 +65,7 @@ class StageMotion:
 def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     """Rated motion of every stage."""
     lead = lead_speed(case, flow)
-    still = _stands_in_space(case)
+    housing = _stands_in_space(case)
     found = []
     for stage in case.stages:
         speed = {part: flow.speed[f"{stage.name}.{part}"] for part in stage.members}
@@ -74,7 +74,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
         errors = case.view(stage.name).errors
-        sources = error_sources(errors, housing=still)
+        sources = error_sources(errors, housing=housing)
         if stage.form("ring") == "fe":  # bends between its bolts
             sources = (*sources, "ring")
         found.append(

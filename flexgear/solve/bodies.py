@@ -75,10 +75,10 @@ def _make_influences(view: StageView, progress: Progress) -> None:
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
     for said, (asked, make) in wanted.items():
-        for slot in ("planet", *stage_geometry(view).gear_meshes) if asked else ():
-            progress(f"{slot}: {said}", 0.0)
-            make(view, slot)
-            progress(f"{slot}: {said}", 1.0)
+        for role in ("planet", *stage_geometry(view).gear_meshes) if asked else ():
+            progress(f"{role}: {said}", 0.0)
+            make(view, role)
+            progress(f"{role}: {said}", 1.0)
 
 
 def reduction_limit(case: Case, stage: str) -> float:

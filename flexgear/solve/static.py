@@ -77,7 +77,7 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
     views = [model.case.view(stage.name) for stage in model.case.stages]
     found = {
-        view.name: {view.part(slot): one for slot, one in root_extremes(data, view.name).items()}
+        view.name: {view.part(role): one for role, one in root_extremes(data, view.name).items()}
         for view in views
     }
     found = {stage: gears for stage, gears in found.items() if gears}

@@ -132,9 +132,9 @@ class Surface:
         used = np.unique(np.concatenate([np.flatnonzero(np.diff(s.indptr)) for s in slopes]))
         out = np.empty((count, 3, 3, len(body.mass)))
         for i in range(3):
-            moved = np.asarray(body.recovery[3 * used + i], dtype=float)
+            recovery = np.asarray(body.recovery[3 * used + i], dtype=float)
             for j in range(3):
-                out[:, i, j] = slopes[j][:, used] @ moved
+                out[:, i, j] = slopes[j][:, used] @ recovery
         rigid = body.rigid_modes()
         symmetric = 0.5 * (out + out.swapaxes(1, 2))
         return symmetric - (symmetric @ rigid) @ np.linalg.pinv(rigid)

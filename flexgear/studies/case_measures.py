@@ -245,12 +245,12 @@ def _tooth_load(point: Point) -> Found:
 
 def _tooth_displacement(point: Point) -> Found:
     stages = _rings(point)
-    moved = [
+    largest_of = [
         np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
         for s in stages
     ]
     about = "largest displacement of a ring tooth node, fixed axes"
-    return {"tooth_displacement": array(moved, "m", about, stage=stages, axis=list("xyz"))}
+    return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
 
 
 def _rings(point: Point) -> list[str]:

@@ -21,7 +21,7 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.model import Model
-from flexgear.solve.run import is_still
+from flexgear.solve.run import is_static
 from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
 
@@ -47,7 +47,7 @@ def compare_sharing(
             data = stages_sharing(model, stage, cycles=cycles, progress=progress)
             quasi |= group_figures(data)
         out[f"{label}: quasi-static"] = quasi
-        if is_still(model):
+        if is_static(model):
             continue
         if why_not_linear(model.system) is None:
             data = harmonic_data(model, train_harmonic(model))

@@ -63,7 +63,7 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     count = slices.count
     flexibility, bodies = np.zeros((len(some), count, count)), []
     beside = np.zeros((len(some), 2, count, count))
-    flanks = touched_flanks(path, slices)
+    flanks = mating_flanks(path, slices)
     made = [tooth_influence(view, own.name) for own in flanks]
     load = line_load(view, stage_geometry(view), path.kind.removesuffix("_coast"), force)
     at_tips = _at_tips(path, slices, made, load)
@@ -118,7 +118,7 @@ class _Flank(Protocol):
 Flank = TypeVar("Flank", bound=_Flank)
 
 
-class TouchedFlank(NamedTuple):
+class MatingFlank(NamedTuple):
     """Flanks of one gear over the contact lines of a gear mesh.
 
     name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
@@ -140,7 +140,7 @@ class TouchedFlank(NamedTuple):
         return made if self.sense > 0 else made.turned()
 
 
-def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
+def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     """Of the planet, then of its mate."""
     on = _touches(path, slices)
     members = (
@@ -151,7 +151,7 @@ def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
         low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
         held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
-        found.append(TouchedFlank(name, tooth, sense, step, path.side == "right", held))
+        found.append(MatingFlank(name, tooth, sense, step, path.side == "right", held))
     return found
 
 

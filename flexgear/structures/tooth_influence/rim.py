@@ -26,7 +26,7 @@ from flexgear.structures.tooth_influence.of_case import (
     is_tied,
     tooth_influence,
 )
-from flexgear.structures.tooth_influence.pairs import some_places, touched_flanks
+from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places
 from flexgear.structures.tooth_influence.ring_shapes import (
     Cut,
     RingShapes,
@@ -97,7 +97,7 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
     """ΔC (S, K, K) and what it does to the slices of the next two lines, (S, BEYOND, K, K) m/N: as
     ``PairBending`` has them of both teeth. The right half of a ring is the mirror image of the
     left, z -> −z."""
-    own = touched_flanks(path, slices)[1]
+    own = mating_flanks(path, slices)[1]
     some, z = some_places(slices, _PLACES), -slices.z if own.other_hand else slices.z
     here = flank_motion(rim, own.tooth, -own.sense, (own.roll[some], z[some]))
     beside = []
