@@ -256,7 +256,8 @@ def _solve_positions(laws, span, forward, train, modes, work, out, found, loads)
     elastic, omega2 = modes
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
     angles, known, torques = found.theta, found.known, found.torques
-    r, reactions = train.rigid.shape[1], train.reactions
+    reactions = train.reactions
+    r = train.moved.shape[1] - reactions.shape[0]
     for p in range(span[0], span[1]):
         n, pairs, closure = _solve_one(
             laws, angles[p], known[p], forward[p], train, work, out,

@@ -30,11 +30,10 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.static_contact import MAX_SETS, solve_dense, solve_set
+from flexgear.analysis.static_contact import EXACT, MAX_SETS, solve_dense, solve_set
 from flexgear.analysis.static_position import (
     CLOSURE,
     Held,
-    follow_leak,
     held,
     position_work,
     solve_position,
@@ -140,7 +139,7 @@ def _solve_positions(laws, positions, span, train, waves, work, force):
     theta, known, forward = positions
     meshes, rows, contact = work.elements.gears.mesh, work.rows, work.contact
     watched, out = np.ones(len(meshes), dtype=np.int64), np.zeros(len(contact.right))
-    extra = train.rigid.shape[1] + train.reactions.shape[0]
+    extra = train.moved.shape[1]
     for p in range(span[0], span[1]):
         n, _, pairs, closure = solve_position(
             laws, theta[p], known[p], forward[p], watched, train, work, out
@@ -317,11 +316,12 @@ def _solve_whole(places, errors, n, extra, work, out, w):
             active[i] = 1
         else:
             right[i] += rows.row[i].stiffness * errors[i]
-    leak, least = 0.0, 0.0
-    if solve_set(matrix, right, sided, n, extra, active, small, out, leak, least) < 0:
-        leak = follow_leak(matrix, right, sided, n, extra, active, small, out, True)
+    share = -1.0
+    for first in (EXACT, 0):  # all at once, else by continuation
+        if share < 0.0:
+            share = solve_set(matrix, right, sided, n, extra, active, small, out, first, EXACT)
     for a in range(len(w)):
-        w[a] = out[places[a]] if leak >= 0.0 else np.nan
+        w[a] = out[places[a]] if share >= 0.0 else np.nan
 
 
 @njit(cache=True)

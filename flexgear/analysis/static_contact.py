@@ -11,9 +11,12 @@ import numpy as np
 from numba import njit
 
 from flexgear.analysis.vectors import SIMD, padded
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, PART
 
 MAX_SETS = 50
+SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # of their stiffness that open rows keep, in turn
+EXACT, LOOSE = 5, 4  # places of nothing, and of the smallest share
+PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
 ONE, WHOLE = np.uint64(1), np.uint64(SIMD)
 
 
@@ -81,36 +84,58 @@ def _row_is_wrong(matrix, right, i, total, pushes, leak, least, x):
 
 
 @njit(**INNER)
-def solve_set(matrix, right, sided, n, extra, active, work, x, leak, least):
+def _largest_of(values, n):
+    """max |values[:n]|."""
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(values[i]))
+    return largest
+
+
+@njit(**PART)
+def _exchange(matrix, right, sided, n, total, active, share, least, x, first_only):
+    """Load unloaded rows that overlap and let go loaded ones that pull; how many were wrong."""
+    wrong = 0
+    for i in range(n):
+        if sided[i] == 1 and _row_is_wrong(matrix, right, i, total, active[i], share, least, x):
+            wrong += 1
+            active[i] = 1 - active[i]
+            if first_only:
+                break
+    return wrong
+
+
+@njit(**INNER)
+def solve_set(matrix, right, sided, n, extra, active, work, x, first, last):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
     matrix (n + extra,)²: row i < n states F_i + Σ_j k_i A_ij F_j + … = right_i; extra equations
     (balance, given rotations) always hold. sided (n,): 1 where a row can only push;
-    ``active`` (n,) is the first guess of loaded rows and returns the answer. leak: share of its
-    stiffness that an open row keeps; least: pull and overlap that pass, N. Returns the number of
-    sets tried, or −1 without convergence. Every set changes all wrong rows at once; after some
-    tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
-    rule).
+    ``active`` (n,) is the first guess of loaded rows and returns the answer. first, last: open rows
+    keep ``SHARES[first]`` … ``SHARES[last]`` of their stiffness, one after the other, each from the
+    set of the one before. Returns the last share, or −1 without an answer. Every set changes all
+    wrong rows at once; after some tries only the first wrong row, which cannot cycle for a positive
+    definite matrix (Murty's rule).
     """
     total = n + extra
-    for tries in range(4 * MAX_SETS):
-        _laid_out(matrix, right, n, total, active, leak, work, x)
-        if not solve_dense(work, x, total):
-            return -1
-        if leak == 0.0:
-            for i in range(n):
-                if active[i] == 0:
-                    x[i] = 0.0  # exchange of rows may have left rounding there
-        wrong = 0
-        for i in range(n):
-            if sided[i] == 1 and _row_is_wrong(matrix, right, i, total, active[i], leak, least, x):
-                wrong += 1
-                active[i] = 1 - active[i]
-                if tries >= MAX_SETS:
-                    break
-        if wrong == 0:
-            return tries + 1
-    return -1
+    for at in range(first, last + 1):
+        share, wrong, least = SHARES[at], 1, 0.0
+        if first < last:
+            least = PASSES * max(_largest_of(right, n), _largest_of(x, n) if at > first else 0.0)
+        tries = 0
+        while wrong > 0:
+            _laid_out(matrix, right, n, total, active, share, work, x)
+            if tries == 4 * MAX_SETS or not solve_dense(work, x, total):
+                return -1.0
+            if share == 0.0:
+                for i in range(n):
+                    if active[i] == 0:
+                        x[i] = 0.0  # exchange of rows may have left rounding there
+            wrong = _exchange(
+                matrix, right, sided, n, total, active, share, least, x, tries >= MAX_SETS
+            )
+            tries += 1
+    return SHARES[last]
 
 
 @njit(**INNER)

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.contact_newton import LawSpace, first_memory, law_space, start_guess
 from flexgear.analysis.static_contact import (
+    EXACT,
+    LOOSE,
     local_blocks,
     refine_set,
     release,
@@ -27,7 +29,7 @@ from flexgear.analysis.static_contact import (
     row_values,
     solve_set,
 )
-from flexgear.analysis.vectors import dot, fill
+from flexgear.analysis.vectors import dot, fill, put
 from flexgear.coupling.compiled import INNER, PART, ZERO
 from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
@@ -38,23 +40,21 @@ from flexgear.coupling.pairs import fill_rows
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 CLOSURE = 1e-8
-LEAKS = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9)  # shares of their stiffness that open rows keep
-PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
 
 
 class Held(NamedTuple):
     """What a train answers to forces on its channels at rest, its contact rows apart.
 
-    rigid (n_c, r) motion of the channels in rigid motions; flexibility (n_c, n_c) m/N; input_rigid
-    (F, r), input_flexibility (F, n_c): the given rotations; reactions (F,): ports whose torque is
-    sought.
+    Beside the row forces F there are x unknowns: r amplitudes a of the rigid motions P, then the F
+    torques T_o of the reaction ports. They move the channels by P a − S e_o T_o, and balance and
+    given rotations ask for Pᵀ f = 0 and input_rows · q = 0 under the channel forces f.
     """
 
-    rigid: Array
-    flexibility: Array
-    input_rigid: Array
-    input_flexibility: Array
-    reactions: IntArray
+    flexibility: Array  # (n_c, n_c) S, m/N
+    moved: Array  # (n_c, x) motion of the channels by each of these unknowns
+    balance: Array  # (n_c, x) P, then −input_rows · q per unit force on a channel, transposed
+    corner: Array  # (x, x) what these unknowns do in balance and given rotations themselves
+    reactions: IntArray  # (F,) ports whose torque is sought
 
 
 class ContactSet(NamedTuple):
@@ -87,12 +87,19 @@ def held(modal: ModalSystem) -> Held:
     """The train's answer at rest from its modes and residual flexibility."""
     system, r = modal.system, modal.rigid_count
     elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
+    rigid, flexibility = modal.channel_modes[:, :r], modal.static_receptance()
     follow = (modal.input_rows[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
+    rotations = follow + system.input_rows @ modal.residual_motion
+    at = len(rigid) - len(system.ports) + system.reactions
+    balance = np.hstack([rigid, -rotations.T])
+    corner = np.zeros((balance.shape[1], balance.shape[1]))
+    corner[r:, :r] = modal.input_rows[:, :r]
+    corner[:, r:] = balance[at].T
     return Held(
-        rigid=np.ascontiguousarray(modal.channel_modes[:, :r]),
-        flexibility=np.ascontiguousarray(modal.static_receptance()),
-        input_rigid=np.ascontiguousarray(modal.input_rows[:, :r]),
-        input_flexibility=np.ascontiguousarray(follow + system.input_rows @ modal.residual_motion),
+        flexibility=np.ascontiguousarray(flexibility),
+        moved=np.hstack([rigid, -flexibility[:, at]]),
+        balance=balance,
+        corner=corner,
         reactions=system.reactions,
     )
 
@@ -100,8 +107,8 @@ def held(modal: ModalSystem) -> Held:
 def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
     """Work space for a train with that many ports."""
     rows = pair_rows(pairs)
-    channels, r = train.rigid.shape
-    count, size = len(rows.row), len(rows.row) + r + len(train.reactions) + 1
+    channels, extra = train.moved.shape
+    count, size = len(rows.row), len(rows.row) + extra + 1
     blocks = (channels - ports) // 6
     contact = ContactSet(
         matrix=np.zeros((size, size)),
@@ -127,33 +134,46 @@ def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
     )
 
 
-@njit(**PART)
+@njit(**INNER)
 def _row_motions(n, known, train, work):
-    """δ*, and δ* − δ of n rows under unit forces, rigid motions, reactions: see ``ContactSet``."""
-    rows, motion, free = work.rows, work.contact.motion, work.contact.free
-    flex, rigid, reactions = train.flexibility, train.rigid, train.reactions
-    r, ports = rigid.shape[1], known.shape[0]
-    first = flex.shape[0] - ports
+    """δ* of n rows under given torques (P,), and δ* − δ under unit row forces."""
+    rows, flex, given = work.rows, train.flexibility, work.channels[0]
+    first = flex.shape[0] - known.shape[0]
     m = local_blocks(rows, n, work.local)
-    row_products(rows, n, flex, work.local, work.channels[2], motion)
-    add_neighbours(rows, n, motion)
+    row_products(rows, n, flex, work.local, work.channels[2], work.contact.motion)
+    add_neighbours(rows, n, work.contact.motion)
     release(work.local, m)
+    for c in range(flex.shape[0]):
+        given[c] = dot(known, flex[c, first:])
+    row_values(rows, n, given, work.contact.free)
     for i in range(n):
-        free[i] = rows.row[i].offset
-        fill(motion[i, n : n + r + reactions.shape[0]], 0.0)
-        for a in range(rows.row[i].width):
-            base = 6 * rows.blocks[i, a]
-            for p in range(6):
-                c = rows.coef[i, a, p]
-                for e in range(r):
-                    motion[i, n + e] -= c * rigid[base + p, e]
-                for f in range(reactions.shape[0]):
-                    motion[i, n + r + f] += c * flex[first + reactions[f], base + p]
-                for q in range(ports):
-                    free[i] += c * flex[first + q, base + p] * known[q]
+        work.contact.free[i] += rows.row[i].offset
 
 
-@njit(**PART)
+@njit(**INNER)
+def _extra_unknowns(n, known, train, work):
+    """Columns of rigid motions and reactions in the rows' motion; balance and given rotations in
+    the matrix below its n rows, and their right side."""
+    rows, contact, moved, balance = work.rows, work.contact, train.moved, train.balance
+    extra, first = moved.shape[1], moved.shape[0] - known.shape[0]
+    for i in range(n):
+        for e in range(extra):
+            column, below = 0.0, 0.0
+            for a in range(rows.row[i].width):
+                base = 6 * rows.blocks[i, a]
+                for p in range(6):
+                    column -= rows.coef[i, a, p] * moved[base + p, e]
+                    below += rows.coef[i, a, p] * balance[base + p, e]
+            contact.motion[i, n + e] = column
+            contact.matrix[n + e, i] = below
+    for e in range(extra):
+        put(contact.matrix[n + e, n : n + extra], train.corner[e])
+        contact.right[n + e] = 0.0
+        for q in range(known.shape[0]):
+            contact.right[n + e] += balance[first + q, e] * known[q]
+
+
+@njit(**INNER)
 def _law_rows(n, count, total, work):
     """Rows of the matrix, F + K (motion @ x) = F₀ + K (δ* − δ₀), from the linearised laws."""
     rows, space, contact = work.rows, work.space, work.contact
@@ -173,82 +193,7 @@ def _law_rows(n, count, total, work):
             contact.sided[i] = rows.row[i].sided
 
 
-@njit(**PART)
-def _balance_rows(n, known, train, work):
-    """Rows of the matrix below: balance of rigid motions, and the given rotations."""
-    matrix, right, motion = work.contact.matrix, work.contact.right, work.contact.motion
-    rows, rigid, reactions = work.rows, train.rigid, train.reactions
-    r, ports, free = rigid.shape[1], known.shape[0], reactions.shape[0]
-    first = rigid.shape[0] - ports
-    for i in range(n):
-        for e in range(r):
-            matrix[n + e, i] = -motion[i, n + e]
-        for f in range(free):
-            total = 0.0
-            for a in range(rows.row[i].width):
-                base = 6 * rows.blocks[i, a]
-                for p in range(6):
-                    total -= rows.coef[i, a, p] * train.input_flexibility[f, base + p]
-            matrix[n + r + f, i] = total
-    for e in range(r):
-        for f in range(r):
-            matrix[n + e, n + f] = 0.0
-        right[n + e] = 0.0
-        for q in range(ports):
-            right[n + e] += rigid[first + q, e] * known[q]
-        for f in range(free):
-            matrix[n + e, n + r + f] = rigid[first + reactions[f], e]
-            matrix[n + r + f, n + e] = train.input_rigid[f, e]
-    for f in range(free):
-        right[n + r + f] = 0.0
-        for q in range(ports):
-            right[n + r + f] -= train.input_flexibility[f, first + q] * known[q]
-        for g in range(free):
-            matrix[n + r + f, n + r + g] = -train.input_flexibility[f, first + reactions[g]]
-
-
-@njit(**PART)
-def _assemble(laws, n, count, known, train, work):
-    """Matrix and right side of n rows, rigid motions and reactions under given torques (P,)."""
-    total = n + train.rigid.shape[1] + train.reactions.shape[0]
-    rows, memory, space = work.rows, work.memory, work.space
-    start_guess(laws, rows, count, memory, space)
-    _row_motions(n, known, train, work)
-    _law_rows(n, count, total, work)
-    _balance_rows(n, known, train, work)
-
-
 @njit(**INNER)
-def largest_of(values, n):
-    """max |values[:n]|."""
-    largest = 0.0
-    for i in range(n):
-        largest = max(largest, abs(values[i]))
-    return largest
-
-
-@njit(**INNER)
-def follow_leak(matrix, right, sided, n, extra, active, work, x, exact):
-    """Loaded rows by continuation: open rows keep less and less of their stiffness.
-
-    exact: nothing at last, which has an answer only where contact holds every body. Returns the
-    last share, or −1 without an answer.
-    """
-    last = -1.0
-    for leak in LEAKS:
-        least = PASSES * max(largest_of(right, n), largest_of(x, n) if last > 0.0 else 0.0)
-        if solve_set(matrix, right, sided, n, extra, active, work, x, leak, least) < 0:
-            return -1.0
-        last = leak
-    if exact:
-        least = PASSES * max(largest_of(right, n), largest_of(x, n))
-        if solve_set(matrix, right, sided, n, extra, active, work, x, 0.0, least) < 0:
-            return -1.0
-        last = 0.0
-    return last
-
-
-@njit(**PART)
 def _law_imbalance(count, rows, space, delta, x):
     """Largest difference of a force and its linearised law at the solution, and the largest load:
     of forces or, where that is more, what errors and gaps would load stiff bodies with. Not a
@@ -270,16 +215,16 @@ def _law_imbalance(count, rows, space, delta, x):
     return worst + sound, largest
 
 
-@njit(**PART)
+@njit(**INNER)
 def _closure(n, count, known, train, work, x):
     """Largest imbalance of a solution by substitution: channel forces, motion, laws, balance.
 
     Over the largest load of ``_law_imbalance``.
     """
-    rigid, flex, reactions, rows = train.rigid, train.flexibility, train.reactions, work.rows
+    flex, balance, reactions, rows = train.flexibility, train.balance, train.reactions, work.rows
     motion, forces, delta, space = work.channels[0], work.channels[1], work.delta[0], work.space
-    nc, r, ports, free = flex.shape[0], rigid.shape[1], known.shape[0], reactions.shape[0]
-    first = nc - ports
+    nc, ports, free = flex.shape[0], known.shape[0], reactions.shape[0]
+    first, r = nc - ports, balance.shape[1] - free
     fill(forces, 0.0)
     for i in range(n):
         for a in range(rows.row[i].width):
@@ -293,7 +238,7 @@ def _closure(n, count, known, train, work, x):
     for c in range(nc):
         motion[c] = dot(flex[c], forces)
         for e in range(r):
-            motion[c] += rigid[c, e] * x[n + e]
+            motion[c] += train.moved[c, e] * x[n + e]
     row_values(rows, n, motion, delta)
     for i in range(n):
         delta[i] += rows.row[i].offset
@@ -301,29 +246,16 @@ def _closure(n, count, known, train, work, x):
     worst, largest = _law_imbalance(count, rows, space, delta, x)
     left, scale, sound = 0.0, 1e-300, 0.0 * worst
     for e in range(r):
-        balance, size = 0.0, 0.0
+        total, size = 0.0, 0.0
         for c in range(nc):
-            balance += rigid[c, e] * forces[c]
-            size = max(size, abs(rigid[c, e]) * max(abs(forces[c]), largest))
-        left, scale = max(left, abs(balance)), max(scale, size)
-        sound += 0.0 * balance
+            total += balance[c, e] * forces[c]
+            size = max(size, abs(balance[c, e]) * max(abs(forces[c]), largest))
+        left, scale = max(left, abs(total)), max(scale, size)
+        sound += 0.0 * total
     return max(worst / largest, left / scale) + sound
 
 
 @njit(**PART)
-def _solve_set(n, extra, work, x, how):
-    """Loaded rows of an assembled position; the share that open rows kept, −1 without answer.
-
-    how: 0 all at once, 1 by continuation to the end, 2 to the smallest share.
-    """
-    c, none = work.contact, 0.0
-    if how > 0:
-        return follow_leak(c.matrix, c.right, c.sided, n, extra, c.active, c.small, x, how == 1)
-    tries = solve_set(c.matrix, c.right, c.sided, n, extra, c.active, c.small, x, none, none)
-    return none if tries >= 0 else -1.0
-
-
-@njit(**INNER)
 def solve_position(laws, theta, known, forward, active_flanks, train, work, out):
     """One position; returns (rows, elements, pairs, closure), infinite without answer. out: x
     (n + r + F).
@@ -331,8 +263,8 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
     known (P,): given torques on the ports; forward: the flanks of the rated torque carry;
     active_flanks (M,): gear meshes to look at, all of them where those that carry do not do.
     """
-    extra = train.rigid.shape[1] + train.reactions.shape[0]
-    rows, contact, elements = work.rows, work.contact, work.elements
+    extra = train.moved.shape[1]
+    rows, contact, memory, elements = work.rows, work.contact, work.memory, work.elements
     meshes = elements.gears.mesh
     n, count, pairs, closure = ZERO, ZERO, ZERO, np.inf
     for attempt in range(3):
@@ -340,13 +272,20 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
             fill(active_flanks, 1)
         if attempt < 2:
             n, count, pairs = fill_rows(elements, theta, active_flanks, rows)
-            _assemble(laws, n, count, known, train, work)
+            start_guess(laws, rows, count, memory, work.space)
+            _row_motions(n, known, train, work)
+            _extra_unknowns(n, known, train, work)
+            _law_rows(n, count, n + extra, work)
         for i in range(n):
             contact.active[i] = 1
             if rows.row[i].sided == 1:
                 carries = meshes[rows.row[i].owner].carries == 1
                 contact.active[i] = 1 if carries == forward else 0
-        leak = _solve_set(n, extra, work, out, attempt)
+        # all at once, by continuation to the end, by continuation to the smallest share
+        leak = solve_set(
+            contact.matrix, contact.right, contact.sided, n, extra, contact.active, contact.small,
+            out, EXACT if attempt == 0 else 0, LOOSE if attempt == 2 else EXACT,
+        )  # fmt: skip
         if leak < 0.0:
             continue
         refine_set(

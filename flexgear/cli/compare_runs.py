@@ -9,8 +9,8 @@ import typer
 
 from flexgear.cli.display import progress
 from flexgear.cli.outputs import claim_file
-from flexgear.cli.pictures import Folder, drawing, finished
-from flexgear.cli.run_folder import complete, read_folder
+from flexgear.cli.pictures import Sheet, drawn_side
+from flexgear.cli.run_folder import Folder, complete, read_folder
 from flexgear.model.errors import InputError
 from flexgear.results.origin import Origin
 from flexgear.views.report import Side, write_report
@@ -49,5 +49,5 @@ def _folder(name: str) -> Path:
 
 def _side(content: Folder, folder: Path, place: Path, quiet: bool) -> Side:
     """One run's side of the page, its pictures drawn below ``place``."""
-    with complete(folder), progress(quiet) as report, drawing(content, place) as sheet:
-        return finished(sheet, report)[0]
+    with complete(folder), progress(quiet) as report:
+        return drawn_side(content, Sheet(folder, place), report)[0]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,16 +13,13 @@ import numpy as np
 import xarray as xr
 
 from flexgear.cli.display import Report
-from flexgear.cli.painter import Painter, beside
 from flexgear.cli.planned_pictures import drawings_plan, stages_plan
 from flexgear.cli.report_page import place_of, side_of
-from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.power_flow import PowerFlow
-from flexgear.model.case import Case
+from flexgear.cli.run_folder import Folder, RingFolder, read_folder
 from flexgear.model.errors import FlexgearError
-from flexgear.model.stage_view import StageView
 from flexgear.results.report.wording import said
-from flexgear.results.stage_part import stage_part, with_spread
+from flexgear.results.stage_part import with_spread
+from flexgear.studies.job_pool import run_jobs
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.interactive import panels_of
 from flexgear.views.report import Picture as Shown
@@ -32,73 +29,6 @@ from flexgear.views.select import thinned
 ANIMATION = "ring_star_turning"
 MOST_SHOWN = 50_000  # samples of a torque drop in a picture
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
-
-
-@dataclass(frozen=True)
-class Folder:
-    """What a run left: datasets by name, displacement fields by body, summary, power flow."""
-
-    case: Case
-    flow: PowerFlow
-    datasets: Mapping[str, xr.Dataset]
-    fields: Mapping[str, xr.Dataset]
-    summary: Mapping[str, Any]
-
-    @property
-    def rings(self) -> list[RingFolder]:
-        """Flexible stages."""
-        return [RingFolder(self, stage) for stage in self.case.fe_ring_stages]
-
-
-@dataclass(frozen=True)
-class RingFolder:
-    """What of a run belongs to one flexible stage."""
-
-    run: Folder
-    name: str
-
-    @property
-    def stage(self) -> StageView:
-        """The stage."""
-        return self.run.case.flexible_stages[self.name]
-
-    @property
-    def before(self) -> str:
-        """What names of pictures begin with: nothing where there is one stage in the short form."""
-        return "" if self.run.case.is_short else f"{self.name}_"
-
-    @property
-    def figures(self) -> Mapping[str, Any]:
-        """Its figures of steady running."""
-        steady: Mapping[str, Any] = self.run.summary["steady"]
-        return steady if self.run.case.is_short else steady[self.name]
-
-    def runs(self, start: str) -> dict[str, xr.Dataset]:
-        """Datasets of a kind by variant with errors, the case as it is first."""
-        found = {
-            label: self.run.datasets[f"{start}{end}"]
-            for label, end in ((self.run.summary["variant"], ""), ("rigid", "_rigid"))
-            if f"{start}{end}" in self.run.datasets
-        }
-        return {label: stage_part(data, self.name) for label, data in found.items()}
-
-    @property
-    def equilibria(self) -> xr.Dataset:
-        """Equilibria over one revolution without manufacturing errors."""
-        return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)
-
-    @property
-    def outline(self) -> star.StageOutline:
-        """Circles that stand for the gears."""
-        g = stage_geometry(self.run.case.view(self.name))
-        return star.StageOutline(
-            ring_radius=g.ring.reference_radius,
-            sun_radius=g.sun.reference_radius,
-            planet_radius=g.planet.reference_radius,
-            center_distance=g.center_distance,
-            planet_angles=tuple(self.stage.stage.planet_angles),
-            pin_radius=self.stage.carrier.pin_diameter / 2,
-        )
 
 
 Draw = Callable[[], Any]
@@ -115,46 +45,37 @@ class Picture:
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is drawn, and where to."""
+    """Where what is drawn lies, the folder of a run, and where pictures go."""
 
-    content: Folder
+    source: Path
     folder: Path
 
 
-@contextmanager
-def drawing(content: Folder, folder: Path) -> Iterator[Painter[Sheet, Picture]]:
-    """Begin to draw into ``folder`` with a helper process; ``draw`` finishes within the block."""
-    rest = (content.case, content.flow, content.fields, content.summary, folder)
-    names = [*_rendered(content), *_swinging(content), *_animated(content), *_plan(content)]
-    pieces = [rest, *content.datasets.items()]
-    with beside(Painter(Sheet(content, folder), pieces, _sheet, _picture, names)) as painter:
-        yield painter
-
-
-def _sheet(pieces: list[Any]) -> Sheet:
-    """The sheet in the helper process."""
-    (case, flow, fields, summary, folder), *datasets = pieces
-    return Sheet(Folder(case, flow, dict(datasets), fields, summary), folder)
-
-
-def draw(sheet: Painter[Sheet, Picture], report: Report, interactive: bool = True) -> list[str]:
-    """Finish the pictures and write the report; returns what was left out and why."""
-    content, folder = sheet.content.content, sheet.content.folder
-    side, notes = finished(sheet, report)
+def draw(content: Folder, sheet: Sheet, report: Report, interactive: bool = True) -> list[str]:
+    """Draw the pictures and write the report; returns what was left out and why."""
+    side, notes = drawn_side(content, sheet, report)
     title = content.case.title or content.case.name
-    write_report(folder / "report.html", title, content.case.name, [side], interactive)
+    write_report(sheet.folder / "report.html", title, content.case.name, [side], interactive)
     report("pictures", 1.0)
     return notes
 
 
-def finished(sheet: Painter[Sheet, Picture], report: Report) -> tuple[Side, list[str]]:
-    """Finish the pictures: their side of the report, and what was left out and why."""
-    content = sheet.content.content
+def drawn_side(content: Folder, sheet: Sheet, report: Report) -> tuple[Side, list[str]]:
+    """Draw the pictures: their side of the report, and what was left out and why."""
     plan, renders = _plan(content), _rendered(content)
     bodies = [*renders, *_swinging(content), *_animated(content)]
-    count = len(plan) + len(bodies)
+    names = [*bodies, *plan]
+    made: dict[str, Picture] = {}
     report("pictures", 0.0)
-    made = sheet.finish(lambda done: report("pictures", done / (count + 1)))
+    _known[sheet.source] = content
+    try:
+        with closing(run_jobs(_picture, sheet, names)) as outcomes:
+            for k, outcome in outcomes:
+                # what another process could not draw fails here again, with its own error
+                made[names[k]] = outcome.value or _drawn(content, sheet.folder, names[k])
+                report("pictures", len(made) / (len(names) + 1))
+    finally:
+        del _known[sheet.source]
     ordered = {name: made[name] for name in (*plan, *bodies)}
     notes = [p.caption for p in ordered.values() if p.path is None][:1]
     if content.rings and not renders:
@@ -168,18 +89,28 @@ def _shown(name: str, picture: Picture) -> Shown:
     return Shown(name, section, picture.caption, sentence, picture.path, picture.panels)
 
 
+_known: dict[Path, Folder] = {}  # runs that this process draws, by folder
+
+
 def _picture(sheet: Sheet, name: str) -> Picture:
-    """Draw the picture of a name."""
-    folder = sheet.folder / "pictures"
+    """The picture of a name, in whatever process; it reads the run once."""
+    if sheet.source not in _known:
+        _known[sheet.source] = read_folder(sheet.source)
+    return _drawn(_known[sheet.source], sheet.folder, name)
+
+
+def _drawn(content: Folder, place: Path, name: str) -> Picture:
+    """Draw the picture of a name below ``place``."""
+    folder = place / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    animated = _animated(sheet.content)
+    animated = _animated(content)
     if name in animated:
         return _animate(animated[name], folder, name)
-    if name in _rendered(sheet.content):
-        return _render(sheet.content, folder, name)
-    if name in _swinging(sheet.content):
-        return _swing(sheet.content, folder, name)
-    caption, make = _plan(sheet.content)[name]
+    if name in _rendered(content):
+        return _render(content, folder, name)
+    if name in _swinging(content):
+        return _swing(content, folder, name)
+    caption, make = _plan(content)[name]
     figure = make()
     path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
     return Picture(path, caption, panels_of(figure))

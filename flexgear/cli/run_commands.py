@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,8 +20,8 @@ from flexgear.cli.outputs import (
     save_or_rescue,
     without_pictures,
 )
-from flexgear.cli.pictures import Folder, draw, drawing
-from flexgear.cli.run_folder import FIELDS, complete, read_folder
+from flexgear.cli.pictures import Sheet, draw
+from flexgear.cli.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
@@ -59,16 +58,11 @@ def run(
         content = Folder(found, result.flow, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         lost: list[str] = []
-        with ExitStack() as beside_saving:
-            sheet = None
-            if pictures:
-                with without_pictures(lost):
-                    sheet = beside_saving.enter_context(drawing(content, stage))
-            with watch.stage("saving"):
-                save_or_rescue(lambda place: _save(result, place, report), stage)
-            if sheet is not None:
-                with watch.stage("pictures"), without_pictures(lost):
-                    notes = draw(sheet, report, interactive)
+        with watch.stage("saving"):
+            save_or_rescue(lambda place: _save(result, place, report), stage)
+        if pictures:
+            with watch.stage("pictures"), without_pictures(lost):
+                notes = draw(content, Sheet(stage, stage), report, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*summary["warnings"], *notes])
@@ -137,6 +131,7 @@ def _save(result: Run, stage: Path, report: Report) -> None:
         if not (stage / f"{name}.nc").exists():  # transients were written as they came
             save(data, stage / f"{name}.nc")
     write_json(stage / "case.json", result.case.to_dict())
+    write_json(stage / "summary.json", result.summary)  # without what pictures take
     report("saving", 1.0)
 
 
@@ -157,9 +152,8 @@ def render(
         complete(folder),
         staged_folder(target) as stage,
         progress(quiet) as report,
-        drawing(content, stage) as sheet,
     ):
-        notes = draw(sheet, report, interactive)
+        notes = draw(content, Sheet(folder, stage), report, interactive)
     for note in notes:
         typer.echo(f"flexgear: {note}", err=True)
     typer.echo(f"drew {case.name} into {target}")

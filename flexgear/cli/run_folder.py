@@ -1,28 +1,99 @@
-"""What an earlier run left in a folder, read again."""
+"""What a run leaves in a folder, and how it is read again."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 from pydantic import ValidationError
 
-from flexgear.cli.pictures import Folder
-from flexgear.gears.power_flow import power_flow
-from flexgear.model.case import case_of_dict
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.power_flow import PowerFlow, power_flow
+from flexgear.model.case import Case, case_of_dict
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
+from flexgear.model.stage_view import StageView
 from flexgear.results.dataset import load
 from flexgear.results.dataset_file import open_lazily
+from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
+from flexgear.views.star import StageOutline
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
 _AT_ONCE = 32 * MEGABYTE  # of a dataset that is read whole; of larger ones what a picture wants
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What a run left: datasets by name, displacement fields by body, summary, power flow."""
+
+    case: Case
+    flow: PowerFlow
+    datasets: Mapping[str, xr.Dataset]
+    fields: Mapping[str, xr.Dataset]
+    summary: Mapping[str, Any]
+
+    @property
+    def rings(self) -> list[RingFolder]:
+        """Flexible stages."""
+        return [RingFolder(self, stage) for stage in self.case.fe_ring_stages]
+
+
+@dataclass(frozen=True)
+class RingFolder:
+    """What of a run belongs to one flexible stage."""
+
+    run: Folder
+    name: str
+
+    @property
+    def stage(self) -> StageView:
+        """The stage."""
+        return self.run.case.flexible_stages[self.name]
+
+    @property
+    def before(self) -> str:
+        """What names of pictures begin with: nothing where there is one stage in the short form."""
+        return "" if self.run.case.is_short else f"{self.name}_"
+
+    @property
+    def figures(self) -> Mapping[str, Any]:
+        """Its figures of steady running."""
+        steady: Mapping[str, Any] = self.run.summary["steady"]
+        return steady if self.run.case.is_short else steady[self.name]
+
+    def runs(self, start: str) -> dict[str, xr.Dataset]:
+        """Datasets of a kind by variant with errors, the case as it is first."""
+        found = {
+            label: self.run.datasets[f"{start}{end}"]
+            for label, end in ((self.run.summary["variant"], ""), ("rigid", "_rigid"))
+            if f"{start}{end}" in self.run.datasets
+        }
+        return {label: stage_part(data, self.name) for label, data in found.items()}
+
+    @property
+    def equilibria(self) -> xr.Dataset:
+        """Equilibria over one revolution without manufacturing errors."""
+        return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)
+
+    @property
+    def outline(self) -> StageOutline:
+        """Circles that stand for the gears."""
+        g = stage_geometry(self.run.case.view(self.name))
+        return StageOutline(
+            ring_radius=g.ring.reference_radius,
+            sun_radius=g.sun.reference_radius,
+            planet_radius=g.planet.reference_radius,
+            center_distance=g.center_distance,
+            planet_angles=tuple(self.stage.stage.planet_angles),
+            pin_radius=self.stage.carrier.pin_diameter / 2,
+        )
 
 
 def read_folder(folder: Path) -> Folder:

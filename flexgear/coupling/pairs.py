@@ -347,7 +347,7 @@ def build_rows(
     return int(n), int(pairs)
 
 
-@njit(**INNER)
+@njit(**PART)
 def contact_forces(elements, rows, theta, active_flanks, loads, out):
     """Generalised contact forces −Σ V F on the blocks, (≥ 6 n_blocks,), from stored loads.
 

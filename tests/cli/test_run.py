@@ -6,13 +6,14 @@ import pytest
 from report_pages import OF_RUNS, require_sound
 from stage_samples import cheap_stage, missing_the_promise
 
-from flexgear.cli import run_commands, run_folder
+from flexgear.cli import pictures, run_commands, run_folder
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
 from flexgear.solve.bodies import StageBodies
+from flexgear.studies.outcome import Outcome
 
 FAST = [
     "--set", "solver.gear_mesh_orders=5",
@@ -58,14 +59,14 @@ def test_run_writes_results_and_summary(finished):
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
-@pytest.mark.parametrize("broken", ["drawing", "draw"])
+@pytest.mark.parametrize("broken", ["run_commands.draw", "pictures.run_jobs"])
 def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
     """Whatever the drawing does, a bug of its own included: the work before it is not lost."""
 
     def fails(*_):
         raise ValueError("no room for a label")
 
-    monkeypatch.setattr(run_commands, broken, fails)
+    monkeypatch.setattr(f"flexgear.cli.{broken}", fails)
     out, short = tmp_path / "mine", ["--set", "solver.duration_s=0.02"]
     assert run(["run", "lin-parker", "--quiet", "--out", str(out), *short]) == 1
     (said,) = (line for line in capsys.readouterr().err.splitlines() if "pictures" in line)
@@ -96,8 +97,8 @@ def test_large_datasets_are_read_piece_by_piece(finished, monkeypatch):
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
     (tmp_path / "summary.json").write_text("older")
 
-    def broken(sheet, report, interactive):
-        (sheet.content.folder / "half.png").write_text("half a picture")
+    def broken(content, sheet, report, interactive):
+        (sheet.folder / "half.png").write_text("half a picture")
         raise FlexgearError("cannot draw")
 
     monkeypatch.setattr(run_commands, "draw", broken)
@@ -106,6 +107,36 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
     assert err == "flexgear: cannot draw\n"
     assert [p.name for p in tmp_path.rglob("*")] == ["summary.json"]
     assert not list(tmp_path.parent.glob(".*.partial"))
+
+
+def test_any_process_draws_a_run_from_its_folder(finished, tmp_path, monkeypatch):
+    """Pictures of a process that reads the folder are those of the one that has the run."""
+    content = run_commands.read_folder(finished[0])
+    monkeypatch.setattr(pictures, "_known", {})
+    for name in ("load_sharing", "torque_step_2e6_energy"):
+        there = pictures._picture(pictures.Sheet(finished[0], tmp_path / "there"), name)
+        here = pictures._drawn(content, tmp_path / "here", name)
+        assert there.caption == here.caption
+        assert there.path.read_bytes() == here.path.read_bytes()
+    assert list(pictures._known) == [finished[0]]  # read once
+
+
+def test_what_another_process_could_not_draw_is_drawn_here(finished, tmp_path, monkeypatch):
+    def lost(function, sheet, names):
+        yield from ((k, Outcome(None, "its process died")) for k in range(len(names)))
+
+    content = run_commands.read_folder(finished[0])
+    drawn = []
+    monkeypatch.setattr(pictures, "run_jobs", lost)
+    monkeypatch.setattr(
+        pictures,
+        "_drawn",
+        lambda content, place, name: drawn.append(name) or pictures.Picture(None, name),
+    )
+    sheet = pictures.Sheet(finished[0], tmp_path)
+    pictures.drawn_side(content, sheet, lambda *_: None)
+    assert {"ring_3d", "ring_star", "ring_star_turning", "load_sharing"} <= set(drawn)
+    assert pictures._known == {}
 
 
 def test_pictures_and_report(flexgear, finished, tmp_path):

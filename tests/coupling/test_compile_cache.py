@@ -1,6 +1,7 @@
 """Machine code is kept for the content of all that it was made of."""
 
 import ast
+import gc
 import importlib
 import inspect
 import subprocess
@@ -8,9 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from numba import typeof
+from numba import njit, typeof
+from numba.core import event
 
 import flexgear
+import flexgear.coupling.compiled
 from flexgear.coupling import laws
 from flexgear.coupling.compile_cache import is_plain, tuple_fields
 
@@ -163,3 +166,35 @@ def test_code_kept_for_a_class_that_is_no_more_is_compiled_again_and_kept(tmp_pa
         (tmp_path / "classes.py").write_text(kept.format(name))
         (tmp_path / "caller.py").write_text(OF_A_CLASS.format(name))
         assert ran(tmp_path) == ["1.0", hits]
+
+
+class Watch(event.Listener):
+    """Whether Python collects garbage when compilations begin."""
+
+    def __init__(self):
+        self.seen = []
+
+    def on_start(self, event):
+        self.seen.append(gc.isenabled())
+
+    def on_end(self, event):
+        pass
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_not_collected_while_code_is_compiled_and_as_before_afterwards(collects):
+    def fails(x):
+        return unknown_name(x)  # noqa: F821
+
+    inner = njit(lambda x: x + 1)
+    outer = njit(lambda x: inner(x))
+    (gc.enable if collects else gc.disable)()
+    try:
+        with event.install_listener("numba:compile", Watch()) as watch:
+            assert outer(1) == 2
+            with pytest.raises(Exception, match="unknown_name"):
+                njit(fails)(1)
+        assert watch.seen == [False, False, False]
+        assert gc.isenabled() is collects
+    finally:
+        gc.enable()
