@@ -33,6 +33,7 @@ _HOME = {
     "transient": "flexgear.solve.transient",
     "deformed": "flexgear.solve.deformed",
     "mode_field": "flexgear.solve.deformed",
+    "deformed_grid": "flexgear.views.render",
     "field_grid": "flexgear.views.render",
     "save_series": "flexgear.views.field_series",
     "swing": "flexgear.views.field_series",

@@ -23,8 +23,8 @@ from flexgear.analysis.vectors import (
     aligned,
     dot,
     fill,
+    padded,
     rounded_up,
-    wide,
 )
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.compiled import FAST, INNER, PART
@@ -59,7 +59,7 @@ class ActiveDofs(NamedTuple):
     modes: Array  # (C, n)
     span: IntArray  # (C, 2)
     receptance: Array  # (L, C, ≥ 2 C): G and R side by side, at [c, 2 d] and [c, 2 d + 1]
-    reach: IntArray  # (C, 2) in a line: first and one past the last number that is not zero
+    reach: IntArray  # (C, 2) in a row: first and one past the last number that is not zero
     gathered: IntArray  # (L,) 1 where ``receptance`` of a step size is that of these dofs
 
 
@@ -160,13 +160,13 @@ def _place(active, channels, group, size):
 
 
 @njit(**INNER)
-def _place_rows(active, channels, rows, n, lines):
+def _place_rows(active, channels, rows, n, on_lines):
     """Append the lines of action of rows, or else the blocks beyond them."""
     for i in range(n):
         row = rows.row[i]
-        if lines and row.line >= 0:
+        if on_lines and row.line >= 0:
             _place(active, channels, active.counts[0].blocks + row.line, 2)
-        if not lines:
+        if not on_lines:
             for a in range(row.beyond, row.width):
                 _place(active, channels, rows.blocks[i, a], 6)
 
@@ -184,10 +184,10 @@ def gather(active, channels, rows, n, last_rows, last):
     for p in range(counts.ports):
         active.channel[p] = 6 * counts.blocks + p
     counts.dofs = counts.ports
-    for lines in (True, False):
-        _place_rows(active, channels, rows, n, lines)
-        _place_rows(active, channels, last_rows, last, lines)
-        if lines:
+    for on_lines in (True, False):
+        _place_rows(active, channels, rows, n, on_lines)
+        _place_rows(active, channels, last_rows, last, on_lines)
+        if on_lines:
             counts.head = counts.dofs
     for d in range(counts.dofs):
         c = active.channel[d]
@@ -206,15 +206,15 @@ def gather_receptance(active, channels, level):
         return
     active.gathered[level] = 1
     dofs, table = active.counts[0].dofs, active.receptance[level]
-    width = wide(2 * dofs)
+    width = padded(2 * dofs)
     for c in range(dofs):
         g = channels.displacement[level, active.channel[c]]
         r = channels.residual[active.channel[c]]
-        first, stop, line = width, 0, table[c, :width]
-        fill(line, 0.0)
+        first, stop, entries = width, 0, table[c, :width]
+        fill(entries, 0.0)
         for d in range(dofs):
-            line[2 * d], line[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
-            if line[2 * d] != 0.0 or line[2 * d + 1] != 0.0:
+            entries[2 * d], entries[2 * d + 1] = g[active.channel[d]], r[active.channel[d]]
+            if entries[2 * d] != 0.0 or entries[2 * d + 1] != 0.0:
                 first, stop = min(first, 2 * d), 2 * d + 2
         active.reach[c, 0], active.reach[c, 1] = min(first, stop), stop
 
@@ -262,8 +262,12 @@ def modal_forces(active, force, out):
 
 @njit(**PART)
 def _reach(reach, d, count, head, since):
-    """Where G and R of ``count`` dofs from d on begin in a line of the receptance, in multiples of
-    SIMD, and where they end; what does not move the head begins with the dof ``since``."""
+    """Range of the entries, G and R in turn, that are not zero in the rows of the receptance table
+    that belong to ``count`` dofs from d on; it begins at a multiple of SIMD.
+
+    Where it begins behind the head (ports and lines of action), it begins at the dof ``since`` at
+    the earliest: no row that is still to come reads what lies between.
+    """
     low, high = reach[d, 0], reach[d, 1]
     for e in range(d + 1, d + count):
         low, high = min(low, reach[e, 0]), max(high, reach[e, 1])
@@ -277,7 +281,7 @@ def add_residual(active, level, force, image, out):
     """out += R f at the active dofs, six at once; behind these there are no forces. image (≥ 2 C,)
     gets G f and R f."""
     dofs, head, table = active.counts[0].dofs, active.counts[0].head, active.receptance[level]
-    fill(image[: wide(2 * dofs)], 0.0)
+    fill(image[: padded(2 * dofs)], 0.0)
     fill(force[dofs : dofs + AT_ONCE], 0.0)
     for d in range(0, dofs, AT_ONCE):
         own, total = force[d : d + 6], 0.0
@@ -285,7 +289,7 @@ def add_residual(active, level, force, image, out):
             total += abs(own[p])
         if total != 0.0:
             low, high = _reach(active.reach, d, 6, head, 0)
-            add_six(image[low : wide(high)], own, table[d : d + 6], low)
+            add_six(image[low : padded(high)], own, table[d : d + 6], low)
     for d in range(dofs):
         out[d] += image[2 * d + 1]
 
@@ -336,19 +340,19 @@ def row_receptances(active, level, share, rows, n, image, displacement, rate):
     image (≥ 2 C,): G V_j and R V_j at the dofs of row j and those after it.
     """
     table, reach, head = active.receptance[level], active.reach, active.counts[0].head
-    row, coef, place, width = rows.row, rows.coef, rows.place, wide(2 * active.counts[0].dofs)
+    row, coef, place, width = rows.row, rows.coef, rows.place, padded(2 * active.counts[0].dofs)
     for j in range(np.uint64(n)):
         own, past = row[j], 0
         fill(image[:width], 0.0)
         if own.dof >= 0:
             low, past = _reach(reach, own.dof, 2, head, own.since)
-            stop = wide(past)
-            line, beside = table[own.dof, low:stop], table[own.dof + 1, low:stop]
-            add_two(image[low:stop], 1.0, line, own.along, beside)
+            stop = padded(past)
+            first, second = table[own.dof, low:stop], table[own.dof + 1, low:stop]
+            add_two(image[low:stop], 1.0, first, own.along, second)
         for a in range(own.beyond, own.width):
             d = np.int64(place[j, a])
             low, high = _reach(reach, d, 6, head, own.since)
-            add_six(image[low : wide(high)], coef[j, a], table[d : d + 6], low)
+            add_six(image[low : padded(high)], coef[j, a], table[d : d + 6], low)
             past = max(past, high)
         for i in range(j, np.uint64(n)):
             other, g, r = row[i], 0.0, 0.0

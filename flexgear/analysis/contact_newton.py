@@ -9,7 +9,7 @@ couple rows of one element only,
 
     (I + K D + C W) F = F₀ + K (δ* − δ₀) + C (δ̇* − δ̇₀).
 
-A row that is held has no law to obey: its line has 0 in the place of I, and says 0 = law(δ, δ̇).
+A row that is held has no law to obey: its equation has 0 in the place of I and says 0 = law(δ, δ̇).
 Elements whose law disagrees with its answer are linearised anew about it: that is Newton's method
 where laws are smooth, and an active set where they have branches, as tooth pairs have, which
 settles with the exact answer. Laws rise with δ, and δ̇ with δ within a step, so that the answer is
@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.static_contact import solve_dense
-from flexgear.analysis.vectors import add_two, fill, put_two, rounded_up, two_dots, wide
+from flexgear.analysis.vectors import add_two, fill, padded, put_two, rounded_up, two_dots
 from flexgear.coupling.compiled import FAST, INNER, PART
 from flexgear.coupling.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
@@ -95,8 +95,8 @@ def first_memory(data: PairData) -> Array:
 
 @njit(**PART)
 def linearise(laws, rows, e, motion, space):
-    """The law of element e about the motion (2, R) of all rows, in place e of ``space``; its
-    potential, J."""
+    """Evaluate the law of element e at the motion (2, R) of all rows: its force and tangent go to
+    place e of ``space``, its potential (J) is returned."""
     element = rows.element[e]
     own = space.motion[e]
     for a in range(element.rows):
@@ -107,8 +107,8 @@ def linearise(laws, rows, e, motion, space):
 
 @njit(**INNER)
 def start_guess(laws, rows, count, memory, space):
-    """Linearise all elements about their motion at the last step, memory (places, 2, r); those
-    without a place there about the motion that ``space`` has already."""
+    """Evaluate the laws of all elements at their motion of the last step, memory (places, 2, r). An
+    element that has no place in the memory is taken at the motion that ``space`` holds already."""
     for e in range(count):
         element, own = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
@@ -118,7 +118,8 @@ def start_guess(laws, rows, count, memory, space):
 
 @njit(**INNER)
 def remember(rows, count, motion, memory):
-    """Note the motion of all elements; those that are not there are taken to touch next time."""
+    """Save the motion (2, R) of all elements as memory (places, 2, r) for the next step. Places of
+    elements that do not exist now get a motion at which a tooth pair just touches."""
     for p in range(memory.shape[0]):
         for a in range(memory.shape[2]):
             memory[p, 0, a], memory[p, 1, a] = TOUCHING, 0.0
@@ -132,31 +133,33 @@ def remember(rows, count, motion, memory):
 @njit(**INNER, fastmath=FAST)
 def _assemble(rows, count, n, space, problem):
     """The linear problem of the tangents in ``space``; its right side goes to ``force``."""
-    free, force, size = problem.free, problem.force, wide(n)
+    free, force, size = problem.free, problem.force, padded(n)
     for e in range(count):
         element, first = rows.element[e], rows.element[e].first
         for a in range(element.rows):
             i = first + a
-            line, total = problem.matrix[i, :size], space.force[e, 0, a]
+            entries, total = problem.matrix[i, :size], space.force[e, 0, a]
             for b in range(element.rows):
                 k, c = space.tangent[e, 0, a, b], space.tangent[e, 1, a, b]
                 d, w = problem.displacement[first + b], problem.rate[first + b]
                 if b == 0:
-                    put_two(line, k, d, c, w)
+                    put_two(entries, k, d, c, w)
                 else:
-                    add_two(line, k, d, c, w)
+                    add_two(entries, k, d, c, w)
                 total += k * (free[0, first + b] - space.motion[e, 0, b])
                 total += c * (free[1, first + b] - space.motion[e, 1, b])
-            line[i] += 0.0 if element.law == HELD_RATE_LAW else 1.0
+            entries[i] += 0.0 if element.law == HELD_RATE_LAW else 1.0
             force[i] = total
 
 
 @njit(**INNER)
 def disagree(laws, work, count, x, least, share):
-    """Whether laws of an equilibrium that its set of loaded rows does not decide disagree with its
-    forces x (R,) by more than ``least`` of the largest; these are linearised next ``share`` of the
-    way from where they were to its motion. Where they agree x becomes the law's, exactly zero of
-    what does not touch."""
+    """Whether an element of a law that is not linear between contacts has a force at the motion of
+    an equilibrium that differs from its force in x (R,) by more than ``least`` of the largest one.
+
+    Such an element is linearised next at a motion ``share`` of the way from where it was to the new
+    one. Of all others x takes over the force of the law, which is exactly zero without contact.
+    """
     largest, found, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
         element = rows.element[e]
@@ -185,8 +188,8 @@ def disagree(laws, work, count, x, least, share):
 
 @njit(**PART)
 def _disagrees(laws, rows, e, problem, space, least):
-    """Whether the law of an element gives another force at the answer than the answer has; what is
-    held agrees as it is."""
+    """Whether the law of element e gives another force at the motion that was solved for than the
+    force that was; it is evaluated in the spare place of ``space``. Held rows always agree."""
     spare = space.motion.shape[0] - 1
     element = rows.element[e]
     if element.law == HELD_RATE_LAW:
@@ -205,7 +208,8 @@ def _disagrees(laws, rows, e, problem, space, least):
 
 @njit(**PART)
 def _take_over(rows, e, space):
-    """Linearise element e about the answer, as ``_disagrees`` has just done in the spare place."""
+    """Copy motion, force and tangent to place e from the spare place of ``space``, where
+    ``_disagrees`` has just evaluated the law of element e."""
     element, spare = rows.element[e], space.motion.shape[0] - 1
     for p in range(2):
         for a in range(element.rows):
@@ -217,14 +221,17 @@ def _take_over(rows, e, space):
 
 @njit(**INNER)
 def solve_contact(laws, rows, count, n, space, problem):
-    """Forces and motion of n rows in ``problem``; the number of linear problems, −1 without
-    agreement. ``space`` holds a first linearisation of the ``count`` elements."""
+    """Solve for the forces and motion of n rows, which go to ``problem``; ``space`` holds a first
+    linearisation of the ``count`` elements.
+
+    Returns the number of linear problems that were solved, −1 where laws and answer never agreed.
+    """
     for tries in range(1, TRIES + 1):
         _assemble(rows, count, n, space, problem)
         if not solve_dense(problem.matrix, problem.force, n):
             return -1
-        force, largest = problem.force[: wide(n)], 0.0
-        fill(problem.force[n : wide(n)], 0.0)
+        force, largest = problem.force[: padded(n)], 0.0
+        fill(problem.force[n : padded(n)], 0.0)
         for i in range(n):
             largest = max(largest, abs(force[i]))
             delta, rate = two_dots(force, problem.displacement[i], problem.rate[i])

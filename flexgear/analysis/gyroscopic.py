@@ -147,8 +147,8 @@ def _general(k: Array, turning: Array, size: int) -> tuple[Array, Complex, Array
         np.abs(values.real) > least, values.real, 0
     )
     order = np.lexsort((-values.real, np.abs(values.imag), values.imag < 0))
-    still = int(np.sum(values.imag == 0))  # real pairs: growing and decaying, or twice zero
-    keep = np.concatenate([order[: still // 2], order[still : d + still // 2]])[:size]
+    real = int(np.sum(values.imag == 0))  # real pairs: growing and decaying, or twice zero
+    keep = np.concatenate([order[: real // 2], order[real : d + real // 2]])[:size]
     return values[keep].imag, vectors[:d, keep], values[keep].real
 
 

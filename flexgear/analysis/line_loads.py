@@ -73,7 +73,7 @@ def _of_gear_mesh(
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
     tilt, turned = lever * (found[:, 1] - found[:, 0]), lever * (found[:, 3] - found[:, 2])
-    middle, moved = found[:, :2].mean(axis=1), found[:, 2:].mean(axis=1)
+    middle, approach = found[:, :2].mean(axis=1), found[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
     far = 0.5 + lever[:, None] * (z - centre[:, None])  # share of the second row in each slice
     if pairs.bent[m]:
@@ -90,7 +90,7 @@ def _of_gear_mesh(
     out.path[slices], out.width[slices] = s[:, None] + pairs.slope[m] * z, width[:, None]
     out.line_load[slices] = force / width[:, None]
     out.ends[place], out.tangent[place] = np.column_stack([low, high]), tangent
-    out.approach[place], out.tilt[place] = moved - turned * centre, turned
+    out.approach[place], out.tilt[place] = approach - turned * centre, turned
 
 
 def line_centres(pairs: PairData, m: int, s: Array) -> Array:

@@ -71,7 +71,7 @@ def port_space(count: int) -> PortSpace:
 
 
 @njit(**INNER)
-def brake_line(brake, speed):
+def brake_torque(brake, speed):
     """Torque that a brake takes and its slope at a speed: T = T_r sign(ω)|ω/ω_r|ⁿ.
 
     A constant torque (n = 0) fades linearly below a thousandth of the rated speed, so that it
@@ -95,16 +95,19 @@ def brake_line(brake, speed):
 
 
 @njit(**INNER)
-def machine_line(machine, h, told, guess, port, line):
+def machine_parameters(machine, h, told, guess, port, parameters):
     """F₀, c, δ̇₀, least and most F of a machine's law; see above. A given speed has c = 1."""
-    line[0], line[1], line[2] = 0.0, 1.0, told
-    line[3], line[4] = -machine.most, -machine.least
+    parameters[0], parameters[1], parameters[2] = 0.0, 1.0, told
+    parameters[3], parameters[4] = -machine.most, -machine.least
     if machine.kind == BRAKE:
-        line[0], line[1] = brake_line(machine, guess)
-        line[2] = guess
+        parameters[0], parameters[1] = brake_torque(machine, guess)
+        parameters[2] = guess
     elif machine.kind == CONTROLLER:
         half = 0.5 * h * machine.integral
-        line[0], line[1] = -(port.integral + half * port.error), machine.proportional + half
+        parameters[0], parameters[1] = (
+            -(port.integral + half * port.error),
+            machine.proportional + half,
+        )
 
 
 @njit(**INNER)
@@ -132,7 +135,7 @@ def add_machines(h, machines, ports, carried, rows, motion, n, count):
         element.law = HELD_RATE_LAW if machines[p].kind == SPEED else LINEAR_RATE_LAW
         element.first, element.rows, element.place = n, 1, -1
         motion[count, 0, 0], motion[count, 1, 0] = 0.0, ports.guess[p]
-        machine_line(
+        machine_parameters(
             machines[p], h, ports.told[p], ports.guess[p], carried[p], rows.parameters[count]
         )
         n, count = n + 1, count + 1

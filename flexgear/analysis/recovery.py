@@ -20,7 +20,7 @@ from flexgear.coupling.compiled import UNCOUNTED
 from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces
-from flexgear.coupling.system import TurningSupport
+from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.springs import at_height
 from flexgear.structures.kinematics import turn
 
@@ -85,7 +85,7 @@ class Recovery:
 
         Carrier and sun bearings: carrier axes, also where their stiffness is fixed in the housing.
         """
-        for support in self.modal.system.turning:
+        for support in self.modal.system.rotating_frame_supports:
             if support.name == name:
                 return self._turning_force(support) + self._law_force(name, support.rows)
         for link in self.modal.system.links:
@@ -142,7 +142,7 @@ class Recovery:
         turns = [turn(sense * float(t)) for t in self.result.theta[:, angle]]
         return np.einsum("tij,tj->ti", turns, vectors)
 
-    def _turning_force(self, support: TurningSupport) -> Array:
+    def _turning_force(self, support: RotatingFrameSupport) -> Array:
         node, housing = self.motion(support.rows), self.motion(support.housing)
         out = np.empty_like(node)
         for t, theta in enumerate(self.result.theta):

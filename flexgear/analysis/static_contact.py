@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from flexgear.analysis.vectors import SIMD, wide
+from flexgear.analysis.vectors import SIMD, padded
 from flexgear.coupling.compiled import FAST, INNER, PART
 
 MAX_SETS = 50
@@ -26,7 +26,7 @@ def solve_dense(a, b, n):
 
     Rows are subtracted in whole multiples of SIMD; columns left of the pivot are not read again.
     """
-    rows, stop = np.uint64(n), np.uint64(min(wide(n), a.shape[1]))
+    rows, stop = np.uint64(n), np.uint64(min(padded(n), a.shape[1]))
     for i in range(rows):
         pivot, largest = i, abs(a[i, i])
         for r in range(i + ONE, rows):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexgear.coupling.compiled import FAST, INNER
 
-LINE = 8  # numbers of a cache line
+CACHE_LINE = 8  # numbers of a cache line
 SIMD = 16  # numbers that a vectorised loop takes at once; what remains it takes one by one
 
 
@@ -25,12 +25,12 @@ def rounded_up(count: int) -> int:
 
 def aligned(*shape: int) -> NDArray[np.float64]:
     """Zeros that begin with a cache line: reading numbers across two of them takes longer."""
-    room = np.zeros(math.prod(shape) + LINE)
-    start = -(room.ctypes.data // room.itemsize) % LINE
+    room = np.zeros(math.prod(shape) + CACHE_LINE)
+    start = -(room.ctypes.data // room.itemsize) % CACHE_LINE
     return room[start : start + math.prod(shape)].reshape(shape)
 
 
-wide = njit(**INNER)(rounded_up)
+padded = njit(**INNER)(rounded_up)
 
 
 @njit(**INNER)
@@ -88,12 +88,12 @@ def put_two(target, factor, source, other_factor, other):
 
 
 @njit(**INNER, fastmath=FAST)
-def add_six(target, factors, lines, first):
-    """target[i] += Σ_p factors[p] · lines[p, first + i], p = 0 … 5, over the length of ``target``:
+def add_six(target, factors, table, first):
+    """target[i] += Σ_p factors[p] · table[p, first + i], p = 0 … 5, over the length of ``target``:
     taken one by one they would cost six readings of ``target``."""
     stop = first + target.shape[0]
-    p, q, r = lines[0, first:stop], lines[1, first:stop], lines[2, first:stop]
-    s, t, u = lines[3, first:stop], lines[4, first:stop], lines[5, first:stop]
+    p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
+    s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]
     a, b, c, d, e, f = factors[0], factors[1], factors[2], factors[3], factors[4], factors[5]
     for i in range(target.shape[0]):
         target[i] += a * p[i] + b * q[i] + c * r[i] + d * s[i] + e * t[i] + f * u[i]

@@ -20,40 +20,40 @@ from flexgear.solve.angles import StageMotion, stage_motions
 Sections = dict[str, dict[str, Any]]
 
 
-def derived(train: Case) -> Sections:
+def derived(case: Case) -> Sections:
     """All derived figures by section. InputError or FlexgearError for a train that cannot run."""
-    flow = power_flow(train)
-    running = {} if train.output is None else _running(train, flow)
+    flow = power_flow(case)
+    running = {} if case.output is None else _running(case, flow)
     return {
-        **case_report(train),
+        **case_report(case),
         **{
-            "kinematics" if train.is_short else f"{name} kinematics": _kinematics(train, name, flow)
-            for name in train.flexible_stages
+            "kinematics" if case.is_short else f"{name} kinematics": _kinematics(case, name, flow)
+            for name in case.flexible_stages
         },
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
-        "system": _system(train),
-        "case": {"name": train.name, "content_hash": train.content_hash()},
+        "system": _system(case),
+        "case": {"name": case.name, "content_hash": case.content_hash()},
     }
 
 
-def _running(train: Case, flow: PowerFlow) -> Sections:
+def _running(case: Case, flow: PowerFlow) -> Sections:
     """What follows from torques and speeds: members, stages, the whole train."""
-    motions, sections = stage_motions(train, flow), _members(flow)
-    lives = planet_bearing_life_hours(train, flow)
+    motions, sections = stage_motions(case, flow), _members(flow)
+    lives = planet_bearing_life_hours(case, flow)
     for stage, motion in zip(flow.stages, motions, strict=True):
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
-        rows = _stage(train, stage, motion)
+        rows = _stage(case, stage, motion)
         if math.isfinite(lives.get(stage.name, math.inf)):
             rows["planet_bearing_life_h"] = lives[stage.name]
         sections[f"{before}running"] = rows
-    sections["machines"] = dict(machine_words(train))
+    sections["machines"] = dict(machine_words(case))
     sections["power"] = {
         "independent_speeds": flow.mobility,
         "input_power_w": flow.input_power,
         "circulating_power_w": flow.circulating_power,
     }
-    sections |= pace_sections(case_pace(train), train.solver)
+    sections |= pace_sections(case_pace(case), case.solver)
     return sections
 
 
@@ -66,7 +66,7 @@ def _members(flow: PowerFlow) -> Sections:
     }
 
 
-def _stage(train: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
+def _stage(case: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]:
     rows: dict[str, Any] = {
         "gear_mesh_frequency_hz": stage.gear_mesh_frequency,
         "rolling_power_w": stage.stage_power,
@@ -84,7 +84,7 @@ def _stage(train: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]
             "planet_speed_rpm": stage.planet_speed * RPM,
             "planet_speed_in_carrier_rpm": stage.planet_relative_speed * RPM,
             "planet_bearing_force_n": stage.planet_bearing_force,
-            "planet_bearing_force_direction_deg": math.degrees(_direction(train, stage)),
+            "planet_bearing_force_direction_deg": math.degrees(_direction(case, stage)),
         }
     cycle = motion.cycle
     rows["error_cycle_gear_meshes"] = cycle.gear_meshes
@@ -94,12 +94,12 @@ def _stage(train: Case, stage: StageFlow, motion: StageMotion) -> dict[str, Any]
     return rows
 
 
-def _direction(train: Case, stage: StageFlow) -> float:
+def _direction(case: Case, stage: StageFlow) -> float:
     """Direction of the force on a pin, rad from radial outward in the sense of rotation.
 
     Teeth push a planet outward at the sun and inward at the ring, whichever flanks carry.
     """
-    radii = stage_radii(train.view(stage.name))
+    radii = stage_radii(case.view(stage.name))
     outward = abs(stage.sun_gear_mesh_force) * math.sin(radii.sun_angle)
     inward = abs(stage.ring_gear_mesh_force) * math.sin(radii.ring_angle)
     tangential = abs(stage.sun_gear_mesh_force) * math.cos(radii.sun_angle)
@@ -108,20 +108,20 @@ def _direction(train: Case, stage: StageFlow) -> float:
     return math.atan2(sense * tangential, outward - inward)
 
 
-def _system(train: Case) -> dict[str, Any]:
+def _system(case: Case) -> dict[str, Any]:
     """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
-    if train.flexible_stages:
+    if case.flexible_stages:
         return {
-            "flexible_stages": list(train.flexible_stages),
+            "flexible_stages": list(case.flexible_stages),
             "bodies_and_coordinates": "known once the flexible stages are reduced: flexgear modes",
         }
-    system = build_system(train)
+    system = build_system(case)
     return {
         "bodies": len(system.bodies),
         "degrees_of_freedom": system.size,
         "gear_meshes": len(system.gear_meshes),
         "gyroscopic": system.gyroscopic is not None,
-        "free_vibration": train.output is None,
+        "free_vibration": case.output is None,
     }
 
 

@@ -30,7 +30,7 @@ from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.solve.run import is_still, models_of
+from flexgear.solve.run import is_static, models_of
 from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing
@@ -132,17 +132,17 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
         )
 
 
-def _sharing(train: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
+def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
-        found = models_of(train, report)
+        found = models_of(case, report)
         own = next(iter(found.values()))
-        warn(reduction_warnings(train, own.bodies, own.system.variants))
+        warn(reduction_warnings(case, own.bodies, own.system.variants))
         figures = compare_sharing(found, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)
         return
-    typer.echo(f"{train.name}: load sharing of the planets at rated torque")
+    typer.echo(f"{case.name}: load sharing of the planets at rated torque")
     groups = list(dict.fromkeys(g for rows in figures.values() for g in rows))
     if not groups:
         typer.echo("  no stage has planets that share a load")
@@ -161,10 +161,10 @@ def _sharing(train: Case, cycles: int | None, as_json: bool, quiet: bool) -> Non
     typer.echo(
         "\nK: largest N F/ΣF at any instant; Hu 2023, Ren 2021: by maxima of gear-mesh cycles"
     )
-    still = [label for label, context in found.items() if is_still(context)]
-    if still:
+    static = [label for label, context in found.items() if is_static(context)]
+    if static:
         typer.echo(
-            f"{'; '.join(still)}: rolls in one equilibrium, so that a transient adds nothing"
+            f"{'; '.join(static)}: rolls in one equilibrium, so that a transient adds nothing"
         )
 
 

@@ -15,7 +15,13 @@ from flexgear.cli.outputs import Force, claim_file, save_or_rescue
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
-from flexgear.studies.modify import TRIALS, Aim, Proposal, propose_modifications
+from flexgear.studies.modify import (
+    TRIALS,
+    Aim,
+    Proposal,
+    propose_modifications,
+    require_slices,
+)
 from flexgear.views.face_load_charts import before_and_after
 from flexgear.views.style import PICTURES, save_figure
 
@@ -67,6 +73,7 @@ def modify(
             "modify", "--picture", f"{picture} is no picture", f"end it in .{', .'.join(PICTURES)}"
         )
     claim_file(picture, origin_of_case(found), force)
+    require_slices(found, name)  # before bodies are made
     with progress(quiet) as report:
         model = put_together(found, parts, report)
         proposal = propose_modifications(

@@ -133,13 +133,13 @@ def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
 
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     """Figures of one flexible stage by name."""
-    steady, still, outline = content.runs("transient"), content.equilibria, content.outline
+    steady, equilibria, outline = content.runs("transient"), content.equilibria, content.outline
     name, first = next(iter(steady.items()))
     planets = content.stage.stage.planets
     teeth = content.stage.ring_gear.teeth
     angle = float(first["carrier_angle"][first.sizes["time"] // 2])
     window = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
-    two = still.isel(position=_nearest(still, [0.0, np.pi / planets]))
+    two = equilibria.isel(position=_nearest(equilibria, [0.0, np.pi / planets]))
     at = two["carrier_angle"].to_numpy()
     orders = content.figures["radial_harmonics_um"]
     plan: dict[str, tuple[str, Draw]] = {
@@ -212,8 +212,8 @@ def _spread(runs: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     return {name: with_spread(data) for name, data in runs.items()}
 
 
-def _nearest(still: xr.Dataset, angles: list[float]) -> list[int]:
-    values = still["carrier_angle"].to_numpy()
+def _nearest(equilibria: xr.Dataset, angles: list[float]) -> list[int]:
+    values = equilibria["carrier_angle"].to_numpy()
     return [int(np.argmin(np.abs(values - a))) for a in angles]
 
 
@@ -306,9 +306,9 @@ def _animate(content: RingFolder, folder: Path, name: str) -> Picture:
     from flexgear.views.animation import animate_star
     from flexgear.views.scenes import star_scene
 
-    still, period = content.equilibria, content.stage.stage.planet_period
-    angles = still["carrier_angle"].to_numpy()
-    turn = still.isel(position=np.flatnonzero(angles < period - 1e-9))
+    equilibria, period = content.equilibria, content.stage.stage.planet_period
+    angles = equilibria["carrier_angle"].to_numpy()
+    turn = equilibria.isel(position=np.flatnonzero(angles < period - 1e-9))
     path = animate_star(
         turn["tooth_displacement"],
         turn["carrier_angle"].to_numpy(),

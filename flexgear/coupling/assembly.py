@@ -11,7 +11,7 @@ from scipy import linalg
 from flexgear.coupling.bearings import LawBearing, own_law
 from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, GivenLoad
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
-from flexgear.coupling.system import Link, TurningSupport
+from flexgear.coupling.system import Link, RotatingFrameSupport
 from flexgear.model.errors import InputError
 from flexgear.model.springs import Bearing, at_height
 from flexgear.structures.bodies import Body
@@ -41,7 +41,7 @@ class Assembly:
             self.mass[at, at] = b.mass
             self.stiffness[at, at] = b.stiffness
         self.links: list[Link] = []
-        self.turning: list[TurningSupport] = []
+        self.rotating_frame_supports: list[RotatingFrameSupport] = []
         self.bearings: list[LawBearing] = []
         self.contact_nodes: list[Array] = []
         self.node_angles: list[int] = []
@@ -156,7 +156,7 @@ class Assembly:
         ]
         return ExtraRows(self.support_rows, self.node_angles, first_block, bearings, loads)
 
-    def turning_support(
+    def rotating_frame_support(
         self, name: str, body: str, node: str, matrix: Array, angle: int = 0
     ) -> None:
         """Support of a node in a turning frame on the housing; matrix in fixed axes."""
@@ -179,7 +179,9 @@ class Assembly:
             rest[:6, 6:], rest[6:, :6], rest[6:, 6:] = -matrix, -matrix, matrix
         if np.abs(rest).max() <= 1e-9 * max(np.abs(matrix).max(), 1e-300):
             return
-        self.turning.append(TurningSupport(name, rows, housing, matrix, angle))
+        self.rotating_frame_supports.append(
+            RotatingFrameSupport(name, rows, housing, matrix, angle)
+        )
         ends = [self.contact_node(rows, angle)]
         if moves:
             ends.append(self.contact_node(housing, -1))
@@ -227,9 +229,9 @@ class Assembly:
         """
         b, out = self.body(body), np.zeros((6, self.size))
         nodes = b.node_map[:6].T if b.rigid else rigid_rows(b.positions)
-        moved = np.zeros((b.size, 3))
-        moved[: len(nodes)] = nodes[:, :3]
-        out[:3, self.slice_of(body)] = (b.mass @ moved).T
+        translations = np.zeros((b.size, 3))
+        translations[: len(nodes)] = nodes[:, :3]
+        out[:3, self.slice_of(body)] = (b.mass @ translations).T
         return out
 
     def add_inertia(self, row: Array, inertia: float) -> None:

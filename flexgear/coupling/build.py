@@ -51,7 +51,7 @@ Reduced = tuple[ReducedBody | None, ReducedBody | None]  # ring, carrier; None w
 
 
 def build_system(
-    train: Case,
+    case: Case,
     flexible: Mapping[str, Reduced] | None = None,
     variants: Mapping[str, Variant] | None = None,
     stiffening: Stiffening | None = None,
@@ -64,58 +64,58 @@ def build_system(
     stiffening: of those of all stages; bending: see ``stage_sets``. Raises InputError where the
     case has no single rated state or a body is loose.
     """
-    with spoken(train):
-        return _coupled(train, flexible or {}, variants or {}, stiffening, bending)
+    with spoken(case):
+        return _coupled(case, flexible or {}, variants or {}, stiffening, bending)
 
 
 def _coupled(
-    train: Case,
+    case: Case,
     flexible: Mapping[str, Reduced],
     variants: Mapping[str, Variant],
     stiffening: Stiffening | None,
     bending: bool,
 ) -> System:
-    flow = power_flow(train)
-    bodies, members = _bodies(train, flexible, variants, stiffening)
-    b = UnderWay(train, flow, Assembly(bodies, train.source), members, bending)
-    for number in range(len(train.stages)):
+    flow = power_flow(case)
+    bodies, members = _bodies(case, flexible, variants, stiffening)
+    b = UnderWay(case, flow, Assembly(bodies, case.source), members, bending)
+    for number in range(len(case.stages)):
         b.frames.append(_frame(b, number))
     rims = _rims(flexible, variants, stiffening)
-    for number in range(len(train.stages)):
+    for number in range(len(case.stages)):
         _tie_and_mesh(b, number, rims)
-    for joint in train.joints:
+    for joint in case.joints:
         _join(b, joint)
-    for port in train.ports:
+    for port in case.ports:
         if not any(body.endswith(".output") for body, _ in ends_of(b, port.member)):  # has its own
-            b.a.add_inertia(rotation(b, port.member), train.port_inertia(port.member))
+            b.a.add_inertia(rotation(b, port.member), case.port_inertia(port.member))
     if b.a.has("housing"):
         _mount_housing(b)
     return _system(b, variants)
 
 
 def _bodies(
-    train: Case,
+    case: Case,
     flexible: Mapping[str, Reduced],
     variants: Mapping[str, Variant],
     stiffening: Stiffening | None,
 ) -> tuple[list[Body], list[list[Member]]]:
     members: list[list[Member]] = []
-    for stage in train.stages:
+    for stage in case.stages:
         found = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
         reduced = {part: body for part, body in found if body is not None}
-        members.append(stage_members(train, stage, reduced, variants.get(stage.name), stiffening))
+        members.append(stage_members(case, stage, reduced, variants.get(stage.name), stiffening))
     bodies = [m.body for own in members for m in own]
-    housing = train.housing
+    housing = case.housing
     if housing.kind == "lumped":
         bodies.append(lumped_body("housing", housing.mass, housing.inertia))
     if housing.kind == "reduced":
-        bodies.append(given_housing(housing, train.source))
+        bodies.append(given_housing(housing, case.source))
     return bodies, members
 
 
 def _mount_housing(b: UnderWay) -> None:
     """Springs between the housing and the ground, at each node of an FE housing that has some."""
-    matrix, body = b.train.housing.mount.matrix, b.a.body("housing")
+    matrix, body = b.case.housing.mount.matrix, b.a.body("housing")
     nodes = [name for name in body.node_names if name.startswith("mount")]
     for node in nodes or ["housing"]:
         b.a.link(f"housing_{node if nodes else 'mount'}", b.a.rows("housing", node), matrix)
@@ -128,7 +128,7 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
     that its supports stand on, as those of a held ring stand in the housing: what either ring winds
     up against them is elastic displacement.
     """
-    stage, held = b.train.stages[number], b.train.held_members()
+    stage, held = b.case.stages[number], b.case.held_members()
     if stage.kind == "parallel":
         return StageFrame(b.angle(rotation(b, f"{stage.name}.gear")), -1)
     carrier, ring = f"{stage.name}.carrier", f"{stage.name}.ring"
@@ -143,7 +143,7 @@ def _frame(b: UnderWay, number: int) -> StageFrame:
 
 def _pin_rotation(b: UnderWay, number: int) -> Array:
     """Row (d,) of the mean rotation of the pins about the axis, rad."""
-    view = b.train.view(b.train.stages[number].name)
+    view = b.case.view(b.case.stages[number].name)
     tangential = [pin_rows(b.a, view, i)[1] for i in range(view.stage.planets)]
     return np.asarray(np.mean(tangential, axis=0) / stage_radii(view).center_distance)
 
@@ -163,13 +163,13 @@ def _rims(
 
 
 def _tie_and_mesh(b: UnderWay, number: int, rims: Mapping[str, RimFlexibility]) -> None:
-    stage, frame = b.train.stages[number], b.frames[number]
-    with inside(b.train, stage):
-        tie_stage(b.a, b.train.view(stage.name), b.members[number], frame)
+    stage, frame = b.case.stages[number], b.frames[number]
+    with inside(b.case, stage):
+        tie_stage(b.a, b.case.view(stage.name), b.members[number], frame)
     blocks = _gear_blocks(b, number)
     rigid = any(m.part == "ring" and m.form == "fe" and m.body.rigid for m in b.members[number])
     flow, rim = b.flow.stage(stage.name), rims.get(stage.name)
-    b.sets += stage_sets(b.train, number, flow, frame, blocks, b.bending, rim, rigid)
+    b.sets += stage_sets(b.case, number, flow, frame, blocks, b.bending, rim, rigid)
 
 
 def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
@@ -187,7 +187,7 @@ def _gear_blocks(b: UnderWay, number: int) -> GearBlocks:
             gears[m.part, m.side] = first
         if m.teeth:
             places = np.array([m.body.position(node) for node in nodes])
-            for k, side in enumerate(sides := b.train.stages[number].sides):
+            for k, side in enumerate(sides := b.case.stages[number].sides):
                 own = slice(k * len(nodes) // len(sides), (k + 1) * len(nodes) // len(sides))
                 gears[m.part, side], teeth[side] = first + own.start, places[own]
     return GearBlocks(planets, gears, teeth)
@@ -197,7 +197,7 @@ def _join(b: UnderWay, joint: Joint) -> None:
     """A spline or shaft between two members."""
     if joint.length is not None and joint.outer_diameter is not None:
         section = BeamSection(joint.length, joint.outer_diameter, joint.inner_diameter)
-        m = b.train.material
+        m = b.case.material
         matrix, _ = beam_element(section, joint.length, m.young_modulus, m.poisson_ratio, m.density)
     else:
         spring = np.array(joint.matrix, dtype=float)
@@ -206,9 +206,9 @@ def _join(b: UnderWay, joint: Joint) -> None:
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
         name, _, part = member.partition(".")
-        stage, number = b.train.stage(name), b.train.stage_index(name)
+        stage, number = b.case.stage(name), b.case.stage_index(name)
         if stage.form(part) == "beam" and not b.a.has(f"{name}.output"):
-            matrix = behind_spline(matrix, spline_matrix(b.train.view(name)), end)
+            matrix = behind_spline(matrix, spline_matrix(b.case.view(name)), end)
         turns_with_ring = part == "ring" and stage.form(part) == "fe"
         ends.append(end_rows(b, member))
         angles.append(b.frames[number].ring if turns_with_ring else b.frames[number].carrier)
@@ -219,12 +219,12 @@ def _join(b: UnderWay, joint: Joint) -> None:
 def _radius(b: UnderWay, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
     name, _, part = member.partition(".")
-    view = b.train.view(name)
+    view = b.case.view(name)
     return reference_radius(view.stage, part, stage_radii(view))
 
 
 def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
-    a, train, flow = b.a, b.train, b.flow
+    a, case, flow = b.a, b.case, b.flow
     loads = given_loads(b)
     extra = a.extra_rows(len(b.blocks), loads)
     blocks = np.vstack([*b.blocks, *a.contact_nodes])
@@ -234,15 +234,15 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     contact = holding_rows(pairs, blocks, len(angles), a.bearing_rows())
     rolling, input_rows, speeds = _rolling(b, rigid, contact)
     gyroscopic, centripetal = frame_forces(b, rolling, input_rows)
-    rotations = np.array([rotation(b, p.member) for p in train.ports]).reshape(-1, a.size)
-    require_free_speeds(train, rotations @ rolling)
-    d, modal = train.damping, train.damping.kind == "modal"
-    lead = train.inputs[0].member if train.inputs else ""
-    inertias = {f"{p.member}_inertia_kg_m2": train.port_inertia(p.member) for p in train.ports}
+    rotations = np.array([rotation(b, p.member) for p in case.ports]).reshape(-1, a.size)
+    require_free_speeds(case, rotations @ rolling)
+    d, modal = case.damping, case.damping.kind == "modal"
+    lead = case.inputs[0].member if case.inputs else ""
+    inertias = {f"{p.member}_inertia_kg_m2": case.port_inertia(p.member) for p in case.ports}
     return System(
         variants={
             name: variants.get(name, Variant()).of(view.bending_parts)
-            for name, view in train.flexible_stages.items()
+            for name, view in case.flexible_stages.items()
         },
         bodies=tuple(a.bodies),
         mass=a.mass,
@@ -259,25 +259,25 @@ def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
                 flow.torque[p.member],
                 reaction=p.given_torque is None,
             )
-            for p, row in zip(train.ports, rotations, strict=True)
+            for p, row in zip(case.ports, rotations, strict=True)
         ),
         pairs=pairs,
         gear_meshes=labels(b.sets),
         links=tuple(a.links),
         bearings=tuple(a.bearings),
-        frames=dict(zip([s.name for s in train.stages], b.frames, strict=True)),
-        turning=tuple(a.turning),
+        frames=dict(zip([s.name for s in case.stages], b.frames, strict=True)),
+        rotating_frame_supports=tuple(a.rotating_frame_supports),
         damping=Damping(
             d.ratio if modal else 0.0, 0.0 if modal else d.alpha, 0.0 if modal else d.beta
         ),
-        machines=port_machines(train, flow),
+        machines=port_machines(case, flow),
         rated_torque=flow.torque.get(lead, 0.0),
         rated_speed=flow.speed.get(lead, 0.0),
         input_speeds=speeds,
-        planets=max(s.planets for s in train.stages),
+        planets=max(s.planets for s in case.stages),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
-        header={**machine_words(train), **inertias},
+        header={**machine_words(case), **inertias},
     )
 
 
@@ -288,16 +288,16 @@ def _loose_motions(b: UnderWay) -> Array:
     planets orbit with the carrier, each planet spins, the ring turns with its hub, the sun with
     what hangs on it. There are others where members float without a spring.
     """
-    loose, stage = b.a.loose_motions(), b.train.stages[0]
-    if len(b.train.stages) > 1 or b.train.joints or not stage.is_flexible:
+    loose, stage = b.a.loose_motions(), b.case.stages[0]
+    if len(b.case.stages) > 1 or b.case.joints or not stage.is_flexible:
         return loose
-    held, motions = b.train.held_members(), {}
+    held, motions = b.case.held_members(), {}
     for m in b.members[0]:
         motions[m.part if m.part != "planet" else m.body.name] = b.a.rotation(m.body.name)
     orbit = motions["carrier"]
     for m in b.members[0]:
         if m.part == "planet":
-            orbit[b.a.starts[m.body.name] + 1] = stage_radii(b.train.view()).center_distance
+            orbit[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
     known = [row for name, row in motions.items() if "." in name]
     groups = {"carrier": ("carrier",), "ring": ("ring", "hub"), "sun": ("sun", "output")}
     for member, parts in groups.items():
@@ -313,9 +313,9 @@ def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, t
     In free vibration supports may resist rotations, or members float: what is left free has no
     speed of its own, unless it is the rotations that the inputs give.
     """
-    given = [p.member for p in b.train.ports if p.speed is not None]
+    given = [p.member for p in b.case.ports if p.speed is not None]
     free = free_motions(rigid, contact).shape[1]
-    if b.train.output is None and (not given or free != len(given)):
+    if b.case.output is None and (not given or free != len(given)):
         return *vibration_motions(b.a.mass, rigid, contact), ()
     input_rows = np.array([speed_row(b, m) for m in given]).reshape(-1, b.a.size)
     rolling = rolling_motions(b.a.bodies, b.a.source, rigid, contact, input_rows)

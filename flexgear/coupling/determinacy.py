@@ -160,9 +160,9 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
     return [ordered[key] for key in sorted(ordered)]
 
 
-def _rank(moved: Array, free: Array) -> int:
+def _rank(motions: Array, free: Array) -> int:
     """How many of the free motions a spring on rows would stop: rank of rows @ free."""
-    values = np.linalg.svd(moved, compute_uv=False)
+    values = np.linalg.svd(motions, compute_uv=False)
     return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
 
 

@@ -194,7 +194,7 @@ def packed(data: PairData) -> Elements:
 
 
 def _fixed_rows(data: PairData) -> FixedRows:
-    """Turning supports, then bearings, then given forces."""
+    """Rotating-frame supports, then bearings, then given forces."""
     count = extra_rows(data)
     row, end = np.zeros(count, dtype=FIXED_ROW), np.full((count, 2), -1, dtype=FIXED_END)
     row["owner"] = np.arange(count)

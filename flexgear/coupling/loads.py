@@ -20,20 +20,20 @@ Array = NDArray[np.float64]
 def given_loads(b: UnderWay) -> list[GivenLoad]:
     """Forces given from outside."""
     out: list[GivenLoad] = []
-    for number, stage in enumerate(b.train.stages):
+    for number, stage in enumerate(b.case.stages):
         speed = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
-        radius = stage_radii(b.train.view(stage.name)).center_distance
+        radius = stage_radii(b.case.view(stage.name)).center_distance
         for m in b.members[number]:
-            if any(b.train.gravity):
+            if any(b.case.gravity):
                 out.append(_weight(b, number, m))
-            if b.train.gyroscopic and m.part == "planet":
+            if b.case.gyroscopic and m.part == "planet":
                 block = b.block_of[m.body.name]
                 force = orbit_force(stage, m, radius, speed)
                 out.append(GivenLoad(block, force, grows=1))
-    if any(b.train.gravity) and b.a.has("housing"):
+    if any(b.case.gravity) and b.a.has("housing"):
         node = _new_block(b, b.a.weight_rows("housing"))
-        out.append(GivenLoad(node, np.r_[b.train.gravity, 0, 0, 0]))
-    for k in range(len(b.train.loads)):
+        out.append(GivenLoad(node, np.r_[b.case.gravity, 0, 0, 0]))
+    for k in range(len(b.case.loads)):
         out += _given_load(b, k)
     return out
 
@@ -46,17 +46,17 @@ def _weight(b: UnderWay, number: int, m: Member) -> GivenLoad:
         size = m.mass
     else:
         block = _new_block(b, b.a.weight_rows(m.body.name))
-    vector = turn(-planet_axes(b.train.stages[number], m)) @ np.r_[b.train.gravity, 0, 0, 0]
+    vector = turn(-planet_axes(b.case.stages[number], m)) @ np.r_[b.case.gravity, 0, 0, 0]
     return GivenLoad(block, size * vector, b.body_angle(number, m))
 
 
 def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
     """The load that the case lists as number k, on a member where it meets the rest of the train or
     on any lumped body; a history component by component."""
-    load, places = b.train.loads[k], _places(b)
+    load, places = b.case.loads[k], _places(b)
     if load.member not in places:
         raise InputError(
-            b.train.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
+            b.case.source, f"loads[{k}].member", f"{load.member} cannot be loaded",
             f"name one of {', '.join(sorted(places))}",
         )  # fmt: skip
     number, m = places[load.member]
@@ -66,16 +66,16 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
     angle = b.body_angle(number, m)
     if load.frame == "carrier" and m.teeth:
         raise InputError(
-            b.train.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
+            b.case.source, f"loads[{k}].frame", f"is the carrier's, but {load.member} turns",
             'give the load in fixed axes, frame = "fixed"',
         )  # fmt: skip
     angle = angle if load.frame == "fixed" else -1
-    to_body = turn(-planet_axes(b.train.stages[number], m))
+    to_body = turn(-planet_axes(b.case.stages[number], m))
     if not load.is_history:
         return [GivenLoad(block, to_body @ load.first, angle)]
     return [
         GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, told=place)
-        for place, (of, c, size) in enumerate(varying(b.train.loads))
+        for place, (of, c, size) in enumerate(varying(b.case.loads))
         if of == k
     ]
 
@@ -85,7 +85,7 @@ def _places(b: UnderWay) -> dict[str, tuple[int, Member]]:
     out = {}
     for number, members in enumerate(b.members):
         for m in members:
-            member = f"{b.train.stages[number].name}.{m.part}"
+            member = f"{b.case.stages[number].name}.{m.part}"
             if m.part == "planet":
                 out[m.body.name] = (number, m)
             elif m.part not in ("hub", "output") and ends_of(b, member):
@@ -112,10 +112,10 @@ def frame_forces(
     Coordinates hold the rolling motion, which the frame follows: only what is left of a motion,
     (I − rolling input_rows) q, makes forces of the frame, and these leave the rolling alone.
     """
-    if not b.train.gyroscopic:
+    if not b.case.gyroscopic:
         return None, None
     turning, centripetal = np.zeros_like(b.a.mass), np.zeros_like(b.a.mass)
-    for number, stage in enumerate(b.train.stages):
+    for number, stage in enumerate(b.case.stages):
         flow = b.flow.stage(stage.name)
         carrier = b.flow.speed.get(f"{stage.name}.carrier", 0.0)
         for m in b.members[number]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.system import Variant
-from flexgear.gears.radii import StageRadii, gears_by_slot, stage_radii
+from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -70,7 +70,7 @@ class Stiffening:
 
 
 def stage_members(
-    train: Case,
+    case: Case,
     stage: Stage,
     reduced: Reduced | None = None,
     variant: Variant | None = None,
@@ -81,12 +81,12 @@ def stage_members(
     reduced: its FE bodies; variant: what of it bends. Names are "<stage>.ring", "<stage>.planet_1",
     …; a sun on a shaft is "<stage>.shaft". FlexgearError where an FE body is missing.
     """
-    view, variant = train.view(stage.name), variant or Variant()
+    view, variant = case.view(stage.name), variant or Variant()
     stiffening, out = stiffening or Stiffening(), []
     for part in [*stage.members, *(["planet"] if stage.kind == "planetary" else [])]:
         form = stage.form(part)
         if form == "lumped":
-            out += _lumped(train, stage, part)
+            out += _lumped(case, stage, part)
             continue
         if form == "beam":
             name, body = "shaft", sun_shaft(view)
@@ -96,19 +96,19 @@ def stage_members(
         body = body if getattr(variant, name) else rigid_variant(body)
         body = replace(body, name=f"{stage.name}.{name}")
         out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
-    return [*out, *_hub(train, stage), *_behind_spline(train, stage, out)]
+    return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
 
 
-def can_turn(train: Case, stage: Stage, part: str) -> bool:
+def can_turn(case: Case, stage: Stage, part: str) -> bool:
     """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
     name, form = f"{stage.name}.{part}", stage.form(part)
     if form == "beam":
         return True
-    held = name in train.held_members()
+    held = name in case.held_members()
     if form == "fe":
         return not held
     fast = held and not stage.member(part).support.holds_rotation
-    return train.kinematics_of(name) != "fixed" and not fast
+    return case.kinematics_of(name) != "fixed" and not fast
 
 
 def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[float, float, float]:
@@ -173,11 +173,11 @@ def _fe_body(stage: Stage, part: str, reduced: Reduced) -> Body:
     )
 
 
-def _lumped(train: Case, stage: Stage, part: str) -> list[Member]:
+def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
     """The bodies of a lumped member: all planets, both halves of a double-helical ring."""
-    view, name = train.view(stage.name), f"{stage.name}.{part}"
+    view, name = case.view(stage.name), f"{stage.name}.{part}"
     radius, mass, polar, tilt = _sizes(view, part)
-    kinematics, fast = train.kinematics_of(name), not can_turn(train, stage, part)
+    kinematics, fast = case.kinematics_of(name), not can_turn(case, stage, part)
     inertia = (tilt, tilt, polar)
     return [
         Member(
@@ -188,9 +188,9 @@ def _lumped(train: Case, stage: Stage, part: str) -> list[Member]:
     ]  # fmt: skip
 
 
-def _hub(train: Case, stage: Stage) -> list[Member]:
+def _hub(case: Case, stage: Stage) -> list[Member]:
     """What an FE ring that turns is held on."""
-    if stage.form("ring") != "fe" or not can_turn(train, stage, "ring"):
+    if stage.form("ring") != "fe" or not can_turn(case, stage, "ring"):
         return []
     hub = stage.ring.hub if stage.ring else None
     assert hub is not None  # the model asks for it
@@ -201,10 +201,10 @@ def _hub(train: Case, stage: Stage) -> list[Member]:
     return [Member(body, "hub", "lumped", "", -1, 0.0, mass, hub.inertia, tilt)]
 
 
-def _behind_spline(train: Case, stage: Stage, members: list[Member]) -> list[Member]:
+def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
     """What hangs behind the spline of a sun's shaft: nothing where another stage is joined there,
     which has its own bodies."""
-    port = train.port_at(f"{stage.name}.sun")
+    port = case.port_at(f"{stage.name}.sun")
     if stage.form("sun") != "beam" or port is None:
         return []
     assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
@@ -239,8 +239,8 @@ def _radii_of(
 
 
 def _slot(stage: Stage, part: str) -> str:
-    gears = gears_by_slot(stage)
-    return next(slot for slot, gear in gears.items() if gear is stage.member(part))
+    gears = gears_by_role(stage)
+    return next(role for role, gear in gears.items() if gear is stage.member(part))
 
 
 def _copies(stage: Stage, part: str) -> list[tuple[str, str, int]]:

@@ -113,10 +113,10 @@ def elastic_modes(system: System) -> tuple[Array, Array]:
     omegas, modes = [np.zeros(0)], [np.zeros((len(system.mass), 0))]
     for part in independent_parts(system):
         omega, phi = _modes_of_part(system, part)
-        wide = np.zeros((len(system.mass), len(omega)))
-        wide[part] = phi
+        whole = np.zeros((len(system.mass), len(omega)))
+        whole[part] = phi
         omegas.append(omega)
-        modes.append(wide)
+        modes.append(whole)
     omega = np.concatenate(omegas)
     order = np.argsort(omega, kind="stable")
     return omega[order], np.hstack(modes)[:, order]

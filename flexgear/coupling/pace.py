@@ -147,8 +147,8 @@ def speed_time_constant(case: Case) -> float:
     if taken == 0:
         return math.inf
     ports = [port.member for port in case.ports]
-    moved = sum(case.port_inertia(member) * flow.speed[member] ** 2 for member in ports)
-    return moved / taken
+    twice_kinetic = sum(case.port_inertia(member) * flow.speed[member] ** 2 for member in ports)
+    return twice_kinetic / taken
 
 
 def own_frequency(s: GearMeshSet) -> float:

@@ -93,7 +93,7 @@ class PairData(NamedTuple):
     runout_angle: IntArray  # (M, H)
     largest_error: Array  # (M,) m, largest sum of errors of a pair
     damping: Array  # (M,) 2 ζ √m_eq, so that c = damping √k
-    support_block: IntArray  # (n_s, 2) blocks of a turning support row, −1 none
+    support_block: IntArray  # (n_s, 2) blocks of the row of a rotating-frame support, −1 none
     support_vector: Array  # (n_s, 2, 6) fixed-frame vectors
     support_stiffness: Array  # (n_s,) N/m, of either sign
     support_angle: IntArray  # (n_s, 2) angle by which the block's frame has turned, −1: fixed

@@ -41,7 +41,7 @@ class GearBlocks:
 
 
 def stage_sets(
-    train: Case,
+    case: Case,
     number: int,
     flow: StageFlow,
     frame: StageFrame,
@@ -59,8 +59,8 @@ def stage_sets(
     the equivalent mass on the line of action, 1/m = r_bp²/J_p + r_b²/J, without the second term
     where the gear is held.
     """
-    stage, out = train.stages[number], []
-    options, view = stage.gear_mesh, train.view(stage.name)
+    stage, out = case.stages[number], []
+    options, view = stage.gear_mesh, case.view(stage.name)
     view = view.with_rigid_ring() if rigid_ring else view
     paths, radii = stage_paths(view, flow.gear_mesh_forces), stage_radii(view)
     errors = stage_errors(view, paths)
@@ -70,15 +70,15 @@ def stage_sets(
             continue
         part = "ring" if kind.startswith("ring") else first
         inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
-        if can_turn(train, stage, part):
+        if can_turn(case, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
         if bending and bend_each_other(view):
             assert path.slices is not None
-            slot = kind.removesuffix("_coast")
-            force = flow.gear_mesh_forces[slot]
-            load = line_load(view, stage_geometry(view), slot, force)
+            role = kind.removesuffix("_coast")
+            force = flow.gear_mesh_forces[role]
+            load = line_load(view, stage_geometry(view), role, force)
             found = pair_bending(view, path, path.slices, force)
-            if rim is not None and slot == "ring":
+            if rim is not None and role == "ring":
                 found = found.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
             contact = (found.scale, found.limit)
@@ -113,9 +113,9 @@ def bend_each_other(view: StageView) -> bool:
     return options.model == "face_load" and options.tooth_compliance == "fe"
 
 
-def blocks_anywhere(train: Case, number: int) -> GearBlocks:
+def blocks_anywhere(case: Case, number: int) -> GearBlocks:
     """Blocks of a stage of which only the gear meshes' own properties are asked."""
-    stage = train.stages[number]
+    stage = case.stages[number]
     fe_ring = stage.form("ring") == "fe"
     sides, teeth = ("", "left", "right"), {}
     if fe_ring and stage.ring is not None:

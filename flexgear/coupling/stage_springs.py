@@ -181,7 +181,7 @@ def _support(
     if not np.any(matrix):
         return
     if angle >= 0:
-        a.turning_support(name, *node, matrix, angle)
+        a.rotating_frame_support(name, *node, matrix, angle)
     else:
         housing = a.housing_rows(name, a.body(node[0]).position(node[1]))
         a.link(name, turn(axes) @ a.rows(*node) - housing, matrix)

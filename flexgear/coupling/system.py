@@ -74,7 +74,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class TurningSupport:
+class RotatingFrameSupport:
     """A spring between nodes whose frames turn against each other: force K (R(θ) u − R(θ') u').
 
     rows, housing: (6, d) motion of the node and of its partner, each in its own frame; matrix:
@@ -145,7 +145,7 @@ class System:
     pairs: PairData
     gear_meshes: tuple[GearMeshLabel, ...]
     links: tuple[Link, ...]
-    turning: tuple[TurningSupport, ...]
+    rotating_frame_supports: tuple[RotatingFrameSupport, ...]
     damping: Damping
     machines: tuple[Machine, ...]
     rated_torque: float

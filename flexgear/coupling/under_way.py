@@ -27,7 +27,7 @@ class UnderWay:
     block_of: by body the block of its gear, of the first tooth of an FE ring.
     """
 
-    train: Case
+    case: Case
     flow: PowerFlow
     a: Assembly
     members: list[list[Member]]
@@ -58,7 +58,7 @@ def ends_of(b: UnderWay, member: str) -> list[tuple[str, str]]:
     of an FE ring that turns, both halves of a double-helical ring; none of an FE ring that is held.
     """
     name, _, part = member.partition(".")
-    stage = b.train.stage(name)
+    stage = b.case.stage(name)
     form = stage.form(part)
     if form == "beam":
         behind = b.a.has(f"{name}.output")
@@ -77,7 +77,7 @@ def end_rows(b: UnderWay, member: str) -> Array:
     """Motion (6, d) of a member where it meets the rest of the train, in its stage's axes; zero of
     a held FE ring."""
     name, _, part = member.partition(".")
-    ends, stage = ends_of(b, member), b.train.stage(name)
+    ends, stage = ends_of(b, member), b.case.stage(name)
     rows = np.zeros((6, b.a.size))
     for end in ends:
         rows += b.a.rows(*end) / len(ends)
@@ -92,7 +92,7 @@ def rotation(b: UnderWay, member: str) -> Array:
 def speed_row(b: UnderWay, member: str) -> Array:
     """Row (d,) of the rotation that stands for a member's speed: pins of an FE carrier."""
     name, _, part = member.partition(".")
-    frame = b.frames[b.train.stage_index(name)]
-    if part == "carrier" and b.train.stage(name).form("carrier") == "fe" and frame.carrier >= 0:
+    frame = b.frames[b.case.stage_index(name)]
+    if part == "carrier" and b.case.stage(name).form("carrier") == "fe" and frame.carrier >= 0:
         return b.angles[frame.carrier]
     return rotation(b, member)

@@ -68,59 +68,59 @@ def _require_steps(case: Case, frequency: float) -> None:
             )
 
 
-def _require_stage(case: StageView) -> None:
+def _require_stage(view: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
-    require_assembly(case, stage_geometry(case))
-    for name in case.fe_parts:
-        _require_file(case, name)
-    require_fe_meshes(case)
+    require_assembly(view, stage_geometry(view))
+    for name in view.fe_parts:
+        _require_file(view, name)
+    require_fe_meshes(view)
 
 
-def _require_file(case: StageView, name: str) -> None:
-    part: Ring | Carrier = getattr(case, name)
+def _require_file(view: StageView, name: str) -> None:
+    part: Ring | Carrier = getattr(view, name)
     file = Path(str(part.fe_mesh_file))
     if part.fe_mesh != "generate" and not file.is_file():
         key = f"{name}.fe_mesh_file"
         problem = "is a folder" if file.is_dir() else "there is no such file"
-        raise InputError(case.source, key, f"{file}: {problem}", "check the path")
+        raise InputError(view.source, key, f"{file}: {problem}", "check the path")
 
 
-def stand_ins(case: StageView) -> tuple[ReducedBody | None, ReducedBody | None]:
+def stand_ins(view: StageView) -> tuple[ReducedBody | None, ReducedBody | None]:
     """Ring and carrier of a stage as rigid bodies of the size of the case; None where lumped."""
     return (
-        _ring_stand_in(case) if "ring" in case.fe_parts else None,
-        _carrier_stand_in(case) if "carrier" in case.fe_parts else None,
+        _ring_stand_in(view) if "ring" in view.fe_parts else None,
+        _carrier_stand_in(view) if "carrier" in view.fe_parts else None,
     )
 
 
-def _ring_stand_in(case: StageView) -> ReducedBody:
-    geometry, width = stage_geometry(case), case.stage.face_width
+def _ring_stand_in(view: StageView) -> ReducedBody:
+    geometry, width = stage_geometry(view), view.stage.face_width
     nodes = {
-        **_circle("tooth_{:03d}", case.ring_gear.teeth, geometry.ring.reference_radius),
-        **{support.node: support.place for support in ring_supports(case.ring, width)},
+        **_circle("tooth_{:03d}", view.ring_gear.teeth, geometry.ring.reference_radius),
+        **{support.node: support.place for support in ring_supports(view.ring, width)},
     }
     inner = geometry.ring.root_radius
-    outer = inner + case.ring.rim_thickness
-    mass = case.material.density * math.pi * (outer**2 - inner**2) * width
-    return whole_ring(case, _stand_in("ring", nodes, mass))
+    outer = inner + view.ring.rim_thickness
+    mass = view.material.density * math.pi * (outer**2 - inner**2) * width
+    return whole_ring(view, _stand_in("ring", nodes, mass))
 
 
-def _carrier_stand_in(case: StageView) -> ReducedBody:
-    c, side = case.carrier, 1.0 if case.carrier.drive_side == "+z" else -1.0
+def _carrier_stand_in(view: StageView) -> ReducedBody:
+    c, side = view.carrier, 1.0 if view.carrier.drive_side == "+z" else -1.0
     drive = 0.5 * c.plate_gap + c.plate_thickness_drive
     far = 0.5 * (c.plate_gap + c.seat_far.width) + c.plate_thickness_far
-    radius = stage_geometry(case).center_distance
+    radius = stage_geometry(view).center_distance
     nodes = {
         "drive": (0.0, 0.0, side * (drive + c.hub_length)),
         "bearing_drive": (0.0, 0.0, side * (drive + 0.5 * c.seat_drive.width)),
         "bearing_far": (0.0, 0.0, -side * far),
         **{
             f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
-            for i, phi in enumerate(case.stage.planet_angles)
+            for i, phi in enumerate(view.stage.planet_angles)
         },
     }
     plates = math.pi * (c.plate_diameter / 2) ** 2 * 2 * c.plate_thickness_drive
-    return _stand_in("carrier", nodes, case.material.density * plates)
+    return _stand_in("carrier", nodes, view.material.density * plates)
 
 
 def _circle(

@@ -79,14 +79,14 @@ def planet_bearing_life_ratios(
     }
 
 
-def planet_bearing_life_hours(train: Case, flow: PowerFlow) -> dict[str, float]:
+def planet_bearing_life_hours(case: Case, flow: PowerFlow) -> dict[str, float]:
     """L₁₀ₕ of one planet bearing by stage, in hours at the flow's speeds and loads.
 
     Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic
     rating, and parallel ones, are left out.
     """
     out = {}
-    for stage in train.stages:
+    for stage in case.stages:
         bearing, known = stage.planet_bearing, flow.stage(stage.name)
         if stage.kind == "planetary" and bearing.dynamic_rating and bearing.rolling:
             out[stage.name] = rating_life_hours(

@@ -234,8 +234,8 @@ def gear_mesh_path(
     rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
     θ, m; mirrored: N has a part in +y of the planet.
     """
-    slot = kind.removesuffix("_coast")
-    gear, planet, gear_mesh = g.gears[slot], g.planet, g.gear_meshes[slot]
+    role = kind.removesuffix("_coast")
+    gear, planet, gear_mesh = g.gears[role], g.planet, g.gear_meshes[role]
     side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
     hand = 1 if planet_hand == "right" else -1
     a, t = gear_mesh.working_angle, side * m * hand * math.tan(g.base_helix_angle)
@@ -254,7 +254,7 @@ def gear_mesh_path(
         alpha=a,
         beta_b=math.atan(t),
         base_radius_planet=g.radii.planet,
-        base_radius_gear=getattr(g.radii, slot),
+        base_radius_gear=getattr(g.radii, role),
         center_distance=g.center_distance,
         normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
         tangent_point=planet.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.model.errors import FlexgearError
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def error_cycle(
     unknown = [s for s in sources if s not in SOURCES]
     if unknown:
         raise FlexgearError(f"{unknown[0]!r} is no source of errors; take {', '.join(SOURCES)}")
-    teeth = {slot: gear.teeth for slot, gear in gears_by_slot(stage).items()}
+    teeth = {role: gear.teeth for role, gear in gears_by_role(stage).items()}
     per_turn = teeth.get("ring", teeth["planet"])
     periods = [Fraction(teeth[s]) for s in sources if s in teeth]
     # gears of a parallel stage stand in the housing: nothing turns against it but they themselves

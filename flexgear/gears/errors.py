@@ -49,7 +49,7 @@ from numpy.typing import NDArray
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.flanks import flank_name
 from flexgear.gears.paths import PathKey
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import transverse_angle
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class TurningVector:
 
 def stage_turns(stage: Stage) -> dict[str, float]:
     """Rotation of sun, planet and ring (pinion and gear) in the carrier for one radian of θ."""
-    teeth = {slot: gear.teeth for slot, gear in gears_by_slot(stage).items()}
+    teeth = {role: gear.teeth for role, gear in gears_by_role(stage).items()}
     if stage.kind == "parallel":
         return {"sun": -teeth["planet"] / teeth["sun"], "planet": 1.0}
     z = teeth["ring"]
@@ -122,18 +122,18 @@ def _errors_of(
     stage: Stage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
 ) -> PairErrors:
     """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
-    slot, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
-    turning = [(v, 1.0) for v in _gear_vectors(stage, e, slot)]
+    role, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
+    turning = [(v, 1.0) for v in _gear_vectors(stage, e, role)]
     turning += [(v, -1.0) for v in _planet_vectors(stage, e)]
     amplitude, phase = np.zeros((n, len(turning))), np.zeros((n, len(turning)))
     for h, (vector, sign) in enumerate(turning):
         amplitude[:, h], phase[:, h] = projected(path, vector, sign)
-    size, place = _gear_mesh_harmonic(e, slot)
+    size, place = _gear_mesh_harmonic(e, role)
     return PairErrors(
         harmonic_amplitude=np.full(n, size),
         harmonic_phase=np.full(n, place),
         offset=_pins(stage, e, path) + _carrier(stage, e, path) + _thickness(stage, e, path),
-        slope=_helix_slopes(stage, e, path, slot),
+        slope=_helix_slopes(stage, e, path, role),
         gear_tooth=pitch[0],
         planet_tooth=pitch[1],
         runout_amplitude=amplitude,
@@ -155,18 +155,18 @@ def projected(path: GearMeshPath, vector: TurningVector, sign: float) -> tuple[A
     return math.hypot(nx, ny) * vector.size, phase
 
 
-def _gear_vectors(stage: Stage, e: GearErrors, slot: str) -> list[TurningVector]:
+def _gear_vectors(stage: Stage, e: GearErrors, role: str) -> list[TurningVector]:
     """Where sun or ring lies off its place, as every planet sees it."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     ones = np.ones(len(phi))
-    if slot == "sun":
+    if role == "sun":
         size, phase = e.sun_eccentricity, e.sun_eccentricity_phase
     else:
         size, phase = e.ring_eccentricity, e.ring_eccentricity_phase
     found = []
     if size:
-        found.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[slot]))
-    if slot == "ring" and e.ring_offset:
+        found.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[role]))
+    if role == "ring" and e.ring_offset:
         place = e.ring_offset_phase - phi
         found.append(TurningVector(e.ring_offset * ones, place, -1.0, CARRIER_ANGLE))
     return found
@@ -202,27 +202,27 @@ def _pins(stage: Stage, e: GearErrors, path: GearMeshPath) -> Array:
     return -in_plane_normal(path) @ pins
 
 
-def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, slot: str) -> Array:
+def _helix_slopes(stage: Stage, e: GearErrors, path: GearMeshPath, role: str) -> Array:
     """Slope (N,) along the face of what both flanks have in excess, m/m; the left half of a
     double-helical stage is the mirror image of the right one."""
     flank = flank_name("planet", path)
     missing = np.array(e.of_planets(f"planet_{flank}_helix_slope", stage.planets))
     if path.carries:
-        missing = missing + getattr(e, f"{slot}_helix_slope")
+        missing = missing + getattr(e, f"{role}_helix_slope")
     outward = -1.0 if path.side == "left" else 1.0
     return -outward * path.cos_base_helix * missing / (2.0 * path.half_face)
 
 
-def _gear_mesh_harmonic(e: GearErrors, slot: str) -> tuple[float, float]:
+def _gear_mesh_harmonic(e: GearErrors, role: str) -> tuple[float, float]:
     """Amplitude (m) and phase (rad) at gear-mesh frequency: ½ (f'_1 + f'_2) at the tooth errors'
     phase and the gear mesh's own error at its phase, added as phasors."""
-    teeth = 0.5 * (getattr(e, f"{slot}_tooth") + e.planet_tooth)
-    own, own_phase = getattr(e, f"{slot}_gear_mesh"), getattr(e, f"{slot}_gear_mesh_phase")
+    teeth = 0.5 * (getattr(e, f"{role}_tooth") + e.planet_tooth)
+    own, own_phase = getattr(e, f"{role}_gear_mesh"), getattr(e, f"{role}_gear_mesh_phase")
     if not own:
-        return teeth, getattr(e, f"{slot}_phase")
+        return teeth, getattr(e, f"{role}_phase")
     both = complex(
-        teeth * math.cos(getattr(e, f"{slot}_phase")) + own * math.cos(own_phase),
-        teeth * math.sin(getattr(e, f"{slot}_phase")) + own * math.sin(own_phase),
+        teeth * math.cos(getattr(e, f"{role}_phase")) + own * math.cos(own_phase),
+        teeth * math.sin(getattr(e, f"{role}_phase")) + own * math.sin(own_phase),
     )
     return abs(both), math.atan2(both.imag, both.real)
 
@@ -235,15 +235,15 @@ def _pitch_by_path(
     A planet's flank that meets the ring when the carrier drives meets the sun when it is driven.
     Halves of a double-helical stage have draws of their own.
     """
-    gears = gears_by_slot(stage)
+    gears = gears_by_role(stage)
     found = {}
     for side in sorted(sides):
         seed = e.seed if not side else [e.seed, ("left", "right").index(side)]
         rng = np.random.default_rng(seed)
         drawn = {
-            slot: pitch_deviations(rng, (2, gears[slot].teeth), getattr(e, f"{slot}_pitch"))
-            for slot in ("ring", "sun")
-            if slot in gears
+            role: pitch_deviations(rng, (2, gears[role].teeth), getattr(e, f"{role}_pitch"))
+            for role in ("ring", "sun")
+            if role in gears
         }
         planet = pitch_deviations(rng, (2, stage.planets, gears["planet"].teeth), e.planet_pitch)
         for k, flank in enumerate(("", "_coast")):

@@ -61,9 +61,9 @@ class GearFlank:
 
 def flank_name(part: str, path: GearMeshPath) -> str:
     """Name of the flank of ``part`` that a gear mesh uses."""
-    slot = path.kind.removesuffix("_coast")
+    role = path.kind.removesuffix("_coast")
     if part == "planet":
-        return slot if path.carries else _OTHER[slot]
+        return role if path.carries else _OTHER[role]
     return "drive" if path.carries else "coast"
 
 
@@ -87,10 +87,10 @@ def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[Gear
     """Both flanks of every gear; paths: by kind, of a stage or of a half. InputError for
     modifications that leave a flank."""
     out = []
-    for slot in [kind for kind in paths if not kind.endswith("_coast")]:
-        parts = (view.part("planet"), view.part(slot))
-        for part, flank in zip(parts, _active(paths[slot], slot), strict=True):
-            names = (slot,) if part == "planet" else ("drive", "coast")
+    for role in [kind for kind in paths if not kind.endswith("_coast")]:
+        parts = (view.part("planet"), view.part(role))
+        for part, flank in zip(parts, _active(paths[role], role), strict=True):
+            names = (role,) if part == "planet" else ("drive", "coast")
             out += [GearFlank(part, name, flank, _gaps(view, part, name, flank)) for name in names]
     return out
 
@@ -142,10 +142,10 @@ def _of_pair(path: GearMeshPath, planet: GearFlank, gear: GearFlank, mirrored: b
     )
 
 
-def _active(path: GearMeshPath, slot: str) -> tuple[Flank, Flank]:
+def _active(path: GearMeshPath, role: str) -> tuple[Flank, Flank]:
     """Flanks of the planet and of its mate over the path of contact."""
     reach = path.center_distance * math.sin(path.alpha)
-    ends = [s + reach if slot == "ring" else reach - s for s in (path.s_lo, path.s_hi)]
+    ends = [s + reach if role == "ring" else reach - s for s in (path.s_lo, path.s_hi)]
     return (
         Flank(path.s_hi, path.s_lo, path.half_face, path.base_radius_planet),
         Flank(ends[0], ends[1], path.half_face, path.base_radius_gear),

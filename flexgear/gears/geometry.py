@@ -9,7 +9,7 @@ phases of planets and the order of the gear mesh come from radii p_b z/2π with 
 pitch p_b = 2π r_b,planet/z_planet, which are the base radii wherever these fit one another. The
 path of contact then lies between the tips, or is as long as the given contact ratio says.
 
-A parallel stage has its pinion in the sun's slot and its gear in the planet's.
+A parallel stage has its pinion in the sun's role and its gear in the planet's.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexgear.gears.radii import StageRadii, gears_by_slot, is_overridden, stage_radii
+from flexgear.gears.radii import StageRadii, gears_by_role, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class GearMeshGeometry:
 
 @dataclass(frozen=True)
 class StageGeometry:
-    """Gears by slot ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
+    """Gears by role ("sun", "planet", "ring"), gear meshes by "sun" and "ring", radii.
 
     overridden: whether a base diameter or working angle is given; gears then have the radii that
     their tooth numbers give. planet_clearance: gap between tips of neighbouring planets, m (∞ for
@@ -120,13 +120,13 @@ def stage_geometry(view: StageView) -> StageGeometry:
             "use constant, rectangular or fourier, or take those out",
         )
     gears = {
-        slot: tooth_geometry(gear, stage, internal=slot == "ring")
-        for slot, gear in gears_by_slot(stage).items()
+        role: tooth_geometry(gear, stage, internal=role == "ring")
+        for role, gear in gears_by_role(stage).items()
     }
     if overridden:
         arm = radii.planet / gears["planet"].teeth
         gears = {s: replace(tooth, base_radius=arm * tooth.teeth) for s, tooth in gears.items()}
-    gear_meshes = {slot: _gear_mesh(view, radii, gears, slot) for slot in gears if slot != "planet"}
+    gear_meshes = {role: _gear_mesh(view, radii, gears, role) for role in gears if role != "planet"}
     clearance = planet_clearance(
         stage.planet_angles, radii.center_distance, gears["planet"].tip_radius
     )
@@ -137,23 +137,23 @@ def stage_geometry(view: StageView) -> StageGeometry:
             f"neighbouring planets collide: their tips overlap by {-1e3 * clearance:.2f} mm",
             f"use fewer planets, fewer planet teeth or other planet positions{instead}",
         )
-    teeth = sum(gear.teeth for slot, gear in gears.items() if slot != "planet")
+    teeth = sum(gear.teeth for role, gear in gears.items() if role != "planet")
     assembly = teeth / stage.planets if stage.kind == "planetary" else math.nan
     return StageGeometry(gears, gear_meshes, radii, overridden, clearance, assembly)
 
 
-def given_contact_ratio(view: StageView, slot: str) -> float | None:
+def given_contact_ratio(view: StageView, role: str) -> float | None:
     """Transverse contact ratio that the case gives for "sun" or "ring"; only waves use it."""
     options = view.gear_mesh
     if options.model in PER_PAIR_MODELS:
         return None
-    return options.sun_contact_ratio if slot == "sun" else options.ring_contact_ratio
+    return options.sun_contact_ratio if role == "sun" else options.ring_contact_ratio
 
 
-def given_stiffness(view: StageView, slot: str) -> float | None:
+def given_stiffness(view: StageView, role: str) -> float | None:
     """Mean stiffness that the case gives for "sun" or "ring", N/m along N."""
     options = view.gear_mesh
-    return options.sun_stiffness if slot == "sun" else options.ring_stiffness
+    return options.sun_stiffness if role == "sun" else options.ring_stiffness
 
 
 def planet_clearance(positions: Sequence[float], distance: float, tip_radius: float) -> float:
@@ -166,23 +166,23 @@ def planet_clearance(positions: Sequence[float], distance: float, tip_radius: fl
 
 
 def _gear_mesh(
-    view: StageView, radii: StageRadii, gears: Mapping[str, ToothGeometry], slot: str
+    view: StageView, radii: StageRadii, gears: Mapping[str, ToothGeometry], role: str
 ) -> GearMeshGeometry:
     """One gear mesh, with a path as long as a contact ratio that is given, about the same middle
     (the pitch point where tips do not reach each other)."""
     stage, planet = view.stage, gears["planet"]
-    angle = radii.ring_angle if slot == "ring" else radii.sun_angle
-    pitch, ratio = planet.base_pitch, given_contact_ratio(view, slot)
-    low, high = planet.path_of_contact(gears[slot], angle)
+    angle = radii.ring_angle if role == "ring" else radii.sun_angle
+    pitch, ratio = planet.base_pitch, given_contact_ratio(view, role)
+    low, high = planet.path_of_contact(gears[role], angle)
     if is_overridden(stage):
-        backlash = _asked_backlash(stage, slot)
+        backlash = _asked_backlash(stage, role)
         if high - low < pitch:
             if ratio is None:
-                ratio = _least_ratio(view, slot, (high - low) / pitch)
+                ratio = _least_ratio(view, role, (high - low) / pitch)
             low = high = radii.planet * math.tan(angle)
     else:
-        _require_contact(view, gears, slot, radii)
-        backlash = _backlash(view, gears, slot, radii)
+        _require_contact(view, gears, role, radii)
+        backlash = _backlash(view, gears, role, radii)
     if ratio is not None:
         middle, half = 0.5 * (low + high), 0.5 * ratio * pitch
         low, high = middle - half, middle + half
@@ -199,22 +199,22 @@ def _gear_mesh(
     )
 
 
-def _least_ratio(view: StageView, slot: str, found: float) -> float:
+def _least_ratio(view: StageView, role: str, found: float) -> float:
     """1 where nothing follows from the contact ratio, which is constant stiffness that is given."""
-    if view.gear_mesh.model == "constant" and given_stiffness(view, slot) is not None:
+    if view.gear_mesh.model == "constant" and given_stiffness(view, role) is not None:
         return 1.0
     raise view.refuse(
-        f"gear_mesh.{slot}_contact_ratio",
-        f"the tips leave a contact ratio of {found:.3f} ({view.part(slot)})",
-        f"give {slot}_contact_ratio, or check module and base diameters",
+        f"gear_mesh.{role}_contact_ratio",
+        f"the tips leave a contact ratio of {found:.3f} ({view.part(role)})",
+        f"give {role}_contact_ratio, or check module and base diameters",
     )
 
 
 def _require_contact(
-    view: StageView, gears: Mapping[str, ToothGeometry], slot: str, radii: StageRadii
+    view: StageView, gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii
 ) -> None:
     """InputError for interference, tips that reach roots, and a contact ratio below one."""
-    gear, planet = gears[slot], gears["planet"]
+    gear, planet = gears[role], gears["planet"]
     angle = radii.ring_angle if gear.internal else radii.sun_angle
     if gear.internal and gear.tip_radius <= gear.base_radius:
         raise view.refuse(
@@ -229,17 +229,17 @@ def _require_contact(
         )
     room = _bottom_clearance(gear, planet, radii.center_distance)
     if min(room) < 0:
-        short = view.part(slot if room[0] < room[1] else "planet")
+        short = view.part(role if room[0] < room[1] else "planet")
         raise view.refuse(
             f"{short}.dedendum",
             f"a tip reaches {-1e3 * min(room):.2f} mm into the root of its mate "
-            f"({view.part(slot)})",
+            f"({view.part(role)})",
             "raise it, or lower the mate's addendum",
         )
     low, high = planet.path_of_contact(gear, angle)
     if high - low < planet.base_pitch:
         raise view.refuse(
-            view.part(slot),
+            view.part(role),
             f"transverse contact ratio {(high - low) / planet.base_pitch:.3f} is below 1",
             "raise addenda or change profile shifts",
         )
@@ -260,23 +260,23 @@ def _bottom_clearance(
     )
 
 
-def _asked_backlash(stage: Stage, slot: str) -> float:
-    return stage.backlash_ring if slot == "ring" else stage.backlash_sun
+def _asked_backlash(stage: Stage, role: str) -> float:
+    return stage.backlash_ring if role == "ring" else stage.backlash_sun
 
 
 def _backlash(
-    view: StageView, gears: Mapping[str, ToothGeometry], slot: str, radii: StageRadii
+    view: StageView, gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii
 ) -> float:
     """Normal play left by thicknesses at the working circles, plus what the case asks for, m."""
-    gear, planet, module = gears[slot], gears["planet"], view.stage.normal_module
+    gear, planet, module = gears[role], gears["planet"], view.stage.normal_module
     cos_w = math.cos(radii.ring_angle if gear.internal else radii.sun_angle)
     r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
     inherent = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
-    backlash = _asked_backlash(view.stage, slot)
+    backlash = _asked_backlash(view.stage, role)
     backlash += inherent * cos_w * math.cos(radii.base_helix_angle)
     if backlash < -NO_PLAY * module:
         raise view.refuse(
-            view.part(slot), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
-            f"raise backlash_{slot}_mm or change the centre distance",
+            view.part(role), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
+            f"raise backlash_{role}_mm or change the centre distance",
         )  # fmt: skip
     return max(backlash, 0.0)

@@ -51,28 +51,28 @@ def left_out(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     the keys; rims of planets with a bore and pins of an FE carrier only."""
     g, stage = stage_geometry(view), view.stage
     found = {"coefficient_of_friction": FRICTION}
-    for slot in g.gear_meshes:
-        name = "gear_mesh" if stage.kind == "parallel" else f"{slot}_gear_mesh"
-        found[f"friction_loss_share_{name}"] = friction_share(g, slot, FRICTION)
-        found[f"friction_force_{name}_n"] = FRICTION * abs(forces[slot])
+    for role in g.gear_meshes:
+        name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
+        found[f"friction_loss_share_{name}"] = friction_share(g, role, FRICTION)
+        found[f"friction_force_{name}_n"] = FRICTION * abs(forces[role])
     if stage.planet is None:
         return found
     halves = 2 if stage.double_helical else 1
     normal = {
-        slot: halves * abs(forces[slot]) * math.cos(g.base_helix_angle) for slot in g.gear_meshes
+        role: halves * abs(forces[role]) * math.cos(g.base_helix_angle) for role in g.gear_meshes
     }
     if stage.planet.bore_diameter > 0.0:
-        for slot, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
-            found[f"free_planet_rim_gives_way_{slot}_gear_mesh_um"] = 1e6 * size
+        for role, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
+            found[f"free_planet_rim_gives_way_{role}_gear_mesh_um"] = 1e6 * size
     if "carrier" in view.fe_parts:
         on_pin = sum(normal[s] * math.cos(m.working_angle) for s, m in g.gear_meshes.items())
         found["pin_bends_in_planet_um"] = 1e6 * _pin(view, on_pin)
     return found
 
 
-def friction_share(g: StageGeometry, slot: str, coefficient: float) -> float:
+def friction_share(g: StageGeometry, role: str, coefficient: float) -> float:
     """Share of a gear mesh's power that friction takes, with the load even over the path."""
-    gear, gear_mesh = g.gears[slot], g.gear_meshes[slot]
+    gear, gear_mesh = g.gears[role], g.gear_meshes[role]
     pitch_point = g.planet.base_radius * math.tan(gear_mesh.working_angle)
     lo, hi = gear_mesh.s_lo - pitch_point, gear_mesh.s_hi - pitch_point
     mean = (hi * abs(hi) - lo * abs(lo)) / (2.0 * (hi - lo))
@@ -109,15 +109,15 @@ def _planet_rim(
     height, radius = g.planet.root_radius - bore, 0.5 * (g.planet.root_radius + bore)
     bending = view.material.young_modulus * width * height**3 / 12.0
     rows, load, on_pin = {}, np.zeros((2, len(ORDERS))), 0.0
-    for slot, angle, sense in (("ring", 0.0, 1.0), ("sun", math.pi, -1.0)):
-        alpha = g.gear_meshes[slot].working_angle
+    for role, angle, sense in (("ring", 0.0, 1.0), ("sun", math.pi, -1.0)):
+        alpha = g.gear_meshes[role].working_angle
         arm = g.planet.base_radius / math.cos(alpha) / radius - 1.0
-        rows[slot] = rim_rows(angle, -math.sin(alpha), sense * math.cos(alpha), arm)
-        load += normal[slot] * rows[slot]
-        on_pin += normal[slot] * math.cos(alpha)
+        rows[role] = rim_rows(angle, -math.sin(alpha), sense * math.cos(alpha), arm)
+        load += normal[role] * rows[role]
+        on_pin += normal[role] * math.cos(alpha)
     load += on_pin * _half_bore()
     way = load * rim_compliance(bending, radius)
-    return {slot: float(np.sum(row * way)) for slot, row in rows.items()}
+    return {role: float(np.sum(row * way)) for role, row in rows.items()}
 
 
 def _half_bore() -> Array:

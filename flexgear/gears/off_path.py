@@ -55,7 +55,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from flexgear.gears.tooth import ToothGeometry
+from flexgear.gears.tooth import ToothGeometry, involutes
 
 Array = NDArray[np.float64]
 FURTHEST = 0.5  # base pitches beyond an end within which a touch is looked for
@@ -90,7 +90,7 @@ class TipEdge:
         alpha = mate.pressure_angle(radius)
         rolled = self.mate_roll - sign * np.asarray(distance)
         base = mate.base_radius
-        gap = sign * (base * angle - rolled + base * (np.tan(alpha) - alpha))
+        gap = sign * (base * angle - rolled + base * involutes(alpha))
         gap -= base * (mate.profile_half_angle(radius) - mate.half_angle(radius))
         return np.where(sign * (radius - mate.tip_radius) > 0, np.inf, gap)
 

@@ -95,7 +95,7 @@ def _half_paths(
     """Paths of a stage with one helix, or of one half."""
     hand: str = view.stage.planet_hand
     hand = OTHER_HAND[hand] if side == "right" else hand
-    laws = {slot: pair_law(view, g, slot, forces[slot]) for slot in g.gear_meshes}
+    laws = {role: pair_law(view, g, role, forces[role]) for role in g.gear_meshes}
     if view.stage.kind == "parallel":
         paths = _parallel_paths(view, g, laws["sun"], hand)
     else:
@@ -108,14 +108,14 @@ def _half_paths(
     gaps = pair_gaps(view, paths, mirrored=side == "left")
     if view.gear_mesh.model == "face_load":
         return {
-            kind: replace(path, slices=_cut(view, path, laws[slot], forces[slot], gaps[kind]))
+            kind: replace(path, slices=_cut(view, path, laws[role], forces[role], gaps[kind]))
             for kind, path in paths.items()
-            for slot in (kind.removesuffix("_coast"),)
+            for role in (kind.removesuffix("_coast"),)
         }
     if view.gear_mesh.model in PER_PAIR_MODELS:
         grids = {k: _mean_gap(p, laws[k.removesuffix("_coast")], gaps[k]) for k, p in paths.items()}
         return {kind: replace(path, gap_grid=grids[kind]) for kind, path in paths.items()}
-    waves = {slot: _wave(view, g, slot, forces[slot]) for slot in g.gear_meshes}
+    waves = {role: _wave(view, g, role, forces[role]) for role in g.gear_meshes}
     return {k: replace(path, wave=waves[k.removesuffix("_coast")]) for k, path in paths.items()}
 
 
@@ -150,11 +150,11 @@ def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.f
     return np.interp(path.s_grid, slices.s, mean_gap(slices))
 
 
-def _wave(view: StageView, g: StageGeometry, slot: str, force: float) -> NDArray[np.float64]:
-    options, gear_mesh = view.gear_mesh, g.gear_meshes[slot]
+def _wave(view: StageView, g: StageGeometry, role: str, force: float) -> NDArray[np.float64]:
+    options, gear_mesh = view.gear_mesh, g.gear_meshes[role]
     return stiffness_wave(
         options.model,
-        mean_stiffness(view, g, slot, force),
+        mean_stiffness(view, g, role, force),
         gear_mesh.transverse_contact_ratio,
         gear_mesh.overlap_ratio,
         options.harmonics,

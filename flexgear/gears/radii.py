@@ -8,7 +8,7 @@ and profile shifts. Papers that print rounded or approximate values
 break these relations; that is allowed, because small motion needs only the arms (base radii), the
 directions (working angles) and the places of the planets (centre distance).
 
-A parallel stage has its pinion in the sun's slots and its gear in the planet's.
+A parallel stage has its pinion in the sun's roles and its gear in the planet's.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
-SLOTS = ("sun", "planet", "ring")
+ROLES = ("sun", "planet", "ring")
 SAME_DISTANCE = 5e-4  # modules that two centre distances may differ by
 
 
@@ -55,39 +55,39 @@ class StageRadii:
     ring_reference: float
 
 
-def gears_by_slot(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
+def gears_by_role(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
     names = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
     found = {}
-    for slot, name in zip(SLOTS, names, strict=False):
+    for role, name in zip(ROLES, names, strict=False):
         gear = getattr(stage, name)
         assert gear is not None  # the model refuses a stage that lacks a gear
-        found[slot] = gear
+        found[role] = gear
     return found
 
 
 def is_overridden(stage: Stage) -> bool:
     """Whether a base diameter or a working angle takes the place of the gears' geometry."""
     angles = (stage.sun_pressure_angle, stage.ring_pressure_angle)
-    diameters = (gear.base_diameter for gear in gears_by_slot(stage).values())
+    diameters = (gear.base_diameter for gear in gears_by_role(stage).values())
     return any(value is not None for value in (*angles, *diameters))
 
 
 def stage_radii(view: StageView) -> StageRadii:
     """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
     stage = view.stage
-    reference, base = dict.fromkeys(SLOTS, 0.0), dict.fromkeys(SLOTS, 0.0)
-    for slot, gear in gears_by_slot(stage).items():
-        tooth, given = tooth_geometry(gear, stage, internal=slot == "ring"), gear.base_diameter
-        reference[slot] = tooth.reference_radius
-        base[slot] = tooth.base_radius if given is None else given / 2
+    reference, base = dict.fromkeys(ROLES, 0.0), dict.fromkeys(ROLES, 0.0)
+    for role, gear in gears_by_role(stage).items():
+        tooth, given = tooth_geometry(gear, stage, internal=role == "ring"), gear.base_diameter
+        reference[role] = tooth.reference_radius
+        base[role] = tooth.base_radius if given is None else given / 2
     arms = {"sun": base["sun"] + base["planet"]}
     if stage.kind == "planetary":
         arms["ring"] = base["ring"] - base["planet"]
     distance = stage.center_distance
     if distance is None:
         distance = _derived_distance(view, arms)
-    angles = {slot: _working_angle(view, slot, arm, distance) for slot, arm in arms.items()}
+    angles = {role: _working_angle(view, role, arm, distance) for role, arm in arms.items()}
     return StageRadii(
         sun=base["sun"],
         planet=base["planet"],
@@ -107,17 +107,17 @@ def _given_angles(stage: Stage) -> dict[str, float | None]:
     return {"sun": stage.sun_pressure_angle, "ring": stage.ring_pressure_angle}
 
 
-def _working_angle(view: StageView, slot: str, arm: float, distance: float) -> float:
+def _working_angle(view: StageView, role: str, arm: float, distance: float) -> float:
     """Given, or cos α_w = (r_b1 ± r_b2)/R_c; rad."""
-    given = _given_angles(view.stage)[slot]
+    given = _given_angles(view.stage)[role]
     if given is not None:
         return given
     if not 0 < arm < distance:
-        instead = "" if "ring" in view.fe_parts else f", or give {slot}_pressure_angle_deg"
+        instead = "" if "ring" in view.fe_parts else f", or give {role}_pressure_angle_deg"
         raise view.refuse(
             "center_distance_mm",
             f"{1e3 * distance:.3f} mm is below the base circles' {1e3 * arm:.3f} mm"
-            f" ({view.part(slot)})",
+            f" ({view.part(role)})",
             f"make the centre distance larger{instead}",
         )
     return math.acos(arm / distance)
@@ -130,12 +130,12 @@ def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
     the sun's counts.
     """
     stage = view.stage
-    for slot, angle in _given_angles(stage).items():
-        if angle is not None and slot in arms:
-            return arms[slot] / math.cos(angle)
+    for role, angle in _given_angles(stage).items():
+        if angle is not None and role in arms:
+            return arms[role] / math.cos(angle)
     if is_overridden(stage):
         return _distance_of_shifts(view, "sun", arms["sun"])
-    values = [_distance_of_shifts(view, slot, arm) for slot, arm in arms.items()]
+    values = [_distance_of_shifts(view, role, arm) for role, arm in arms.items()]
     if abs(values[0] - values[-1]) > SAME_DISTANCE * stage.normal_module:
         raise view.refuse(
             "center_distance_mm",
@@ -145,12 +145,12 @@ def _derived_distance(view: StageView, arms: dict[str, float]) -> float:
     return values[0]
 
 
-def _distance_of_shifts(view: StageView, slot: str, arm: float) -> float:
+def _distance_of_shifts(view: StageView, role: str, arm: float) -> float:
     """R_c at which the gear mesh has no backlash, m."""
-    gears = gears_by_slot(view.stage)
-    gear, planet = gears[slot], gears["planet"]
+    gears = gears_by_role(view.stage)
+    gear, planet = gears[role], gears["planet"]
     shifts = gear.profile_shift + planet.profile_shift
-    teeth = planet.teeth + (-gear.teeth if slot == "ring" else gear.teeth)
+    teeth = planet.teeth + (-gear.teeth if role == "ring" else gear.teeth)
     value = involute(transverse_angle(view.stage))
     value += 2 * math.tan(view.stage.pressure_angle) * shifts / teeth
     if value < 0:

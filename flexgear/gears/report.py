@@ -52,15 +52,15 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     without load factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
-    for slot, gear in g.gears.items():
-        report[view.part(slot)] = _gear(gear, getattr(g.radii, slot))
+    for role, gear in g.gears.items():
+        report[view.part(role)] = _gear(gear, getattr(g.radii, role))
     side = "left" if stage.double_helical else ""
     stresses = stage_root_stress(view, g, forces)
-    for slot in g.gear_meshes:
-        name = "gear_mesh" if stage.kind == "parallel" else f"{slot}_gear_mesh"
-        report[name] = _gear_mesh(view, g, slot, paths[slot, side])
+    for role in g.gear_meshes:
+        name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
+        report[name] = _gear_mesh(view, g, role, paths[role, side])
         for (of, part), found in stresses.items():
-            if of == slot:
+            if of == role:
                 report[name] |= _root(view.part(part), found)
     flanks = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
     report |= {"missing_on_flanks": flanks} if flanks else {}
@@ -107,8 +107,8 @@ def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
     }
 
 
-def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath) -> dict[str, Any]:
-    gear_mesh = g.gear_meshes[slot]
+def _gear_mesh(view: StageView, g: StageGeometry, role: str, path: GearMeshPath) -> dict[str, Any]:
+    gear_mesh = g.gear_meshes[role]
     start = (path.s0 - path.s_lo) / path.base_pitch
     rows: dict[str, Any] = {
         "working_pressure_angle_deg": math.degrees(gear_mesh.working_angle),
@@ -129,7 +129,7 @@ def _gear_mesh(view: StageView, g: StageGeometry, slot: str, path: GearMeshPath)
     if view.gear_mesh.model in PER_PAIR_MODELS:
         rows["pair_stiffness_peak_n_per_m"] = float(path.k_grid.max())
     if not g.overridden:
-        rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, slot) / 1e9
+        rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, role) / 1e9
     return rows
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import (
     Rack,
     ToothGeometry,
@@ -173,17 +173,17 @@ def stage_root_stress(
     """
     if g.overridden:
         return {}
-    gears = gears_by_slot(view.stage)
+    gears = gears_by_role(view.stage)
     return {
-        (slot, part): root_stress(g.gears[part], gears[part], view.stage, gear_mesh, forces[slot])
-        for slot, gear_mesh in g.gear_meshes.items()
-        if forces[slot]
-        for part in ("planet", slot)
+        (role, part): root_stress(g.gears[part], gears[part], view.stage, gear_mesh, forces[role])
+        for role, gear_mesh in g.gear_meshes.items()
+        if forces[role]
+        for part in ("planet", role)
     }
 
 
 def largest_root_stress(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
-    """Nominal root stress of each gear by its slot, Pa: of a planet the larger of both its gear
+    """Nominal root stress of each gear by its role, Pa: of a planet the larger of both its gear
     meshes."""
     found: dict[str, float] = {}
     for (_, part), one in stage_root_stress(view, stage_geometry(view), forces).items():

@@ -184,11 +184,11 @@ def rows_yield(
     bodies, P = G T (TᵀGT)⁻¹ with T = (1 − t, t), and B = Pᵀ C P' between a line and another.
     solved: G 1 and G z (S, K); beside: C (S, 2, K, K) m/N.
     """
-    wide = slices.radius > 0
-    reach = np.where(wide, slices.radius, 1.0)
+    extended = slices.radius > 0
+    reach = np.where(extended, slices.radius, 1.0)
     even, lever = solved[0], solved[1] - slices.centre[:, None] * solved[0]
     k = np.maximum(even.sum(axis=1), 1e-300)[:, None]
-    lever = np.where(wide[:, None], lever / (k * reach[:, None]), 0.0)
+    lever = np.where(extended[:, None], lever / (k * reach[:, None]), 0.0)
     rows = np.stack([even / k - lever, even / k + lever], axis=-1)  # of 2 t - 1 = (z − z_c)/ρ
     found = []
     for apart in (1, 2):

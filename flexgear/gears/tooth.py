@@ -67,6 +67,11 @@ def involute(angle: float) -> float:
     return math.tan(angle) - angle
 
 
+def involutes(angles: Array) -> Array:
+    """The same of many angles."""
+    return np.asarray(np.tan(angles) - angles)
+
+
 def inverse_involute(value: float) -> float:
     """α with inv α = value, by Newton's rule from α ≈ (3 v)^{1/3}."""
     if value < 0:
@@ -158,7 +163,7 @@ class ToothGeometry:
         """δ(ρ) on the involute, rad; below the base circle as on it, where flanks are radial."""
         alpha = self.pressure_angle(radius)
         half = self.thickness / (2 * self.reference_radius)
-        return half - self.outward * (np.tan(alpha) - alpha - involute(self.transverse_angle))
+        return half - self.outward * (involutes(alpha) - involute(self.transverse_angle))
 
     @cached_property
     def base_half_angle(self) -> float:

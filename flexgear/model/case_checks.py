@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from flexgear.model.case import Case
 
 
-def check_case(train: Case) -> None:
+def check_case(case: Case) -> None:
     """Names, ports and supports fit one another; Refusal otherwise."""
-    _check_stage_names(train)
-    _check_members(train)
-    _check_ports(train)
-    _check_held(train)
-    check_machines(train)
-    _check_behind_shafts(train)
-    _check_hubs(train)
+    _check_stage_names(case)
+    _check_members(case)
+    _check_ports(case)
+    _check_held(case)
+    check_machines(case)
+    _check_behind_shafts(case)
+    _check_hubs(case)
 
 
-def _check_stage_names(train: Case) -> None:
+def _check_stage_names(case: Case) -> None:
     seen: dict[str, int] = {}
-    for k, stage in enumerate(train.stages):
+    for k, stage in enumerate(case.stages):
         if stage.name in seen:
             raise Refusal(
                 f"stages.{k}.name",
@@ -36,43 +36,43 @@ def _check_stage_names(train: Case) -> None:
         seen[stage.name] = k
 
 
-def _check_members(train: Case) -> None:
+def _check_members(case: Case) -> None:
     """Every member that is named exists."""
-    named = [(f"held.{k}", name) for k, name in enumerate(train.held)]
-    named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
-    if train.output is not None:
-        named += [("output.member", train.output.member)]
-    named += [(f"loads.{k}.member", load.member) for k, load in enumerate(train.loads)]
-    for k, joint in enumerate(train.joints):
+    named = [(f"held.{k}", name) for k, name in enumerate(case.held)]
+    named += [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
+    if case.output is not None:
+        named += [("output.member", case.output.member)]
+    named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
+    for k, joint in enumerate(case.joints):
         named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
-    known = list(train.member_names())
+    known = list(case.member_names())
     for key, name in named:
         if name not in known:
             raise Refusal(key, f"{echo(name)} is not a member", nearest(name, known))
 
 
-def _check_ports(train: Case) -> None:
+def _check_ports(case: Case) -> None:
     """A member has one role."""
-    ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(train.inputs)]
-    if train.output is not None:
-        ports.append(("output.member", train.output.member))
+    ports = [(f"inputs.{k}.member", port.member) for k, port in enumerate(case.inputs)]
+    if case.output is not None:
+        ports.append(("output.member", case.output.member))
     seen: dict[str, str] = {}
     for key, name in ports:
         if name in seen:
             raise Refusal(key, f"{name} is a port already ({seen[name]})", "name another member")
         seen[name] = key
-    for k, name in enumerate(train.held):
+    for k, name in enumerate(case.held):
         if name in seen:
             raise Refusal(
                 f"held.{k}", f"{name} is also {seen[name]}", "a held member is no port; drop one"
             )
     for name, key in seen.items():
-        if train.kinematics_of(name) == "fixed":
+        if case.kinematics_of(name) == "fixed":
             raise Refusal(key, f"{name} is fixed", 'choose another kinematics than "fixed"')
-    for k, joint in enumerate(train.joints):
+    for k, joint in enumerate(case.joints):
         for end in ("first", "second"):
             name = getattr(joint, end)
-            if train.kinematics_of(name) == "fixed":
+            if case.kinematics_of(name) == "fixed":
                 raise Refusal(
                     f"joints.{k}.{end}",
                     f"{name} is fixed",
@@ -80,25 +80,25 @@ def _check_ports(train: Case) -> None:
                 )
 
 
-def _check_held(train: Case) -> None:
+def _check_held(case: Case) -> None:
     """What is held has a support against turning, and nothing else has but in free vibration."""
-    held = train.held_members()
-    for name in train.member_names():
-        k = train.stage_index(name)
+    held = case.held_members()
+    for name in case.member_names():
+        k = case.stage_index(name)
         part = name.partition(".")[2]
-        if train.stages[k].form(part) == "fe":
+        if case.stages[k].form(part) == "fe":
             continue  # its own supports, or the hub
-        support = train.member(name).support
-        turns = train.kinematics_of(name) != "fixed"
-        said = train.output is None and name in train.held  # there is no torque to take
-        splined = train.stages[k].form(part) == "beam"  # the shaft's end stands in the housing
+        support = case.member(name).support
+        turns = case.kinematics_of(name) != "fixed"
+        said = case.output is None and name in case.held  # there is no torque to take
+        splined = case.stages[k].form(part) == "beam"  # the shaft's end stands in the housing
         if name in held and turns and not support.holds_rotation and not said and not splined:
             raise Refusal(
                 f"stages.{k}.{part}.support.tangential",
                 f"is zero, so nothing takes the torque of the held {name}",
                 f'give it (or torsion), or {part}.kinematics = "fixed"',
             )
-        if name not in held and support.holds_rotation and train.output is not None:
+        if name not in held and support.holds_rotation and case.output is not None:
             key = "tangential" if support.tangential > 0 else "torsion"
             raise Refusal(
                 f"stages.{k}.{part}.support.{key}",
@@ -108,12 +108,12 @@ def _check_held(train: Case) -> None:
             )
 
 
-def _check_behind_shafts(train: Case) -> None:
+def _check_behind_shafts(case: Case) -> None:
     """What hangs behind the spline of a sun's shaft is a body that can move in all directions."""
-    places = [*(f"inputs.{k}" for k in range(len(train.inputs))), "output"]
-    for at, port in zip(places, train.ports, strict=False):
+    places = [*(f"inputs.{k}" for k in range(len(case.inputs))), "output"]
+    for at, port in zip(places, case.ports, strict=False):
         name, _, part = port.member.partition(".")
-        beam = train.stage(name).form(part) == "beam"
+        beam = case.stage(name).form(part) == "beam"
         for key in ("inertia", "mass", "tilt_inertia"):
             if beam and getattr(port, key) is None:
                 problem = f"is missing, and {port.member} has a shaft whose end carries a body"
@@ -124,10 +124,10 @@ def _check_behind_shafts(train: Case) -> None:
                 raise Refusal(f"{at}.{key}", problem, "give it to the member")
 
 
-def _check_hubs(train: Case) -> None:
+def _check_hubs(case: Case) -> None:
     """An FE ring that turns stands on a hub, and only such a ring."""
-    held = train.held_members()
-    for k, stage in enumerate(train.stages):
+    held = case.held_members()
+    for k, stage in enumerate(case.stages):
         if stage.form("ring") != "fe" or stage.ring is None:
             continue
         turns = f"{stage.name}.ring" not in held

@@ -143,9 +143,9 @@ class StageView:
         """The same in the short form, where the case is written in it."""
         return short_text(self.key(name)) if self.case.is_short else self.key(name)
 
-    def part(self, slot: str) -> str:
+    def part(self, role: str) -> str:
         """ "sun", "planet" and "ring" as the stage calls them: pinion and gear if parallel."""
-        return _PARALLEL_WORDS.get(slot, slot) if self.stage.kind == "parallel" else slot
+        return _PARALLEL_WORDS.get(role, role) if self.stage.kind == "parallel" else role
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
         """The error that says what is wrong with a key of the stage."""

@@ -294,11 +294,11 @@ class Tolerance(Section):
         return found
 
 
-def check_tolerance(train: Case) -> None:
+def check_tolerance(case: Case) -> None:
     """Stages that are named exist and have the parts; Refusal otherwise."""
     seen: set[str] = set()
-    for k, one in enumerate(train.tolerance.by_stage):
-        at, names = f"tolerance.by_stage.{k}", [s.name for s in train.stages]
+    for k, one in enumerate(case.tolerance.by_stage):
+        at, names = f"tolerance.by_stage.{k}", [s.name for s in case.stages]
         if one.stage not in names:
             raise Refusal(
                 f"{at}.stage", f"no stage is {echo(one.stage)}", nearest(one.stage, names)
@@ -307,20 +307,20 @@ def check_tolerance(train: Case) -> None:
             raise Refusal(f"{at}.stage", f"{one.stage} is named twice", "put them together")
         seen.add(one.stage)
         foreign = [key for key in one.errors.given if key in NOT_PARALLEL]
-        if train.stage(one.stage).kind == "parallel" and foreign:
+        if case.stage(one.stage).kind == "parallel" and foreign:
             raise Refusal(
                 f"{at}.errors.{foreign[0]}",
                 "is an error of a part that a parallel stage does not have",
                 "use sun_… for the pinion and planet_… for the gear",
             )
-    _check_ground(train)
+    _check_ground(case)
 
 
-def _check_ground(train: Case) -> None:
+def _check_ground(case: Case) -> None:
     """Modifications are drawn of pairs with slices, tip relief of flanks that have one."""
-    drawn = [train.tolerance.ground(stage) for stage in train.stages]
-    asked = {"tolerance.modifications": train.tolerance.modifications.given}
-    for k, one in enumerate(train.tolerance.by_stage):
+    drawn = [case.tolerance.ground(stage) for stage in case.stages]
+    asked = {"tolerance.modifications": case.tolerance.modifications.given}
+    for k, one in enumerate(case.tolerance.by_stage):
         asked[f"tolerance.by_stage.{k}.modifications"] = one.modifications.given
     for at, given in asked.items():
         for key in given:
@@ -330,7 +330,7 @@ def _check_ground(train: Case) -> None:
                     "needs a stage that has this flank, and slices along the face",
                     'set gear_mesh.model = "face_load", or take it out',
                 )
-    for stage, own in zip(train.stages, drawn, strict=True):
+    for stage, own in zip(case.stages, drawn, strict=True):
         for flank, name in own:
             part, side = ground_flank(stage, flank)
             relief = getattr(stage, part).modifications.of(side).tip_relief

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import AXES, DOFS, S
-from flexgear.results.result_quantities import TRAIN_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
@@ -138,13 +138,13 @@ def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
 
 def coordinate(name: str, dim: str, values: ArrayLike) -> xr.Variable:
     """One coordinate of ``result_quantities`` with its unit."""
-    units, meaning = TRAIN_COORDINATES[name]
+    units, meaning = RESULT_COORDINATES[name]
     return xr.Variable((dim,), np.asarray(values), {"units": units, "long_name": meaning})
 
 
 def _ticks(dim: str, size: int, labels: Labels) -> ArrayLike:
     if dim not in labels:
-        if TRAIN_COORDINATES[dim][0] != "1":
+        if RESULT_COORDINATES[dim][0] != "1":
             raise FlexgearError(f"the labels of axis '{dim}' are missing")
         return np.arange(1, size + 1)
     if len(labels[dim]) != size:

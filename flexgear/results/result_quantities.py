@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from flexgear.results.quantities import COORDINATES, QUANTITIES, UNLOADED, Quantity, S
 
-TRAIN_COORDINATES: dict[str, tuple[str, str]] = {
+RESULT_COORDINATES: dict[str, tuple[str, str]] = {
     **COORDINATES,
+    "lead_angle": ("rad", "rotation of the first port of given speed that turns, as asked for"),
     "turning_stage": ("", "stage, by the angle that its teeth mesh at"),
     "flank": ("", "one flank of a gear mesh: stage, kind, side, planet, drive or coast"),
     "flank_stage": ("", "stage of the flank"),

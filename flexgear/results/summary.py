@@ -93,11 +93,11 @@ def steady_summary(
     equilibria at rated torque whose first position gives the radial harmonics.
     """
     found = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(x, stage))
-    still = stage_part(rated_equilibrium.isel(position=slice(1)), stage)
+    static = stage_part(rated_equilibrium.isel(position=slice(1)), stage)
     least, mean, largest = found.least, found.mean, found.largest
     node = np.fmax(-least["tooth_node"].to_numpy(), largest["tooth_node"].to_numpy())
     shares = mean["pairs_in_contact"].mean("planet").to_numpy()
-    harmonics = np.abs(radial_harmonics(still["tooth_displacement"].to_numpy()[0]))
+    harmonics = np.abs(radial_harmonics(static["tooth_displacement"].to_numpy()[0]))
     return {
         "carrier_speed_rpm_mean": float(mean["carrier_speed"]) * RPM,
         # over whole tooth passages, as the run is over the revolution

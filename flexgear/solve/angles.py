@@ -62,19 +62,19 @@ class StageMotion:
         return 2 * math.pi / abs(self.theta) if self.theta else math.inf
 
 
-def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
+def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     """Rated motion of every stage."""
-    lead = lead_speed(train, flow)
-    still = _stands_in_space(train)
+    lead = lead_speed(case, flow)
+    housing = _stands_in_space(case)
     found = []
-    for stage in train.stages:
+    for stage in case.stages:
         speed = {part: flow.speed[f"{stage.name}.{part}"] for part in stage.members}
         carrier = speed.get("carrier", 0.0)
         theta = speed["gear"] if stage.kind == "parallel" else carrier - speed["ring"]
         theta = 0.0 if abs(theta) < 1e-9 * max(map(abs, speed.values())) else theta
         turns = exact_rate(carrier, theta) if theta else Fraction(0)
-        errors = train.view(stage.name).errors
-        sources = error_sources(errors, housing=still)
+        errors = case.view(stage.name).errors
+        sources = error_sources(errors, housing=housing)
         if stage.form("ring") == "fe":  # bends between its bolts
             sources = (*sources, "ring")
         found.append(
@@ -89,12 +89,12 @@ def stage_motions(train: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     return tuple(found)
 
 
-def lead_speed(train: Case, flow: PowerFlow) -> float:
+def lead_speed(case: Case, flow: PowerFlow) -> float:
     """Rated speed of the lead, rad/s: of the first port of given speed that turns."""
-    return next((flow.speed[m] for m in given_speeds(train) if flow.speed[m] != 0), 1.0)
+    return next((flow.speed[m] for m in given_speeds(case) if flow.speed[m] != 0), 1.0)
 
 
-def lead_angles(train: Case, flow: PowerFlow, angles: Array, stage: str = "") -> Array:
+def lead_angles(case: Case, flow: PowerFlow, angles: Array, stage: str = "") -> Array:
     """Rotations (p,) rad of the lead, as ``static`` and ``modes`` take them, at which a stage has
     turned by ``angles`` (p,): its carrier against its ring, the gear of a parallel stage; without a
     stage the first input. All rise with time.
@@ -102,27 +102,25 @@ def lead_angles(train: Case, flow: PowerFlow, angles: Array, stage: str = "") ->
     The lead is neither where only the output's speed is given. What stands still keeps ``angles``.
     """
     if stage:
-        speed = next(m.theta for m in stage_motions(train, flow) if m.name == stage)
+        speed = next(m.theta for m in stage_motions(case, flow) if m.name == stage)
     else:
-        speed = flow.speed[train.inputs[0].member] if train.inputs else 0.0
-    rate = abs(lead_speed(train, flow) / speed) if speed else 1.0
+        speed = flow.speed[case.inputs[0].member] if case.inputs else 0.0
+    rate = abs(lead_speed(case, flow) / speed) if speed else 1.0
     return rate * np.asarray(angles, dtype=float)
 
 
-def given_speeds(train: Case) -> list[str]:
+def given_speeds(case: Case) -> list[str]:
     """Members whose speed is given: their rotations are the independent ones."""
-    return [port.member for port in train.ports if port.speed is not None]
+    return [port.member for port in case.ports if port.speed is not None]
 
 
-def _stands_in_space(train: Case) -> bool:
+def _stands_in_space(case: Case) -> bool:
     """Whether weight, loads, supports or joints make a difference in fixed directions."""
-    loads = any(
-        load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in train.loads
-    )
-    supports = [s.member(m).support for s in train.stages for m in s.members]
+    loads = any(load.frame == "fixed" and load.points[:, [0, 1, 3, 4]].any() for load in case.loads)
+    supports = [s.member(m).support for s in case.stages for m in s.members]
     uneven = any(_is_uneven(s.matrix) for s in supports)
-    sideways = any(j.is_shaft or j.matrix[[0, 1, 3, 4]].any() for j in train.joints)
-    return any(train.gravity) or loads or uneven or sideways
+    sideways = any(j.is_shaft or j.matrix[[0, 1, 3, 4]].any() for j in case.joints)
+    return any(case.gravity) or loads or uneven or sideways
 
 
 def _is_uneven(stiffness: Array) -> bool:
@@ -132,7 +130,7 @@ def _is_uneven(stiffness: Array) -> bool:
 
 
 def samples_of_stage(
-    train: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
+    case: Case, motions: tuple[StageMotion, ...], stage: int, cycles: int | None, linear: bool
 ) -> AngleSamples:
     """Lead angles over whole gear-mesh cycles of a stage, spread over the train's error cycle.
 
@@ -148,7 +146,7 @@ def samples_of_stage(
         most = ALL_CYCLES if every is not None and every <= ALL_CYCLES else SPREAD_CYCLES
     if most is None:
         most = SOLVED_CYCLES
-    per_gear_mesh = train.solver.positions_per_gear_mesh
+    per_gear_mesh = case.solver.positions_per_gear_mesh
     return sample_train_angles([m.turn for m in motions], stage, per_gear_mesh, most)
 
 

@@ -41,7 +41,7 @@ Bodies = Mapping[str, StageBodies]
 
 
 def stage_bodies(
-    stage: StageView, progress: Progress = silent, limit_hz: float | None = None
+    view: StageView, progress: Progress = silent, limit_hz: float | None = None
 ) -> StageBodies:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache.
 
@@ -49,10 +49,10 @@ def stage_bodies(
     """
     found: dict[str, ReducedBody | None] = dict.fromkeys(StageBodies._fields)
     for part, reduce in (("ring", ring_body), ("carrier", carrier_body)):
-        if part in stage.fe_parts:
-            found[part] = reduce(stage, named(part, progress), limit_hz)
+        if part in view.fe_parts:
+            found[part] = reduce(view, named(part, progress), limit_hz)
     if found["ring"] is not None:
-        found["ring"] = whole_ring(stage, with_rim(stage, found["ring"]))
+        found["ring"] = whole_ring(view, with_rim(view, found["ring"]))
     return StageBodies(**found)
 
 
@@ -67,18 +67,18 @@ def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBo
     return found
 
 
-def _make_influences(stage: StageView, progress: Progress) -> None:
+def _make_influences(view: StageView, progress: Progress) -> None:
     """Influences of a stage's teeth, where its slices bend each other, and of loads on their roots,
     where these are asked for, into the cache."""
     wanted = {
-        "influence of a tooth": (bend_each_other(stage), tooth_influence),
-        "root of a tooth": (stage.gear_mesh.root_stress == "fe", root_of_case),
+        "influence of a tooth": (bend_each_other(view), tooth_influence),
+        "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
     for said, (asked, make) in wanted.items():
-        for slot in ("planet", *stage_geometry(stage).gear_meshes) if asked else ():
-            progress(f"{slot}: {said}", 0.0)
-            make(stage, slot)
-            progress(f"{slot}: {said}", 1.0)
+        for role in ("planet", *stage_geometry(view).gear_meshes) if asked else ():
+            progress(f"{role}: {said}", 0.0)
+            make(view, role)
+            progress(f"{role}: {said}", 1.0)
 
 
 def reduction_limit(case: Case, stage: str) -> float:

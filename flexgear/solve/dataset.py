@@ -144,16 +144,28 @@ def result_labels(model: Model) -> dict[str, list[str]]:
 
 
 def result_attrs(model: Model, **more: Any) -> dict[str, Any]:
-    """Provenance of a result."""
-    train = model.case
+    """Provenance of a result, and how far its reduced bodies are from their FE meshes."""
+    case = model.case
     return provenance(
-        case=train.name,
+        case=case.name,
         variant=model.variant,
-        content_hash=train.content_hash(),
-        parameters=train.to_dict(),
-        **_laws(train),
+        content_hash=case.content_hash(),
+        parameters=case.to_dict(),
+        **_laws(case),
+        **_reduction_errors(model),
         **more,
     )
+
+
+def _reduction_errors(model: Model) -> dict[str, float]:
+    """Relative static and frequency error of every reduced body that bends: "stage.ring_…"."""
+    return {
+        f"{stage}.{part}_{kind}": float(body.report[kind])
+        for stage, own in model.bodies.items()
+        for part, body in own.by_part.items()
+        for kind in ("static_error", "frequency_error")
+        if body.report.get(kind) is not None and not model.system.body(f"{stage}.{part}").rigid
+    }
 
 
 def _laws(case: Case) -> dict[str, str]:

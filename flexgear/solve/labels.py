@@ -42,13 +42,13 @@ def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
     return GearMeshName(stage, kind, label.side, label.planet + 1)
 
 
-def gear_meshes_of(train: Case, system: System) -> GearMeshes:
+def gear_meshes_of(case: Case, system: System) -> GearMeshes:
     """Labels and signs, in the order of the system: stage by stage, kind, side, planet."""
     carries = np.asarray(system.pairs.carries)
     names: dict[GearMeshName, int] = {}
     column, sign, carrying = [], [], {}
     for m, label in enumerate(system.gear_meshes):
-        name = flank_name(train, label)
+        name = flank_name(case, label)
         g = names.setdefault(name, len(names))
         column.append(g)
         sign.append(1.0 if carries[m] else -1.0)

@@ -17,11 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.gear_mesh_errors import gear_mesh_errors
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
 from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pair_data import WAVE, PairData
+from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.structures.kinematics import turn
 
@@ -81,7 +82,10 @@ class LinearTrain:
         found = self.influence()
         theta = self.system.theta(input_angles)
         waves = self._load_waves(theta)
-        return waves @ found.force_of_loads.T + errors_at(self.system.pairs, theta) @ found.force.T
+        return (
+            waves @ found.force_of_loads.T
+            + gear_mesh_errors(self.system.pairs, theta) @ found.force.T
+        )
 
     def _load_waves(self, theta: Array) -> Array:
         """Factors (p, 1 + 2 n_l) of the constant load and of those that stand in space."""
@@ -128,24 +132,6 @@ def linear_train(system: System, share: float = 1.0) -> LinearTrain:
         load = load + steady @ motion
         turning.append((int(angle), (along - steady) @ motion, (across - steady) @ motion))
     return LinearTrain(system, vectors[at][order], k, c, load, tuple(turning))
-
-
-def errors_at(pairs: PairData, theta: Array) -> Array:
-    """Errors (p, M) in m of gear meshes with a wave at angles (p, A): as rows hold them."""
-    base = pairs.s0 + pairs.rate * theta[:, pairs.angle]
-    k = np.floor((pairs.s_pitch - base) / pairs.pitch + 0.5)
-    phase = 2 * np.pi * (base + k * pairs.pitch) / pairs.pitch + pairs.error_phase
-    out = pairs.error_offset + pairs.error_amplitude * np.sin(phase)
-    for h in range(pairs.runout_amplitude.shape[1]):
-        if np.any(pairs.runout_amplitude[:, h]):
-            angle = pairs.runout_rate[:, h] * theta[:, pairs.runout_angle[:, h]]
-            out += pairs.runout_amplitude[:, h] * np.sin(angle + pairs.runout_phase[:, h])
-    if np.any(pairs.error_gear) or np.any(pairs.error_planet):
-        m, number = np.arange(len(pairs.s0)), k.astype(np.int64)
-        tooth = (pairs.gear_tooth0 + pairs.gear_step * number) % pairs.gear_teeth
-        other = (pairs.planet_tooth0 + pairs.planet_step * number) % pairs.planet_teeth
-        out += pairs.error_gear[m, tooth] + pairs.error_planet[m, other]
-    return np.asarray(out - pairs.gap)
 
 
 def error_harmonics(system: System) -> tuple[Array, Complex]:

@@ -31,7 +31,7 @@ def reduction_warnings(
 
 
 def _warnings(
-    case: StageView,
+    view: StageView,
     bodies: Iterable[ReducedBody | None],
     bends: Variant,
     wanted: float,
@@ -42,9 +42,9 @@ def _warnings(
     for body in bodies:
         if body is not None and getattr(bends, body.name):
             if said := _fault(body.report):
-                found.append(f"{at}{body.name}: {said}; {_remedy(case, body.name)}")
+                found.append(f"{at}{body.name}: {said}; {_remedy(view, body.name)}")
             if said := _frequency_fault(body.report, wanted):
-                key = case.written(f"{body.name}.fe.fixed_interface_modes")
+                key = view.written(f"{body.name}.fe.fixed_interface_modes")
                 found.append(f"{at}{body.name}: {said}; raise {key}")
     return found
 
@@ -77,15 +77,15 @@ def _fault(report: Mapping[str, Any]) -> str:
     return f"static error {100 * error:.1f} %{worst}, above {100 * PROMISED:g} %"
 
 
-def _remedy(case: StageView, name: str) -> str:
+def _remedy(view: StageView, name: str) -> str:
     """What makes the error smaller, or shows how little it matters."""
-    part, ways = getattr(case, name), []
+    part, ways = getattr(view, name), []
     if part.fe_mesh == "file":
         ways.append("refine its FE mesh")
-    elif finer := _FINER.get(case.solver.fidelity):
+    elif finer := _FINER.get(view.solver.fidelity):
         ways.append(f'set solver.fidelity = "{finer}"')
     if name == "ring":
-        ways.append(f'try {case.written("ring.fe.tie")} = "{_OTHER_TIE[part.tie]}"')
-    key = case.written(f"{name}.fe.flexible")
+        ways.append(f'try {view.written("ring.fe.tie")} = "{_OTHER_TIE[part.tie]}"')
+    key = view.written(f"{name}.fe.flexible")
     ways.append(f"compare with {key} = false to see how much its bending matters")
     return ", or ".join(ways)

@@ -168,8 +168,8 @@ def root_arrays(
     arrays = {"root_stress": largest, "root_side": side}
     if len(places):
         arrays |= {"face_root_stress": along[0], "face_root_compression": along[1]}
-    still = isinstance(result, Equilibrium)
-    return arrays | _by_tooth(tables, rings, len(result.theta), ranges=still)
+    static = isinstance(result, Equilibrium)
+    return arrays | _by_tooth(tables, rings, len(result.theta), ranges=static)
 
 
 def _loaded(force: Array) -> NDArray[np.bool_]:

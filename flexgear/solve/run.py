@@ -128,7 +128,7 @@ def _fields(own: Model, ideal: Model) -> dict[str, xr.Dataset]:
     }
 
 
-def is_still(model: Model) -> bool:
+def is_static(model: Model) -> bool:
     """Whether the train rolls in one equilibrium: linear, none turning, no errors, no histories."""
     system = model.system
     return (
@@ -165,16 +165,9 @@ def run(
         progress("modes", 0.5)
         datasets["campbell"] = campbell(first, limit_hz=limit)
         progress("modes", 1.0)
-    fields = {}
     with watch.stage("equilibria"):
-        datasets["equilibrium"] = static(first, _positions(first), progress=progress)
-        if case.flexible_stages:
-            still = static(ideal, _positions(first), progress=progress)
-            datasets["equilibrium_without_errors"] = still
-            fields = _fields(first, ideal)
-        if "rigid" in models and sliced_stages(first):
-            rigid = models["rigid"]
-            datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
+        found, fields = _equilibria(models, ideal, progress)
+        datasets |= found
         cycles, face_load = _face_load(models, datasets, progress)
         datasets |= cycles
     with watch.stage("load_sharing"):
@@ -188,9 +181,7 @@ def run(
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
         with watch.stage("harmonic"):
-            data = harmonic_data(first, train_harmonic(first), own.data)
-        datasets["harmonic"] = data
-        harmonic = {**harmonic_figures(data), "load_sharing": sharing_summary_of(data)}
+            datasets["harmonic"], harmonic = _harmonic(first, own.data)
     watch.seconds |= {f"transient_{label}": one.wall for label, one in runs.items()}
     summary = build_summary(
         case=case.name,
@@ -199,11 +190,7 @@ def run(
         version=version(),
         content_hash=case.content_hash(),
         variant=first.variant,
-        system={
-            "bodies": len(first.system.bodies),
-            "coordinates": first.system.size,
-            **finite(first.modal.figures),
-        },
+        system=_system(first),
         power_flow=flow_summary(first.flow),
         stages=stages_summary(first, datasets["equilibrium"]),
         modes=modes_summary(datasets["modes"]),
@@ -217,12 +204,7 @@ def run(
         energy_residual=residual_of_run(first, runs, drops),
         solver=first.pace.summary,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
-        warnings=[
-            *too_coarse(first.pace, case.solver),
-            *cut_short(case, first.flow),
-            *edge_warnings(face_load.get(first.variant, {})),
-            *reduction_warnings(case, first.bodies, variants_of(case)),
-        ],
+        warnings=_warnings(first, face_load),
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=own.realtime_factor,
@@ -230,6 +212,48 @@ def run(
         **bodies_summary(models, datasets, runs),
     )
     return Run(case, first.flow, datasets, fields, summary)
+
+
+def _system(model: Model) -> dict[str, Any]:
+    """Size of the coupled system and of what is kept of it."""
+    return {
+        "bodies": len(model.system.bodies),
+        "coordinates": model.system.size,
+        **finite(model.modal.figures),
+    }
+
+
+def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
+    """What a reader of the results should know; face_load: figures of flanks by variant."""
+    case = model.case
+    return [
+        *too_coarse(model.pace, case.solver),
+        *cut_short(case, model.flow),
+        *edge_warnings(face_load.get(model.variant, {})),
+        *reduction_warnings(case, model.bodies, variants_of(case)),
+    ]
+
+
+def _harmonic(model: Model, stepped: xr.Dataset) -> tuple[xr.Dataset, dict[str, Any]]:
+    """The harmonic solution beside a transient, and its figures."""
+    data = harmonic_data(model, train_harmonic(model), stepped)
+    return data, {**harmonic_figures(data), "load_sharing": sharing_summary_of(data)}
+
+
+def _equilibria(
+    models: Mapping[str, Model], ideal: Model, progress: Progress
+) -> tuple[dict[str, xr.Dataset], dict[str, xr.Dataset]]:
+    """Equilibria over a turn of the case as it is; of flexible stages also without errors, with the
+    fields of their bodies, and with rigid bodies where pairs have slices."""
+    first, fields = next(iter(models.values())), {}
+    found = {"equilibrium": static(first, _positions(first), progress=progress)}
+    if first.case.flexible_stages:
+        found["equilibrium_without_errors"] = static(ideal, _positions(first), progress=progress)
+        fields = _fields(first, ideal)
+    if "rigid" in models and sliced_stages(first):
+        rigid = models["rigid"]
+        found["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
+    return found, fields
 
 
 def _face_load(
@@ -314,7 +338,7 @@ def _transients(
     compile_transient(models[own], energy=bool(torques))
     jobs: dict[Any, tuple[str, Callable[[DatasetSink | None], TimedRun]]] = {}
     for label, model in models.items():
-        if label == own or not is_still(model):
+        if label == own or not is_static(model):
             job = partial(
                 _steady, model, progress=watched, label=f"transient, {label}",
                 energy=label == own and bool(case.flexible_stages) and not torques,

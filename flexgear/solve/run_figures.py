@@ -79,8 +79,8 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
         }
         view = train.view(stage.name)
         out[stage.name]["nominal_root_stress_mpa"] = {
-            view.part(slot): value / 1e6
-            for slot, value in largest_root_stress(view, own.gear_mesh_forces).items()
+            view.part(role): value / 1e6
+            for role, value in largest_root_stress(view, own.gear_mesh_forces).items()
         }
         roots = root_figures(equilibria, stage.name)
         if roots:

@@ -13,6 +13,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.results.face_load import face_figures
+from flexgear.results.labelled_dataset import coordinate
 from flexgear.results.root_stress import root_extremes
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
@@ -35,18 +36,20 @@ def static(
 
     carrier_angle: of the lead, the first port of given speed that turns: a carrier mostly, but the
     output where only its speed is given; ``solve.angles.lead_angles`` gives it by a stage's own.
-
-    torque: N·m on the first input, the others in rated proportion; rated unless given.
+    It is the coordinate ``lead_angle`` of the positions; the variable ``carrier_angle`` is that of
+    every stage's own carrier. torque: N·m on the first input, the others in rated proportion; rated
+    unless given.
     """
-    system = model.system
+    system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
     given = system.rated_torque if torque is None else torque
     found = revolution(
         model.modal,
-        rated_rotations(system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))),
+        rated_rotations(system, lead),
         given,
         lambda share: progress("equilibria", share),
     )
-    return equilibrium_data(model, found, closure_max=float(found.closure.max()), **attrs)
+    data = equilibrium_data(model, found, closure_max=float(found.closure.max()), **attrs)
+    return data.assign_coords(lead_angle=coordinate("lead_angle", "position", lead))
 
 
 def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
@@ -74,7 +77,7 @@ def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
     views = [model.case.view(stage.name) for stage in model.case.stages]
     found = {
-        view.name: {view.part(slot): one for slot, one in root_extremes(data, view.name).items()}
+        view.name: {view.part(role): one for role, one in root_extremes(data, view.name).items()}
         for view in views
     }
     found = {stage: gears for stage, gears in found.items() if gears}

@@ -20,7 +20,7 @@ from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.results.group_sharing import SharingCoefficients
-from flexgear.results.labelled_dataset import variable
+from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.pieces import between
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.summary import axis_distance
@@ -224,7 +224,8 @@ class _Sharing:
     def coefficients(self) -> xr.Dataset:
         """What was found up to now."""
         found = {name: variable(name, value) for name, value in self._found.found().items()}
-        return xr.Dataset(found, {"definition": self._definitions})
+        names = coordinate("definition", "definition", self._definitions)
+        return xr.Dataset(found, {"definition": names})
 
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:

@@ -46,15 +46,15 @@ def _sharing(summary: Summary) -> Iterator[Verdict]:
     """Of each group of gear meshes: the standard's value is one of equilibria, dynamics come on top
     of it; without equilibria steady running in time is held to it."""
     found = summary["load_sharing"]
-    still, moving = (
+    static, dynamic_factors = (
         _largest(*own_variant(found["quasi_static"]).values()),
         _largest(own_variant(found["transient"])),
     )
-    for group in dict.fromkeys([*still, *moving]):
-        k, assumed = still.get(group) or moving[group]
-        way = "in equilibria" if group in still else "in time"
+    for group in dict.fromkeys([*static, *dynamic_factors]):
+        k, assumed = static.get(group) or dynamic_factors[group]
+        way = "in equilibria" if group in static else "in time"
         most = f"Largest factor at any instant, {way}"
-        dynamic = moving[group][0] if group in still and group in moving else k
+        dynamic = dynamic_factors[group][0] if group in static and group in dynamic_factors else k
         level: Level = "note"
         sentence = f"{most}; {STANDARD} has no value for that number of planets."
         if assumed is not None:
@@ -64,11 +64,11 @@ def _sharing(summary: Summary) -> Iterator[Verdict]:
                 f"{most}, {compared} the {assumed:.2f} that {STANDARD} assumes for the number of "
                 "planets."
             )
-        if group in still and group in moving:
+        if group in static and group in dynamic_factors:
             above = assumed is not None and k <= assumed < dynamic
             sentence += f" With dynamics, in time: {dynamic:.3f}{', above it' if above else ''}."
         yield Verdict(level, f"Load sharing, {words(group)}", f"K = {k:.3f}", sentence)
-    if not still and not moving:
+    if not static and not dynamic_factors:
         yield Verdict("note", "Load sharing", "–", "No planets share a load in this case.")
 
 
@@ -98,8 +98,8 @@ def _forces(summary: Summary) -> Iterator[Verdict]:
     for group, force in summary["transient"]["gear_mesh_force"].items():
         stage, _, part = group.partition(" ")
         known = summary["stages"][stage]
-        slot = "ring" if part.startswith("ring") else "sun"
-        expected = known.get(f"{slot}_gear_mesh_force_n")
+        role = "ring" if part.startswith("ring") else "sun"
+        expected = known.get(f"{role}_gear_mesh_force_n")
         if expected:
             name = f"Mean gear-mesh force, {words(group)}"
             yield _against(name, abs(force["mean_n"]), expected, "N")

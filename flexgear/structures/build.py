@@ -54,165 +54,165 @@ _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodi
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
-def require_fe_meshes(case: StageView) -> None:
+def require_fe_meshes(view: StageView) -> None:
     """Raise InputError for what either FE mesh would be refused for, without generating any.
 
     A file whose reduced body is kept was in place when that was made: the key says for what.
     """
-    if "ring" not in case.fe_parts:
+    if "ring" not in view.fe_parts:
         pass
-    elif case.ring.fe_mesh == "generate":
-        RingMeshParameters.from_case(case).check()
-    elif case.ring.fe_mesh == "reduced":
-        given_ring(case)
-    elif not is_kept(ring_key(case)):
-        ring_of_case(case)
-    if "carrier" not in case.fe_parts:
+    elif view.ring.fe_mesh == "generate":
+        RingMeshParameters.from_case(view).check()
+    elif view.ring.fe_mesh == "reduced":
+        given_ring(view)
+    elif not is_kept(ring_key(view)):
+        ring_of_case(view)
+    if "carrier" not in view.fe_parts:
         return
-    if case.carrier.fe_mesh == "generate":
-        CarrierMeshParameters.from_case(case).check()
-    elif case.carrier.fe_mesh == "reduced":
-        given_carrier(case)
-    elif not is_kept(_carrier_key(case)):
-        carrier_of_case(case)
+    if view.carrier.fe_mesh == "generate":
+        CarrierMeshParameters.from_case(view).check()
+    elif view.carrier.fe_mesh == "reduced":
+        given_carrier(view)
+    elif not is_kept(_carrier_key(view)):
+        carrier_of_case(view)
 
 
 def ring_body(
-    case: StageView, progress: Progress | None = None, limit_hz: float | None = None
+    view: StageView, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's ring gear, reduced; from the cache if it was reduced before.
 
     limit_hz: up to which its frequencies are judged; all that were compared where neither this nor
     the case says so. One that is given reduced is taken as it is, without error estimates.
     """
-    if case.ring.fe_mesh == "reduced":
-        return given_ring(case)
+    if view.ring.fe_mesh == "reduced":
+        return given_ring(view)
     report = progress or silent
-    body = cached(ring_key(case), lambda: _reduce_ring(case, report))
-    return _judged(body, ring_supports(case, body), limit_hz or case.solver.reduction_limit)
+    body = cached(ring_key(view), lambda: _reduce_ring(view, report))
+    return _judged(body, ring_supports(view, body), limit_hz or view.solver.reduction_limit)
 
 
 def ring_condensed(
-    case: StageView, progress: Progress = silent
+    view: StageView, progress: Progress = silent
 ) -> tuple[UnassembledModel, AnyCondensation]:
     """The unreduced ring and its condensation on its nodes, made anew."""
-    model = _model(case, ring_of_case(case))
-    sectors = _sectors(case, case.ring_gear.teeth)
+    model = _model(view, ring_of_case(view))
+    sectors = _sectors(view, view.ring_gear.teeth)
     with single_threaded_blas():
-        return model, condense(model, ring_interface(case, model), progress, sectors)
+        return model, condense(model, ring_interface(view, model), progress, sectors)
 
 
-def ring_key(case: StageView) -> str:
+def ring_key(view: StageView) -> str:
     """Of the content that the reduced ring depends on."""
-    ring = case.ring
+    ring = view.ring
     return content_key(
         body="ring",
-        fe_mesh=_mesh_content(case, ring, RingMeshParameters, ring_groups),
-        material=case.material.model_dump(),
+        fe_mesh=_mesh_content(view, ring, RingMeshParameters, ring_groups),
+        material=view.material.model_dump(),
         ties=[ring.tie, ring.tie_kind],
         supports=[
             [s.node, s.group, s.place, s.end, s.diameter]
-            for s in ring_held(ring, case.stage.face_width)
+            for s in ring_held(ring, view.stage.face_width)
         ],
-        teeth=[case.ring_gear.teeth, stage_geometry(case).ring.reference_radius],
+        teeth=[view.ring_gear.teeth, stage_geometry(view).ring.reference_radius],
         modes=ring.fixed_interface_modes,
-        cyclic=case.solver.cyclic,
-        limit=case.solver.reduction_limit,
+        cyclic=view.solver.cyclic,
+        limit=view.solver.reduction_limit,
     )
 
 
 def carrier_body(
-    case: StageView, progress: Progress | None = None, limit_hz: float | None = None
+    view: StageView, progress: Progress | None = None, limit_hz: float | None = None
 ) -> ReducedBody:
     """The case's planet carrier, reduced; from the cache if it was reduced before."""
-    if case.carrier.fe_mesh == "reduced":
-        return given_carrier(case)
+    if view.carrier.fe_mesh == "reduced":
+        return given_carrier(view)
     report = progress or silent
-    body = cached(_carrier_key(case), lambda: _reduce_carrier(case, report))
+    body = cached(_carrier_key(view), lambda: _reduce_carrier(view, report))
     at = slice(0, body.interface_dofs)
-    supports = carrier_supports(case, body, body.stiffness[at, at])
-    return _judged(body, supports, limit_hz or case.solver.reduction_limit)
+    supports = carrier_supports(view, body, body.stiffness[at, at])
+    return _judged(body, supports, limit_hz or view.solver.reduction_limit)
 
 
-def _carrier_key(case: StageView) -> str:
+def _carrier_key(view: StageView) -> str:
     return content_key(
         body="carrier",
-        fe_mesh=_mesh_content(case, case.carrier, CarrierMeshParameters, carrier_groups),
-        material=case.material.model_dump(),
-        pins=[list(case.stage.planet_angles), stage_geometry(case).center_distance],
-        modes=case.carrier.fixed_interface_modes,
-        cyclic=case.solver.cyclic,
-        limit=case.solver.reduction_limit,
+        fe_mesh=_mesh_content(view, view.carrier, CarrierMeshParameters, carrier_groups),
+        material=view.material.model_dump(),
+        pins=[list(view.stage.planet_angles), stage_geometry(view).center_distance],
+        modes=view.carrier.fixed_interface_modes,
+        cyclic=view.solver.cyclic,
+        limit=view.solver.reduction_limit,
     )
 
 
-def _reduce_ring(case: StageView, progress: Progress) -> ReducedBody:
+def _reduce_ring(view: StageView, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
-    fe_mesh = ring_of_case(case)
+    fe_mesh = ring_of_case(view)
     clock.lap("fe_mesh")
-    model = _model(case, fe_mesh)
-    interface = ring_interface(case, model)
+    model = _model(view, fe_mesh)
+    interface = ring_interface(view, model)
     clock.lap("ties")
-    modes, repeats = case.ring.fixed_interface_modes, case.ring_gear.teeth
-    reduction = reduce(model, interface, modes, progress, "ring", sectors=_sectors(case, repeats))
+    modes, repeats = view.ring.fixed_interface_modes, view.ring_gear.teeth
+    reduction = reduce(model, interface, modes, progress, "ring", sectors=_sectors(view, repeats))
     clock.lap("reduction")
-    supports = ring_supports(case, interface)
-    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(case.ring_gear.teeth))
-    teeth = case.ring_gear.teeth
+    supports = ring_supports(view, interface)
+    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(view.ring_gear.teeth))
+    teeth = view.ring_gear.teeth
     probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
-    loads = probe_loads.tooth_lines(model, probed, case.stage.face_width) if flank else []
+    loads = probe_loads.tooth_lines(model, probed, view.stage.face_width) if flank else []
     return _estimated(
         reduction,
         supports,
         loads,
         clock,
         progress,
-        case.solver.reduction_limit,
-        tie=case.ring.tie,
-        tie_kind=case.ring.tie_kind,
-        fidelity=case.solver.fidelity,
+        view.solver.reduction_limit,
+        tie=view.ring.tie,
+        tie_kind=view.ring.tie_kind,
+        fidelity=view.solver.fidelity,
     )
 
 
-def _reduce_carrier(case: StageView, progress: Progress) -> ReducedBody:
+def _reduce_carrier(view: StageView, progress: Progress) -> ReducedBody:
     clock = _Clock()
     progress("carrier: FE mesh", 0.0)
-    fe_mesh = carrier_of_case(case)
+    fe_mesh = carrier_of_case(view)
     clock.lap("fe_mesh")
-    model = _model(case, fe_mesh)
-    interface = carrier_interface(case, model)
+    model = _model(view, fe_mesh)
+    interface = carrier_interface(view, model)
     clock.lap("ties")
-    modes, repeats = case.carrier.fixed_interface_modes, case.stage.planets
+    modes, repeats = view.carrier.fixed_interface_modes, view.stage.planets
     reduction = reduce(
-        model, interface, modes, progress, "carrier", sectors=_sectors(case, repeats)
+        model, interface, modes, progress, "carrier", sectors=_sectors(view, repeats)
     )
     clock.lap("reduction")
-    supports = carrier_supports(case, interface, reduction.condensation.stiffness)
-    angles = np.asarray(case.stage.planet_angles)
-    loads = probe_loads.pin_pressures(model, case.stage.planets, angles)
+    supports = carrier_supports(view, interface, reduction.condensation.stiffness)
+    angles = np.asarray(view.stage.planet_angles)
+    loads = probe_loads.pin_pressures(model, view.stage.planets, angles)
     return _estimated(
         reduction,
         supports,
         loads,
         clock,
         progress,
-        case.solver.reduction_limit,
+        view.solver.reduction_limit,
         tie="surface",
         tie_kind="averaging",
-        fidelity=case.solver.fidelity,
+        fidelity=view.solver.fidelity,
     )
 
 
-def _model(case: StageView, fe_mesh: FeMesh) -> UnassembledModel:
+def _model(view: StageView, fe_mesh: FeMesh) -> UnassembledModel:
     """The body; what its matrices are wanted for decides how much of them is assembled."""
-    m = case.material
+    m = view.material
     return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
 
 
-def _sectors(case: StageView, repeats: int) -> tuple[int, ...]:
+def _sectors(view: StageView, repeats: int) -> tuple[int, ...]:
     """Numbers of sectors to try for a body with so many teeth or pins."""
-    return sector_counts(repeats) if case.solver.cyclic == "auto" else ()
+    return sector_counts(repeats) if view.solver.cyclic == "auto" else ()
 
 
 def _estimated(
@@ -291,7 +291,7 @@ class _Clock:
 
 
 def _mesh_content(
-    case: StageView,
+    view: StageView,
     part: Ring | Carrier,
     generator: type[RingMeshParameters] | type[CarrierMeshParameters],
     groups: Callable[[StageView], Groups],
@@ -299,7 +299,7 @@ def _mesh_content(
     """What a mesh depends on: the generator's parameters, or the bytes of the user's file, where
     it is put, and what its place was judged by."""
     if part.fe_mesh == "generate" or part.fe_mesh_file is None:
-        return replace(generator.from_case(case), where="")  # the case's path changes nothing
+        return replace(generator.from_case(view), where="")  # the case's path changes nothing
     file = part.fe_mesh_file
     try:
         digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
@@ -308,4 +308,4 @@ def _mesh_content(
             "case", "fe_mesh_file", f"{file}: {error.strerror}", "check the path"
         ) from None
     put = [part.fe_mesh_unit, part.fe_mesh_shift, part.fe_mesh_turn]
-    return ["file", digest, put, groups(case).content()]
+    return ["file", digest, put, groups(view).content()]

@@ -23,7 +23,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.cholesky import Factor
 from flexgear.structures.linalg.inverses import scaled_inverse
-from flexgear.structures.linalg.tall import dot
+from flexgear.structures.linalg.tall_products import dot
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]

@@ -29,7 +29,7 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
-from flexgear.structures.linalg.tall import dot, times
+from flexgear.structures.linalg.tall_products import dot, times
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
@@ -105,8 +105,8 @@ def shape_errors(
     influence: NDArray[np.float64], left_out: NDArray[np.float64], loads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """max |dC f| / max |C f| over the loaded slices, of loads (n, K); C and dC (K, K) m/N."""
-    moved, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
-    return np.asarray(missed.max(axis=1) / moved.max(axis=1))
+    found, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
+    return np.asarray(missed.max(axis=1) / found.max(axis=1))
 
 
 def compare_frequencies(

@@ -40,32 +40,32 @@ class Expected:
     mass: float
 
 
-def given_ring(case: StageView) -> ReducedBody:
+def given_ring(view: StageView) -> ReducedBody:
     """The ring's matrices. InputError unless they are a free body with the case's nodes."""
-    geometry, width = stage_geometry(case).ring, case.stage.face_width
-    teeth, radius = case.ring_gear.teeth, geometry.reference_radius
+    geometry, width = stage_geometry(view).ring, view.stage.face_width
+    teeth, radius = view.ring_gear.teeth, geometry.reference_radius
     places: dict[str, Place] = {}
     for j in range(teeth):
         angle = 2 * math.pi * j / teeth
         places[f"tooth_{j + 1:03d}"] = (radius * math.cos(angle), radius * math.sin(angle), 0.0)
     along = frozenset(places)
-    places |= {support.node: support.place for support in ring_supports(case.ring, width)}
-    outer = geometry.root_radius + case.ring.rim_thickness
-    mass = case.material.density * math.pi * (outer**2 - geometry.root_radius**2) * width
-    return _body(case, "ring", case.ring, Expected(places, along, mass))
+    places |= {support.node: support.place for support in ring_supports(view.ring, width)}
+    outer = geometry.root_radius + view.ring.rim_thickness
+    mass = view.material.density * math.pi * (outer**2 - geometry.root_radius**2) * width
+    return _body(view, "ring", view.ring, Expected(places, along, mass))
 
 
-def given_carrier(case: StageView) -> ReducedBody:
+def given_carrier(view: StageView) -> ReducedBody:
     """The carrier's matrices, likewise."""
-    part, radius = case.carrier, stage_geometry(case).center_distance
+    part, radius = view.carrier, stage_geometry(view).center_distance
     on_axis = dict.fromkeys(("drive", "bearing_drive", "bearing_far"), (0.0, 0.0, 0.0))
     pins = {
         f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
-        for i, phi in enumerate(case.stage.planet_angles)
+        for i, phi in enumerate(view.stage.planet_angles)
     }
     thickness = part.plate_thickness_drive + part.plate_thickness_far
-    mass = case.material.density * math.pi * (part.plate_diameter / 2) ** 2 * thickness
-    return _body(case, "carrier", part, Expected({**on_axis, **pins}, frozenset(pins), mass))
+    mass = view.material.density * math.pi * (part.plate_diameter / 2) ** 2 * thickness
+    return _body(view, "carrier", part, Expected({**on_axis, **pins}, frozenset(pins), mass))
 
 
 def given_housing(housing: Housing, source: str) -> Body:
@@ -96,18 +96,18 @@ def given_housing(housing: Housing, source: str) -> Body:
     )
 
 
-def _body(case: StageView, name: str, part: Ring | Carrier, expected: Expected) -> ReducedBody:
+def _body(view: StageView, name: str, part: Ring | Carrier, expected: Expected) -> ReducedBody:
     files = [file for file in (part.fe_mesh_file, part.fe_mesh_mass_file) if file is not None]
     assert part.fe_mesh_nodes is not None  # the model refuses a reduced body without them
     try:
         read = read_reduced(files, part.fe_mesh_nodes, part.fe_mesh_unit, name)
         ordered = _in_order(read, expected, part.fe_mesh_nodes)
-        _require_places(ordered, expected, case, part.fe_mesh_nodes)
+        _require_places(ordered, expected, view, part.fe_mesh_nodes)
         figures = check(ordered, files[0])
         _require_size(figures["mass_kg"], expected.mass, files[0])
     except InputError as fault:
         problem = f"{fault.where}: {fault.key}: {fault.problem}"
-        raise InputError(case.source, f"{name}.fe_mesh_file", problem, fault.remedy) from None
+        raise InputError(view.source, f"{name}.fe_mesh_file", problem, fault.remedy) from None
     size = len(ordered.stiffness)
     return ReducedBody(
         name=name,
@@ -154,13 +154,13 @@ def _in_order(body: ReducedMatrices, expected: Expected, where: str) -> ReducedM
     )
 
 
-def _require_places(body: ReducedMatrices, expected: Expected, case: StageView, where: str) -> None:
-    pitch = math.pi * case.stage.normal_module / math.cos(case.stage.helix_angle)
+def _require_places(body: ReducedMatrices, expected: Expected, view: StageView, where: str) -> None:
+    pitch = math.pi * view.stage.normal_module / math.cos(view.stage.helix_angle)
     for name, found in zip(body.node_names, body.positions, strict=True):
         x, y, z = expected.places[name]
         across = math.hypot(found[0] - x, found[1] - y)
         along = abs(found[2] - z) if name in expected.along else 0.0
-        if across > _OFF * pitch or along > _OFF * case.stage.face_width:
+        if across > _OFF * pitch or along > _OFF * view.stage.face_width:
             stands = ", ".join(f"{1e3 * v:.1f}" for v in found)
             raise InputError(
                 where, name, f"is at {stands} mm",

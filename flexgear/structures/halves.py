@@ -35,16 +35,16 @@ def side_of_node(node: str) -> str:
     return side if side in SIDES else ""
 
 
-def whole_ring(case: StageView, half: ReducedBody) -> ReducedBody:
+def whole_ring(view: StageView, half: ReducedBody) -> ReducedBody:
     """The ring that a stage has, of its body about its own mid-plane: itself, or both halves."""
-    return both_halves(half, case.stage.half_offset) if case.stage.double_helical else half
+    return both_halves(half, view.stage.half_offset) if view.stage.double_helical else half
 
 
-def held_ring_springs(case: StageView) -> list[Spring]:
+def held_ring_springs(view: StageView) -> list[Spring]:
     """All that holds the whole ring, on nodes of ``whole_ring``; supports of the right half are
     the mirror image of those of the left."""
-    own = ring_springs(case)
-    if not case.stage.double_helical:
+    own = ring_springs(view)
+    if not view.stage.double_helical:
         return own
     left = [Spring(node_of_half(s.node, "left"), s.matrix, s.angle) for s in own]
     across = np.outer(MIRROR, MIRROR)

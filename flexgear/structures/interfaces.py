@@ -42,18 +42,18 @@ class Nodes(Protocol):
         """(n, 3) m."""
 
 
-def ring_interface(case: StageView, model: FeModel) -> Interface:
+def ring_interface(view: StageView, model: FeModel) -> Interface:
     """Ties of teeth, then of fits, splines and bolts, see `model/ring_supports.py`."""
-    ring, patches = case.ring, model.fe_mesh.facets
+    ring, patches = view.ring, model.fe_mesh.facets
     tie = rigid_tie if ring.tie_kind == "rigid" else averaging_tie
-    radius = stage_geometry(case).ring.reference_radius
+    radius = stage_geometry(view).ring.reference_radius
     ties: list[Tie] = []
-    for j in range(case.ring_gear.teeth):
-        angle = 2 * np.pi * j / case.ring_gear.teeth
+    for j in range(view.ring_gear.teeth):
+        angle = 2 * np.pi * j / view.ring_gear.teeth
         sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
         position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
         ties.append(tie(f"tooth_{j + 1:03d}", position, sample))
-    for support in ring_held(ring, case.stage.face_width):
+    for support in ring_held(ring, view.stage.face_width):
         position = np.array(support.place)
         if support.end is None:
             sample = facet_sample(model, patches[support.group])
@@ -77,7 +77,7 @@ def _bolted_face(model: FeModel, end: End) -> float:
     return float(z.max() if end == "+z" else z.min())
 
 
-def carrier_interface(case: StageView, model: FeModel) -> Interface:
+def carrier_interface(view: StageView, model: FeModel) -> Interface:
     """Ties of drive flange, bearing seats and pins."""
     patches = model.fe_mesh.facets
     ties = []
@@ -85,24 +85,24 @@ def carrier_interface(case: StageView, model: FeModel) -> Interface:
         sample = facet_sample(model, patches[name])
         z = float(sample.weights @ sample.points[:, 2] / sample.weights.sum())
         ties.append(averaging_tie(name, np.array([0.0, 0.0, z]), sample))
-    radius = stage_geometry(case).center_distance
-    for i, angle in enumerate(case.stage.planet_angles):
+    radius = stage_geometry(view).center_distance
+    for i, angle in enumerate(view.stage.planet_angles):
         position = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
         name = f"pin_{i + 1}"
         ties.append(averaging_tie(name, position, facet_sample(model, patches[name])))
     return interface_of(model, ties)
 
 
-def ring_supports(case: StageView, body: Nodes) -> NDArray[np.float64]:
+def ring_supports(view: StageView, body: Nodes) -> NDArray[np.float64]:
     """Stiffness (b, b) of the ring's springs to ground at its interface nodes."""
-    return stiffness_at(ring_springs(case), body.node_names)
+    return stiffness_at(ring_springs(view), body.node_names)
 
 
 def carrier_supports(
-    case: StageView, body: Nodes, stiffness: NDArray[np.float64]
+    view: StageView, body: Nodes, stiffness: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The same of the carrier, and its drive node held against rotation about the axis."""
-    supports = stiffness_at(carrier_springs(case), body.node_names)
+    supports = stiffness_at(carrier_springs(view), body.node_names)
     held = 6 * body.node_names.index("drive") + 5
     supports[held, held] += 1e3 * stiffness[held, held]
     return supports

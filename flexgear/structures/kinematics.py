@@ -24,8 +24,13 @@ def rotation(angle: Array | float) -> Array:
 
 def turn(angle: float) -> Array:
     """The same (6, 6) for the six components of a node's motion or of a wrench."""
+    return six(rotation(angle))
+
+
+def six(turn3: Array) -> Array:
+    """A turn (3, 3) of translations and rotations alike, (6, 6)."""
     out = np.zeros((6, 6))
-    out[:3, :3] = out[3:, 3:] = rotation(angle)
+    out[:3, :3] = out[3:, 3:] = turn3
     return out
 
 

@@ -37,17 +37,17 @@ class Spring:
         return self.axes.T @ self.matrix @ self.axes
 
 
-def ring_springs(case: StageView) -> list[Spring]:
+def ring_springs(view: StageView) -> list[Spring]:
     """All that holds the ring, see `model/ring_supports.py`."""
-    supports = ring_supports(case.ring, case.stage.face_width)
+    supports = ring_supports(view.ring, view.stage.face_width)
     return [Spring(s.node, np.diag(s.stiffness), s.angle) for s in supports]
 
 
-def carrier_springs(case: StageView) -> list[Spring]:
+def carrier_springs(view: StageView) -> list[Spring]:
     """Bearings of the carrier, in fixed axes."""
     return [
         Spring(f"bearing_{side}", np.asarray(bearing.matrix))
-        for side, bearing in case.seat_bearings.items()
+        for side, bearing in view.seat_bearings.items()
     ]
 
 

@@ -25,13 +25,11 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.gauge import Gauge
 from flexgear.model.stage_view import StageView
-from flexgear.structures.fe_mesh.fe_mesh import HEX_TO_VTK
+from flexgear.structures.fe_mesh.fe_mesh import FACETS_VTK, HEX_TO_VTK
 from flexgear.structures.reduced import ReducedBody
 
 Array = NDArray[np.float64]
 
-_QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-_TRIANGLES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 _EDGE = 1e-6  # of a triangle, how far beside it a ray still meets it
 
 
@@ -74,9 +72,11 @@ class Surface:
         """(t, 3) vertex numbers; a quadrilateral is two of them."""
         cells = np.asarray(self.body.cells)
         if cells.shape[1] == 4:
-            faces = np.concatenate([cells[:, list(face)] for face in _TRIANGLES])
+            faces = np.concatenate([cells[:, list(face)] for face in FACETS_VTK["tet"]])
         else:
-            faces = np.concatenate([cells[:, HEX_TO_VTK][:, list(face)] for face in _QUADS])
+            faces = np.concatenate(
+                [cells[:, HEX_TO_VTK][:, list(face)] for face in FACETS_VTK["hex"]]
+            )
         _, first, count = np.unique(
             np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
         )
@@ -132,9 +132,9 @@ class Surface:
         used = np.unique(np.concatenate([np.flatnonzero(np.diff(s.indptr)) for s in slopes]))
         out = np.empty((count, 3, 3, len(body.mass)))
         for i in range(3):
-            moved = np.asarray(body.recovery[3 * used + i], dtype=float)
+            recovery = np.asarray(body.recovery[3 * used + i], dtype=float)
             for j in range(3):
-                out[:, i, j] = slopes[j][:, used] @ moved
+                out[:, i, j] = slopes[j][:, used] @ recovery
         rigid = body.rigid_modes()
         symmetric = 0.5 * (out + out.swapaxes(1, 2))
         return symmetric - (symmetric @ rigid) @ np.linalg.pinv(rigid)

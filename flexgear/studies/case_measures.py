@@ -40,21 +40,21 @@ STATISTICS = ("mean", "largest")
 
 @dataclass(frozen=True)
 class Point:
-    """A train and the one it is compared with; what several measures need is worked out once."""
+    """A case and the one it is compared with; what several measures need is worked out once."""
 
-    train: Case
+    case: Case
     reference: Case
     modes: int
 
     @cached_property
     def flow(self) -> PowerFlow:
         """Speeds, torques and powers."""
-        return power_flow(self.train)
+        return power_flow(self.case)
 
     @cached_property
     def model(self) -> Model:
-        """The train put together."""
-        return assemble(self.train, bodies=reduced_bodies(self.train))
+        """The case put together."""
+        return assemble(self.case, bodies=reduced_bodies(self.case))
 
     @cached_property
     def sharing(self) -> list[xr.Dataset]:
@@ -71,13 +71,13 @@ class Point:
         They are spread over the cycle of all errors there may be, so that the same positions are
         looked at whichever errors a study sets to zero.
         """
-        train = self.train
+        case = self.case
         motions = tuple(
             replace(m, turn=TrainTurn(error_cycle(stage), m.turn.rate))
-            for m, stage in zip(stage_motions(train, self.flow), train.stages, strict=True)
+            for m, stage in zip(stage_motions(case, self.flow), case.stages, strict=True)
         )
         lead = [
-            samples_of_stage(train, motions, k, FLOAT_CYCLES, linear=False).angles
+            samples_of_stage(case, motions, k, FLOAT_CYCLES, linear=False).angles
             for k, motion in enumerate(motions)
             if motion.theta != 0
         ]
@@ -245,16 +245,16 @@ def _tooth_load(point: Point) -> Found:
 
 def _tooth_displacement(point: Point) -> Found:
     stages = _rings(point)
-    moved = [
+    largest_of = [
         np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))
         for s in stages
     ]
     about = "largest displacement of a ring tooth node, fixed axes"
-    return {"tooth_displacement": array(moved, "m", about, stage=stages, axis=list("xyz"))}
+    return {"tooth_displacement": array(largest_of, "m", about, stage=stages, axis=list("xyz"))}
 
 
 def _rings(point: Point) -> list[str]:
-    stages = list(point.train.fe_ring_stages)
+    stages = list(point.case.fe_ring_stages)
     if not stages:
         raise FlexgearError("no stage has a ring with tooth nodes")
     return stages
@@ -295,7 +295,7 @@ MEASURES = (
 )
 
 
-def usual_measures(train: Case) -> tuple[str, ...]:
+def usual_measures(case: Case) -> tuple[str, ...]:
     """What is measured unless something is asked for."""
-    shared = any(stage.planets > 1 for stage in train.stages)
+    shared = any(stage.planets > 1 for stage in case.stages)
     return ("frequencies", "load_sharing" if shared else "speeds")

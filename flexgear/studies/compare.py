@@ -21,7 +21,7 @@ from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.model import Model
-from flexgear.solve.run import is_still
+from flexgear.solve.run import is_static
 from flexgear.solve.sharing import shared_stages, stages_sharing
 from flexgear.solve.transient import simulate
 
@@ -47,7 +47,7 @@ def compare_sharing(
             data = stages_sharing(model, stage, cycles=cycles, progress=progress)
             quasi |= group_figures(data)
         out[f"{label}: quasi-static"] = quasi
-        if is_still(model):
+        if is_static(model):
             continue
         if why_not_linear(model.system) is None:
             data = harmonic_data(model, train_harmonic(model))
@@ -65,16 +65,16 @@ def group_figures(data: xr.Dataset) -> Figures:
     return {str(g): sharing_figures(data, str(g)) for g in data["group"].to_numpy()}
 
 
-def against(train: Case, reference: Case) -> Figures:
+def against(case: Case, reference: Case) -> Figures:
     """Speeds, torques, mean forces and bearing life of a train beside those of another.
 
     Life ratios are those of the same bearings in both; stages are matched by name. Lives in hours
     are given where a case states its bearings' rating.
     """
-    flow, other = power_flow(train), power_flow(reference)
-    second = reference.name if reference.name != train.name else f"{reference.name}, reference"
+    flow, other = power_flow(case), power_flow(reference)
+    second = reference.name if reference.name != case.name else f"{reference.name}, reference"
     figures: Figures = {
-        train.name: _flow_figures(train, flow),
+        case.name: _flow_figures(case, flow),
         second: _flow_figures(reference, other),
     }
     ratios: dict[str, Any] = {}
@@ -85,9 +85,9 @@ def against(train: Case, reference: Case) -> Figures:
     return figures
 
 
-def _flow_figures(train: Case, flow: PowerFlow) -> dict[str, Any]:
+def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
     rows: dict[str, Any] = {"input_power_w": flow.input_power}
-    hours = planet_bearing_life_hours(train, flow)
+    hours = planet_bearing_life_hours(case, flow)
     for s in flow.stages:
         rows |= {
             f"{s.name}_gear_mesh_frequency_hz": s.gear_mesh_frequency,

@@ -79,6 +79,16 @@ class Proposal:
     trials: int
 
 
+def require_slices(case: Case, stage: str) -> None:
+    """InputError where the pairs of a stage have no slices."""
+    if case.stage(stage).gear_mesh.model != "face_load":
+        raise InputError(
+            case.name, f"{stage}.gear_mesh.model",
+            f"is {case.stage(stage).gear_mesh.model!r}, which knows no load along the face",
+            'set it to "face_load"',
+        )  # fmt: skip
+
+
 def propose_modifications(
     model: Model,
     stage: str,
@@ -97,12 +107,7 @@ def propose_modifications(
     InputError where pairs have no slices.
     """
     case = model.case
-    if case.stage(stage).gear_mesh.model != "face_load":
-        raise InputError(
-            case.name, f"{stage}.gear_mesh.model",
-            f"is {case.stage(stage).gear_mesh.model!r}, which knows no load along the face",
-            'set it to "face_load"',
-        )  # fmt: skip
+    require_slices(case, stage)
     angles = _cycle(model, stage)
     number = [s.name for s in case.stages].index(stage)
     own = np.array([label.stage == number for label in model.system.gear_meshes])

@@ -47,13 +47,13 @@ from flexgear.studies.sweep_store import PointStore, point_store
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep to be run. base: the case with its keys unchanged; models: the case of every point of
+    """A sweep to be run. base: the case with its keys unchanged; cases: the case of every point of
     the grid, or why there is none; measures: names; modes: how many natural modes are listed."""
 
     base: Case
     keys: tuple[SweptKey, ...]
     grid: tuple[Point, ...]
-    models: tuple[Case | InputError, ...]
+    cases: tuple[Case | InputError, ...]
     measures: tuple[str, ...]
     modes: int
 
@@ -114,9 +114,9 @@ def planned(
     for key in swept:
         if key.parent in (settings or {}):
             raise InputError(WHERE, key.key, "is also given by --set", "keep one of them")
-    models = tuple(_model(source, settings, swept, point) for point in grid)
-    _require_one_workable(models)
-    return Sweep(base, swept, grid, models, chosen, modes)
+    cases = tuple(_case(source, settings, swept, point) for point in grid)
+    _require_one_workable(cases)
+    return Sweep(base, swept, grid, cases, chosen, modes)
 
 
 def run_sweep(
@@ -136,7 +136,7 @@ def run_sweep(
     """
     if scheduler is not None:
         reach(scheduler)
-    cases = [m for m in plan.models if not isinstance(m, InputError)]
+    cases = [c for c in plan.cases if not isinstance(c, InputError)]
     bodies, broken = _prepared(cases, progress)
     outcomes = _outcomes(plan, broken, workers, scheduler, progress)
     if all(o.value is None for o in outcomes):
@@ -162,7 +162,7 @@ def run_sweep(
 def finished(plan: Sweep) -> int:
     """Points of a sweep that an interrupted run has left on disk."""
     store = plan.store
-    cases = [m for m in plan.models if not isinstance(m, InputError)]
+    cases = [c for c in plan.cases if not isinstance(c, InputError)]
     return sum(store.get(case) is not None for case in cases)
 
 
@@ -225,11 +225,11 @@ def _said(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
-def _measured(shared: Measuring, model: Case) -> Found:
-    return measured(model, shared.reference, shared.measures, shared.modes)
+def _measured(shared: Measuring, case: Case) -> Found:
+    return measured(case, shared.reference, shared.measures, shared.modes)
 
 
-def _model(
+def _case(
     source: str | Path,
     settings: Mapping[str, str] | None,
     keys: Sequence[SweptKey],
@@ -243,35 +243,35 @@ def _model(
         return InputError(where, fault.key, fault.problem, fault.remedy)
 
 
-def _require_one_workable(models: Sequence[Case | InputError]) -> None:
+def _require_one_workable(cases: Sequence[Case | InputError]) -> None:
     """InputError of the first point if no point can work; mostly the first point can.
 
     Points of lumped trains say so themselves, and some measures ask nothing of supports; what
     bends would be meshed in vain.
     """
     faults = []
-    for model in models:
+    for case in cases:
         try:
-            if isinstance(model, InputError):
-                raise model
-            if model.flexible_stages:
-                require_workable(model)
+            if isinstance(case, InputError):
+                raise case
+            if case.flexible_stages:
+                require_workable(case)
             return
         except InputError as fault:
             faults.append(fault)
     raise faults[0]
 
 
-def _prepared(models: Sequence[Case], progress: Progress) -> tuple[int, dict[str, str]]:
+def _prepared(cases: Sequence[Case], progress: Progress) -> tuple[int, dict[str, str]]:
     """Reduces ring and carrier of flexible stages, one after the other, into the cache.
 
     Workers then find them there, and each is made once, with all processors. Returns how many
     different pairs there are, and messages of those that failed by ``_body_key``.
     """
     stages = {
-        _body_key(stage): (stage, reduction_limit(model, name))
-        for model in models
-        for name, stage in model.flexible_stages.items()
+        _body_key(stage): (stage, reduction_limit(case, name))
+        for case in cases
+        for name, stage in case.flexible_stages.items()
     }
     different, broken = set(), dict[str, str]()
     for k, (key, (stage, limit)) in enumerate(stages.items(), 1):
@@ -285,9 +285,9 @@ def _prepared(models: Sequence[Case], progress: Progress) -> tuple[int, dict[str
     return len(different), broken
 
 
-def _body_key(case: StageView) -> str:
+def _body_key(view: StageView) -> str:
     """Hash of all sections that ring and carrier depend on, and of some keys beside."""
-    return case.bodies_hash()
+    return view.bodies_hash()
 
 
 def _outcomes(
@@ -301,21 +301,21 @@ def _outcomes(
     store = plan.store
     known: dict[int, Outcome[Found]] = {}
     left: dict[int, Case] = {}
-    for k, model in enumerate(plan.models):
-        if isinstance(model, InputError):
-            known[k] = Outcome(None, str(model))
+    for k, case in enumerate(plan.cases):
+        if isinstance(case, InputError):
+            known[k] = Outcome(None, str(case))
             continue
         faults = [
-            broken[key] for key in map(_body_key, model.flexible_stages.values()) if key in broken
+            broken[key] for key in map(_body_key, case.flexible_stages.values()) if key in broken
         ]
         if faults:
             known[k] = Outcome(None, faults[0])
-        elif (kept := store.get(model)) is not None:
+        elif (kept := store.get(case)) is not None:
             known[k] = Outcome(kept)
         else:
-            left[k] = model
+            left[k] = case
     places, jobs = list(left), list(left.values())
-    progress("points", len(known) / len(plan.models))
+    progress("points", len(known) / len(plan.cases))
     shared = Measuring(plan.base, plan.measures, plan.modes)
     runs = run_jobs(_measured, shared, jobs, workers=workers, scheduler=scheduler)
     with closing(runs):
@@ -323,8 +323,8 @@ def _outcomes(
             known[places[at]] = outcome
             if outcome.value is not None:
                 store.put(jobs[at], outcome.value)
-            progress("points", len(known) / len(plan.models))
-    return [known[k] for k in range(len(plan.models))]
+            progress("points", len(known) / len(plan.cases))
+    return [known[k] for k in range(len(plan.cases))]
 
 
 def _coordinate(key: SweptKey) -> xr.Variable:

@@ -21,18 +21,18 @@ class PointStore:
 
     parts: StudyStore
 
-    def get(self, model: Case) -> Found | None:
+    def get(self, case: Case) -> Found | None:
         """What was found at a point; None where nothing was kept or it is damaged."""
-        kept = self.parts.get(_name(model))
+        kept = self.parts.get(_name(case))
         if kept is None:
             return None
         plain = json.loads(kept)
         return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
-    def put(self, model: Case, found: Found) -> None:
+    def put(self, case: Case, found: Found) -> None:
         """Keep a point. FlexgearWarning where the disk refuses."""
         plain = {name: array.to_dict() for name, array in found.items()}
-        self.parts.put(_name(model), json.dumps(plain).encode())
+        self.parts.put(_name(case), json.dumps(plain).encode())
 
     def clear(self) -> None:
         """Forget the sweep."""
@@ -51,5 +51,5 @@ def point_store(base: Case, keys: Sequence[str], measures: Sequence[str], modes:
     return PointStore(study_store("sweep", content))
 
 
-def _name(model: Case) -> str:
-    return f"{model.content_hash()}.json"
+def _name(case: Case) -> str:
+    return f"{case.content_hash()}.json"

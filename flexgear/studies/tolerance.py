@@ -36,7 +36,7 @@ BATCH = 100  # samples solved together
 
 
 def tolerance(
-    model: Case,
+    case: Case,
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -51,9 +51,9 @@ def tolerance(
     """
     if scheduler is not None:
         reach(scheduler)
-    store, batches = batch_store(model), batches_of(model.tolerance.samples)
+    store, batches = batch_store(case), batches_of(case.tolerance.samples)
     with threadpool_limits(limits=1):
-        setup = tolerance_setup(model, progress)
+        setup = tolerance_setup(case, progress)
         stated = as_stated(setup)
         found = _all(setup, store, batches, workers, scheduler, progress)
     data = _dataset(setup, stated, found)
@@ -67,15 +67,15 @@ def batches_of(samples: int) -> list[range]:
     return [range(first, min(first + BATCH, samples)) for first in range(0, samples, BATCH)]
 
 
-def forget(model: Case) -> None:
+def forget(case: Case) -> None:
     """Remove the finished batches of a study."""
-    batch_store(model).clear()
+    batch_store(case).clear()
 
 
-def finished(model: Case) -> int:
+def finished(case: Case) -> int:
     """Samples of a study that an interrupted run has left on disk."""
-    store = batch_store(model)
-    return sum(len(b) for b in batches_of(model.tolerance.samples) if store.get(b) is not None)
+    store = batch_store(case)
+    return sum(len(b) for b in batches_of(case.tolerance.samples) if store.get(b) is not None)
 
 
 def _all(
@@ -111,7 +111,7 @@ def _all(
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
-    model, whole = setup.model, _joined(batches)
+    case, whole = setup.case, _joined(batches)
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
     positions = {g.name.label: g.positions.stop - g.positions.start for g in setup.groups}
     return tolerance_dataset(
@@ -131,13 +131,13 @@ def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> 
         sizes=labels[False],
         phases=labels[True],
         gear_meshes=setup.shared,
-        confidence=model.tolerance.confidence,
+        confidence=case.tolerance.confidence,
         attrs=provenance(
-            case=model.name,
+            case=case.name,
             variant=setup.variant,
-            content_hash=model.content_hash(),
-            parameters=model.to_dict(),
-            seed=model.tolerance.seed,
+            content_hash=case.content_hash(),
+            parameters=case.to_dict(),
+            seed=case.tolerance.seed,
             positions=json.dumps(positions, ensure_ascii=False),
         ),
     )

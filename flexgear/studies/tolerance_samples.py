@@ -80,18 +80,18 @@ class DrawnError:
         return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
 
 
-def drawn_errors(model: Case) -> tuple[DrawnError, ...]:
+def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     """What the section ``tolerance`` has drawn; InputError where that is nothing."""
     found: list[DrawnError] = []
-    errors = [s.errors for s in model.stages]
-    for stage, name in zip(model.stages, owners(model), strict=True):
-        given = model.tolerance.of(stage.name)
+    errors = [s.errors for s in case.stages]
+    for stage, name in zip(case.stages, owners(case), strict=True):
+        given = case.tolerance.of(stage.name)
         if stage.kind == "parallel":
             given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-        found += _drawn(name, given, stage.planets) + _ground(model, name, stage)
+        found += _drawn(name, given, stage.planets) + _ground(case, name, stage)
     if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
-            model.source,
+            case.source,
             "tolerance.errors",
             "is empty, so there is nothing to draw",
             "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
@@ -99,9 +99,9 @@ def drawn_errors(model: Case) -> tuple[DrawnError, ...]:
     return tuple(found)
 
 
-def owners(model: Case) -> list[str]:
+def owners(case: Case) -> list[str]:
     """Names of the stages as errors carry them, which name their random numbers, too."""
-    return [""] if model.is_short else [stage.name for stage in model.stages]
+    return [""] if case.is_short else [stage.name for stage in case.stages]
 
 
 def _drawn(
@@ -110,10 +110,10 @@ def _drawn(
     return [DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in given.items()]
 
 
-def _ground(model: Case, owner: str, stage: Stage) -> list[DrawnError]:
+def _ground(case: Case, owner: str, stage: Stage) -> list[DrawnError]:
     """Amounts of modifications; of planets for each on its own."""
     found = []
-    for (flank, name), distribution in model.tolerance.ground(stage).items():
+    for (flank, name), distribution in case.tolerance.ground(stage).items():
         part, side = ground_flank(stage, flank)
         given = getattr(getattr(stage, part).modifications.of(side), name)
         relief = given if isinstance(given, Relief) else None
@@ -183,22 +183,22 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(first + u * (last - first)))
 
 
-def with_sample(model: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
-    """The model with the errors of sample j; seeds: of its stages' pitch deviations."""
+def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
+    """The case with the errors of sample j; seeds: of its stages' pitch deviations."""
     stages = [
         _changed_stage(s, name, values, j, x)
-        for s, name, x in zip(model.stages, owners(model), seeds, strict=True)
+        for s, name, x in zip(case.stages, owners(case), seeds, strict=True)
     ]
-    return model.model_copy(update={"stages": tuple(stages)})
+    return case.model_copy(update={"stages": tuple(stages)})
 
 
-def nominal(model: Case, drawn: Sequence[DrawnError]) -> Values:
+def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
     found = {}
     for error in drawn:
-        stage = model.stages[owners(model).index(error.stage)]
+        stage = case.stages[owners(case).index(error.stage)]
         of_case = error.ground
-        given = of_case.base if of_case else getattr(model.view(stage.name).errors, error.key)
+        given = of_case.base if of_case else getattr(case.view(stage.name).errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
         found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)

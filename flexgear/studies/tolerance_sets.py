@@ -22,29 +22,29 @@ PathKey = tuple[str, str]  # kind, side
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
-def paths_of(model: Case) -> StagePaths:
+def paths_of(case: Case) -> StagePaths:
     """Paths of contact of every stage."""
-    flows = power_flow(model).stages
-    return tuple(stage_paths(model.view(flow.name), flow.gear_mesh_forces) for flow in flows)
+    flows = power_flow(case).stages
+    return tuple(stage_paths(case.view(flow.name), flow.gear_mesh_forces) for flow in flows)
 
 
-def errors_of(model: Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
+def errors_of(case: Case, paths: StagePaths) -> list[Mapping[PathKey, PairErrors]]:
     """Errors of every stage by kind and side."""
-    stages = zip(model.stages, paths, strict=True)
-    return [stage_errors(model.view(stage.name), own) for stage, own in stages]
+    stages = zip(case.stages, paths, strict=True)
+    return [stage_errors(case.view(stage.name), own) for stage, own in stages]
 
 
 def error_sets(
-    models: Sequence[Case],
+    cases: Sequence[Case],
     paths: StagePaths,
     gear_meshes: Sequence[GearMeshLabel],
     base: PairData,
 ) -> ErrorSets:
-    """Errors of all models in the places of ``base``, pair data of such a model.
+    """Errors of all cases in the places of ``base``, pair data of such a case.
 
-    All must have errors of bodies at the same places as the model that base was made from.
+    All must have errors of bodies at the same places as the case that base was made from.
     """
-    count = len(models)
+    count = len(cases)
 
     def empty(like: np.ndarray) -> np.ndarray:
         return np.zeros((count, *like.shape))
@@ -64,8 +64,8 @@ def error_sets(
         places, planets = groups.setdefault((label.stage, label.kind, label.side), ([], []))
         places.append(m)
         planets.append(label.planet)
-    for j, model in enumerate(models):
-        found = errors_of(model, paths)
+    for j, case in enumerate(cases):
+        found = errors_of(case, paths)
         for (stage, kind, side), (places, planets) in groups.items():
             _enter(sets, j, places, planets, found[stage][kind, side])
     return sets

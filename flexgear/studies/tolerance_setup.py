@@ -56,11 +56,11 @@ class ToleranceSetup:
     """All that a batch of samples needs; it travels to other processes.
 
     names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
-    torque, −1 of the other; pairs: pair data of a model that has every error; variant: what bends;
+    torque, −1 of the other; pairs: pair data of a case that has every error; variant: what bends;
     unit (B, K, T, n): of ``GapSets``, of the B drawn modifications.
     """
 
-    model: Case
+    case: Case
     drawn: tuple[DrawnError, ...]
     paths: StagePaths
     labels: tuple[GearMeshLabel, ...]
@@ -95,16 +95,16 @@ class Batch:
     line_load: Array
 
 
-def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
+def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
     """Reduced bodies (from the cache where known), system, positions; InputError where nothing is
     drawn or nobody shares a load."""
-    drawn = drawn_errors(model)
-    seeds = [0] * len(model.stages)
-    every = with_sample(model, sample_values(drawn, 0, [0]), 0, seeds)
-    turns = _turns(model)
+    drawn = drawn_errors(case)
+    seeds = [0] * len(case.stages)
+    every = with_sample(case, sample_values(drawn, 0, [0]), 0, seeds)
+    turns = _turns(case)
     put = assemble(every, bodies=reduced_bodies(every, progress))
     system = put.system
-    input_angles, slices = _positions(model, system, turns)
+    input_angles, slices = _positions(case, system, turns)
     names, sign, rated = put.gear_meshes.names, put.gear_meshes.sign, put.rated
     groups = tuple(
         Group(name, at, slices[name.stage], float(rated[at].mean()))
@@ -112,9 +112,9 @@ def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
         if name.stage in slices
     )
     return ToleranceSetup(
-        model=model,
+        case=case,
         drawn=drawn,
-        paths=paths_of(model),
+        paths=paths_of(case),
         labels=system.gear_meshes,
         pairs=system.pairs,
         study=error_study(put.modal, input_angles, system.rated_torque),
@@ -128,24 +128,24 @@ def tolerance_setup(model: Case, progress: Progress = silent) -> ToleranceSetup:
 
 def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
     """Equilibria of the samples of these numbers over all positions."""
-    seed = setup.model.tolerance.seed
+    seed = setup.case.tolerance.seed
     values = sample_values(setup.drawn, seed, numbers)
-    names = owners(setup.model)
+    names = owners(setup.case)
     seeds = list(zip(*(pitch_seeds(name, seed, numbers) for name in names), strict=True))
     return _solved(setup, values, seeds)
 
 
 def as_stated(setup: ToleranceSetup) -> Batch:
     """The same for the errors that the case itself states."""
-    model = setup.model
-    errors = [s.errors for s in model.stages]
-    return _solved(setup, nominal(model, setup.drawn), [[e.seed for e in errors]])
+    case = setup.case
+    errors = [s.errors for s in case.stages]
+    return _solved(setup, nominal(case, setup.drawn), [[e.seed for e in errors]])
 
 
 def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> ErrorSets:
     """Errors of samples and gaps of their flanks; seeds: of the pitch deviations, by sample."""
-    models = [with_sample(setup.model, values, j, own) for j, own in enumerate(seeds)]
-    sets = error_sets(models, setup.paths, setup.labels, setup.pairs)
+    cases = [with_sample(setup.case, values, j, own) for j, own in enumerate(seeds)]
+    sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
     if not len(setup.unit):
         return sets
     return replace(sets, gaps=GapSets(_amounts(setup, values), setup.unit))
@@ -202,7 +202,7 @@ def _amounts(setup: ToleranceSetup, values: Values) -> Array:
     for error in setup.drawn:
         if error.ground is None:
             continue
-        stage = owners(setup.model).index(error.stage)
+        stage = owners(setup.case).index(error.stage)
         more = values[error.stage, error.key] - error.ground.base
         planet = [label.planet if error.planets else 0 for label in setup.labels]
         own = np.array([label.stage == stage for label in setup.labels])
@@ -242,19 +242,19 @@ def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bo
     return np.hstack(own) if own else np.zeros((count, 0))
 
 
-def _turns(model: Case) -> dict[str, Array]:
+def _turns(case: Case) -> dict[str, Array]:
     """Rotations of the lead over one turn of the carrier of every stage that shares a load."""
-    per = model.tolerance.positions_per_gear_mesh
-    flow = power_flow(model)
-    lead = lead_speed(model, flow)
+    per = case.tolerance.positions_per_gear_mesh
+    flow = power_flow(case)
+    lead = lead_speed(case, flow)
     turns = {
         s.name: one_turn(m, lead, per, m.cycle.per_turn)
-        for s, m in zip(model.stages, stage_motions(model, flow), strict=True)
+        for s, m in zip(case.stages, stage_motions(case, flow), strict=True)
         if s.planets > 1 and m.theta != 0
     }
     if not turns:
         raise InputError(
-            model.source,
+            case.source,
             "planets",
             "there is no stage whose planets share a load",
             "take a case with two planets or more",
@@ -263,7 +263,7 @@ def _turns(model: Case) -> dict[str, Array]:
 
 
 def _positions(
-    model: Case, system: System, turns: dict[str, Array]
+    case: Case, system: System, turns: dict[str, Array]
 ) -> tuple[Array, dict[str, slice]]:
     """Independent rotations (p, F) over all turns, and whose they are."""
     parts, slices, at = [], {}, 0

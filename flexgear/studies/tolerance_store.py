@@ -39,11 +39,11 @@ class BatchStore:
         self.parts.clear()
 
 
-def batch_store(model: Case) -> BatchStore:
-    """Where the batches of the study of a model are kept: by all that samples depend on, which is
+def batch_store(case: Case) -> BatchStore:
+    """Where the batches of the study of a case are kept: by all that samples depend on, which is
     not how many there are."""
-    drawn = model.tolerance.model_dump(exclude={"samples", "confidence"})
-    content = {"format": FORMAT, "model": model.content_hash(), "tolerance": drawn}
+    drawn = case.tolerance.model_dump(exclude={"samples", "confidence"})
+    content = {"format": FORMAT, "model": case.content_hash(), "tolerance": drawn}
     return BatchStore(study_store("tolerance", content))
 
 

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
+from flexgear.structures.kinematics import turn
 from flexgear.views.select import leading_dim, variable
 from flexgear.views.star import StageOutline, angle_text, ring_points
 from flexgear.views.style import (
@@ -44,17 +45,15 @@ class Disc:
 
     def curves(self) -> tuple[FloatArray, FloatArray]:
         """Original points (n, 3) and their displacements (n, 3)."""
-        turn = np.linspace(0, 2 * pi, 97)
-        arm = self.radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+        angle = np.linspace(0, 2 * pi, 97)
+        arm = self.radius * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
         tilt = np.array([self.motion[3], self.motion[4], 0.0])
         return self.centre + arm, self.motion[:3] + np.cross(tilt, arm)
 
 
 def turned(motion: FloatArray, angle: float) -> FloatArray:
     """(6,) motion from axes turned by ``angle`` about Z into global axes."""
-    c, s = np.cos(angle), np.sin(angle)
-    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
-    return np.concatenate([rotation @ motion[:3], rotation @ motion[3:]])
+    return turn(angle) @ motion
 
 
 def drive_rotation(position: xr.Dataset) -> float:

@@ -219,9 +219,9 @@ def _fe_carrier(view: StageView) -> Carrier | None:
     return view.stage.carrier.fe if view.stage.carrier else None
 
 
-def _bore(view: StageView, slot: str) -> float:
+def _bore(view: StageView, role: str) -> float:
     """Radius of a gear's bore, m."""
-    return float(view.stage.member(view.part(slot)).bore_diameter) / 2  # type: ignore[union-attr]
+    return float(view.stage.member(view.part(role)).bore_diameter) / 2  # type: ignore[union-attr]
 
 
 def _fill(ax: Axes, points: FloatArray, colour: str, alpha: float = 1.0) -> None:

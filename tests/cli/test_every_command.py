@@ -1,12 +1,19 @@
 """Every command on every bundled case: it works, or says in one line why it makes no sense."""
 
+import json
+
 import pytest
-from stage_samples import cheap_stage, stiff_stage
+import typer
+from results_page import undocumented
+from stage_samples import bodies_of
 from train_contexts import BUNDLED
 
 from flexgear.cli import body_commands
+from flexgear.cli.entry import app
+from flexgear.model.bundled import bundled_cases
 
 LUMPED = "has only lumped members"
+NO_SLICES = "knows no load along the face"
 QUICK = ["--set", "solver.fidelity=quick"]
 SHORT = ["--set", "solver.settle_s=0.002", "--set", "solver.duration_s=0.005"]
 STAGE_SHORT = [
@@ -40,43 +47,86 @@ COMMANDS = {
                   "--set", "tolerance.positions_per_gear_mesh=4"],
     "mesh": ["-q", "--component", "ring"],
     "reduce": ["-q"],
+    "export --rexs": [],
+    "export --reduced": ["-q"],
+    "modify": ["-q"],
     "run": ["-q", "--no-pictures"],
 }  # fmt: skip
 WRITES = ("sweep", "tolerance", "run")
+OF_A_RUN = {"render"}
+OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema"}
 
 
 @pytest.fixture(autouse=True)
 def cheap(flexgear, monkeypatch, tmp_path):
     """No body is reduced, and studies are kept elsewhere."""
     monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies(s))
-    monkeypatch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies(s))
+    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
+    monkeypatch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
     for k, name in enumerate(("ring", "carrier")):
-        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies(s)[k])
+        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies_of(s)[k])
 
 
-def bodies(stage):
-    """Cheap bodies of any stage."""
-    return (cheap_stage if stage.case.name == "wind-5mw" else stiff_stage)(stage)
+def test_no_command_and_no_case_is_left_out():
+    known = {command.split()[0] for command in COMMANDS} | OF_A_RUN | OF_NO_CASE
+    assert known == set(typer.main.get_command(app).commands)
+    assert {*BUNDLED, *FLEXIBLE} == set(bundled_cases())
+
+
+def why_not(command, case):
+    """What the one line says where a command makes no sense for a case, else nothing."""
+    if command in ("mesh", "reduce", "export --reduced") and case not in FLEXIBLE:
+        return LUMPED
+    return NO_SLICES if command == "modify" else ""
+
+
+def short(name, case):
+    """Options that keep a command short."""
+    if case in FLEXIBLE:
+        positions = ["--positions", 2] if name == "compare" else []
+        return QUICK + (FLEXIBLE[case] if name == "run" else []) + positions
+    if name in ("run", "compare", "simulate"):
+        return SHORT + (["--cycles", 2] if name == "compare" else [])
+    return []
 
 
 @pytest.mark.parametrize("case", [*BUNDLED, *FLEXIBLE])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_works_or_says_why_not(flexgear, tmp_path, command, case):
     name, *options = command.split()
-    flexible = case in FLEXIBLE
-    more = [*options, *COMMANDS[command]]
+    more = [*COMMANDS[command], *short(name, case)]
     if name in WRITES:
         more += ["--out", tmp_path / "out"]
-    if flexible:
-        more += QUICK + (FLEXIBLE[case] if name == "run" else [])
-        more += ["--positions", 2] if name == "compare" else []
-    elif name in ("run", "compare", "simulate"):
-        more += SHORT + (["--cycles", 2] if name == "compare" else [])
-    code, out, err = flexgear(name, case, *more)
-    if name in ("mesh", "reduce") and not flexible:
+    if name == "export":
+        options.append(tmp_path / "box.rexs")
+    code, out, err = flexgear(name, case, *options, *more)
+    if reason := why_not(command, case):
         assert (code, out, err.count("\n")) == (2, "", 1)
-        assert err.startswith("flexgear: ") and LUMPED in err and " -- " in err
+        assert err.startswith("flexgear: ") and reason in err and " -- " in err
         return
     assert code == 0, err
     assert out
+    if name == "run":
+        summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+        assert undocumented(summary) == []
+
+
+def test_figures_of_load_along_the_face_are_written_down(flexgear, tmp_path):
+    slices = ["--set", "gear_mesh.model=face_load", "--set", "gear_mesh.slices=5"]
+    options = [*COMMANDS["run"], *short("run", "wind-5mw"), *slices, "--json"]
+    code, out, err = flexgear("run", "wind-5mw", *options, "--out", tmp_path / "out")
+    assert code == 0, err
+    summary = json.loads(out)
+    assert summary["face_load"]["flexible"]
+    assert undocumented(summary) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [*BUNDLED, *FLEXIBLE])
+def test_every_run_is_drawn(flexgear, tmp_path, case):
+    out, pictures = tmp_path / "out", tmp_path / "pictures"
+    code, _, err = flexgear("run", case, *COMMANDS["run"], *short("run", case), "--out", out)
+    assert code == 0, err
+    code, said, err = flexgear("render", out, "-q", "--no-interactive", "--out", pictures)
+    assert (code, said) == (0, f"drew {case} into {pictures}\n"), err
+    assert (pictures / "report.html").stat().st_size > 1e5

@@ -9,11 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from numba import njit
+from numba import njit, typeof
 from numba.core import event
 
 import flexgear
 import flexgear.coupling.compiled
+from flexgear.coupling import laws
 from flexgear.coupling.compile_cache import is_plain, tuple_fields
 
 ROOT = Path(flexgear.__file__).parent
@@ -95,6 +96,29 @@ def test_all_that_compiled_functions_take_from_other_files_is_in_their_stamps(pa
             assert hasattr(value, "py_func") or is_plain(value), f"{function}: {name}"
         if hasattr(function._cache, "_impl"):
             assert isinstance(function._cache._impl.locator.get_source_stamp(), str)
+
+
+def compiled_from(module):
+    """Names of all modules whose compiled functions go into those of a module."""
+    found = {f.py_func.__module__ for f in vars(module).values() if hasattr(f, "py_func")}
+    others = found - {module.__name__}
+    return others.union(*(compiled_from(sys.modules[name]) for name in others))
+
+
+def test_a_law_that_is_added_compiles_no_solver_anew():
+    """It enters in ``coupling/laws/__init__.py``, of which no solver is made, and solvers take as
+    many laws whatever their number."""
+    solvers = [
+        p for p in sorted((ROOT / "analysis").glob("*.py")) if "@njit" in p.read_text("utf-8")
+    ]
+    assert len(solvers) > 5
+    for path in solvers:
+        module = importlib.import_module(f"flexgear.analysis.{path.stem}")
+        assert laws.__name__ not in compiled_from(module), path.stem
+        assert not any(value is laws.LAWS for value in vars(module).values()), path.stem
+    every = laws.functions(range(len(laws.LAWS)))
+    assert len(every) == len(laws.functions([])) == laws.ROOM > len(laws.LAWS)
+    assert len({typeof(one) for one in every}) == 1
 
 
 def imported(module):

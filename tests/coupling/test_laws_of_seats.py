@@ -69,7 +69,7 @@ def test_rows_of_carrier_bearings_add_up_on_a_housing_that_moves():
     """Loads of all rollers are the force of their bearing, seen from the housing."""
     system = loaded_system(**MOVING, **rollers())
     recovery = Recovery(revolution(modal_system(system), np.array([0.7]), TORQUE))
-    turning = {support.name: support for support in system.turning}
+    turning = {support.name: support for support in system.rotating_frame_supports}
     for side in ("drive", "far"):
         name = f"stage.carrier_{side}"
         loads = recovery.bearing_loads(name)

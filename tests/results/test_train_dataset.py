@@ -8,7 +8,7 @@ import pytest
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
 from flexgear.results.labelled_dataset import GearMeshName, groups_of, labelled_dataset
-from flexgear.results.result_quantities import TRAIN_COORDINATES, RESULT_QUANTITIES
+from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 from flexgear.results.group_sharing import (
     sharing_coefficients,
     sharing_figures,
@@ -72,7 +72,7 @@ def test_every_variable_has_a_unit_and_a_meaning():
         assert "units" in data[name].attrs, name
     for name, quantity in RESULT_QUANTITIES.items():
         assert quantity.meaning, name
-        assert set(quantity.dims) - {"sample"} <= set(TRAIN_COORDINATES), name
+        assert set(quantity.dims) - {"sample"} <= set(RESULT_COORDINATES), name
 
 
 def test_round_trip_keeps_labels_and_values(tmp_path):

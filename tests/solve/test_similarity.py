@@ -207,7 +207,7 @@ def assert_sweeps_scale(plan):
     """Every measure at every point of a sweep over a key without unit."""
     up = 1 / FACTOR
     large = replace(
-        plan, base=similar(plan.base, up), models=tuple(similar(m, up) for m in plan.models)
+        plan, base=similar(plan.base, up), cases=tuple(similar(c, up) for c in plan.cases)
     )
     found = [run_sweep(p, workers=1) for p in (large, plan)]
     assert [failures(data) for data in found] == [[], []]

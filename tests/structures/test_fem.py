@@ -78,7 +78,8 @@ def clamped_solve(model, held, values):
     return u
 
 
-def test_element_converges_with_third_order_on_a_smooth_annulus():
+@pytest.mark.parametrize("kind", ["hex", "tet"])
+def test_element_converges_with_third_order_on_a_smooth_annulus(kind):
     # Lame's field has no volume load anywhere, so it is exact on the faceted ring as well: what
     # is measured is the element, not the facets
     rng = np.random.default_rng(5)
@@ -90,11 +91,13 @@ def test_element_converges_with_third_order_on_a_smooth_annulus():
     points = np.column_stack([r * np.cos(a), r * np.sin(a), z])
     errors = []
     for n in (1, 2, 4):
-        mesh = annulus((12 * n, n, n))
+        bricks = annulus((12 * n, n, n))
+        mesh = bricks if kind == "hex" else tetrahedra(bricks)
         model = assemble(mesh, *STEEL)
-        edges = np.sort(mesh_facets(mesh), axis=1)
+        facets = mesh_facets(mesh)
+        edges = np.sort(facets, axis=1)
         _, first, count = np.unique(edges, axis=0, return_index=True, return_counts=True)
-        outside = boundary_nodes(model, mesh_facets(mesh)[first[count == 1]])
+        outside = boundary_nodes(model, facets[first[count == 1]])
         u = clamped_solve(model, outside, lame(model.nodes))
         at = point_sample(model, points, np.ones(200)).displacement(u)
         errors.append(np.sqrt(np.mean((at - lame(points)) ** 2)))
@@ -103,13 +106,15 @@ def test_element_converges_with_third_order_on_a_smooth_annulus():
 
 
 def mesh_facets(mesh):
-    """All facets (k, 4) of hexahedra, inner ones twice."""
+    """All facets (k, 4) of hexahedra or (k, 3) of tetrahedra, inner ones twice."""
+    if mesh.kind == "tet":
+        return mesh.cells[:, [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]].reshape(-1, 3)
     sides = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
     return mesh.cells[:, TO_VTK][:, sides].reshape(-1, 4)
 
 
 def boundary_nodes(model, facets):
-    """Mask (n,) of the vertices and edge midpoints on facets (k, 4)."""
+    """Mask (n,) of the vertices and edge midpoints on facets (k, 4) or (k, 3)."""
     held = np.zeros(len(model.nodes), dtype=bool)
     held[facets.ravel()] = True
     ends = np.stack([facets, np.roll(facets, -1, axis=1)], axis=-1).reshape(-1, 2)

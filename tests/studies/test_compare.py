@@ -5,7 +5,7 @@ from train_contexts import bundled, mixed, one_stage
 
 from flexgear.model.load import load_case
 from flexgear.solve.modes import usual_limit
-from flexgear.solve.run import is_still, models_of
+from flexgear.solve.run import is_static, models_of
 from flexgear.studies.compare import against, compare_sharing
 
 
@@ -35,8 +35,8 @@ def test_comparison_of_analyses_agrees_where_it_must(tmp_path):
         assert by["instantaneous"] > 1.01
         assert by["instantaneous"] == pytest.approx(harmonic[group]["instantaneous"], rel=1e-5)
         assert by["hu-2023"] == pytest.approx(harmonic[group]["hu-2023"], rel=1e-5)
-    assert not is_still(context)
-    assert is_still(bundled("lin-parker"))
+    assert not is_static(context)
+    assert is_static(bundled("lin-parker"))
 
 
 def test_two_trains_side_by_side():

@@ -30,7 +30,7 @@ from flexgear.solve.bodies import stage_bodies
 from flexgear.structures.interfaces import ring_supports
 from flexgear.structures.kinematics import turn
 from flexgear.structures.tooth_influence import pair_bending, rim_bending
-from flexgear.structures.tooth_influence.pairs import PairBending, touched_flanks
+from flexgear.structures.tooth_influence.pairs import PairBending, mating_flanks
 from flexgear.structures.tooth_influence.rim import flank_motion
 from flexgear.structures.tooth_shapes import RimFlexibility
 
@@ -139,7 +139,7 @@ def pairs_at(ring: Ring, share: float) -> Pairs:
         found = [np.interp(places, s.s, column) for column in flat]
         return np.array(found).T.reshape(len(places), *table.shape[1:])
 
-    own = touched_flanks(path, s)[1]
+    own = mating_flanks(path, s)[1]
     z, k, n = at(s.z), s.count, len(places)
     motion = flank_motion(ring.rim, own.tooth, -own.sense, (at(own.roll), z))[..., :6]
     single, next_ones = at(ring.bending.flexibility), at(ring.bending.beside)

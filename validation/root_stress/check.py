@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.root_stress import (
     outer_single_contact,
     root_stress,
@@ -128,7 +128,7 @@ def side_by_side(case):
         g, stage = stage_geometry(view), view.stage
         if g.overridden:
             continue
-        cos_b, gears = math.cos(base_helix_angle(stage)), gears_by_slot(stage)
+        cos_b, gears = math.cos(base_helix_angle(stage)), gears_by_role(stage)
         for slot, gear_mesh in g.gear_meshes.items():
             force = abs(flow.gear_mesh_forces[slot])
             for part in ("planet", slot):

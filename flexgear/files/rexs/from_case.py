@@ -93,8 +93,8 @@ class _Export:
         stage = self.case.stage(joint.first)
         radii = stage_radii(self.case.view(stage.name))
         part = joint.first.partition(".")[2]
-        slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-        torsion = joint.stiffness[5] + joint.tangential * getattr(radii, slot) ** 2
+        role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+        torsion = joint.stiffness[5] + joint.tangential * getattr(radii, role) ** 2
         radial = axial = tilt = 0.0
         if joint.is_shaft:
             assert joint.length is not None and joint.outer_diameter is not None
@@ -194,21 +194,21 @@ class _StageOut:
         """Speeds of the gears; forces in the gear meshes, of one planet and half each."""
         flow = self.whole.flow.stage(self.stage.name)
         speed = {"sun": flow.sun_speed, "ring": flow.ring_speed, "planet": flow.planet_speed}
-        for slot, number in self.gears.gears:
-            self.model.result(number, rotational_speed=speed[slot] * RPM)
+        for role, number in self.gears.gears:
+            self.model.result(number, rotational_speed=speed[role] * RPM)
         if self.whole.case.output is not None:
-            for slot, number in self.gears.meshes:
-                force = abs(flow.gear_mesh_forces[slot]) * math.cos(self.geometry.base_helix_angle)
+            for role, number in self.gears.meshes:
+                force = abs(flow.gear_mesh_forces[role]) * math.cos(self.geometry.base_helix_angle)
                 self.model.result(number, nominal_tangential_force_at_base_diameter=force)
 
     def _gears(
-        self, slot: str, shaft: int, name: str, place: tuple[float, float, float]
+        self, role: str, shaft: int, name: str, place: tuple[float, float, float]
     ) -> list[int]:
         """One gear for each half; place: of the stage's middle on the gear's axis."""
         u, v, w = place
         return [
             self.gears.add(
-                slot, shaft, self.reach, name, (u + middle(self.stage, half), v, w), half,
+                role, shaft, self.reach, name, (u + middle(self.stage, half), v, w), half,
                 self.whole.material,
             )
             for half in halves(self.stage)
@@ -231,10 +231,10 @@ class _StageOut:
         drive = self._shaft(f"{name}.carrier", place, frame)
         model.relate("planet_carrier_shaft", planetary_stage=number, shaft=drive)
         central = {}
-        for slot in ("sun", "ring"):
-            shaft = self._shaft(f"{name}.{slot}", place)
+        for role in ("sun", "ring"):
+            shaft = self._shaft(f"{name}.{role}", place)
             model.relate("central_shaft", planetary_stage=number, shaft=shaft)
-            central[slot] = self._gears(slot, shaft, f"{name}.{slot}", place)
+            central[role] = self._gears(role, shaft, f"{name}.{role}", place)
         for k, angle in enumerate(self.stage.planet_angles):
             self._planet(number, frame, central, k, angle, place)
 
@@ -260,17 +260,17 @@ class _StageOut:
         bearing = self.stage.planet_bearing
         for _ in range(bearing.count):
             self._bearing(pin, shaft, f"{name} bearing", bearing, own, 1.0 / bearing.count)
-        for slot, gears in central.items():
+        for role, gears in central.items():
             for mate, gear in zip(gears, planet, strict=True):
-                label = f"{self.stage.name}.{slot} – {name}"
-                self.gears.mesh(number, slot, (mate, gear), label, loaded=self.loaded)
+                label = f"{self.stage.name}.{role} – {name}"
+                self.gears.mesh(number, role, (mate, gear), label, loaded=self.loaded)
 
     def _parallel(self) -> None:
         name, gears = self.stage.name, []
-        for slot, part in (("sun", "pinion"), ("planet", "gear")):
+        for role, part in (("sun", "pinion"), ("planet", "gear")):
             place = self.at[f"{name}.{part}"]
             shaft = self._shaft(f"{name}.{part}", place)
-            gears.append(self._gears(slot, shaft, f"{name}.{part}", place))
+            gears.append(self._gears(role, shaft, f"{name}.{part}", place))
         for pinion, gear in zip(*gears, strict=True):
             self.gears.mesh(self.whole.unit, "sun", (pinion, gear), name, loaded=self.loaded)
 
@@ -290,8 +290,8 @@ class _StageOut:
     ) -> None:
         part = member.partition(".")[2]
         radii = self.geometry.radii
-        slot = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
-        torsion = support.stiffness[5] + support.tangential * getattr(radii, slot) ** 2
+        role = {"pinion": "sun", "gear": "planet", "carrier": "center_distance"}.get(part, part)
+        torsion = support.stiffness[5] + support.tangential * getattr(radii, role) ** 2
         copies = 2 if part == "ring" and self.stage.double_helical else 1
         springs = _springs(support, copies)
         if torsion > 0:  # else it is held rigidly, which is a coupling without stiffness

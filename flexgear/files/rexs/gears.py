@@ -103,11 +103,11 @@ class GearReader:
         return found or number(flanks, names[1:], "none")
 
     def write(
-        self, section: Section, stage: FoundStage, slot: str, rack: Rack, shift: float
+        self, section: Section, stage: FoundStage, role: str, rack: Rack, shift: float
     ) -> None:
         """Tip, root, fillet and blank; teeth and profile shift stand there already. Flanks are
         read."""
-        gears = stage.gears(slot)
+        gears = stage.gears(role)
         found = self.teeth(gears)
         internal = section.header.endswith("ring]")
         teeth = 0 if found is None else int(found.value)
@@ -126,7 +126,7 @@ class GearReader:
             self._coefficient(section, key, datum)
         self._mass(section, gears, internal)
         self._blank(section, gears, internal, rack, teeth, shift)
-        self.modified.read(section, stage, slot, rack.base(teeth), tip)
+        self.modified.read(section, stage, role, rack.base(teeth), tip)
 
     def _or_tool(
         self, found: Datum | None, key: str, tools: list[Component], rack: Rack

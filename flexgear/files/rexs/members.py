@@ -9,7 +9,7 @@ from flexgear.files.rexs.assembly import BEARINGS, COUPLINGS, Assembly
 from flexgear.files.rexs.document import Component, Document
 from flexgear.files.rexs.stages import FoundStage
 
-SLOTS = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")}
+ROLES = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")}
 
 
 @dataclass(eq=False)
@@ -18,7 +18,7 @@ class Member:
 
     stage: FoundStage
     stage_name: str
-    slot: str
+    role: str
     anchor: Component | None
     body: int | None
     z: float | None
@@ -28,7 +28,7 @@ class Member:
     @property
     def name(self) -> str:
         """As cases call it."""
-        return f"{self.stage_name}.{self.slot}"
+        return f"{self.stage_name}.{self.role}"
 
 
 def axial_place(assembly: Assembly, component: Component | None) -> float | None:
@@ -43,15 +43,15 @@ def members_of(stages: dict[str, FoundStage], assembly: Assembly) -> list[Member
     """All members, stage by stage."""
     found = []
     for name, stage in stages.items():
-        for slot in SLOTS[stage.kind]:
-            parts = stage.carrier if slot == "carrier" else stage.gears(slot)
+        for role in ROLES[stage.kind]:
+            parts = stage.carrier if role == "carrier" else stage.gears(role)
             anchor = parts[0] if parts else None
             at = [
-                z for part in (stage.gears("planet") if slot == "carrier" else parts)
+                z for part in (stage.gears("planet") if role == "carrier" else parts)
                 if (z := axial_place(assembly, part)) is not None
             ]  # fmt: skip
             body = None if anchor is None else assembly.body(anchor)
-            found.append(Member(stage, name, slot, anchor, body, sum(at) / len(at) if at else None))
+            found.append(Member(stage, name, role, anchor, body, sum(at) / len(at) if at else None))
     return found
 
 

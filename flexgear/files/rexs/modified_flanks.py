@@ -38,12 +38,12 @@ Flanks = dict[Word, dict[str, Entry]]  # by the kind of each modification
 
 @dataclass(frozen=True)
 class GearFlanks:
-    """Flanks of the gears of one slot. section: the gear's; datum: side of the first gear's datum
+    """Flanks of the gears of one role. section: the gear's; datum: side of the first gear's datum
     face, +1 at its +z end; assumed: whether the file does not say it."""
 
     stage: str
     kind: str
-    slot: str
+    role: str
     section: Section
     gear: Component
     datum: int
@@ -58,7 +58,7 @@ class GearFlanks:
 
     def word(self, name: str, forward: bool) -> Word:
         """The flank of the file that is this one of the case."""
-        side = tooth_sides(self.kind, forward)[self.slot, name]
+        side = tooth_sides(self.kind, forward)[self.role, name]
         return word_of(side, is_internal(self.gear), self.datum)
 
 
@@ -71,13 +71,13 @@ class FlankReader:
         self._loaded: dict[str, dict[bool, str]] = {}  # what the file says, and where
 
     def read(
-        self, section: Section, stage: FoundStage, slot: str, base: float, tip: Datum | None
+        self, section: Section, stage: FoundStage, role: str, base: float, tip: Datum | None
     ) -> None:
-        """Flanks of the gears of a slot; base: diameter of the base circle, mm; tip: of the tips.
+        """Flanks of the gears of a role; base: diameter of the base circle, mm; tip: of the tips.
 
         Those of the first gear count for all: planets and halves of a case are alike.
         """
-        where = f"{self.case.stage}.{slot}"
+        where = f"{self.case.stage}.{role}"
         first: GearFlanks | None = None
 
         def warn(said: str) -> None:  # once: of other gears it is said that they differ
@@ -85,13 +85,13 @@ class FlankReader:
                 self.case.warn(f"{where}: {said}")
 
         ground = Ground(self.document, warn, base, tip)
-        for half, gears in enumerate(stage.halves[slot]):
-            left_half = -1 if len(stage.halves[slot]) == 2 and half == 0 else 1
+        for half, gears in enumerate(stage.halves[role]):
+            left_half = -1 if len(stage.halves[role]) == 2 and half == 0 else 1
             for gear in gears:
                 datum, assumed = self._datum(gear)
                 found = self._flanks(gear, ground, outward(datum, left_half))
                 own = GearFlanks(
-                    self.case.stage, stage.kind, slot, section, gear, datum, assumed, found
+                    self.case.stage, stage.kind, role, section, gear, datum, assumed, found
                 )
                 first = first or own
                 self._compare(first, own)
@@ -136,7 +136,7 @@ class FlankReader:
         return found
 
     def _compare(self, first: GearFlanks, own: GearFlanks) -> None:
-        """Say where gears of one slot differ; their datum faces may be on different sides."""
+        """Say where gears of one role differ; their datum faces may be on different sides."""
         for word in WORDS:
             side = tooth_side(word, is_internal(own.gear), own.datum)
             mine = first.found[word_of(side, is_internal(first.gear), first.datum)]
@@ -150,15 +150,15 @@ class FlankReader:
 
     def _remember(self, stage: FoundStage, own: GearFlanks) -> None:
         """What the file says of the loaded flank of a gear in its gear meshes."""
-        meshes = {mesh.stage.id: slot for slot, every in stage.meshes.items() for mesh in every}
+        meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
         for relation in self.document.related("stage_gear_data"):
             data = self.document.at(relation, "stage_gear_data")
-            slot = meshes.get(relation.of("stage") or -1)
-            if data is None or slot is None or relation.of("gear") != own.gear.id:
+            role = meshes.get(relation.of("stage") or -1)
+            if data is None or role is None or relation.of("gear") != own.gear.id:
                 continue
             said = text([data], LOADED)
             if said in WORDS:
-                name = slot if own.slot == "planet" else "drive"
+                name = role if own.role == "planet" else "drive"
                 sense = own.word(name, True) == said
                 self._loaded.setdefault(own.stage, {}).setdefault(sense, data.label)
 
@@ -188,7 +188,7 @@ class FlankReader:
                 f"{own.gear.label}: no {DATUM}; its datum face is taken as the one against its u"
                 " axis (negative)"
             )
-        names = ("sun", "ring") if own.slot == "planet" else ("drive", "coast")
+        names = ("sun", "ring") if own.role == "planet" else ("drive", "coast")
         words: dict[str, Word] = {name: own.word(name, forward) for name in names}
         whole = self._section(own, "")
         for kind, entry in own.found["left"].items():

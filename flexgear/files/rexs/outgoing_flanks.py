@@ -12,7 +12,7 @@ from flexgear.files.rexs.flank_sides import FACES, WORDS, Word, outward, word_of
 from flexgear.files.rexs.ground import CROWNINGS, END_RELIEF
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.flanks import tooth_sides
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.model.modifications import EndRelief, FlankModifications, Relief
 from flexgear.model.stage_view import StageView
 
@@ -30,14 +30,14 @@ class FlanksOut:
             key: word_of(side, key[0] == "ring", DATUM_SIDE) for key, side in sides.items()
         }
 
-    def loaded(self, slot: str, mate: str) -> Word:
-        """The flank of the gear of a slot that carries in the gear mesh of ``mate``."""
-        part = self.view.part(slot)
+    def loaded(self, role: str, mate: str) -> Word:
+        """The flank of the gear of a role that carries in the gear mesh of ``mate``."""
+        part = self.view.part(role)
         return self.words[part, mate if part == "planet" else "drive"]
 
-    def add(self, number: int, slot: str, half: int) -> None:
+    def add(self, number: int, role: str, half: int) -> None:
         """Both flanks of a gear. half: −1 for the left one of a double helix."""
-        gear, part = gears_by_slot(self.view.stage)[slot], self.view.part(slot)
+        gear, part = gears_by_role(self.view.stage)[role], self.view.part(role)
         flanks = {
             word: self.model.add(
                 "cylindrical_gear_flank",

@@ -28,13 +28,13 @@ class StageWriter:
         self.case.stage = name
         section = self.case.section("[[stages]]")
         section.put("name", name, stage.component.label)
-        section.put("kind", stage.kind, f"{stage.component.kind} with {', '.join(stage.slots)}")
+        section.put("kind", stage.kind, f"{stage.component.kind} with {', '.join(stage.roles)}")
         if stage.kind == "planetary":
             count = len(stage.halves["planet"][0])
             section.put("planets", count, f"planet gears of {stage.component.label}")
         rack = self._rack(section, stage)
         self._widths(section, stage, rack)
-        teeth = {slot: self._teeth(stage, slot) for slot in stage.slots}
+        teeth = {role: self._teeth(stage, role) for role in stage.roles}
         distance = self._distance(section, stage)
         self._angles(section, stage, rack, teeth, distance)
         if stage.kind == "planetary":
@@ -44,8 +44,8 @@ class StageWriter:
             self._direction(section, stage)
         shifts = self._shifts(stage, rack, teeth, distance)
         self._backlash(section, stage, rack, _wanted(stage, rack, teeth, distance), shifts)
-        for slot in stage.slots:
-            self._gear(stage, slot, rack, teeth[slot], shifts[slot])
+        for role in stage.roles:
+            self._gear(stage, role, rack, teeth[role], shifts[role])
         return rack
 
     def _missing(self, what: Component, attribute: str) -> InputError:
@@ -54,14 +54,14 @@ class StageWriter:
             "write it in the program that the file comes from",
         )  # fmt: skip
 
-    def _teeth(self, stage: FoundStage, slot: str) -> Datum:
-        found = self.gears.teeth(stage.gears(slot))
+    def _teeth(self, stage: FoundStage, role: str) -> Datum:
+        found = self.gears.teeth(stage.gears(role))
         if found is None:
-            raise self._missing(stage.gears(slot)[0], "number_of_teeth")
+            raise self._missing(stage.gears(role)[0], "number_of_teeth")
         return found
 
     def _rack(self, section: Section, stage: FoundStage) -> Rack:
-        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        every = [gear for role in stage.roles for gear in stage.gears(role)]
         module = number(every, "normal_module", "mm")
         if module is None or module.value <= 0:
             raise self._missing(every[0], "normal_module")
@@ -82,10 +82,10 @@ class StageWriter:
 
     def _helix(self, section: Section, stage: FoundStage) -> float:
         """Helix angle, rad; hand and halves are written, too."""
-        slot = "planet" if stage.kind == "planetary" else "gear"
+        role = "planet" if stage.kind == "planetary" else "gear"
         key = "helix_angle_reference_diameter"
-        found = number(stage.halves[slot][0], key, "deg")
-        for half in (h for s in stage.slots for h in stage.halves[s]):
+        found = number(stage.halves[role][0], key, "deg")
+        for half in (h for s in stage.roles for h in stage.halves[s]):
             number(half, key, "deg")  # read, so that it is not listed; hands are compared below
         if found is None:
             self.case.assume(section, "helix_angle_deg", 0, "no helix angle in the file: spur")
@@ -95,21 +95,21 @@ class StageWriter:
             return 0.0
         hand = "right" if found.value > 0 else "left"
         section.put(
-            "planet_hand", hand, f"its sign, positive right-handed (ISO 21771); of the {slot}"
+            "planet_hand", hand, f"its sign, positive right-handed (ISO 21771); of the {role}"
         )
-        mate = number(stage.halves["sun" if slot == "planet" else "pinion"][0], key, "deg")
+        mate = number(stage.halves["sun" if role == "planet" else "pinion"][0], key, "deg")
         if mate is not None and mate.value * found.value > 0:
             self.case.warn(
                 f"{mate.source}: has the hand of its mate, {found.source}; external gears cannot"
                 " mesh so, the mate's hand was turned"
             )
-        if len(stage.halves[slot]) == 2:
+        if len(stage.halves[role]) == 2:
             section.put("double_helical", True, "two gears of opposite hand on each shaft")
         return math.radians(abs(found.value))
 
     def _widths(self, section: Section, stage: FoundStage, rack: Rack) -> None:
         meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
-        gears = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        gears = [gear for role in stage.roles for gear in stage.gears(role)]
         width = number(meshes, "common_face_width", "mm")
         own = [w for gear in gears if (w := number([gear], "face_width", "mm")) is not None]
         if width is None and own:
@@ -119,10 +119,10 @@ class StageWriter:
         if width is None or width.value <= 0:
             raise self._missing(gears[0], "face_width")
         section.put("face_width_mm", width.value, width.source)
-        slot = stage.slots[0]
-        if len(stage.halves[slot]) == 2:
+        role = stage.roles[0]
+        if len(stage.halves[role]) == 2:
             left, right = (
-                number(half, "u_coordinate_on_shaft", "mm") for half in stage.halves[slot]
+                number(half, "u_coordinate_on_shaft", "mm") for half in stage.halves[role]
             )
             if left is not None and right is not None:
                 gap = abs(right.value - left.value) - width.value
@@ -146,7 +146,7 @@ class StageWriter:
 
     def _apart(self, stage: FoundStage) -> Datum | None:
         """Distance of two axes from their places."""
-        ends = [stage.gears(slot)[0] for slot in (*stage.slots[:2],)]
+        ends = [stage.gears(role)[0] for role in (*stage.roles[:2],)]
         across = self._across(ends[0], ends[1])
         if across is None:
             return None
@@ -163,7 +163,7 @@ class StageWriter:
         distance: Datum | None,
     ) -> None:
         """Working angles of the file where they do not follow from the gears' geometry."""
-        for slot, meshes in stage.meshes.items():
+        for role, meshes in stage.meshes.items():
             numbers = {mesh.stage.id for mesh in meshes}
             data = [
                 component
@@ -178,12 +178,12 @@ class StageWriter:
             found = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
             if found is None:
                 continue
-            arm = _arm(stage, slot, rack, teeth)
+            arm = _arm(stage, role, rack, teeth)
             follows = None
             if distance is not None and arm < distance.value:
                 follows = math.acos(arm / distance.value)
             if follows is None or abs(follows - math.radians(found.value)) > AGREES:
-                section.put(f"{slot}_pressure_angle_deg", found.value, found.source)
+                section.put(f"{role}_pressure_angle_deg", found.value, found.source)
 
     def _positions(self, section: Section, stage: FoundStage) -> None:
         """Angles of planets, from the first one, where they are not equally spaced."""
@@ -244,7 +244,7 @@ class StageWriter:
 
     def _direction(self, section: Section, stage: FoundStage) -> None:
         """Direction from pinion to gear, from v to w about u."""
-        ends = [stage.gears(slot)[0] for slot in stage.slots]
+        ends = [stage.gears(role)[0] for role in stage.roles]
         across = self._across(ends[0], ends[1])
         if across is not None and math.hypot(*across) > 0:
             why = f"places of {ends[0].label} and {ends[1].label}, from v to w"
@@ -268,13 +268,13 @@ class StageWriter:
 
         2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself.
         """
-        for slot, meshes in stage.meshes.items():
+        for role, meshes in stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
-            sum_of_shifts = sum(shifts[end].value for end in _pair(stage, slot))
-            free = wanted[slot]
+            sum_of_shifts = sum(shifts[end].value for end in _pair(stage, role))
+            free = wanted[role]
             left = 0.0 if free is None else free - sum_of_shifts
             left *= 2 * rack.module * math.sin(rack.pressure_angle)
-            key = f"backlash_{slot}_mm"
+            key = f"backlash_{role}_mm"
             if total is not None and total.value - left >= -AGREES * rack.module:
                 asked = max(total.value - left, 0.0)
                 if asked > _NO_BACKLASH * rack.module:
@@ -298,7 +298,7 @@ class StageWriter:
     ) -> dict[str, Datum]:
         """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is
         missing follows from it without backlash, or is 0."""
-        found = {slot: self.gears.shift(stage.gears(slot), rack) for slot in stage.slots}
+        found = {role: self.gears.shift(stage.gears(role), rack) for role in stage.roles}
         hub = "planet" if stage.kind == "planetary" else "gear"
         sums = _wanted(stage, rack, teeth, distance)
         ring, wanted = found.get("ring"), sums.get("ring")
@@ -309,13 +309,13 @@ class StageWriter:
                 found["ring"] = Datum(
                     -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
                 )
-        for slot in stage.meshes:
-            self._fill(stage, found, _pair(stage, slot), sums[slot], distance)
-        for slot in stage.slots:
-            if found[slot] is None:
-                found[slot] = Datum(0.0, "assumed: none in the file")
-                self.case.warn(f"{stage.gears(slot)[0].label}: profile_shift = 0: none in the file")
-        return {slot: datum for slot, datum in found.items() if datum is not None}
+        for role in stage.meshes:
+            self._fill(stage, found, _pair(stage, role), sums[role], distance)
+        for role in stage.roles:
+            if found[role] is None:
+                found[role] = Datum(0.0, "assumed: none in the file")
+                self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = 0: none in the file")
+        return {role: datum for role, datum in found.items() if datum is not None}
 
     def _fill(
         self,
@@ -325,20 +325,20 @@ class StageWriter:
         wanted: float | None,
         distance: Datum | None,
     ) -> None:
-        lacking = [slot for slot in pair if found[slot] is None]
+        lacking = [role for role in pair if found[role] is None]
         if not lacking or wanted is None or distance is None:
             return
-        given = sum(d.value for slot in pair if (d := found[slot]) is not None)
-        for slot in lacking:
+        given = sum(d.value for role in pair if (d := found[role]) is not None)
+        for role in lacking:
             value = (wanted - given) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
             why = f"not in the file; without backlash at {distance.source}"
-            found[slot] = Datum(value, f"assumed: {why}")
-            self.case.warn(f"{stage.gears(slot)[0].label}: profile_shift = {value:g}: {why}")
+            found[role] = Datum(value, f"assumed: {why}")
+            self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
 
-    def _gear(self, stage: FoundStage, slot: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
-        gears = stage.gears(slot)
-        section = self.case.section(f"[stages.{slot}]")
+    def _gear(self, stage: FoundStage, role: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
+        gears = stage.gears(role)
+        section = self.case.section(f"[stages.{role}]")
         section.put("teeth", int(teeth.value), teeth.source)
         section.put("profile_shift", shift.value, shift.source)
         base = number(gears, ("base_diameter", "base_circle_diameter"), "mm")
@@ -349,18 +349,18 @@ class StageWriter:
             section.put(
                 "base_diameter_mm", abs(base.value), f"{base.source}; not that of its teeth"
             )
-        self.gears.write(section, stage, slot, rack, shift.value)
+        self.gears.write(section, stage, role, rack, shift.value)
 
 
-def _pair(stage: FoundStage, slot: str) -> tuple[str, str]:
+def _pair(stage: FoundStage, role: str) -> tuple[str, str]:
     """The two gears of a gear mesh, planet or gear first."""
-    return ("planet", slot) if stage.kind == "planetary" else ("gear", "pinion")
+    return ("planet", role) if stage.kind == "planetary" else ("gear", "pinion")
 
 
-def _arm(stage: FoundStage, slot: str, rack: Rack, teeth: dict[str, Datum]) -> float:
+def _arm(stage: FoundStage, role: str, rack: Rack, teeth: dict[str, Datum]) -> float:
     """r_b1 ± r_b2 of a gear mesh, mm."""
-    hub, mate = (rack.base(int(teeth[key].value)) / 2 for key in _pair(stage, slot))
-    return mate - hub if slot == "ring" else mate + hub
+    hub, mate = (rack.base(int(teeth[key].value)) / 2 for key in _pair(stage, role))
+    return mate - hub if role == "ring" else mate + hub
 
 
 def _wanted(
@@ -371,13 +371,13 @@ def _wanted(
     Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
     """
     found: dict[str, float | None] = {}
-    for slot in stage.meshes:
-        arm = _arm(stage, slot, rack, teeth)
+    for role in stage.meshes:
+        arm = _arm(stage, role, rack, teeth)
         if distance is None or not 0 < arm < distance.value:
-            found[slot] = None
+            found[role] = None
             continue
-        hub, mate = (teeth[key].value for key in _pair(stage, slot))
+        hub, mate = (teeth[key].value for key in _pair(stage, role))
         gain = involute(math.acos(arm / distance.value)) - involute(rack.transverse_angle)
-        total = hub + (-mate if slot == "ring" else mate)
-        found[slot] = total * gain / (2 * math.tan(rack.pressure_angle))
+        total = hub + (-mate if role == "ring" else mate)
+        found[role] = total * gain / (2 * math.tan(rack.pressure_angle))
     return found

@@ -32,7 +32,7 @@ class Mesh:
 class FoundStage:
     """A stage: gears by "sun", "planet", "ring" (or "pinion", "gear").
 
-    halves: of each slot a list of twins (the planets) for each half, left (−u) half first; one half
+    halves: of each role a list of twins (the planets) for each half, left (−u) half first; one half
     unless double-helical. meshes: by "sun" and "ring", or "sun" alone if parallel.
     """
 
@@ -42,12 +42,12 @@ class FoundStage:
     meshes: dict[str, list[Mesh]]
     carrier: list[Component] = field(default_factory=list)
 
-    def gears(self, slot: str) -> list[Component]:
-        """All gears of a slot, those of the left half first."""
-        return [gear for half in self.halves[slot] for gear in half]
+    def gears(self, role: str) -> list[Component]:
+        """All gears of a role, those of the left half first."""
+        return [gear for half in self.halves[role] for gear in half]
 
     @property
-    def slots(self) -> tuple[str, ...]:
+    def roles(self) -> tuple[str, ...]:
         """Names of the gears."""
         return tuple(self.halves)
 
@@ -108,9 +108,9 @@ def _meshes(document: Document) -> list[Mesh]:
 
 def _mark(stage: FoundStage) -> None:
     stage.component.role = "a stage"
-    for slot in stage.slots:
-        for gear in stage.gears(slot):
-            gear.role = slot
+    for role in stage.roles:
+        for gear in stage.gears(role):
+            gear.role = role
     for meshes in stage.meshes.values():
         for mesh in meshes:
             mesh.stage.role = "a gear mesh"

@@ -64,11 +64,11 @@ class SupportWriter:
         joints = [*member.bearings, *member.couplings]
         if not joints and not needs:
             return
-        section = self.case.section(f"[stages.{member.slot}.support]")
+        section = self.case.section(f"[stages.{member.role}.support]")
         torsion = bool(member.couplings) or "torsion" in needs
         directions = ("radial", "axial", "tilt") + (("torsion",) if torsion else ())
         self._springs(section, joints, scale, directions, needs, member.z)
-        if member.slot == "ring" and len(member.stage.halves["ring"]) == 2:
+        if member.role == "ring" and len(member.stage.halves["ring"]) == 2:
             section.share(0.5, _KEYS.values(), "half of it for each ring half")
 
     def planet(

@@ -65,11 +65,11 @@ class _Conversion:
         members = members_of(named, self.assembly)
         self.lost += assign_bearings(self.document, self.assembly, members)
         top = self.case.section("")
-        self._material([g for s in stages for slot in s.slots for g in s.gears(slot)])
+        self._material([g for s in stages for role in s.roles for g in s.gears(role)])
         ports = PortWriter(self.document, self.assembly, self.case, members)
         joined = self._joined(members)
         held = self._held(members, ports)
-        for gear in (g for s in stages for slot in s.slots for g in s.gears(slot)):
+        for gear in (g for s in stages for role in s.roles for g in s.gears(role)):
             if not self.assembly.frames.is_parallel(gear):
                 self.case.warn(f"{gear.label}: its axis is not parallel to the gear unit's u axis")
         gears = GearReader(self.document, self.assembly, self.case)
@@ -154,13 +154,13 @@ class _Conversion:
             scale = self._scale(stage, racks[name])
             own = [m for m in members if m.stage is stage]
             if stage.kind == "planetary":
-                carrier = next(m for m in own if m.slot == "carrier")
+                carrier = next(m for m in own if m.role == "carrier")
                 supports.carrier_blank(carrier, self.material["density_kg_per_m3"], scale.radius)
             for member in own:
                 needs = self._needs(member, held, joined, axial)
                 supports.support(member, scale, needs)
             if stage.kind == "planetary":
-                carrier = next(m for m in own if m.slot == "carrier")
+                carrier = next(m for m in own if m.role == "carrier")
                 needs = ("radial", "axial") if axial else ("radial",)
                 bearings = planet_bearings(self.document, self.assembly, stage)
                 supports.planet(bearings, scale, carrier.z, needs)
@@ -178,12 +178,12 @@ class _Conversion:
         self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
 
     def _helical(self, stage: FoundStage) -> bool:
-        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        every = [gear for role in stage.roles for gear in stage.gears(role)]
         found = number(every, "helix_angle_reference_diameter", "deg")
         return found is not None and found.value != 0
 
     def _scale(self, stage: FoundStage, rack: Rack) -> Scale:
-        every = [gear for slot in stage.slots for gear in stage.gears(slot)]
+        every = [gear for role in stage.roles for gear in stage.gears(role)]
         widths = [*every, *(mesh.stage for meshes in stage.meshes.values() for mesh in meshes)]
         names = ("face_width", "common_face_width")
         width = min(w.value for c in widths if (w := number([c], names, "m")) and w.value > 0)
@@ -205,7 +205,7 @@ class _Conversion:
         body = [m for m in {x for pair in joined for x in pair} if m.body == member.body] or [
             member
         ]
-        floats = member.slot == "sun" and len(member.stage.halves["planet"][0]) >= 3
+        floats = member.role == "sun" and len(member.stage.halves["planet"][0]) >= 3
         needs = [] if floats or member.bearings else ["radial"]
         if axial and not any(m.bearings for m in body) and member is body[0]:
             needs.append("axial")
@@ -235,7 +235,7 @@ class _Conversion:
             stage = [m for m in members if m.stage is member.stage]
             alone = sum(m.body == member.body for m in members) == 1
             free = alone and member.body not in used and not any(m in held for m in stage)
-            if member.slot == "ring" and free:
+            if member.role == "ring" and free:
                 why = f"nothing drives {member.anchor.label if member.anchor else 'the ring'}"
                 held[member] = f"assumed: {why}"
                 self.case.warn(f"{member.name} is held: {why}")

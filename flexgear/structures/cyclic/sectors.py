@@ -147,15 +147,15 @@ def _choices(model: FeModel, count: int, cell_image: Ints) -> Iterator[Ints]:
 
 def _sectors(element_dofs: Ints, count: int, image: Ints, cells: Ints) -> Sectors | None:
     """Sectors from the nodes of the first one's cells; None where more than neighbours meet."""
-    touched = np.zeros(len(image), dtype=bool)
-    touched[element_dofs] = True
-    ahead = np.zeros_like(touched)
-    ahead[image[touched]] = True
-    own = touched & ~ahead
+    of_cells = np.zeros(len(image), dtype=bool)
+    of_cells[element_dofs] = True
+    ahead = np.zeros_like(of_cells)
+    ahead[image[of_cells]] = True
+    own = of_cells & ~ahead
     back = np.empty_like(image)
     back[image] = np.arange(len(image))
-    border = np.zeros_like(touched)
-    border[back[touched & ahead]] = True
+    border = np.zeros_like(of_cells)
+    border[back[of_cells & ahead]] = True
     if own.sum() * count != len(image) or (border & ~own).any():
         return None
     local = np.concatenate([np.flatnonzero(own & ~border), np.flatnonzero(border)])

@@ -37,7 +37,7 @@ from flexgear.structures.cyclic.rigid import with_rigid, without_rigid
 from flexgear.structures.cyclic.ties import SectorTies
 from flexgear.structures.linalg.elimination import Elimination
 from flexgear.structures.linalg.inverses import balanced_inverse, scaled_inverse
-from flexgear.structures.linalg.tall import times
+from flexgear.structures.linalg.tall_products import times
 from flexgear.structures.linalg.threads import CHUNK, shared
 
 Array = NDArray[np.float64]

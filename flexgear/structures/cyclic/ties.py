@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from flexgear.structures.cyclic.sectors import Sectors
 from flexgear.structures.fem import Interface
-from flexgear.structures.kinematics import rotation
+from flexgear.structures.kinematics import rotation, six
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -187,7 +187,7 @@ class _LocalBlocks:
         at = self._at(node)
         ahead = self.sector[at] != begin
         place = np.where(ahead, self.local[at] + self.sectors.border, self.local[at])
-        back = _six(self.turns[begin].T)
+        back = six(self.turns[begin].T)
         return _rows(place, back @ self.data[at], n + self.sectors.border)
 
     def even(self, node: int) -> bool:
@@ -228,13 +228,8 @@ class _LocalBlocks:
         """(6, 3nz) rows of a tie seen from sector s."""
         at, n = self._at(node), len(self.sectors.nodes)
         sector = (self.sector[at] - s) % self.sectors.count
-        back = _six(self.turns[s].T)
+        back = six(self.turns[s].T)
         return _rows(sector * n + self.local[at], back @ self.data[at], n * self.sectors.count)
-
-
-def _six(turn3: Array) -> Array:
-    """Turn of six dofs: translations and rotations alike."""
-    return np.asarray(np.kron(np.eye(2), turn3), dtype=float)
 
 
 def _rows(nodes: Ints, blocks: Array, count: int) -> sp.csr_matrix:

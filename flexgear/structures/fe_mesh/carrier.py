@@ -106,12 +106,12 @@ class CarrierMeshParameters:
         return replace(self, **lengths)
 
     @classmethod
-    def from_case(cls, case: StageView) -> CarrierMeshParameters:
+    def from_case(cls, view: StageView) -> CarrierMeshParameters:
         """The carrier of a case, with a pin where each planet stands."""
-        stage, carrier = case.stage, case.carrier
+        stage, carrier = view.stage, view.carrier
         equal = 2.0 * pi * np.arange(stage.planets) / stage.planets
         unequal = not np.allclose(stage.planet_angles, equal, rtol=0.0, atol=_SAME_ANGLE)
-        gears = stage_geometry(case)
+        gears = stage_geometry(view)
         return cls(
             planets=stage.planets,
             planet_angles=stage.planet_angles if unequal else None,
@@ -136,8 +136,8 @@ class CarrierMeshParameters:
             seat_far_diameter=carrier.seat_far.diameter,
             seat_far_width=carrier.seat_far.width,
             drive_side=carrier.drive_side,
-            fidelity=case.solver.fidelity,
-            where=case.source,
+            fidelity=view.solver.fidelity,
+            where=view.source,
         )
 
     @property

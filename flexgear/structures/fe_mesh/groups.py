@@ -91,10 +91,10 @@ class Groups:
         return [self.body, families, self.radius, self.pitch, self.face_width]
 
 
-def ring_groups(case: StageView) -> Groups:
+def ring_groups(view: StageView) -> Groups:
     """Teeth for either tie, fits, and what holds the bolts: walls of holes, or the bolted face."""
-    p = RingMeshParameters.from_case(case)
-    tooth, ring, teeth = p.tooth, case.ring, case.ring_gear.teeth
+    p = RingMeshParameters.from_case(view)
+    tooth, ring, teeth = p.tooth, view.ring, view.ring_gear.teeth
     angles = tooth.pitch_angle * np.arange(teeth, dtype=float)
     depth = tooth.root_radius - tooth.tip_radius
     middle = (tooth.tip_radius + tooth.form_radius) / 2.0
@@ -142,10 +142,10 @@ def ring_groups(case: StageView) -> Groups:
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
 
 
-def carrier_groups(case: StageView) -> Groups:
+def carrier_groups(view: StageView) -> Groups:
     """Drive flange, bearing seats and pins."""
-    drive: Literal[-1, 1] = 1 if case.carrier.drive_side == "+z" else -1
-    gears, angles = stage_geometry(case), np.array(case.stage.planet_angles)
+    drive: Literal[-1, 1] = 1 if view.carrier.drive_side == "+z" else -1
+    gears, angles = stage_geometry(view), np.array(view.stage.planet_angles)
     on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
 
     def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
@@ -153,20 +153,20 @@ def carrier_groups(case: StageView) -> Groups:
 
     far: Literal[-1, 1] = 1 if drive == -1 else -1
     reference = gears.ring.reference_radius
-    pitch = 2.0 * np.pi * reference / case.ring_gear.teeth
+    pitch = 2.0 * np.pi * reference / view.ring_gear.teeth
     families = (
         at_end("drive", "face that the drive is bolted to", drive),
         at_end("bearing_drive", "bearing seat on the drive's side", drive),
         at_end("bearing_far", "bearing seat on the other side", far),
         Family(
             *("pin", "seat of planet i on its pin"),
-            _numbered("pin", case.stage.planets, 1),
+            _numbered("pin", view.stage.planets, 1),
             _polar(gears.center_distance, angles),
             *(True, "stage.planets"),
             radial=0.2 * pitch,
         ),
     )
-    return Groups("carrier", families, gears.center_distance, pitch, case.stage.gear_width)
+    return Groups("carrier", families, gears.center_distance, pitch, view.stage.gear_width)
 
 
 def _numbered(stem: str, count: int, digits: int) -> tuple[str, ...]:

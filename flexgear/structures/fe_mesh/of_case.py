@@ -19,27 +19,27 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
-def ring_of_case(case: StageView) -> FeMesh:
+def ring_of_case(view: StageView) -> FeMesh:
     """Ring gear as [ring] says; patches as in ring.py."""
-    p = RingMeshParameters.from_case(case)
-    if case.ring.fe_mesh == "generate":
+    p = RingMeshParameters.from_case(view)
+    if view.ring.fe_mesh == "generate":
         return ring_fe_mesh(p)
-    return _own(case, case.ring, ring_groups(case), 2.0 * p.outer_radius)
+    return _own(view, view.ring, ring_groups(view), 2.0 * p.outer_radius)
 
 
-def carrier_of_case(case: StageView) -> FeMesh:
+def carrier_of_case(view: StageView) -> FeMesh:
     """Carrier as [carrier] says; patches as in carrier.py."""
-    if case.carrier.fe_mesh == "generate":
-        return carrier_fe_mesh(CarrierMeshParameters.from_case(case))
-    return _own(case, case.carrier, carrier_groups(case), case.carrier.plate_diameter)
+    if view.carrier.fe_mesh == "generate":
+        return carrier_fe_mesh(CarrierMeshParameters.from_case(view))
+    return _own(view, view.carrier, carrier_groups(view), view.carrier.plate_diameter)
 
 
-def _own(case: StageView, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
+def _own(view: StageView, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
     file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"
     if source.fe_mesh == "reduced":
         raise InputError(
-            case.source, f"{groups.body}.fe_mesh", "is reduced: there is no FE mesh",
+            view.source, f"{groups.body}.fe_mesh", "is reduced: there is no FE mesh",
             "name the other component",
         )  # fmt: skip
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)
@@ -51,7 +51,7 @@ def _own(case: StageView, source: FeMeshSource, groups: Groups, size: float) -> 
     except InputError as fault:
         what = ": ".join(dict.fromkeys([file, fault.key]))
         problem = f"{what}: {fault.problem}"
-        raise InputError(case.source, key, problem, fault.remedy) from None
+        raise InputError(view.source, key, problem, fault.remedy) from None
     return fe_mesh
 
 

@@ -94,12 +94,12 @@ class RingMeshParameters:
     where: str = "case"
 
     @classmethod
-    def from_case(cls, case: StageView) -> RingMeshParameters:
+    def from_case(cls, view: StageView) -> RingMeshParameters:
         """The ring of a case, with its teeth and supports.
 
         Of several bolt circles the FE mesh follows the one with holes, else the innermost.
         """
-        stage, ring, gear = case.stage, case.ring, case.ring_gear
+        stage, ring, gear = view.stage, view.ring, view.ring_gear
         circles = sorted(
             (c for c in ring.bolt_circles if c.number),
             key=lambda c: (not c.holes, c.circle_diameter - _BLOCK * c.diameter),
@@ -129,8 +129,8 @@ class RingMeshParameters:
             fits=tuple(fit.band for fit in ring.fits),
             splines=tuple(spline.band for spline in ring.splines),
             other_bolts=tuple((c.number, c.circle_diameter, c.diameter) for c in circles[1:]),
-            fidelity=case.solver.fidelity,
-            where=case.source,
+            fidelity=view.solver.fidelity,
+            where=view.source,
             **bolts,
         )
 

@@ -61,19 +61,10 @@ def with_bolt_holes(
     ahead = np.roll(node, -1, axis=1)
     grid = np.stack([node[:-1], node[1:], ahead[1:], ahead[:-1]], axis=2)  # (row, column, 4)
 
-    width = 2.0 * pi / columns
-    column = width * bolt_circle_radius
+    column = 2.0 * pi / columns * bolt_circle_radius
     # wide enough for a hole that is half a column off the block's middle
     across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
-    first = np.round((bolt_angles - angles[0]) / width - across / 2.0).astype(np.int64)
-    spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
-    if len(bolt_angles) > 1 and spacing.min() < across:
-        raise InputError(
-            where,
-            "ring.bolts.number",
-            "the bolt holes are too close to each other for the FE mesh",
-            "use fewer or thinner bolts, or ring.bolts.holes = false",
-        )
+    first = _first_columns(bolt_angles - angles[0], columns, across, where)
     kept = np.ones((len(radii), columns), dtype=bool)
     new_xy, new_quads, holes, total = [], [], [], len(radius)
     xy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
@@ -86,18 +77,13 @@ def with_bolt_holes(
             [block[0, ::-1][:-1], block[:-1, 0], block[-1, :-1], block[::-1, -1][:-1]]
         )
         centre = bolt_circle_radius * np.array([np.cos(bolt_angles[k]), np.sin(bolt_angles[k])])
-        spoke = xy[border] - centre
-        on_hole = centre + hole_radius * spoke / np.linalg.norm(spoke, axis=1)[:, None]
-        layers = [border]
-        for ring in range(1, rings + 1):
-            t = ring / rings
-            new_xy.append((1.0 - t) * xy[border] + t * on_hole)
-            layers.append(total + np.arange(len(border)))
-            total += len(border)
-        for outside, within in pairwise(layers):
-            new_quads.append(
-                np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
-            )
+        grid_xy, layers = _o_grid(xy[border], border, centre, hole_radius, rings, total)
+        new_xy.append(grid_xy)
+        total += len(grid_xy)
+        new_quads += [
+            np.column_stack([outside, np.roll(outside, -1), np.roll(within, -1), within])
+            for outside, within in pairwise(layers)
+        ]
         # the wall's outward normal points to the bolt's axis: clockwise round the hole
         holes.append(np.column_stack([np.roll(layers[-1], -1), layers[-1]]))
     added = np.concatenate(new_xy)
@@ -115,6 +101,36 @@ def with_bolt_holes(
         number[np.column_stack([node[-1], ahead[-1]])],
         number[np.stack(holes)],
     )
+
+
+def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints:
+    """First column (n_b,) of the block round each bolt; angles (n_b,) rad, from column 0 on."""
+    first = np.round(angles / (2.0 * pi / columns) - across / 2.0).astype(np.int64)
+    spacing = np.diff(np.sort(first % columns), append=np.min(first % columns) + columns)
+    if len(angles) > 1 and spacing.min() < across:
+        raise InputError(
+            where,
+            "ring.bolts.number",
+            "the bolt holes are too close to each other for the FE mesh",
+            "use fewer or thinner bolts, or ring.bolts.holes = false",
+        )
+    return first
+
+
+def _o_grid(
+    around: Array, border: Ints, centre: Array, radius: float, rings: int, first: int
+) -> tuple[Array, list[Ints]]:
+    """Places (rings b, 2) of new nodes from a block's border to a hole, and the numbers (b,) of all
+    rings of nodes from the border inward; new ones count from ``first``.
+
+    around: places (b, 2) of the border's nodes; centre, radius: of the hole, m.
+    """
+    spoke = around - centre
+    on_hole = centre + radius * spoke / np.linalg.norm(spoke, axis=1)[:, None]
+    shares = np.arange(1, rings + 1) / rings
+    places = [(1.0 - t) * around + t * on_hole for t in shares]
+    numbers = first + np.arange(rings * len(border)).reshape(rings, -1)
+    return np.concatenate(places), [border, *numbers]
 
 
 def _ordered(section: RingSection) -> Ints:

@@ -68,8 +68,8 @@ class ToothInfluence:
         for start in range(0, len(roll), _TOGETHER):
             some = slice(start, start + _TOGETHER)
             means = self.averages(roll[some].ravel(), z[some].ravel(), width[some].ravel())
-            moved = (means @ self.own).reshape(-1, k, n)
-            c = moved @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)
+            motion = (means @ self.own).reshape(-1, k, n)
+            c = motion @ means.toarray().reshape(-1, k, n).swapaxes(1, 2)
             out[some] = 0.5 * (c + c.swapaxes(1, 2))
         return out.reshape(*shape, k)
 
@@ -87,9 +87,9 @@ class ToothInfluence:
         shape, other = np.shape(slices[0]), np.shape(beside[0])[-1]
         one, two = (self._coarse_averages(*(np.ravel(a) for a in s)) for s in (slices, beside))
         between = self.neighbour[apart - 1]
-        moved = (one @ between).reshape(-1, shape[-1], len(between))
+        motion = (one @ between).reshape(-1, shape[-1], len(between))
         means = two.toarray().reshape(-1, other, len(between))
-        return np.asarray(moved @ means.swapaxes(1, 2)).reshape(*shape, other)
+        return np.asarray(motion @ means.swapaxes(1, 2)).reshape(*shape, other)
 
     def contact_body(self, roll: Array) -> ContactBody:
         """The layer whose line contact belongs to ``matrix``, at places (K,) on the flank."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.radii import gears_by_slot
+from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
@@ -28,17 +28,17 @@ LEAST_LAYERS, MOST_LAYERS = 8, 20  # memory: 15 take 2 GB, 30 take 5
 DIVISIONS = SegmentDivisions(flank=10, fillet=5, tooth=4)  # plane deflection 1 % below the limit
 
 
-def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
+def tooth_influence(view: StageView, role: str) -> ToothInfluence | None:
     """Influence of a tooth of "sun", "planet" or "ring" (of a parallel stage's pinion and gear,
     "sun" and "planet"), from the cache or made (half a minute).
 
     None where an FE ring is tied at its flanks: it has the whole tooth, and only line contact
     ("point" at a depth of the tie's choice) stays outside.
     """
-    parameters, tied = influence_parameters(case, slot), is_tied(case, slot)
+    parameters, tied = influence_parameters(view, role), is_tied(view, role)
     if parameters is None:
         return None
-    m = case.material
+    m = view.material
     material = {"young": m.young_modulus, "poisson": m.poisson_ratio}
     return kept(
         {"segment": parameters, "tied": tied, **material},
@@ -47,10 +47,10 @@ def tooth_influence(case: StageView, slot: str) -> ToothInfluence | None:
     )
 
 
-def root_of_case(case: StageView, slot: str) -> RootInfluence:
+def root_of_case(view: StageView, role: str) -> RootInfluence:
     """Root stress of a tooth of a gear named as in ``tooth_influence``, from the cache or made
     (about a minute)."""
-    parameters, m = root_segment(case, slot), case.material
+    parameters, m = root_segment(view, role), view.material
     return kept(
         {"root": parameters, "young": m.young_modulus, "poisson": m.poisson_ratio},
         lambda: root_influence(parameters, m.young_modulus, m.poisson_ratio),
@@ -58,15 +58,15 @@ def root_of_case(case: StageView, slot: str) -> RootInfluence:
     )
 
 
-def root_segment(case: StageView, slot: str) -> SegmentParameters:
+def root_segment(view: StageView, role: str) -> SegmentParameters:
     """The submodel of a gear's root: cut ``DEPTH`` modules below the root circle, or at the bore
     (a ring's outer diameter) where the rim is thinner. InputError where there is no
     such tooth or rim."""
-    tooth, module = stage_geometry(case).gears[slot], case.stage.normal_module
-    _require_teeth(case, slot, tooth, 'set gear_mesh.root_stress = "none"')
-    held = _held_radius(case, slot, tooth, DEPTH)
+    tooth, module = stage_geometry(view).gears[role], view.stage.normal_module
+    _require_teeth(view, role, tooth, 'set gear_mesh.root_stress = "none"')
+    held = _held_radius(view, role, tooth, DEPTH)
     depth = tooth.outward * (tooth.root_radius - held) / module
-    return root_parameters(_segment(case, slot, tooth), module, depth)
+    return root_parameters(_segment(view, role, tooth), module, depth)
 
 
 def influence_of(
@@ -87,25 +87,25 @@ def influence_of(
     )
 
 
-def is_tied(case: StageView, slot: str) -> bool:
+def is_tied(view: StageView, role: str) -> bool:
     """Whether an averaging tie at the tooth's root takes in part of its flexibility."""
-    fe = slot == "ring" and case.fe_tie == "root"
-    return fe and case.ring.tie_kind == "averaging"
+    fe = role == "ring" and view.fe_tie == "root"
+    return fe and view.ring.tie_kind == "averaging"
 
 
-def require_influences(case: StageView) -> None:
+def require_influences(view: StageView) -> None:
     """InputError for what a stage's influences would be refused for, without making any."""
-    options = case.gear_mesh
-    slots = ("planet", *stage_geometry(case).gear_meshes)
+    options = view.gear_mesh
+    roles = ("planet", *stage_geometry(view).gear_meshes)
     if options.model == "face_load" and options.tooth_compliance == "fe":
-        for slot in slots:
-            influence_parameters(case, slot)
+        for role in roles:
+            influence_parameters(view, role)
     if options.root_stress == "fe":
-        for slot in slots:
-            root_segment(case, slot)
+        for role in roles:
+            root_segment(view, role)
 
 
-def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None:
+def influence_parameters(view: StageView, role: str) -> SegmentParameters | None:
     """The segment of a gear.
 
     Three teeth, held at the body's bore (a ring's outer diameter), ``DEEPEST`` below the root at
@@ -113,22 +113,22 @@ def influence_parameters(case: StageView, slot: str) -> SegmentParameters | None
     base section as a clamp does: one tooth, cut off there. InputError where a tooth or the rim
     below it cannot be made.
     """
-    tooth = stage_geometry(case).gears[slot]
-    in_fe = slot == "ring" and case.fe_tie is not None
-    if in_fe and case.fe_tie == "flank":
+    tooth = stage_geometry(view).gears[role]
+    in_fe = role == "ring" and view.fe_tie is not None
+    if in_fe and view.fe_tie == "flank":
         return None
-    alone = in_fe and not is_tied(case, slot)
-    _require_teeth(case, slot, tooth)
+    alone = in_fe and not is_tied(view, role)
+    _require_teeth(view, role, tooth)
     if alone:
-        return _segment(case, slot, tooth)
-    held, own = _held_radius(case, slot, tooth, DEEPEST), _segment(case, slot, tooth)
+        return _segment(view, role, tooth)
+    held, own = _held_radius(view, role, tooth, DEEPEST), _segment(view, role, tooth)
     return replace(own, held_radius=held, teeth=3, margin=MARGIN)
 
 
-def _segment(case: StageView, slot: str, tooth: ToothGeometry) -> SegmentParameters:
+def _segment(view: StageView, role: str, tooth: ToothGeometry) -> SegmentParameters:
     """One tooth of a gear, cut off at its base section."""
-    stage = case.stage
-    hand = 1.0 if (stage.planet_hand == "right") == (slot != "sun") else -1.0
+    stage = view.stage
+    hand = 1.0 if (stage.planet_hand == "right") == (role != "sun") else -1.0
     layers = math.ceil(stage.face_width / (LAYER * stage.normal_module))
     layers = min(max(layers, LEAST_LAYERS), MOST_LAYERS)
     return SegmentParameters(
@@ -143,30 +143,30 @@ def _segment(case: StageView, slot: str, tooth: ToothGeometry) -> SegmentParamet
 
 
 def _require_teeth(
-    case: StageView,
-    slot: str,
+    view: StageView,
+    role: str,
     tooth: ToothGeometry,
     other: str = 'set gear_mesh.tooth_compliance = "width"',
 ) -> None:
-    part, instead = case.part(slot), f"lower it, or {other}"
+    part, instead = view.part(role), f"lower it, or {other}"
     if tooth.half_angle(tooth.tip_radius) <= 0.0:
         problem = "the tooth is pointed before its tip circle, so no FE mesh can be made of it"
-        raise case.refuse(f"{part}.addendum", problem, instead)
+        raise view.refuse(f"{part}.addendum", problem, instead)
     fillet = tooth.fillet_of(tooth.fillet_radius)
     if fillet is None or fillet.end > tooth.pitch_angle / 2:
         problem = f"{1e3 * tooth.fillet_radius:.2f} mm do not fit into the root of the tooth space"
-        raise case.refuse(f"{part}.root_fillet", problem, instead)
-    rim = tooth.root_radius - gears_by_slot(case.stage)[slot].bore_diameter / 2
-    if not tooth.internal and rim < case.stage.normal_module:
+        raise view.refuse(f"{part}.root_fillet", problem, instead)
+    rim = tooth.root_radius - gears_by_role(view.stage)[role].bore_diameter / 2
+    if not tooth.internal and rim < view.stage.normal_module:
         problem = f"leaves a rim of {1e3 * rim:.2f} mm below the teeth, less than one module"
-        raise case.refuse(f"{part}.bore_diameter_mm", problem, instead)
+        raise view.refuse(f"{part}.bore_diameter_mm", problem, instead)
 
 
-def _held_radius(case: StageView, slot: str, tooth: ToothGeometry, modules: float) -> float:
+def _held_radius(view: StageView, role: str, tooth: ToothGeometry, modules: float) -> float:
     """Radius so many modules below the root circle, or where the body ends before."""
-    deepest = tooth.root_radius - tooth.outward * modules * case.stage.normal_module
-    gear = gears_by_slot(case.stage)[slot]
-    if slot == "ring":
-        rim = case.ring.rim_thickness if "ring" in case.fe_parts else gear.rim_thickness
+    deepest = tooth.root_radius - tooth.outward * modules * view.stage.normal_module
+    gear = gears_by_role(view.stage)[role]
+    if role == "ring":
+        rim = view.ring.rim_thickness if "ring" in view.fe_parts else gear.rim_thickness
         return deepest if rim is None else min(deepest, tooth.root_radius + rim)
     return max(deepest, gear.bore_diameter / 2)

@@ -51,7 +51,7 @@ class PairBending:
         return replace(self, flexibility=more[0], beside=more[1])
 
 
-def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
+def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: float) -> PairBending:
     """How slices of contact lines bend each other, for ``gears.slices.bent``.
 
     force: of the gear mesh, N, for whose mean line load contacts at tip edges are solved
@@ -63,13 +63,13 @@ def pair_bending(case: StageView, path: GearMeshPath, slices: Slices, force: flo
     count = slices.count
     flexibility, bodies = np.zeros((len(some), count, count)), []
     beside = np.zeros((len(some), 2, count, count))
-    flanks = touched_flanks(path, slices)
-    made = [tooth_influence(case, own.name) for own in flanks]
-    load = line_load(case, stage_geometry(case), path.kind.removesuffix("_coast"), force)
+    flanks = mating_flanks(path, slices)
+    made = [tooth_influence(view, own.name) for own in flanks]
+    load = line_load(view, stage_geometry(view), path.kind.removesuffix("_coast"), force)
     at_tips = _at_tips(path, slices, made, load)
     for member, (own, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
-            bodies.append(_to_middle(case, own.tooth, own.roll))
+            bodies.append(_to_middle(view, own.tooth, own.roll))
             continue
         flank, roll = own.of(influence), own.roll
         for tip in at_tips:
@@ -118,7 +118,7 @@ class _Flank(Protocol):
 Flank = TypeVar("Flank", bound=_Flank)
 
 
-class TouchedFlank(NamedTuple):
+class MatingFlank(NamedTuple):
     """Flanks of one gear over the contact lines of a gear mesh.
 
     name: "planet", "sun" or "ring"; sense: 1 where the force pushes the gear's teeth on in +θ, on
@@ -140,7 +140,7 @@ class TouchedFlank(NamedTuple):
         return made if self.sense > 0 else made.turned()
 
 
-def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
+def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     """Of the planet, then of its mate."""
     on = _touches(path, slices)
     members = (
@@ -151,7 +151,7 @@ def touched_flanks(path: GearMeshPath, slices: Slices) -> list[TouchedFlank]:
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
         low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
         held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
-        found.append(TouchedFlank(name, tooth, sense, step, path.side == "right", held))
+        found.append(MatingFlank(name, tooth, sense, step, path.side == "right", held))
     return found
 
 
@@ -192,7 +192,7 @@ def _at(s: Array, table: Array, places: Array) -> Array:
     return np.asarray(interp1d(s, table, axis=0, copy=False, assume_sorted=True)(places))
 
 
-def _to_middle(case: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
+def _to_middle(view: StageView, tooth: ToothGeometry, roll: Array) -> ContactBody:
     """The flank of a tooth that an FE body has whole: line contact down to its middle line."""
     depth = middle_depth(tooth, np.hypot(tooth.base_radius, roll))
-    return ContactBody(case.material.young_modulus, case.material.poisson_ratio, depth)
+    return ContactBody(view.material.young_modulus, view.material.poisson_ratio, depth)

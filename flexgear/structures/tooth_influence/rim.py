@@ -26,7 +26,7 @@ from flexgear.structures.tooth_influence.of_case import (
     is_tied,
     tooth_influence,
 )
-from flexgear.structures.tooth_influence.pairs import some_places, touched_flanks
+from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places
 from flexgear.structures.tooth_influence.ring_shapes import (
     Cut,
     RingShapes,
@@ -48,47 +48,47 @@ SHAPES = Form(
 )
 
 
-def has_shapes(case: StageView) -> bool:
+def has_shapes(view: StageView) -> bool:
     """Whether teeth of a stage may take shapes: an FE ring whose slices bend each other, tied at
     its roots by averaging ties, and not given reduced."""
-    asked = case.gear_mesh.model == "face_load" and case.gear_mesh.tooth_compliance == "fe"
-    fe = asked and is_tied(case, "ring") and case.ring.tooth_shapes != "none"
-    return fe and case.ring.fe_mesh != "reduced"
+    asked = view.gear_mesh.model == "face_load" and view.gear_mesh.tooth_compliance == "fe"
+    fe = asked and is_tied(view, "ring") and view.ring.tooth_shapes != "none"
+    return fe and view.ring.fe_mesh != "reduced"
 
 
-def kept_shapes(case: StageView) -> RingShapes:
+def kept_shapes(view: StageView) -> RingShapes:
     """Of the case's ring, from the cache or made, which takes another factor of its matrix."""
-    teeth, line, cut = case.ring_gear.teeth, _first_line(case), _cut(case)
+    teeth, line, cut = view.ring_gear.teeth, _first_line(view), _cut(view)
 
     def made() -> RingShapes:
-        model, condensation = ring_condensed(case)
+        model, condensation = ring_condensed(view)
         with single_threaded_blas():
             return ring_shapes(model, condensation, line, teeth, cut)
 
-    content = {"shapes_of": ring_key(case), "orders": ORDERS, "line": line, "cut": cut}
+    content = {"shapes_of": ring_key(view), "orders": ORDERS, "line": line, "cut": cut}
     return kept(content, made, SHAPES)
 
 
-def with_rim(case: StageView, body: ReducedBody) -> ReducedBody:
+def with_rim(view: StageView, body: ReducedBody) -> ReducedBody:
     """The reduced ring with what its teeth yield along the face on the case's supports, where that
     counts, and its size in the report: the static error without it (``rim_error``) and whether it
     is taken in.
 
     As it is where ``has_shapes`` says no, or where the supports leave the ring free.
     """
-    if not has_shapes(case):
+    if not has_shapes(view):
         return body
-    b, line = body.interface_dofs, _first_line(case)
-    supports, stiffness = ring_supports(case, body), body.stiffness[:b, :b]
+    b, line = body.interface_dofs, _first_line(view)
+    supports, stiffness = ring_supports(view, body), body.stiffness[:b, :b]
     try:
         with single_threaded_blas():
-            rim = rim_flexibility(kept_shapes(case), stiffness, supports, line)
+            rim = rim_flexibility(kept_shapes(view), stiffness, supports, line)
     except np.linalg.LinAlgError:
         return body
-    influence = tooth_influence(case, "ring")
+    influence = tooth_influence(view, "ring")
     assert influence is not None  # has_shapes
-    error = rim_error(rim, influence, _parameters(case).tooth)
-    counts = case.ring.tooth_shapes == "always" or error > PROMISED
+    error = rim_error(rim, influence, _parameters(view).tooth)
+    counts = view.ring.tooth_shapes == "always" or error > PROMISED
     report = {**body.report, "rim_error": error, "rim_counts": counts}
     return body.with_(rim=rim if counts else None, report=report)
 
@@ -97,7 +97,7 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
     """ΔC (S, K, K) and what it does to the slices of the next two lines, (S, BEYOND, K, K) m/N: as
     ``PairBending`` has them of both teeth. The right half of a ring is the mirror image of the
     left, z -> −z."""
-    own = touched_flanks(path, slices)[1]
+    own = mating_flanks(path, slices)[1]
     some, z = some_places(slices, _PLACES), -slices.z if own.other_hand else slices.z
     here = flank_motion(rim, own.tooth, -own.sense, (own.roll[some], z[some]))
     beside = []
@@ -137,20 +137,20 @@ def rim_error(rim: RimFlexibility, influence: ToothInfluence, tooth: ToothGeomet
     return float(shape_errors(own, motion @ rim.own @ motion.T, loads).max())
 
 
-def _parameters(case: StageView) -> SegmentParameters:
-    parameters = influence_parameters(case, "ring")
+def _parameters(view: StageView) -> SegmentParameters:
+    parameters = influence_parameters(view, "ring")
     assert parameters is not None  # has_shapes
     return parameters
 
 
-def _first_line(case: StageView) -> ToothLine:
-    p = _parameters(case)
+def _first_line(view: StageView) -> ToothLine:
+    p = _parameters(view)
     return ToothLine(0.0, p.tooth.reference_radius, p.helix_rate, p.face_width)
 
 
-def _cut(case: StageView) -> Cut:
+def _cut(view: StageView) -> Cut:
     """Where the segment of the ring's tooth is held: beyond the lands beside its last teeth."""
-    p = _parameters(case)
+    p = _parameters(view)
     assert p.held_radius is not None
     land = 1.0 - base_section_angle(p.tooth) / p.tooth.pitch_angle
     return Cut(0.5 * (p.teeth - 1) + land + p.margin, p.held_radius)

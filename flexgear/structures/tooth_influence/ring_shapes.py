@@ -89,15 +89,15 @@ def rim_flexibility(
     own, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
         here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
-        moved = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
-        one = shapes.loads[n, 0].T @ moved + shapes.fixed[n]
+        motion = held @ shapes.loads[n]  # of all nodes, by shapes of the tooth and of the next ones
+        one = shapes.loads[n, 0].T @ motion + shapes.fixed[n]
         own[6:, 6:] += one[0] - shapes.piece[n, 6:, 6:]
-        own[:6, 6:] += here.T @ moved[0, at] - shapes.piece[n, :6, 6:]
+        own[:6, 6:] += here.T @ motion[0, at] - shapes.piece[n, :6, 6:]
         beside[:, 6:, 6:] += one[1:]
-        beside[:, :6, 6:] += here.T @ moved[1:, at]
+        beside[:, :6, 6:] += here.T @ motion[1:, at]
         for k in range(BEYOND):
             further = (j + 1 + k) % teeth
-            node = moved[0, 6 * further : 6 * further + 6]
+            node = motion[0, 6 * further : 6 * further + 6]
             beside[k, 6:, :6] += (_axes(further, teeth).T @ node).T
     own[6:, :6] = own[:6, 6:].T
     number = len(shapes.teeth)

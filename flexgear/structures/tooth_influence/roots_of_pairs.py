@@ -12,7 +12,7 @@ from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.slices import Slices
 from flexgear.model.stage_view import StageView
 from flexgear.structures.tooth_influence.of_case import root_of_case
-from flexgear.structures.tooth_influence.pairs import some_places, touched_flanks, widths
+from flexgear.structures.tooth_influence.pairs import mating_flanks, some_places, widths
 
 Array = NDArray[np.float64]
 
@@ -51,12 +51,12 @@ class PairRoots:
         return np.asarray(shares @ flat).reshape(n, *self.stress.shape[2:])
 
 
-def pair_roots(case: StageView, path: GearMeshPath, slices: Slices) -> list[PairRoots]:
+def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[PairRoots]:
     """Of the planet, then of its mate; the cut stands still."""
     width, some = widths(path, slices), some_places(slices, _PLACES)
     found = []
-    for own in touched_flanks(path, slices):
-        root = own.of(root_of_case(case, own.name))
+    for own in mating_flanks(path, slices):
+        root = own.of(root_of_case(view, own.name))
         stress = root.per_force(own.roll[some], slices.z[some], width[some])
         one = PairRoots(own.name, own.sense, own.step, slices.s[some], stress, root.flank.z)
         found.append(one)
