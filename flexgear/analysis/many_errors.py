@@ -186,21 +186,21 @@ def _eliminated(contact, meshes, rows, n, extra, forward):
         s += 1
     inverse, residual = _inverse(matrix, inside[:s])
     places, loaded = places[:c], loaded[:c]
-    q0, influence, line = np.zeros(c), np.zeros((c, c)), np.empty(s)
+    q0, influence, entries = np.zeros(c), np.zeros((c, c)), np.empty(s)
     for a in range(c):
         if loaded[a] == 1:
-            line[:] = inverse[place[places[a]]]
+            entries[:] = inverse[place[places[a]]]
         else:
-            line[:] = 0.0
+            entries[:] = 0.0
             for b in range(s):
-                line += matrix[places[a], inside[b]] * inverse[b]
+                entries += matrix[places[a], inside[b]] * inverse[b]
             q0[a] = -right[places[a]]
             influence[a, a] = -rows.row[places[a]].stiffness
         for b in range(s):
-            q0[a] += line[b] * right[inside[b]]
+            q0[a] += entries[b] * right[inside[b]]
         for b in range(c):
             if loaded[b] == 1:
-                influence[a, b] = line[place[places[b]]] * rows.row[places[b]].stiffness
+                influence[a, b] = entries[place[places[b]]] * rows.row[places[b]].stiffness
     return q0, influence, places, loaded, residual
 
 

@@ -59,15 +59,15 @@ def solve_dense(a, b, n):
 def _laid_out(matrix, right, n, total, active, leak, work, x):
     """work ← A and x ← b; a row that is not active states x_i = leak (b − A x + x)_i."""
     for i in range(total):
-        line, own = matrix[i], work[i]
+        given, own = matrix[i], work[i]
         if i < n and active[i] == 0:
             for c in range(total):
-                own[c] = leak * line[c]
+                own[c] = leak * given[c]
             own[i] += 1.0 - leak
             x[i] = leak * right[i]
         else:
             for c in range(total):
-                own[c] = line[c]
+                own[c] = given[c]
             x[i] = right[i]
 
 
@@ -202,16 +202,16 @@ def row_products(rows, n, matrix, local, y, out):
             base = 6 * rows.blocks[j, a]
             for p in range(6):
                 v = rows.coef[j, a, p]
-                line = matrix[base + p]
+                entries = matrix[base + p]
                 for c in range(far):
                     at = 6 * blocks[c]
                     to = 6 * c
-                    y[to] += v * line[at]
-                    y[to + 1] += v * line[at + 1]
-                    y[to + 2] += v * line[at + 2]
-                    y[to + 3] += v * line[at + 3]
-                    y[to + 4] += v * line[at + 4]
-                    y[to + 5] += v * line[at + 5]
+                    y[to] += v * entries[at]
+                    y[to + 1] += v * entries[at + 1]
+                    y[to + 2] += v * entries[at + 2]
+                    y[to + 3] += v * entries[at + 3]
+                    y[to + 4] += v * entries[at + 4]
+                    y[to + 5] += v * entries[at + 5]
         for i in range(j, n):
             total = 0.0
             for a in range(rows.row[i].width):

@@ -181,14 +181,14 @@ def _law_rows(n, count, total, work):
         element = rows.element[e]
         for a in range(element.rows):
             i = element.first + a
-            line, right = contact.matrix[i], space.force[e, 0, a]
-            fill(line[:total], 0.0)
+            equation, right = contact.matrix[i], space.force[e, 0, a]
+            fill(equation[:total], 0.0)
             for b in range(element.rows):
                 k, moved = space.tangent[e, 0, a, b], contact.motion[element.first + b]
                 for j in range(total):
-                    line[j] += k * moved[j]
+                    equation[j] += k * moved[j]
                 right += k * (contact.free[element.first + b] - space.motion[e, 0, b])
-            line[i] += 1.0
+            equation[i] += 1.0
             contact.right[i] = right
             contact.sided[i] = rows.row[i].sided
 
