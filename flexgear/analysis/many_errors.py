@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.static_contact import EXACT, MAX_SETS, solve_dense, solve_set
+from flexgear.analysis.static_contact import EXACT, MAX_SETS, ContactSet, solve_dense, solve_set
 from flexgear.analysis.static_position import (
     CLOSURE,
     Held,
@@ -309,17 +309,17 @@ def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
 def _solve_whole(places, errors, n, extra, work, out, w):
     """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
     of loaded rows."""
-    contact, rows, right = work.contact, work.rows, work.contact.right.copy()
-    matrix, small, active, sided = contact.matrix, contact.small, contact.active, contact.sided
+    c, rows, right = work.contact, work.rows, work.contact.right.copy()
+    contact = ContactSet(c.matrix, right, c.sided, c.active, c.motion, c.free, c.small, c.spare)
     for i in range(n):
         if rows.row[i].kind < 0:
-            active[i] = 1
+            contact.active[i] = 1
         else:
             right[i] += rows.row[i].stiffness * errors[i]
     share = -1.0
     for first in (EXACT, 0):  # all at once, else by continuation
         if share < 0.0:
-            share = solve_set(matrix, right, sided, n, extra, active, small, out, first, EXACT)
+            share = solve_set(contact, n, extra, out, first, EXACT)
     for a in range(len(w)):
         w[a] = out[places[a]] if share >= 0.0 else np.nan
 

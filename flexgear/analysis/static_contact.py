@@ -7,17 +7,35 @@ tension and none overlaps unloaded.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import SIMD, padded
 from flexgear.coupling.compiled import FAST, INNER, PART
 
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 MAX_SETS = 50
 SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # of their stiffness that open rows keep, in turn
 EXACT, LOOSE = 5, 4  # places of nothing, and of the smallest share
 PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
 ONE, WHOLE = np.uint64(1), np.uint64(SIMD)
+
+
+class ContactSet(NamedTuple):
+    """Matrix and right side of a position, which stay after it is solved, and its loaded rows."""
+
+    matrix: Array  # (S, S) rows, then rigid motions, then reactions
+    right: Array  # (S,)
+    sided: IntArray  # (S,) 1 where a row can only push
+    active: IntArray  # (S,) 1 where a row is loaded
+    motion: Array  # (R, S): δ = δ* − motion @ x
+    free: Array  # (R,) δ*
+    small: Array  # (S, S) work
+    spare: Array  # (S,) work
 
 
 @njit(**INNER, fastmath=FAST)
@@ -93,11 +111,13 @@ def _largest_of(values, n):
 
 
 @njit(**PART)
-def _exchange(matrix, right, sided, n, total, active, share, least, x, first_only):
+def _exchange(contact, n, total, share, least, x, first_only):
     """Load unloaded rows that overlap and let go loaded ones that pull; how many were wrong."""
-    wrong = 0
+    matrix, right, active, wrong = contact.matrix, contact.right, contact.active, 0
     for i in range(n):
-        if sided[i] == 1 and _row_is_wrong(matrix, right, i, total, active[i], share, least, x):
+        if contact.sided[i] == 1 and _row_is_wrong(
+            matrix, right, i, total, active[i], share, least, x
+        ):
             wrong += 1
             active[i] = 1 - active[i]
             if first_only:
@@ -106,18 +126,19 @@ def _exchange(matrix, right, sided, n, total, active, share, least, x, first_onl
 
 
 @njit(**INNER)
-def solve_set(matrix, right, sided, n, extra, active, work, x, first, last):
+def solve_set(contact, n, extra, x, first, last):
     """Solve the contact problem; ``x`` (n + extra) gets pair forces, then extra unknowns.
 
-    matrix (n + extra,)²: row i < n states F_i + Σ_j k_i A_ij F_j + … = right_i; extra equations
-    (balance, given rotations) always hold. sided (n,): 1 where a row can only push;
-    ``active`` (n,) is the first guess of loaded rows and returns the answer. first, last: open rows
-    keep ``SHARES[first]`` … ``SHARES[last]`` of their stiffness, one after the other, each from the
-    set of the one before. Returns the last share, or −1 without an answer. Every set changes all
-    wrong rows at once; after some tries only the first wrong row, which cannot cycle for a positive
-    definite matrix (Murty's rule).
+    Row i < n of the matrix (n + extra,)² states F_i + Σ_j k_i A_ij F_j + … = right_i; extra
+    equations (balance, given rotations) always hold. ``contact.active`` is the first guess of
+    loaded rows and returns the answer. first, last: open rows keep ``SHARES[first]`` …
+    ``SHARES[last]`` of their stiffness, one after the other, each from the set of the one before.
+    Returns the last share, or −1 without an answer. Every set changes all wrong rows at once; after
+    some tries only the first wrong row, which cannot cycle for a positive definite matrix (Murty's
+    rule).
     """
-    total = n + extra
+    matrix, right, active = contact.matrix, contact.right, contact.active
+    total, work = n + extra, contact.small
     for at in range(first, last + 1):
         share, wrong, least = SHARES[at], 1, 0.0
         if first < last:
@@ -131,17 +152,16 @@ def solve_set(matrix, right, sided, n, extra, active, work, x, first, last):
                 for i in range(n):
                     if active[i] == 0:
                         x[i] = 0.0  # exchange of rows may have left rounding there
-            wrong = _exchange(
-                matrix, right, sided, n, total, active, share, least, x, tries >= MAX_SETS
-            )
+            wrong = _exchange(contact, n, total, share, least, x, tries >= MAX_SETS)
             tries += 1
     return SHARES[last]
 
 
 @njit(**INNER)
-def refine_set(matrix, right, n, extra, active, leak, work, spare, x):
-    """One step of iterative refinement of a solution of ``solve_set``; spare (n + extra,) work."""
-    total = n + extra
+def refine_set(contact, n, extra, leak, x):
+    """One step of iterative refinement of a solution of ``solve_set``."""
+    matrix, right, active = contact.matrix, contact.right, contact.active
+    total, work, spare = n + extra, contact.small, contact.spare
     for i in range(total):
         left = right[i]
         for c in range(total):

@@ -22,6 +22,7 @@ from flexgear.analysis.contact_newton import LawSpace, first_memory, law_space, 
 from flexgear.analysis.static_contact import (
     EXACT,
     LOOSE,
+    ContactSet,
     local_blocks,
     refine_set,
     release,
@@ -55,19 +56,6 @@ class Held(NamedTuple):
     balance: Array  # (n_c, x) P, then −input_rows · q per unit force on a channel, transposed
     corner: Array  # (x, x) what these unknowns do in balance and given rotations themselves
     reactions: IntArray  # (F,) ports whose torque is sought
-
-
-class ContactSet(NamedTuple):
-    """Matrix and right side of a position, which stay after it is solved, and its loaded rows."""
-
-    matrix: Array  # (S, S) rows, then rigid motions, then reactions
-    right: Array  # (S,)
-    sided: IntArray  # (S,) 1 where a row can only push
-    active: IntArray  # (S,) 1 where a row is loaded
-    motion: Array  # (R, S): δ = δ* − motion @ x
-    free: Array  # (R,) δ*
-    small: Array  # (S, S) work
-    spare: Array  # (S,) work
 
 
 class PositionWork(NamedTuple):
@@ -282,16 +270,11 @@ def solve_position(laws, theta, known, forward, active_flanks, train, work, out)
                 carries = meshes[rows.row[i].owner].carries == 1
                 contact.active[i] = 1 if carries == forward else 0
         # all at once, by continuation to the end, by continuation to the smallest share
-        leak = solve_set(
-            contact.matrix, contact.right, contact.sided, n, extra, contact.active, contact.small,
-            out, EXACT if attempt == 0 else 0, LOOSE if attempt == 2 else EXACT,
-        )  # fmt: skip
-        if leak < 0.0:
+        first, last = EXACT if attempt == 0 else 0, LOOSE if attempt == 2 else EXACT
+        share = solve_set(contact, n, extra, out, first, last)
+        if share < 0.0:
             continue
-        refine_set(
-            contact.matrix, contact.right, n, extra, contact.active, leak, contact.small,
-            contact.spare, out,
-        )  # fmt: skip
+        refine_set(contact, n, extra, share, out)
         for i in range(n):
             if rows.row[i].sided == 1 and (contact.active[i] == 0 or out[i] < 0.0):
                 out[i] = 0.0
