@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.static_contact import EXACT, MAX_SETS, ContactSet, solve_dense, solve_set
+from flexgear.analysis.static_contact import EXACT, MAX_SETS, solve_dense, solve_set, with_right
 from flexgear.analysis.static_position import (
     CLOSURE,
     Held,
@@ -309,8 +309,8 @@ def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
 def _solve_whole(places, errors, n, extra, work, out, w):
     """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
     of loaded rows."""
-    c, rows, right = work.contact, work.rows, work.contact.right.copy()
-    contact = ContactSet(c.matrix, right, c.sided, c.active, c.motion, c.free, c.small, c.spare)
+    rows, right = work.rows, work.contact.right.copy()
+    contact = with_right(work.contact, right)
     for i in range(n):
         if rows.row[i].kind < 0:
             contact.active[i] = 1

@@ -38,6 +38,12 @@ class ContactSet(NamedTuple):
     spare: Array  # (S,) work
 
 
+@njit(**PART)
+def with_right(c, right):
+    """The same contact problem with another right side (S,)."""
+    return ContactSet(c.matrix, right, c.sided, c.active, c.motion, c.free, c.small, c.spare)
+
+
 @njit(**INNER, fastmath=FAST)
 def solve_dense(a, b, n):
     """Gaussian elimination with partial pivoting of the leading n × n block, in place; b := x.
