@@ -44,10 +44,8 @@ def spline_matrix(view: StageView) -> Array:
 
 def _tie_lumped(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     name, support = m.body.name, view.stage.member(m.part).support
-    matrix, axes = (
-        linear_part(support, support_matrix(support, m.radius)),
-        planet_axes(view.stage, m),
-    )
+    matrix = linear_part(support, support_matrix(support, m.radius))
+    axes = planet_axes(view.stage, m)
     _hold(a, f"{name}_support", (name, name), matrix, frame.carrier, axes)
     _obey(a, f"{name}_support", (name, name), support, frame.carrier, axes)
 
