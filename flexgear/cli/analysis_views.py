@@ -13,7 +13,7 @@ import numpy as np
 import typer
 import xarray as xr
 
-from flexgear.cli.display import as_json_text, by_figure, shown, table
+from flexgear.cli.display import as_json_text, key_table, shown, table
 from flexgear.cli.outputs import save_or_rescue
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
@@ -24,6 +24,7 @@ from flexgear.results.summary import RPM, stage_histories
 from flexgear.solve.model import Model
 from flexgear.solve.modes import crossing_rows, mode_rows, top_shares
 from flexgear.solve.static import position_figures
+from flexgear.solve.verdicts import balance_sentence
 
 LISTED_CROSSINGS = 12
 
@@ -66,16 +67,11 @@ def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
     star = radial_harmonics(data["tooth_displacement"].to_numpy())
     largest = np.abs(data["tooth_displacement"].to_numpy()).max(axis=0)
     return {
-        "input_torque_nm": float(data["input_torque"]),
-        "output_torque_nm": float(data["output_torque"]),
-        "ring_mesh_force_n": data["ring_gear_mesh_force"].to_numpy().tolist(),
-        "sun_mesh_force_n": data["sun_gear_mesh_force"].to_numpy().tolist(),
         "load_sharing": number(data["load_sharing"]),
         "planet_force_spread": float(data["planet_force_spread"]),
         "tooth_displacement_largest_um": (1e6 * largest).tolist(),
         f"radial_harmonic_{planets}_um": float(1e6 * np.abs(star[planets])),
         f"star_angle_{planets}_deg": math.degrees(float(star_angle(star, planets))),
-        "closure": float(data["closure"]),
     }
 
 
@@ -95,14 +91,13 @@ def show_equilibria(
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
     for angle, figures in positions.items():
         typer.echo(f"\n{angle}")
-        single = {f"  {k}": v for k, v in figures.items() if not isinstance(v, dict)}
-        if single:
-            typer.echo("")
-            table("  stage", single)
-        for section, rows in figures.items():
-            if isinstance(rows, dict):
+        single = {k: v for k, v in figures.items() if not isinstance(v, dict)}
+        sections = {"ring": single, **{k: v for k, v in figures.items() if isinstance(v, dict)}}
+        for section, rows in sections.items():
+            if rows:
                 typer.echo("")
-                table(f"  {section}", {f"  {k}": v for k, v in by_figure(rows).items()})
+                key_table(section, rows, "  ")
+    typer.echo("\n" + balance_sentence(data.attrs["closure_max"]))
 
 
 def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:

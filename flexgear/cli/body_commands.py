@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from flexgear.cli.display import present, progress, warn
+from flexgear.cli.display import present, progress, table, warn
 from flexgear.cli.options import (
     AsJson,
     CaseName,
@@ -102,8 +102,13 @@ def mesh(
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
         tables = {p.label: GROUPS[p.name](stages[p.stage]) for p in parts}
-        rows = {name: (_groups if as_json else _families)(g) for name, g in tables.items()}
-        present(f"{found.name}: named groups of FE meshes", rows, as_json)
+        if as_json:
+            present("", {name: _groups(g) for name, g in tables.items()}, True)
+            return
+        typer.echo(f"{found.name}: named groups of FE meshes")
+        for name, group in tables.items():
+            typer.echo("")
+            table(name, _families(group))
         return
     if export is not None and len(parts) != 1:
         raise InputError(

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.check_sections import Sections, derived
+from flexgear.cli.check_sections import Sections, derived, with_reasons
 from flexgear.cli.display import present, table
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import (
@@ -62,7 +62,8 @@ def check(
     figures = derived(found)
     if out is not None:
         _write(out, found, figures)
-    present(f"{found.name}: {found.title or 'valid'}", figures, as_json)
+    title = f"{found.name}: {found.title or 'valid'}"
+    present(title, figures if as_json else with_reasons(figures), as_json)
 
 
 def _write(folder: Path, case: Case, figures: Sections) -> None:

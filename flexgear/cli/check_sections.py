@@ -14,6 +14,8 @@ from flexgear.gears.radii import stage_radii
 from flexgear.gears.report import case_report
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.results.report.key_words import row_of
+from flexgear.results.report.wording import said
 from flexgear.results.summary import RPM
 from flexgear.solve.angles import StageMotion, stage_motions
 
@@ -26,10 +28,6 @@ def derived(case: Case) -> Sections:
     running = {} if case.output is None else _running(case, flow)
     return {
         **case_report(case),
-        **{
-            "kinematics" if case.is_short else f"{name} kinematics": _kinematics(case, name, flow)
-            for name in case.flexible_stages
-        },
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
         "system": _system(case),
@@ -111,10 +109,7 @@ def _direction(case: Case, stage: StageFlow) -> float:
 def _system(case: Case) -> dict[str, Any]:
     """Bodies and degrees of freedom; flexible stages are only named, as they take minutes."""
     if case.flexible_stages:
-        return {
-            "flexible_stages": list(case.flexible_stages),
-            "bodies_and_coordinates": "known once the flexible stages are reduced: flexgear modes",
-        }
+        return {"flexible_stages": list(case.flexible_stages)}
     system = build_system(case)
     return {
         "bodies": len(system.bodies),
@@ -125,17 +120,13 @@ def _system(case: Case) -> dict[str, Any]:
     }
 
 
-def _kinematics(case: Case, stage: str, flow: PowerFlow) -> dict[str, Any]:
-    """A flexible stage: its speeds, torques and expected forces."""
-    own = flow.stage(stage)
-    return {
-        "carrier_speed_rpm": flow.speed[f"{stage}.carrier"] * RPM,
-        "sun_speed_rpm": flow.speed[f"{stage}.sun"] * RPM,
-        "planet_speed_rpm": own.planet_speed * RPM,
-        "gear_mesh_frequency_hz": own.gear_mesh_frequency,
-        "input_torque_nm": own.carrier_torque,
-        "output_torque_nm": -own.sun_torque,
-        "ring_torque_nm": -own.ring_torque,
-        "expected_ring_mesh_force_n": abs(own.ring_gear_mesh_force),
-        "expected_sun_mesh_force_n": abs(own.sun_gear_mesh_force),
-    }
+def with_reasons(sections: Sections) -> Sections:
+    """For people: what a solver's figure follows from stands behind it, where it is not given."""
+    reasons = sections.get("solver_reasons", {})
+    rows = {}
+    for key, value in sections.get("solver", {}).items():
+        row = row_of(key, value)
+        reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
+        rows[key] = said(row.value, row.unit) + (f"   ({reason})" if reason else "")
+    told = {name: rows if name == "solver" else one for name, one in sections.items()}
+    return {name: one for name, one in told.items() if name != "solver_reasons"}

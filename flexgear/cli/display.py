@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from flexgear.results.report.key_words import titled
 from flexgear.results.summary import plain
 
 Report = Callable[[str, float], None]
@@ -87,12 +88,17 @@ def warn(lines: Iterable[str]) -> None:
         typer.echo(f"flexgear: {line}", err=True)
 
 
-def table(title: str, rows: Mapping[str, Any]) -> None:
-    """Names and values in two columns under a heading."""
-    typer.echo(title)
+def table(title: str, rows: Mapping[str, Any], before: str = "") -> None:
+    """Labels and values in two columns under a heading; before: in front of every line."""
+    typer.echo(before + title)
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        typer.echo(f"  {name:<{width}}  {shown(value)}")
+        typer.echo(f"{before}  {name:<{width}}  {shown(value)}")
+
+
+def key_table(key: str, figures: Mapping[str, Any], before: str = "") -> None:
+    """The same of figures by their keys, in words and with their units; key: of the section."""
+    table(*titled(key, by_figure(figures)), before)
 
 
 def as_json_text(figures: Any) -> str:
@@ -150,7 +156,7 @@ def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool
     typer.echo(title)
     for name, rows in sections.items():
         typer.echo("")
-        table(name.replace("_", " "), rows)
+        key_table(name, rows)
 
 
 def by_figure(rows: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -147,6 +147,13 @@ def _rigid_beside_flexible(summary: Summary) -> Iterator[Verdict]:
                       f"{rigid:.4f} with rigid bodies.")  # fmt: skip
 
 
+def balance_sentence(closure: float) -> str:
+    """Whether equilibria are in balance; closure: share of the load that is left over."""
+    if closure <= CLOSED:
+        return "All forces are in balance."
+    return f"Forces are not in balance: {said(closure, 'share')} of the load is left over."
+
+
 def _errors(summary: Summary) -> Iterator[Verdict]:
     closure = summary.get("equilibrium_closure_max")
     if closure is not None:

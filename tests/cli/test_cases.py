@@ -1,6 +1,7 @@
 """check and cases."""
 
 import json
+import math
 
 import pytest
 
@@ -13,16 +14,40 @@ def test_check_prints_what_follows_from_the_case(flexgear):
     code, out, err = flexgear("check", "wind-5mw")
     assert code == 0
     assert err == ""
-    for words in ("assembles", "planet_clearance_mm", "contact_ratio", "sun_speed_rpm", "phase"):
+    for words in (
+        "number of planets                                           5\n",
+        "gap between the tips of neighbouring planets                5.1602 mm\n",
+        "speeds (r/min)\n  sun      50.089\n  ring     0\n  carrier  11.27\n",
+        "torques from outside (MN m)\n  carrier  4\n  sun      -0.9\n  ring     -3.1\n",
+        "largest misfit of a sun tooth                               0 pitches\n",
+    ):
         assert words in out
+
+
+def test_torques_of_a_star_stand_beside_the_members_that_they_act_on(flexgear):
+    """Sun in, ring out, carrier held: T_r = T_s z_r/z_s and T_c = −(T_s + T_r), by hand."""
+    code, out, _ = flexgear("check", "star-ring", "--json")
+    found = json.loads(out)
+    sun, ring = 250.0, 250.0 * 75 / 21
+    expected = {"stage.sun": sun, "stage.ring": ring, "stage.carrier": -(sun + ring)}
+    assert code == 0
+    assert found["torques_from_outside_nm"] == pytest.approx(expected)
+    powers = {"stage.sun": sun * 100 * math.pi, "stage.ring": -sun * 100 * math.pi}
+    assert found["powers_into_the_stages_w"] == pytest.approx({**powers, "stage.carrier": 0.0})
+
+    def named(sections, key):
+        for name, value in sections.items():
+            yield from named(value, key) if isinstance(value, dict) else [value] * (name == key)
+
+    assert list(named(found, "input_torque_nm")) in ([], [sun])
 
 
 def test_check_as_json_follows_willis(flexgear):
     code, out, _ = flexgear("check", "wind-5mw", "--json", "--set", "drive.rated_speed_rpm=10")
     found = json.loads(out)
     assert code == 0
-    assert found["kinematics"]["sun_speed_rpm"] == pytest.approx(10 * (1 + 93 / 27))
-    assert found["kinematics"]["gear_mesh_frequency_hz"] == pytest.approx(93 / 6)
+    assert found["speeds_rpm"]["stage.sun"] == pytest.approx(10 * (1 + 93 / 27))
+    assert found["running"]["gear_mesh_frequency_hz"] == pytest.approx(93 / 6)
     assert found["assembly"]["(z_sun + z_ring)/N"] == 24
     assert found["ring"]["reference_diameter_mm"] == pytest.approx(1688.44, abs=0.01)
     # planet 2 is 93/5 ring teeth on: the fraction is its phase, falling along the path

@@ -24,6 +24,11 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "rad/s": ((0, "r/min", 30 / math.pi),),
 }
 NOTHING = 1e-12  # of a unit, rounding
+# significant digits where four are too few: dimensions to µm, speeds and frequencies side by side
+_DIGITS = {"mm": 6, "°": 5, "r/min": 5, "Hz": 5, "kHz": 5}
+_EVEN = 0.01  # load factors nearer to one get a digit more
+_UNITS = {"deg": "°", "rpm": "r/min"}
+FACTOR = "factor"  # unit of load factors
 _ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
 
 
@@ -36,19 +41,24 @@ def scale(values: Iterable[float], unit: str) -> tuple[str, float]:
     return next((name, by) for least, name, by in steps if largest >= least)
 
 
-def number(value: float) -> str:
-    """Four significant digits without exponents, thousands apart; "–" where there is no number."""
+def number(value: float, digits: int = 4) -> str:
+    """Significant digits without exponents, thousands apart; "–" where there is no number."""
     if not math.isfinite(value):
         return "–"
     if value == 0 or abs(value) < NOTHING:
         return "0"
     if abs(value) >= 1e7 or abs(value) < 1e-4:
-        digits, power = f"{value:.2e}".split("e")
+        mantissa, power = f"{value:.2e}".split("e")
         raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-        return f"{digits} · 10{raised}"
-    places = max(0, 3 - math.floor(math.log10(abs(value))))
+        return f"{mantissa} · 10{raised}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:,.{places}f}".replace(",", "\u202f")
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def factor(value: float) -> str:
+    """A load factor, which is read by how far it is above one: 1.0002, 1.563."""
+    return f"{value:.{4 if abs(value - 1.0) < _EVEN else 3}f}" if math.isfinite(value) else "–"
 
 
 def said(value: float | str | bool | None, unit: str = "") -> str:
@@ -59,10 +69,17 @@ def said(value: float | str | bool | None, unit: str = "") -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
+    if unit == FACTOR:
+        return factor(value)
     if isinstance(value, int) and not unit:
         return f"{value:,}".replace(",", "\u202f")
     printed, by = scale([value], unit)
-    return f"{number(value * by)} {printed}".rstrip()
+    return f"{number(value * by, digits_of(printed))} {printed}".rstrip()
+
+
+def digits_of(printed: str) -> int:
+    """Significant digits of numbers in this unit."""
+    return _DIGITS.get(printed, 4)
 
 
 def words(name: str) -> str:
@@ -78,4 +95,4 @@ def split_unit(key: str) -> tuple[str, str]:
     if not found:
         return words(key), ""
     suffix = max(found, key=len)
-    return words(key.removesuffix(f"_{suffix}")), "°" if suffix == "deg" else unit_name(suffix)
+    return words(key.removesuffix(f"_{suffix}")), _UNITS.get(suffix) or unit_name(suffix)
