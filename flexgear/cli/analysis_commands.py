@@ -28,11 +28,11 @@ from flexgear.coupling.pace import too_coarse
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.origin import origin_of_case
 from flexgear.results.sinks import Ranges, Several
 from flexgear.results.summary import (
-    RPM,
     distance_summary,
     finite,
     force_ranges,
@@ -49,13 +49,6 @@ from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import cut_short, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(static)
-    app.command()(modes)
-    app.command()(simulate)
 
 
 def put_together(case: Case, rigid: tuple[str, ...], report: Report) -> Model:

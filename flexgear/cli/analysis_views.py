@@ -15,12 +15,13 @@ import xarray as xr
 
 from flexgear.cli.display import as_json_text, key_table, shown, table
 from flexgear.cli.outputs import save_or_rescue
+from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.results.summary import RPM, stage_histories
+from flexgear.results.summary import stage_histories
 from flexgear.solve.model import Model
 from flexgear.solve.modes import crossing_rows, mode_rows, top_shares
 from flexgear.solve.static import position_figures

@@ -51,12 +51,6 @@ Component = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(mesh)
-    app.command()(reduce)
-
-
 @dataclass(frozen=True)
 class Part:
     """Ring or carrier of a flexible stage; label: how results call it."""

@@ -12,11 +12,6 @@ from flexgear.model.errors import FlexgearError
 from flexgear.structures import cache as store
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(cache)
-
-
 def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
     as_json: AsJson = False,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -20,7 +19,6 @@ from flexgear.cli.outputs import (
     folder_named,
     with_schema,
 )
-from flexgear.cli.planned_pictures import flanks_plan
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_cases, bundled_text
@@ -30,16 +28,6 @@ from flexgear.model.input_file import MOST_CASE, read_bytes
 from flexgear.model.load import load_case
 from flexgear.model.schema import json_schema
 from flexgear.results.origin import origin_of_case
-from flexgear.views.style import save_figure
-
-RPM = 60 / (2 * math.pi)
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(check)
-    app.command()(cases)
-    app.command()(schema)
 
 
 def check(
@@ -68,6 +56,9 @@ def check(
 
 def _write(folder: Path, case: Case, figures: Sections) -> None:
     """Figures and pictures of modified flanks, in place of earlier ones."""
+    from flexgear.cli.planned_pictures import flanks_plan
+    from flexgear.views.style import save_figure
+
     plan = flanks_plan(case, power_flow(case))
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
     with staged_folder(folder) as stage:

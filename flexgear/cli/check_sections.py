@@ -14,9 +14,9 @@ from flexgear.gears.radii import stage_radii
 from flexgear.gears.report import case_report
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.model.units import RPM
 from flexgear.results.report.key_words import row_of
 from flexgear.results.report.wording import said
-from flexgear.results.summary import RPM
 from flexgear.solve.angles import StageMotion, stage_motions
 
 Sections = dict[str, dict[str, Any]]

@@ -39,11 +39,6 @@ COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
 POSITIONS = 40
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(compare)
-
-
 def compare(
     case: CaseName,
     other: Annotated[

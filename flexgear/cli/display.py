@@ -12,11 +12,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from flexgear.files.plain import plain
 from flexgear.results.report.key_words import titled
-from flexgear.results.summary import plain
 
 Report = Callable[[str, float], None]
 MOST_BESIDE = 6  # figures that one line shows side by side
@@ -37,6 +35,9 @@ def progress(quiet: bool = False) -> Iterator[Report]:
 
 @contextmanager
 def _bars() -> Iterator[Report]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bars:
         tasks: dict[str, TaskID] = {}

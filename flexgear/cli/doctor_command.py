@@ -40,11 +40,6 @@ class Finding:
     mend: str = ""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(doctor)
-
-
 def doctor(as_json: AsJson = False) -> None:
     """Look at libraries, packages, threads, cache and disk; say what is missing and what mends it.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import io
+import os
 import signal
 import sys
 import time
@@ -18,53 +19,26 @@ from typing import TextIO
 
 import typer
 
-from flexgear.cli import (
-    STOPPED,
-    analysis_commands,
-    body_commands,
-    cache_command,
-    case_commands,
-    compare_command,
-    doctor_command,
-    exchange_commands,
-    modify_command,
-    new_command,
-    on_stop,
-    run_commands,
-    sweep_command,
-    tolerance_command,
-)
+from flexgear.cli import STOPPED, on_stop
+from flexgear.cli.commands import Commands, is_compiled
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
-from flexgear.results.version import version
 
 INTERRUPTED = 130
 CLOSING = 5.0  # s after Ctrl-C in which another does nothing
 app = typer.Typer(
     name="flexgear",
+    cls=Commands,
     help="Dynamics of planetary gear stages whose ring gear, carrier and sun shaft bend.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for module in (
-    run_commands,
-    case_commands,
-    new_command,
-    body_commands,
-    analysis_commands,
-    compare_command,
-    exchange_commands,
-    modify_command,
-    sweep_command,
-    tolerance_command,
-    cache_command,
-    doctor_command,
-):
-    module.register(app)
 
 
 def _version(wanted: bool) -> None:
     if wanted:
+        from flexgear.results.version import version  # reading it takes a while
+
         typer.echo(f"flexgear {version()}")
         raise typer.Exit
 
@@ -81,7 +55,10 @@ def options(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
     on_stop(_Stop())
-    code = run(list(sys.argv[1:] if arguments is None else arguments))
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if not is_compiled(given):
+        os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``coupling.compiled``
+    code = run(given)
     on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
     sys.exit(code)
 

@@ -27,12 +27,6 @@ from flexgear.results.version import version
 from flexgear.solve.bodies import named, reduction_limit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command("import")(import_rexs)
-    app.command()(export)
-
-
 def import_rexs(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A gearbox in REXS: .rexs, .rexsj or .rexsz.")

@@ -28,11 +28,6 @@ from flexgear.views.style import PICTURES, save_figure
 AIMS: tuple[Aim, ...] = ("line-load", "transmission-error")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(modify)
-
-
 def modify(
     case: CaseName,
     stage: Annotated[str | None, typer.Option(help="Stage; the first planetary one.")] = None,

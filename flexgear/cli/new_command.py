@@ -16,11 +16,6 @@ from flexgear.gears.sizing import Wanted, propose
 from flexgear.model.errors import InputError
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(new)
-
-
 def new(
     out: Annotated[Path, typer.Argument(metavar="FILE", help="The case to write.")],
     ratio: Annotated[

@@ -10,7 +10,6 @@ from flexgear.coupling.workable import require_workable
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.solve.bodies import variants_of
 
 CaseName = Annotated[
     str, typer.Argument(metavar="CASE", help="A TOML file, or the name of a bundled case.")
@@ -80,6 +79,8 @@ def require_flexible(case: Case, option: str = "") -> None:
 
 def rigid_parts(names: list[str] | None, case: Case) -> tuple[str, ...]:
     """Components named by ``--rigid``."""
+    from flexgear.solve.bodies import variants_of
+
     parts = tuple(n.strip() for given in names or [] for n in given.split(","))
     variants_of(case, parts)
     return tuple(dict.fromkeys(parts))

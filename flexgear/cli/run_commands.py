@@ -30,12 +30,6 @@ from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(run)
-    app.command()(render)
-
-
 def run(
     case: CaseName,
     out: OutFolder = None,

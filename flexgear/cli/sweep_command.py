@@ -52,11 +52,6 @@ Measures = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(sweep)
-
-
 def sweep(
     case: CaseName,
     keys: Keys,

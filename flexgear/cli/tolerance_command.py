@@ -43,11 +43,6 @@ PICTURES = {  # by their figures in the summary: name of the statistics, file
 SENTENCE = "Sets of parts by what they got: left how many, right what share stays below."
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands of this module."""
-    app.command()(tolerance)
-
-
 def tolerance(
     case: CaseName,
     samples: Annotated[

@@ -41,7 +41,6 @@ from flexgear.model.case import Case
 from flexgear.model.joint import Joint
 from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
-from flexgear.structures.given import given_housing
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.tooth_shapes import RimFlexibility
@@ -109,6 +108,8 @@ def _bodies(
     if housing.kind == "lumped":
         bodies.append(lumped_body("housing", housing.mass, housing.inertia))
     if housing.kind == "reduced":
+        from flexgear.structures.given import given_housing  # readers of matrices
+
         bodies.append(given_housing(housing, case.source))
     return bodies, members
 

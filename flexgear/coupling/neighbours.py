@@ -9,10 +9,9 @@ themselves.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.elements import Rows
 
 Array = NDArray[np.float64]

@@ -21,9 +21,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from flexgear.coupling.compiled import INNER, PART, UNCOUNTED, ZERO
+from flexgear.coupling.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
 from flexgear.coupling.elements import PAIR_LAWS, Rows, packed
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
@@ -343,7 +342,7 @@ def build_rows(
 ) -> tuple[int, int]:
     """Fill ``rows``; (number of rows, number of tooth pairs)."""
     theta = np.ascontiguousarray(theta, dtype=float)
-    n, _, pairs = fill_rows(packed(data), theta, active_flanks, rows)
+    n, _, pairs = fill_rows(as_read(packed(data)), theta, active_flanks, as_read(rows))
     return int(n), int(pairs)
 
 

@@ -20,7 +20,6 @@ from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
-from flexgear.structures.tooth_influence import pair_bending, rim_bending
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
@@ -73,6 +72,9 @@ def stage_sets(
         if can_turn(case, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
         if bending and bend_each_other(view):
+            # half of the package, for cases that ask for it alone
+            from flexgear.structures.tooth_influence import pair_bending, rim_bending
+
             assert path.slices is not None
             role = kind.removesuffix("_coast")
             force = flow.gear_mesh_forces[role]

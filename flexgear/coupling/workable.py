@@ -25,10 +25,9 @@ from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView, inside, spoken
-from flexgear.structures.build import require_fe_meshes
+from flexgear.structures.fe_mesh import require_generated
 from flexgear.structures.halves import whole_ring
 from flexgear.structures.reduced import ReducedBody
-from flexgear.structures.tooth_influence import require_influences
 
 Array = NDArray[np.float64]
 RIGID = Variant(False, False, False)
@@ -49,7 +48,7 @@ def require_workable(case: Case) -> None:
                 _require_stage(case.view(stage.name))
                 bodies[stage.name] = stand_ins(case.view(stage.name))
         for stage in case.stages:
-            require_influences(case.view(stage.name))
+            _require_influences(case.view(stage.name))
         build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
 
 
@@ -72,17 +71,28 @@ def _require_stage(view: StageView) -> None:
     """Gears mesh and assemble; FE meshes can be made, or their files are there and in place."""
     require_assembly(view, stage_geometry(view))
     for name in view.fe_parts:
-        _require_file(view, name)
-    require_fe_meshes(view)
+        part: Ring | Carrier = getattr(view, name)
+        if part.fe_mesh == "generate":
+            require_generated(view, name)
+        else:
+            _require_file(view, name, Path(str(part.fe_mesh_file)))
 
 
-def _require_file(view: StageView, name: str) -> None:
-    part: Ring | Carrier = getattr(view, name)
-    file = Path(str(part.fe_mesh_file))
-    if part.fe_mesh != "generate" and not file.is_file():
+def _require_file(view: StageView, name: str, file: Path) -> None:
+    from flexgear.structures.build import require_file  # half of the package
+
+    if not file.is_file():
         key = f"{name}.fe_mesh_file"
         problem = "is a folder" if file.is_dir() else "there is no such file"
         raise InputError(view.source, key, f"{file}: {problem}", "check the path")
+    require_file(view, name)
+
+
+def _require_influences(view: StageView) -> None:
+    if "fe" in (view.gear_mesh.tooth_compliance, view.gear_mesh.root_stress):
+        from flexgear.structures.tooth_influence import require_influences  # half of the package
+
+        require_influences(view)
 
 
 def stand_ins(view: StageView) -> tuple[ReducedBody | None, ReducedBody | None]:

@@ -6,17 +6,15 @@ speeds; of its p ports p − M need a torque, for the torque system is the trans
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.members import Members, Port, Tie
 from flexgear.model.errors import InputError
+from flexgear.model.units import RPM
 
 Array = NDArray[np.float64]
 RANK = 1e-9
-RPM = 30.0 / math.pi
 
 
 def tie_matrix(members: Members, ties: tuple[Tie, ...]) -> Array:

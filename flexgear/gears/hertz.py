@@ -30,8 +30,8 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+import scipy  # which loads its parts as they are named
 from numpy.typing import NDArray
-from scipy.integrate import quad
 
 Array = NDArray[np.float64]
 Reference = Literal["point", "layer", "length"]
@@ -140,8 +140,8 @@ def layer_constant(poisson: float) -> float:
     def share(t: float) -> float:
         return float(layer_share(np.array(t), poisson))
 
-    near = quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
-    far = quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
+    near = scipy.integrate.quad(lambda t: share(t) / t, 0.0, 1.0, epsabs=1e-13)[0]
+    far = scipy.integrate.quad(lambda t: (share(t) - 1) / t, 1.0, _ONE, epsabs=1e-13)[0]
     return float(0.5 - np.euler_gamma + near + far)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy  # which loads its parts as they are named
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
-from scipy.interpolate import PchipInterpolator
 
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.time_series import Followed
@@ -90,7 +90,7 @@ class TimeHistory(Section):
             at = np.searchsorted(times + _SAME_TIME * np.abs(times), t, side="left") - 1
             return values[np.clip(at, 0, len(values) - 1)]
         if self._smooth:
-            curve = PchipInterpolator(times, values)
+            curve = scipy.interpolate.PchipInterpolator(times, values)
             return np.asarray(curve(np.clip(t, times[0], times[-1])))
         return np.interp(t, times, values)
 
@@ -102,7 +102,7 @@ class TimeHistory(Section):
         times, values = np.asarray(self.times), np.asarray(self.values)
         within = (t > times[0]) & (t < times[-1])
         if self._smooth:
-            return np.where(within, PchipInterpolator(times, values)(t, 1), 0.0)
+            return np.where(within, scipy.interpolate.PchipInterpolator(times, values)(t, 1), 0.0)
         slopes = np.append(np.diff(values) / np.diff(times), 0.0)
         return np.where(within, slopes[np.searchsorted(times, t, side="right") - 1], 0.0)
 

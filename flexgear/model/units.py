@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
+RPM = 30.0 / math.pi  # r/min per rad/s
 _DEG = math.pi / 180.0
 
 # suffix -> (multiply by, divide by): one of the two is 1, so that 430 mm is 0.43 to the last bit

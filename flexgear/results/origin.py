@@ -15,13 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_CASE, read_text, require_regular
-from flexgear.structures.fe_mesh import fe_mesh_case
 
 _MOST = 1 << 40  # bytes of a dataset, of which only the attributes are read
 _REPORT = re.compile(r'<meta name="flexgear-case" content="([^"]*)">')
@@ -69,8 +66,10 @@ def origin_of(path: Path) -> Origin | None:
 
 
 def _of_dataset(path: Path) -> Origin | None:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        attrs = dict(data.attrs)
+    import h5py  # only where there is a dataset
+
+    with h5py.File(path) as data:
+        attrs = {name: data.attrs[name] for name in ("title", "case", "parameters")}
     if not str(attrs["title"]).startswith("flexgear "):
         return None
     return Origin(str(attrs["case"]), _text(json.loads(attrs["parameters"]).get("source", "")))
@@ -90,6 +89,8 @@ def _of_report(path: Path) -> Origin | None:
 
 
 def _of_fe_mesh(path: Path) -> Origin | None:
+    from flexgear.structures.fe_mesh import fe_mesh_case  # likewise
+
     name = fe_mesh_case(path)
     return Origin(name) if name else None
 

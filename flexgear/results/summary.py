@@ -13,7 +13,9 @@ from typing import Any, cast
 import numpy as np
 import xarray as xr
 
+from flexgear.files.plain import plain
 from flexgear.model.errors import FlexgearError
+from flexgear.model.units import RPM
 from flexgear.results.contact_share import pairs_in_contact
 from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
@@ -23,7 +25,6 @@ from flexgear.results.stage_part import ring_forces, ring_group, stage_part, wit
 from flexgear.results.group_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
-RPM = 60 / (2 * math.pi)
 MICRO = 1e6
 
 LOWEST = 12  # modes that a summary lists
@@ -225,23 +226,6 @@ def lacking(summary: Mapping[str, Any]) -> list[str]:
 def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
     """Figures with None where one is infinite, which a summary cannot hold."""
     return {name: value if math.isfinite(value) else None for name, value in figures.items()}
-
-
-def plain(value: Any) -> Any:
-    """Mappings, lists, text and Python numbers only, from numpy and xarray values."""
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, xr.DataArray):
-        value = value.to_numpy()
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if value is None or isinstance(value, (str, bool, int, float)):
-        return value
-    raise FlexgearError(f"a summary cannot hold a {type(value).__name__}")
 
 
 def missing(found: Any, wanted: Any, at: str = "") -> Iterator[str]:

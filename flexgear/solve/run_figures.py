@@ -16,11 +16,11 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.root_stress import largest_root_stress
 from flexgear.model.case import Case
 from flexgear.model.stage_view import StageView
+from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
 from flexgear.results.root_stress import root_figures
 from flexgear.results.summary import (
-    RPM,
     distance_summary,
     drop_summary,
     finite,

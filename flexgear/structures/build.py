@@ -54,27 +54,19 @@ _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodi
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
 
 
-def require_fe_meshes(view: StageView) -> None:
-    """Raise InputError for what either FE mesh would be refused for, without generating any.
+def require_file(view: StageView, part: str) -> None:
+    """InputError for what the file of "ring" or "carrier", FE mesh or matrices, is refused for.
 
-    A file whose reduced body is kept was in place when that was made: the key says for what.
+    An FE mesh whose reduced body is kept was in place when that was made: the key says for what.
     """
-    if "ring" not in view.fe_parts:
-        pass
-    elif view.ring.fe_mesh == "generate":
-        RingMeshParameters.from_case(view).check()
-    elif view.ring.fe_mesh == "reduced":
-        given_ring(view)
-    elif not is_kept(ring_key(view)):
-        ring_of_case(view)
-    if "carrier" not in view.fe_parts:
-        return
-    if view.carrier.fe_mesh == "generate":
-        CarrierMeshParameters.from_case(view).check()
-    elif view.carrier.fe_mesh == "reduced":
-        given_carrier(view)
-    elif not is_kept(_carrier_key(view)):
-        carrier_of_case(view)
+    reduced, key, fe_mesh = {
+        "ring": (given_ring, ring_key, ring_of_case),
+        "carrier": (given_carrier, _carrier_key, carrier_of_case),
+    }[part]
+    if getattr(view, part).fe_mesh == "reduced":
+        reduced(view)
+    elif not is_kept(key(view)):
+        fe_mesh(view)
 
 
 def ring_body(

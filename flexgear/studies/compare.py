@@ -15,8 +15,8 @@ from flexgear.gears.bearing_life import (
 )
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
+from flexgear.model.units import RPM
 from flexgear.results.group_sharing import sharing_figures
-from flexgear.results.summary import RPM
 from flexgear.solve.bodies import Progress, silent
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
 from flexgear.solve.linear import why_not_linear

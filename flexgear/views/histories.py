@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from flexgear.model.units import RPM
 from flexgear.views.loads import finish_x
 from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, variable, windowed
 from flexgear.views.style import (
     KILO,
     NEUTRAL,
-    RPM,
     panels,
     planet_colour,
     styled,

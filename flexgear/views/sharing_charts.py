@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.units import RPM
 from flexgear.views.mode_charts import campbell_chart, modes_chart
 from flexgear.views.select import variable
 from flexgear.views.style import (
@@ -25,7 +26,6 @@ from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
-    RPM,
     FloatArray,
     panels,
     planet_colour,

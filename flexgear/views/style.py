@@ -54,7 +54,6 @@ DIVERGING_MAP = "RdBu_r"
 MICRO = 1e6  # m -> µm, rad -> µrad
 KILO = 1e-3  # N -> kN
 MEGA = 1e-6  # Pa -> MPa
-RPM = 30.0 / pi  # rad/s -> r/min
 N_PER_M_TO_N_PER_UM = 1e-6  # N/m -> N/µm
 
 FULL_WIDTH_MM = 183.0

@@ -24,13 +24,13 @@ from matplotlib.ticker import (
 )
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.units import RPM
 from flexgear.views.mode_charts import TYPE_COLOURS
 from flexgear.views.select import variable
 from flexgear.views.style import (
     MICRO,
     NEUTRAL,
     PLANET_COLOURS,
-    RPM,
     SEQUENTIAL_MAP,
     FloatArray,
     panels,

@@ -11,7 +11,8 @@ from flexgear.results.dataset import save
 from flexgear.results.dataset_file import open_lazily
 from flexgear.results.pieces import between, pieces
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.results.summary import RPM, steady_summary, torque_step_summary
+from flexgear.model.units import RPM
+from flexgear.results.summary import steady_summary, torque_step_summary
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.run_figures import transient_summary
 

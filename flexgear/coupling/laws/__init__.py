@@ -17,13 +17,11 @@ ring their rows act. To add one: write its file, and enter it in ``LAWS``.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numba import njit
-from numba.core.errors import NumbaExperimentalFeatureWarning
 
+from flexgear.coupling.compiled import njit
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
     HELD_RATE,
@@ -38,9 +36,6 @@ from flexgear.coupling.laws.law import Array, Law
 from flexgear.coupling.laws.rollers import ROLLERS
 from flexgear.coupling.laws.slices import SLICES
 from flexgear.model.errors import FlexgearError
-
-# numba's word for calling functions by address, which works since 0.49
-warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 BASIC = (LINEAR, ONE_SIDED, GIVEN_FORCE, LINEAR_RATE, HELD_RATE)
 LAWS: tuple[Law, ...] = (*BASIC, SLICES, COUPLED_SLICES, CLEARANCE, ROLLERS)

@@ -19,9 +19,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.laws.law import Array, Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 

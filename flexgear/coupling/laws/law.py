@@ -8,19 +8,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import cfunc, types
 from numpy.typing import NDArray
 
-from flexgear.coupling.compile_cache import live_without_room
 from flexgear.model.springs import Bearing
 
 Array = NDArray[np.float64]
 CENTERING = 1e-4  # of its stiffness: what a bearing with a law keeps as a spring about its middle
-SIGNATURE = types.float64(
-    types.float64[::1], types.float64[:, ::1], types.float64[:, ::1], types.float64[:, :, ::1]
-)
-
-live_without_room()  # laws are the first that is compiled
 
 
 @dataclass(frozen=True)
@@ -46,4 +39,13 @@ class Law:
 def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
     """What gives the function compiled so that it can be called by its address; it is compiled when
     that is first asked for."""
-    return cache(lambda: cfunc(SIGNATURE, cache=True, error_model="numpy")(function))
+
+    @cache
+    def compiled() -> Any:
+        from numba import cfunc, types
+
+        real = types.float64
+        signature = real(real[::1], real[:, ::1], real[:, ::1], real[:, :, ::1])
+        return cfunc(signature, cache=True, error_model="numpy")(function)
+
+    return compiled

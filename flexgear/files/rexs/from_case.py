@@ -22,8 +22,7 @@ from flexgear.model.member_load import MemberLoad
 from flexgear.model.ports import Input, Output
 from flexgear.model.springs import Springs
 from flexgear.model.stage import Stage
-
-RPM = 60.0 / (2.0 * math.pi)
+from flexgear.model.units import RPM
 
 
 def model_of_case(case: Case) -> Outgoing:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from typing import Any
 
@@ -23,8 +22,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.load import case_of_toml
-
-RPM = 60.0 / (2.0 * math.pi)
+from flexgear.model.units import RPM
 
 
 class PortWriter:

@@ -7,7 +7,7 @@ points, so min g ≤ g ≤ max g anywhere.
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
+import scipy  # which loads its parts as they are named
 
 from flexgear.gears.modifications.flank import Array, Flank, Gap
 from flexgear.model.flank_table import FlankTable
@@ -30,7 +30,7 @@ def table(given: FlankModifications, flank: Flank) -> Gap | None:
             f"±{1e3 * flank.half_face:g} mm",
             "count z from the middle of the face, or check the unit",
         )
-    between = RegularGridInterpolator((_two(rho), _two(z)), _values(given.table))
+    between = scipy.interpolate.RegularGridInterpolator((_two(rho), _two(z)), _values(given.table))
 
     def gap(rho_at: Array, z_at: Array) -> Array:
         points = np.broadcast_arrays(np.clip(rho_at, rho[0], rho[-1]), np.clip(z_at, z[0], z[-1]))

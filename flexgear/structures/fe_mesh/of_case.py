@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 
+def require_generated(view: StageView, part: str) -> None:
+    """InputError for what the FE mesh of "ring" or "carrier" would be refused for, which is not
+    generated."""
+    generator = RingMeshParameters if part == "ring" else CarrierMeshParameters
+    generator.from_case(view).check()
+
+
 def ring_of_case(view: StageView) -> FeMesh:
     """Ring gear as [ring] says; patches as in ring.py."""
     p = RingMeshParameters.from_case(view)

@@ -216,9 +216,9 @@ def test_the_opposite_motion_puts_a_file_back(
     found = BODIES[body][0](case)
     assert np.abs(found.points - plain.points).max() < 1e-12
     np.testing.assert_array_equal(found.cells, plain.cells)
-    build.require_fe_meshes(case)
+    build.require_file(case, body)
     with pytest.raises(InputError, match=rf"own\.{suffix}: .* set {body}\.fe_mesh_shift_mm = \["):
-        build.require_fe_meshes(own(bundled(), body, path))
+        build.require_file(own(bundled(), body, path), body)
 
 
 def test_one_number_is_along_or_about_the_axis() -> None:
@@ -270,9 +270,9 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     read = []
     monkeypatch.setattr(build, "ring_of_case", read.append)
     monkeypatch.setattr(build, "is_kept", lambda key: key == keys[0])
-    build.require_fe_meshes(plain)
+    build.require_file(plain, "ring")
     assert not read
-    build.require_fe_meshes(plain.with_(**{"stage.planet_hand": "left"}))
+    build.require_file(plain.with_(**{"stage.planet_hand": "left"}), "ring")
     assert len(read) == 1
     assert plain.bodies_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).bodies_hash()
 

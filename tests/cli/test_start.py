@@ -1,0 +1,88 @@
+"""What a command loads before it says its first word, and what it leaves to commands that work."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from flexgear.cli.commands import COMMANDS, UNCOMPILED, is_compiled, whole_command
+from flexgear.coupling.build import build_system
+from flexgear.coupling.workable import RIGID, stand_ins
+from flexgear.model.load import load_case
+
+SOLVES = {"numba", "xarray", "pandas", "h5netcdf", "h5py", "skfem", "gmsh", "meshio", "cvxopt"}
+SHOWS = {"matplotlib", "pyvista", "plotly", "PIL", "jinja2"}
+MODEL = {"numpy", "scipy", "pydantic", "flexgear.model.case", "flexgear.gears"}
+
+
+def loaded(*arguments):
+    """Names of all modules that a command of its own has imported when it ends."""
+    code = (
+        "import sys, atexit\n"
+        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+        "from flexgear.cli import main\n"
+        f"main({list(arguments)!r})\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return set(done.stderr.split()), done.stdout
+
+
+@pytest.mark.parametrize("option", ["--help", "--version"])
+def test_help_and_version_load_nothing_of_what_commands_need(option):
+    modules, _ = loaded(option)
+    assert not modules & (MODEL | SOLVES | SHOWS)
+
+
+def test_check_loads_neither_solvers_nor_pictures():
+    modules, shown = loaded("check", "wind-5mw")
+    assert "input power" in shown
+    assert not modules & (SOLVES | SHOWS | {"flexgear.analysis", "flexgear.views", "rich"})
+
+
+def test_a_command_that_solves_compiles():
+    assert is_compiled(["modes", "wind-5mw"]) and is_compiled([]) and is_compiled(["--help"])
+    assert not is_compiled(["--debug", "check", "wind-5mw"])
+    assert set(UNCOMPILED) < set(COMMANDS)
+
+
+def test_every_line_of_the_list_is_whole_and_every_command_there():
+    _, shown = loaded("--help")
+    for name, home in COMMANDS.items():
+        assert home.about in shown
+        assert whole_command(name).help.strip()
+
+
+CASES = [
+    ("wind-5mw", {}),
+    ("wind-5mw", {"gear_mesh.model": "face_load"}),
+    ("herringbone", {}),
+    ("nrel-5mw", {}),
+    ("grc-750kw", {}),
+]
+ROLLING = """
+import sys
+import numpy as np
+from test_start import CASES, rolling
+np.savez(sys.argv[1], *[rolling(*case) for case in CASES])
+assert "numba" not in sys.modules
+"""
+
+
+def rolling(name, keys):
+    """Motions of the bodies as a train turns, its flexible ones rigid."""
+    case = load_case(name, keys)
+    bodies = {stage: stand_ins(view) for stage, view in case.flexible_stages.items()}
+    return build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False).rolling
+
+
+def test_loops_that_are_not_compiled_give_the_same(tmp_path):
+    paths = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
+    env = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
+    file = tmp_path / "rolling.npz"
+    subprocess.run([sys.executable, "-c", ROLLING, file], env=env, check=True, timeout=120)
+    with np.load(file) as plain:
+        for case, values in zip(CASES, plain.values(), strict=True):
+            np.testing.assert_allclose(values, rolling(*case), rtol=1e-12, atol=1e-14)
