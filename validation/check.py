@@ -2,33 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
-from ledger import PAPERS, Ledger, Paper
+from ledger import PAPERS, Entry, Ledger, Paper
 from page import write_page
-from rows import failures
-
-EACH = pytest.mark.parametrize("paper", PAPERS, ids=lambda p: p.name)
+from rows import AGAINST, Picture, Row, failures
 
 
-@EACH
-def test_paper_is_computed(paper: Paper, ledger: Ledger) -> None:
+@pytest.mark.parametrize("paper", PAPERS, ids=lambda p: p.name)
+def test_paper_is_computed_and_its_demanded_rows_hold(paper: Paper, ledger: Ledger) -> None:
     entry = ledger.entry(paper.name)
     assert not entry.trouble, entry.trouble
     assert entry.rows and entry.pictures
     assert all(
         (ledger.folder / paper.name / p.file).stat().st_size > 10_000 for p in entry.pictures
     )
-
-
-@EACH
-def test_demanded_rows_hold(paper: Paper, ledger: Ledger) -> None:
-    missed = failures(ledger.entry(paper.name).rows)
+    missed = failures(entry.rows)
     assert not missed, missed
 
 
-def test_page_shows_every_row_and_picture(ledger: Ledger) -> None:
+def test_page_shows_every_row_and_picture_and_what_rows_are_compared_with(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path, "quick", "now")
+    row = Row("hu2023", "Table 1", "speed", "1 rpm", "1.01 rpm", "2 %", True)
+    rows = tuple(replace(row, quantity=f"speed {k}", against=k) for k in AGAINST)
+    drawn = (Picture("a.png", "A"), Picture("b.png", "B"))
+    ledger.save(Entry("hu2023", "Hu et al.", rows, drawn, "2026-01-01", "now"))
+    ledger.save(Entry("grc", "GRC", rows[:1], drawn[:1], "2026-01-01", "before"))
     text = write_page(ledger).read_text("utf-8")
-    for entry in ledger.entries():
-        assert f'<h2 id="{entry.name}">' in text
-        assert text.count(f'<img src="{entry.name}/') == len(entry.pictures)
-    assert text.count("<td><span class=") >= sum(len(e.rows) for e in ledger.entries())
+    for name, pictures in (("hu2023", 2), ("grc", 1), ("ren2021", 0)):
+        assert f'<h2 id="{name}">' in text
+        assert text.count(f'<img src="{name}/') == pictures
+    assert text.count("an earlier run") == 1 and text.count("failed or missing") == len(PAPERS) - 2
+    for against, meaning in AGAINST.items():
+        met = 2 if against == row.against else 1
+        assert f'<tr><td>{against}</td><td class="met">{met}</td>' in text and meaning in text
+        assert f"<td>1.01 rpm</td><td>{against}</td><td>2 %</td>" in text
+
+
+def test_a_demanded_row_says_what_it_is_compared_with() -> None:
+    for against in ("", "somebody"):
+        with pytest.raises(ValueError, match="compared with"):
+            Row("hu2023", "Table 1", "speed", "1 rpm", "1 rpm", "exact", True, against=against)

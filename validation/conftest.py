@@ -2,14 +2,17 @@
 
 `pytest validation` takes the FE meshes of the case's own fidelity (standard). For a reduced set
 give ``--fidelity quick`` or set FLEXGEAR_FIDELITY=quick. However the tests end, the page over all
-papers is written to results/validation/index.html.
+papers is written to results/validation/index.html, of workers (``-n 2``) by the process that hands
+out their tests.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import uuid
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,21 +37,22 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     folder = Path(config.rootpath) / "results" / "validation"
-    config.stash[LEDGER] = Ledger(folder, str(config.getoption("--fidelity")))
+    worker = getattr(config, "workerinput", {})
+    run = str(worker.get("run", uuid.uuid4()))
+    config.stash[LEDGER] = Ledger(folder, str(config.getoption("--fidelity")), run)
+
+
+def pytest_configure_node(node: Any) -> None:
+    """Workers know which run of the tests they belong to."""
+    node.workerinput["run"] = node.config.stash[LEDGER].run
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Write the common page, whatever failed."""
     ledger = session.config.stash[LEDGER]
-    if ledger.found:
+    is_worker = hasattr(session.config, "workerinput")
+    if not is_worker and any(entry.run == ledger.run for entry in ledger.entries()):
         print(f"\n{write_page(ledger)}")
-
-
-def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Module | None:
-    """`check.py` of every paper holds tests."""
-    if file_path.name != "check.py":
-        return None
-    return pytest.Module.from_parent(parent, path=file_path)
 
 
 @pytest.fixture(scope="session")

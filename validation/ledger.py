@@ -1,7 +1,7 @@
-"""Every paper's rows and pictures, made once a session and kept for the common page.
+"""Every paper's rows and pictures, made once a run of the tests and kept for the common page.
 
-What a session finds for a paper is written to `<folder>/<paper>/rows.json`; the page shows papers
-that were not run from there, with the time they were found. A paper without either is missing.
+What a run finds for a paper is written to `<folder>/<paper>/rows.json`, by whichever worker
+computed it; the page is made from there, and says which papers an earlier run computed.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import json
 import traceback
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -40,7 +40,7 @@ PAPERS = (
     Paper("yang2019"),
     Paper("ren2021"),
     Paper("hu2023"),
-    Paper("grc", by_fidelity=True),
+    Paper("grc"),
     Paper("face_load", by_fidelity=True),
     Paper("solid_contact", by_fidelity=True),
     Paper("tan2023", "on_page", "on_page", detail="index.html", by_fidelity=True),
@@ -49,34 +49,37 @@ PAPERS = (
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of a paper; ``trouble``: why it could not be computed; ``made``: ISO time."""
+    """What is known of a paper; ``trouble``: why it could not be computed; ``made``: ISO time;
+    ``run``: name of the run of the tests that computed it."""
 
     name: str
     title: str
     rows: tuple[Row, ...] = ()
     pictures: tuple[Picture, ...] = ()
     made: str = ""
+    run: str = ""
     trouble: str = ""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Ledger:
-    """Rows and pictures of all papers, each computed at its first use only."""
+    """Rows and pictures of all papers, each computed once a run of the tests."""
 
     folder: Path
     fidelity: str
-    found: dict[str, Entry] = field(default_factory=dict)
+    run: str
 
     def entry(self, name: str) -> Entry:
-        """The paper's rows and pictures, or what went wrong, computed once a session."""
-        if name not in self.found:
-            self.found[name] = self._computed(next(p for p in PAPERS if p.name == name))
-            self._save(self.found[name])
-        return self.found[name]
+        """The paper's rows and pictures, or what went wrong, computed once a run."""
+        saved = self._saved(name)
+        if saved.run != self.run:
+            saved = self._computed(next(p for p in PAPERS if p.name == name))
+            self.save(saved)
+        return saved
 
     def entries(self) -> list[Entry]:
-        """All papers as of now: of this session, else saved by an earlier one, else missing."""
-        return [self.found.get(p.name) or self._saved(p.name) for p in PAPERS]
+        """All papers as of now, saved by this run or by an earlier one, else missing."""
+        return [self._saved(p.name) for p in PAPERS]
 
     def _computed(self, paper: Paper) -> Entry:
         made = datetime.now().astimezone().isoformat(timespec="minutes")
@@ -91,14 +94,16 @@ class Ledger:
             drawing = importlib.import_module(f"{paper.name}.{paper.pictures}")
             pictures = tuple(drawing.draw(folder, *given))
         except Exception:  # the page must still be written, and says so
-            return Entry(paper.name, title, rows, pictures, made, traceback.format_exc(limit=-3))
-        trouble = "" if rows else "no rows"
-        return Entry(paper.name, title, rows, pictures, made, trouble)
+            trouble = traceback.format_exc(limit=-3)
+        else:
+            trouble = "" if rows else "no rows"
+        return Entry(paper.name, title, rows, pictures, made, self.run, trouble)
 
     def _file(self, name: str) -> Path:
         return self.folder / name / "rows.json"
 
-    def _save(self, entry: Entry) -> None:
+    def save(self, entry: Entry) -> None:
+        """Keep what is known of a paper for the page."""
         self._file(entry.name).parent.mkdir(parents=True, exist_ok=True)
         with atomic_file(self._file(entry.name)) as temporary:
             temporary.write_text(json.dumps(asdict(entry), indent=1), encoding="utf-8")

@@ -14,6 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
+PRINT = "print"
+INDEPENDENT = "independent code"
+CLOSED_FORM = "closed form"
+FLEXGEAR = "flexgear, another way"
+STORED = "own stored figures"
+AGAINST = {  # what a computed figure stands beside, as the page explains it
+    PRINT: "figures and statements of papers, in tables of validation/ that nothing here writes",
+    INDEPENDENT: "equations of papers written down without flexgear, CalculiX, plane FE contact",
+    CLOSED_FORM: "what equilibrium or geometry demands of any gearbox",
+    FLEXGEAR: "flexgear with finer divisions, other solvers or other bodies: a check of itself",
+    STORED: "what flexgear gave when the row was stored: a guard against changes unseen, no proof",
+}
+
 
 @dataclass(frozen=True)
 class Row:
@@ -21,7 +34,8 @@ class Row:
 
     paper: the package's name; where: table, figure or equation; published and computed: text with
     units; tolerance: what counts as met, in words; holds: None where nothing is demanded, only
-    reported; why: the reason for the tolerance, or for a difference.
+    reported; why: the reason for the tolerance, or for a difference; against: what the computed
+    figure is compared with, of ``AGAINST``, "" where nothing stands beside it.
     """
 
     paper: str
@@ -32,8 +46,13 @@ class Row:
     tolerance: str
     holds: bool | None
     why: str = ""
+    against: str = PRINT
 
     def __post_init__(self) -> None:
+        if self.against not in {*AGAINST, ""}:
+            raise ValueError(f"{self.quantity}: compared with {self.against!r}, of none known")
+        if self.holds is not None and not self.against:
+            raise ValueError(f"{self.quantity}: demanded, but compared with nothing")
         if self.holds is not None:  # comparisons of numpy give its own bool, which JSON refuses
             object.__setattr__(self, "holds", bool(self.holds))
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rows import Row
+from rows import STORED, Row
 from scipy.optimize import nnls
 
 from flexgear.files.atomic import atomic_file
@@ -45,7 +45,7 @@ TILTS = (-0.5, -0.15, 0.0, 0.15, 0.5)  # of the approach, over the face
 POSITIONS = (0.1, 0.35, 0.6, 0.85)  # of a base pitch
 ALONG = 41  # places of the face
 WAYS = ("without", "rows", "all")
-STORED = Path(__file__).with_name("rim.csv")
+TABLE = Path(__file__).with_name("rim.csv")
 SAME = 0.02
 
 
@@ -213,7 +213,7 @@ def computed() -> dict[tuple[str, float], tuple[float, ...]]:
 
 def stored() -> dict[tuple[str, float], tuple[float, ...]]:
     """rim.csv, as ``computed``."""
-    with STORED.open(encoding="utf-8", newline="") as stream:
+    with TABLE.open(encoding="utf-8", newline="") as stream:
         return {
             (line["case"], float(line["tilt"])): tuple(float(line[way]) for way in WAYS)
             for line in csv.DictReader(stream)
@@ -235,14 +235,15 @@ def rows(again: bool) -> list[Row]:
             text, demand, holds = f"{text}; {100 * off:.2f} % off", f"{100 * SAME:g} %", off < SAME
         name = f"K_Hβ of the ring, its rim within a tooth, tilted by {tilt:g} of the approach"
         why = "pairs feel shapes of their neighbours by resultants; other bodies held; stored"
-        found.append(Row("face_load", case, name, "–", text, demand, holds, why))
+        against = STORED if again else ""
+        found.append(Row("face_load", case, name, "–", text, demand, holds, why, against))
     return found
 
 
 def main() -> None:
     """Compute and write rim.csv."""
     found = computed()
-    with atomic_file(STORED) as path, path.open("w", encoding="utf-8", newline="") as stream:
+    with atomic_file(TABLE) as path, path.open("w", encoding="utf-8", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
         out.writerow(["case", "tilt", *WAYS])
         for (case, tilt), factors in found.items():

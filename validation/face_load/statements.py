@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rows import Row
+from rows import FLEXGEAR, Row
 
 from face_load import by_fe, rim
 from face_load.runs import Even, even, gained, proposal, stages
@@ -32,7 +32,7 @@ def sought(case: str, fidelity: str) -> list[str]:
 
 
 def _reported(case: str, quantity: str, text: str, why: str) -> Row:
-    return Row("face_load", case, quantity, "–", text, "reported", None, why)
+    return Row("face_load", case, quantity, "–", text, "reported", None, why, "")
 
 
 def _pair(case: str, group: str, rigid: Even, bends: Even) -> Row:
@@ -79,6 +79,7 @@ def _proposals(case: str, fidelity: str, stage: str) -> list[Row]:
                 "does not rise by 2 %",
                 after < 1.02 * before,
                 amounts,
+                FLEXGEAR,
             )
         )
     return found
@@ -120,5 +121,6 @@ def _slices(fidelity: str) -> list[Row]:
             "1 %",
             worst < 0.01,
             "slices beside each other",
+            FLEXGEAR,
         )
     ]

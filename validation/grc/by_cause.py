@@ -11,7 +11,7 @@ import math
 import re
 import sys
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ import flexgear as fg
 from flexgear.files.atomic import atomic_file
 from flexgear.gears.radii import stage_radii
 from flexgear.solve.angles import lead_angles
+from flexgear.solve.model import Model
 from grc.causes import Cause, every_cause
 
 HERE = Path(__file__).parent
@@ -42,14 +43,24 @@ TABLE = re.compile(r"(?<=<!-- causes -->\n).*?(?=<!-- end -->)", re.DOTALL)
 class Figures:
     """Of equilibria over a turn of the carrier.
 
-    factor: largest force on a pin over the mean of all (–); row: largest load of a row over half
-    that mean (–), NaN without rollers; held: largest resultant in their plane of the gear meshes of
-    the sun, by which its shaft and its weight hold it, N.
+    excess: largest force on a pin over the mean of all, less one (–); row_excess: largest load of a
+    row over half that mean, less one (–), NaN without rollers; held: largest resultant in their
+    plane of the gear meshes of the sun, by which its shaft and its weight hold it, N.
     """
 
-    factor: float
-    row: float
+    excess: float
+    row_excess: float
     held: float
+
+    @property
+    def factor(self) -> float:
+        """K_gamma."""
+        return 1.0 + self.excess
+
+    @property
+    def row(self) -> float:
+        """Of the worst row."""
+        return 1.0 + self.row_excess
 
 
 @dataclass(frozen=True)
@@ -63,21 +74,35 @@ class Found:
     direction: float
 
 
-def figures(cause: Cause, direction: float | None = None) -> Figures:
-    """Without the rotor moment, or with it in a direction, rad from x."""
-    moment = np.zeros(3)
-    if direction is not None:
-        moment[:2] = cause.moment * np.array([np.cos(direction), np.sin(direction)])
-    keys = {**QUICK, **cause.keys, "loads.0.moment_nm": str(moment.round(6).tolist())}
+def put_together(cause: Cause) -> Model:
+    """The case of a cause without the rotor moment."""
     none: dict[str, Any] = {f"stages.0.{name}.rollers": None for name in cause.linear}
-    model = fg.assemble(fg.load_case("grc-750kw", keys).with_(**none))
+    keys = {**QUICK, **cause.keys, "loads.0.moment_nm": "[0, 0, 0]"}
+    return fg.assemble(fg.load_case("grc-750kw", keys).with_(**none))
+
+
+def figures(cause: Cause, model: Model, direction: float | None = None) -> Figures:
+    """Without the rotor moment, or with it in a direction, rad from x; ``model`` is the cause's."""
+    if direction is not None:
+        moment = cause.moment * np.array([np.cos(direction), np.sin(direction), 0.0])
+        model = _loaded(model, tuple(moment.round(6).tolist()))
     static = fg.static(model, lead_angles(model.case, model.flow, ANGLES, "lss"))
     pins = np.linalg.norm(static.planet_bearing_force.values[..., :2], axis=-1)
     row = math.nan
     if "planet_bearing" not in cause.linear:
-        row = float(2 * static.planet_bearing_row_load.max() / pins.mean())
+        row = float(2 * static.planet_bearing_row_load.max() / pins.mean()) - 1.0
     beta = stage_radii(model.case.view("lss")).base_helix_angle
-    return Figures(float(pins.max() / pins.mean()), row, math.cos(beta) * _resultant(static))
+    held = math.cos(beta) * _resultant(static)
+    return Figures(float(pins.max() / pins.mean()) - 1.0, row, held)
+
+
+def _loaded(model: Model, moment: tuple[float, ...]) -> Model:
+    """The same under a moment on the carrier, which enters neither matrices nor modes."""
+    case = model.case.with_(**{"loads.0.moment": moment})
+    loaded = fg.assemble(case, bodies=model.bodies)
+    loaded = replace(loaded, made=replace(model.modal, system=loaded.system))
+    vars(loaded)["rim_stress"] = model.rim_stress  # rows by FE meshes alone
+    return loaded
 
 
 def _resultant(static: xr.Dataset) -> float:
@@ -91,10 +116,17 @@ def _resultant(static: xr.Dataset) -> float:
 def found(cause: Cause) -> Found:
     """In pure torque and under the moment in all directions."""
     turned = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    moments = [figures(cause, float(angle)) for angle in turned]
+    model = put_together(cause)
+    moments = [figures(cause, model, float(angle)) for angle in turned]
     worst = Figures(*(max(each) for each in zip(*map(astuple, moments), strict=True)))
-    about = turned[int(np.argmax([one.factor for one in moments]))]
-    return Found(cause.name, figures(cause), worst, float(np.degrees(about)))
+    about = turned[int(np.argmax([one.excess for one in moments]))]
+    return Found(cause.name, figures(cause, model), worst, float(np.degrees(about)))
+
+
+@cache
+def computed() -> dict[str, Found]:
+    """Every cause by its name, as of now."""
+    return {cause.name: found(cause) for cause in every_cause()}
 
 
 @cache
@@ -106,7 +138,7 @@ def stored() -> dict[str, Found]:
         line["cause"]: Found(
             line["cause"],
             *(
-                Figures(*(float(line[f"{load}_{key}"]) for key in ("factor", "row", "held")))
+                Figures(*(float(line[f"{load}_{key}"]) for key in ("excess", "row_excess", "held")))
                 for load in ("torque", "moment")
             ),
             float(line["direction"]),
@@ -142,7 +174,7 @@ def table() -> str:
 
 
 def _cells(part: Figures) -> list[str]:
-    row = "–" if math.isnan(part.row) else f"{part.row:.2f}"
+    row = "–" if math.isnan(part.row_excess) else f"{part.row:.2f}"
     return [f"{part.factor:.3f}", row, f"{1e-3 * part.held:.1f}"]
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from rows import Picture
 
 from flexgear.views.style import new_figure, panels, save_figure, styled
-from grc.by_cause import stored
+from grc.by_cause import computed
 from grc.statements import PUBLISHED, with_clearance
 
 CLEARANCES = (0.0, 0.1, 0.2, 0.3)  # mm on every side of the carrier bearings
 
 
-def draw(folder: Path, fidelity: str) -> list[Picture]:
+def draw(folder: Path) -> list[Picture]:
     """Two pictures."""
     save_figure(clearances(), folder / "clearance.png", dpi=160)
     save_figure(causes(), folder / "causes.png", dpi=160)
@@ -22,12 +22,12 @@ def draw(folder: Path, fidelity: str) -> list[Picture]:
         Picture(
             "clearance.png",
             "Load sharing over carrier bearing clearance",
-            "stored figures of grc/by_cause.py; dotted: measured, both with an unknown clearance",
+            "by grc/by_cause.py; dotted: measured, both with an unknown clearance",
         ),
         Picture(
             "causes.png",
             "Load sharing by cause",
-            "stored figures of grc/by_cause.py; dotted: measured without and with rotor moment",
+            "by grc/by_cause.py; dotted: measured without and with rotor moment",
         ),
     ]
 
@@ -37,7 +37,7 @@ def clearances():  # type: ignore[no-untyped-def]
     """Left: K of pins; right: the worst row; both in pure torque and under the rotor moment."""
     figure, axes = panels(1, 2, height_mm=80)
     left, right = axes[0]
-    found = [stored()[with_clearance(c)] for c in CLEARANCES]
+    found = [computed()[with_clearance(c)] for c in CLEARANCES]
     for name, load in (("pure torque", "torque"), ("rotor moment", "moment")):
         of_load = [getattr(one, load) for one in found]
         left.plot(CLEARANCES, [one.factor for one in of_load], "o-", label=name)
@@ -56,7 +56,7 @@ def clearances():  # type: ignore[no-untyped-def]
 @styled
 def causes():  # type: ignore[no-untyped-def]
     """Bars of K of pins for every cause, in pure torque and under the rotor moment."""
-    every = list(stored().values())
+    every = list(computed().values())
     figure = new_figure(height_mm=8.0 * len(every) + 20.0)
     axes = figure.add_subplot()
     place = np.arange(len(every))

@@ -1,13 +1,11 @@
-"""Contact of a tooth pair by CalculiX: what is stored, its deck, flexgear's slices beside it."""
+"""Contact of a tooth pair by CalculiX: what is stored, and its deck."""
 
 import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from ledger import Ledger
 from plane_contact.cases import material, pair, stage
-from rows import failures
 
 from solid_contact import stored
 from solid_contact.cases import APPROACH, RUNS
@@ -32,13 +30,6 @@ def small():
     """Three slices on a coarse section."""
     solid = replace(TILTED.solid, slices=3, grid=replace(TILTED.solid.grid, flank=10, coarse=1.4))
     return solid, both_bodies(GEARS, stage().stage.normal_module, solid)
-
-
-def test_statements_hold(ledger: Ledger) -> None:
-    """K_Hβ within 0.03 and largest line load within 5 % of CalculiX's with FE influences."""
-    entry = ledger.entry("solid_contact")
-    assert not entry.trouble, entry.trouble
-    assert not failures(entry.rows), failures(entry.rows)
 
 
 @pytest.mark.parametrize("name", RUNS)

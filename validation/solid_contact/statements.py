@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rows import Row
+from rows import INDEPENDENT, Row
 
 from solid_contact import face_load, stored
 
@@ -58,7 +58,7 @@ def _of(run: str, compliance: str) -> list[Row]:
 
     def row(quantity: str, published: str, computed: str, limit: str, holds: bool) -> Row:
         demand = (limit, holds) if asked else ("reported", None)
-        return Row("solid_contact", where, quantity, published, computed, *demand, why)
+        return Row("solid_contact", where, quantity, published, computed, *demand, why, INDEPENDENT)
 
     loads = [1e-6 * x.max() * len(x) / known.face_width for x in (known.forces, own.forces)]
     return [

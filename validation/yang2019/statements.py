@@ -312,7 +312,7 @@ def _absolute_lives() -> Iterable[Row]:
             PAPER, "Table 6", f"L10h of one planet bearing, {stage.replace('_', ' ')}",
             "not printed", f"{hours[0]:,.0f} h single, {hours[1]:,.0f} h double rotor at 5/5",
             "reported", None,
-            f"C = {rating / KILO:.0f} kN, one bearing a planet, rated load all the time",
+            f"C = {rating / KILO:.0f} kN, one bearing a planet, rated load all the time", "",
         )  # fmt: skip
 
 
@@ -327,5 +327,5 @@ def _rolling_power() -> Row:
         "not printed", f"{double / 1e6:.3f} MW double rotor at 5/5, {single / 1e6:.3f} MW single",
         "reported", None,
         "tooth losses go with it: forces halve, rolling speed more than doubles. Circulating power "
-        f"{loop:g} W, for both powers meet and leave by the sun",
+        f"{loop:g} W, for both powers meet and leave by the sun", "",
     )  # fmt: skip
