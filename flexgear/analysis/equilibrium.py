@@ -103,12 +103,14 @@ def revolution(
     angles: Array,
     torque: Array | float,
     progress: Callable[[float], None] | None = None,
+    theta: Array | None = None,
 ) -> Equilibrium:
     """Equilibria at independent rotations (p,) or (p, F) rad under a torque, N·m.
 
     torque: of the first port, scalar or (p,), the other given ports in their rated proportion; or
-    (p, P) for all ports. Raises FlexgearError where nothing holds the train or the closure is worse
-    than 1e-8 of the load.
+    (p, P) for all ports. theta: angles (p, A) rad of stages and frames, of the rolling train at
+    these rotations unless given. Raises FlexgearError where nothing holds the train or the closure
+    is worse than 1e-8 of the load.
     """
     system, pairs = modal.system, modal.system.pairs
     free, r = len(modal.input_rows), modal.rigid_count
@@ -117,7 +119,7 @@ def revolution(
         input_angles = np.column_stack([input_angles, *[np.zeros_like(input_angles)] * (free - 1)])
     count = len(input_angles)
     known = port_torques(system, torque, count)
-    theta = np.ascontiguousarray(system.theta(input_angles))
+    theta = np.ascontiguousarray(system.theta(input_angles) if theta is None else theta)
     train = held(modal)
     work = position_work(pairs, train, len(system.ports))
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)

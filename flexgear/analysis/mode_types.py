@@ -190,7 +190,7 @@ def strain_shares(
     strains nothing (rigid) all are zero.
     """
     energy = {
-        name: np.einsum("km,kl,lm->m", rows @ shapes, matrix, rows @ shapes)
+        name: np.sum((motion := rows @ shapes) * (matrix @ motion), axis=0)
         for name, (rows, matrix) in contributions.items()
     }
     total = np.sum(list(energy.values()), axis=0) if energy else np.zeros(shapes.shape[1])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.modes import row_vectors
+from flexgear.analysis.contact_springs import row_vectors
 from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import Drive
 from flexgear.coupling.elements import pair_rows

@@ -105,8 +105,13 @@ def modes(
         ),
     ] = None,
     angle_deg: Annotated[
-        float, typer.Option("--angle-deg", help="Rotation of the carrier (first input).")
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            "--angle-deg",
+            help="With gear meshes as they are at this rotation of the carrier (first input), and "
+            "not with their mean stiffness over a gear-mesh cycle.",
+        ),
+    ] = None,
     campbell: Annotated[
         bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders.")
     ] = False,
@@ -129,7 +134,7 @@ def modes(
         if campbell:
             data = over_speed(model, limit_hz=limit_hz)
         else:
-            angle = float(_turned(model, [angle_deg])[0])
+            angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])
             data = natural_modes(model, angle=angle, limit_hz=limit_hz)
     way.keep(data)
     if campbell:

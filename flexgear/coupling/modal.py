@@ -13,7 +13,7 @@ never enters a velocity (PHYSICS: it would add damping that is not there).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,12 +132,15 @@ def _modes_of_part(system: System, part: NDArray[np.int64]) -> tuple[Array, Arra
         return np.zeros(0), np.zeros((len(part), 0))
     values, vectors = linalg.eigh(0.5 * (k + k.T), 0.5 * (m + m.T))
     if values[0] <= 1e-9 * values[-1] * 1e-6:
-        raise FlexgearError(
-            "the coupled system can move freely somewhere (lowest elastic eigenvalue "
-            f"{values[0]:.3g} rad²/s²): a body has no support; check bearing, bolt and spline "
-            "stiffnesses"
-        )
+        raise FlexgearError(_loose(f"lowest elastic eigenvalue {values[0]:.3g} rad²/s²"))
     return np.sqrt(values), null @ vectors
+
+
+def _loose(why: str) -> str:
+    return (
+        f"the coupled system can move freely somewhere ({why}): a body has no support; check "
+        "bearing, bolt and spline stiffnesses"
+    )
 
 
 def modal_system(
@@ -168,17 +171,25 @@ def modal_system(
     modes = np.hstack([system.rigid, phi[:, order]])
     rest = phi[:, keep:]
     motion = (rest / omega[keep:] ** 2) @ (channels @ rest).T
+    kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
+    found = _reduced(system, modes, kept_omega, motion, channels)
+    return replace(found, choice=choice)
+
+
+def _reduced(
+    system: System, modes: Array, omega: Array, motion: Array, channels: Array
+) -> ModalSystem:
+    """The system in modes (d, n) of ω (n,) and the motion (d, n_c) that all others answer with."""
     residual = channels @ motion
     gyroscopic, centripetal = np.zeros((0, 0)), np.zeros((0, 0))
     if system.gyroscopic is not None and system.centripetal is not None:
         gyroscopic = np.ascontiguousarray(modes.T @ system.gyroscopic @ modes)
         centripetal = np.ascontiguousarray(modes.T @ system.centripetal @ modes)
-    kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
     return ModalSystem(
         system=system,
         modes=modes,
-        omega=kept_omega,
-        damping=system.damping.rate(kept_omega),
+        omega=omega,
+        damping=system.damping.rate(omega),
         channels=channels,
         channel_modes=np.ascontiguousarray(channels @ modes),
         residual=np.ascontiguousarray(0.5 * (residual + residual.T)),
@@ -188,9 +199,27 @@ def modal_system(
         rolling=modes.T @ (system.mass @ system.rolling),
         gyroscopic=gyroscopic,
         centripetal=centripetal,
-        dropped=len(omega) - keep,
-        choice=choice,
+        dropped=system.size - modes.shape[1],
     )
+
+
+def static_system(system: System) -> ModalSystem:
+    """No elastic mode kept: all of the train that bends answers statically, as in an equilibrium.
+
+    The answer X to the channels Bᵀ beside the rigid motions R solves (K + c M R Rᵀ M) X = Bᵀ −
+    M R Rᵀ Bᵀ for any c > 0, by one factorisation. FlexgearError where a body has no support.
+    """
+    channels = np.vstack([system.blocks, system.port_rows])
+    held = system.mass @ system.rigid
+    middle = float(np.mean(np.diag(system.stiffness) / np.diag(system.mass))) or 1.0
+    right = channels.T - held @ (system.rigid.T @ channels.T)
+    try:
+        factor = linalg.cho_factor(system.stiffness + middle * held @ held.T, lower=True)
+    except linalg.LinAlgError:
+        raise FlexgearError(_loose("K is not positive definite")) from None
+    motion = linalg.cho_solve(factor, right)
+    motion -= system.rigid @ (held.T @ motion)
+    return _reduced(system, system.rigid, np.zeros(system.rigid.shape[1]), motion, channels)
 
 
 def _by_parts(system: System, phi: Array) -> NDArray[np.int64]:

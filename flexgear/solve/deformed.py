@@ -9,7 +9,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.analysis.modes import modes as natural_modes
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
@@ -71,18 +70,18 @@ def deformed(
 
 
 def mode_field(
-    model: Model, body: str, mode: int, carrier_angle: float = 0.0, largest: float = 1e-3
+    model: Model, body: str, mode: int, carrier_angle: float | None = None, largest: float = 1e-3
 ) -> xr.Dataset:
     """Displacement (p, 3) m and stress (p, 6) Pa of a body in a natural mode of the train.
 
     mode: its number from 1, rigid rotations first, as in ``modes``; carrier_angle: rotation of the
-    lead, rad, at which gear meshes stand; largest: displacement of the vertex that moves most, m,
-    which a mode leaves open. The attribute frequency has Hz. InputError for a mode that the train
-    does not have, or in which the body stands still.
+    lead, rad, at which gear meshes stand, which have their mean stiffness unless it is given;
+    largest: displacement of the vertex that moves most, m, which a mode leaves open. The attribute
+    frequency has Hz. InputError for a mode that the train does not have, or in which the body
+    stands still.
     """
     require_bending(model, body)
-    angles = rated_rotations(model.system, np.array([carrier_angle]))[0]
-    found = natural_modes(model.system, carrier_angle=angles)
+    found = model.natural_modes(angle=carrier_angle)
     if not 1 <= mode <= len(found.frequencies):
         problem = f"{mode} is not there"
         raise InputError("mode_field", "mode", problem, f"take 1 … {len(found.frequencies)}")

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.gear_mesh_errors import gear_mesh_errors
 from flexgear.analysis.harmonic import GearMeshRows, SteadyState, steady_state
-from flexgear.analysis.modes import row_vectors, rows_at
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import WAVE

@@ -6,10 +6,9 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.modes import Modes
-from flexgear.analysis.modes import modes as natural_modes
 from flexgear.results.quantities import AXES
 from flexgear.solve.deformed import require_bending
-from flexgear.solve.model import Model, rated_rotations
+from flexgear.solve.model import Model
 
 SHOWN = 4  # modes of a body
 LEAST_SHARE = 0.1  # of a mode's kinetic energy in a body that it moves
@@ -17,9 +16,8 @@ APART = 0.01  # of a frequency: modes nearer to each other are one shape, turned
 
 
 def lowest_modes(model: Model) -> Modes:
-    """Modes at rest with the lead at angle 0, up to the band's top."""
-    angles = rated_rotations(model.system, np.array([0.0]))[0]
-    return natural_modes(model.system, carrier_angle=angles, limit_hz=model.pace.band)
+    """Modes at rest with the mean stiffness of the gear meshes, up to the band's top."""
+    return model.natural_modes(model.pace.band)
 
 
 def moving_modes(found: Modes, body: str) -> list[int]:

@@ -9,8 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.contact_springs import ContactSprings, springs_at
+from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
+from flexgear.analysis.modes import Modes, modes
 from flexgear.coupling.build import build_system
-from flexgear.coupling.modal import ModalSystem, chosen_modal
+from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
 from flexgear.coupling.pace import Pace, case_pace
 from flexgear.coupling.system import System, Variant
 from flexgear.coupling.workable import require_workable
@@ -60,6 +63,53 @@ class Model:
         return self.made or chosen_modal(self.system, self.pace)
 
     @cached_property
+    def mean_springs(self) -> ContactSprings:
+        """Mean springs of the gear meshes over their cycles (``analysis.gear_mesh_cycle``), of the
+        pairs that touch under the rated torques alone, without errors."""
+        return mean_springs(self._torques_alone, self._statics)
+
+    def contact_springs(self, angle: float | None = None) -> ContactSprings:
+        """The same, or of the gear meshes as they are at a rotation of the lead, rad."""
+        if angle is None:
+            return self.mean_springs
+        at = rated_rotations(self.system, np.array([angle]))[0]
+        if self._statics is None:
+            return springs_at(self._torques_alone, at)
+        return springs_under_load(self._statics, at)
+
+    def natural_modes(self, limit_hz: float | None = None, angle: float | None = None) -> Modes:
+        """Modes up to a limit (None: all), those of the mean springs worked out once; angle: see
+        ``contact_springs``."""
+        if angle is not None:
+            return modes(self.system, self.contact_springs(angle).stiffness, limit_hz)
+        known = self._known_modes
+        if limit_hz not in known:
+            known[limit_hz] = modes(self.system, self.mean_springs.stiffness, limit_hz)
+        return known[limit_hz]
+
+    @cached_property
+    def _known_modes(self) -> dict[float | None, Modes]:
+        return {}
+
+    @cached_property
+    def _statics(self) -> ModalSystem | None:
+        """What equilibria under torques alone need, from the modes where they are known already;
+        None where no torque acts."""
+        if not self.system.rated_port_torques.any():
+            return None
+        known = self.made or self.__dict__.get("modal")
+        if known is None:
+            return static_system(self._torques_alone)
+        return replace(known, system=self._torques_alone)
+
+    @property
+    def _torques_alone(self) -> System:
+        """The system without errors and given forces, which would tell equal planets apart."""
+        ideal = self._ideal_system
+        pairs = ideal.pairs._replace(load_size=np.zeros_like(ideal.pairs.load_size))
+        return ideal.with_(pairs=pairs)
+
+    @cached_property
     def gauges(self) -> GaugeRows:
         """What gives the strain of the rings' gauges; InputError for one beside its ring."""
         return gauge_rows(self.case, self.system, self.bodies)
@@ -81,18 +131,24 @@ class Model:
 
     def without_errors(self) -> Model:
         """The same with perfect gears and pins: errors enter no matrix, only the gear meshes."""
-        modal, pairs = self.modal, self.system.pairs
-        errors = [name for name in pairs._fields if name.startswith("error_")]
-        zero = {n: np.zeros_like(getattr(pairs, n)) for n in errors}
-        clean = self.system.with_(
+        clean, made = self._ideal_system, replace(self.modal, system=self._ideal_system)
+        return replace(self, system=clean, ideal=True, made=made, roots=self.root_tables)
+
+    @cached_property
+    def _ideal_system(self) -> System:
+        if not self.has_errors:
+            return self.system
+        pairs = self.system.pairs
+        zero = {
+            n: np.zeros_like(getattr(pairs, n)) for n in pairs._fields if n.startswith("error_")
+        }
+        return self.system.with_(
             pairs=pairs._replace(
                 **zero,
                 runout_amplitude=np.zeros_like(pairs.runout_amplitude),
                 largest_error=np.zeros_like(pairs.largest_error),
             )
         )
-        made = replace(modal, system=clean)
-        return replace(self, system=clean, ideal=True, made=made, roots=self.root_tables)
 
 
 def assemble(

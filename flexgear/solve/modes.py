@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
 
-from flexgear.analysis.gyroscopic import Campbell, crossings, excitation_lines
+from flexgear.analysis.contact_springs import ContactSprings
+from flexgear.analysis.gyroscopic import Campbell, crossings, excitation_lines, whirl_sense
 from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
 from flexgear.analysis.mode_types import (
     PARTS,
@@ -18,16 +20,11 @@ from flexgear.analysis.mode_types import (
     planar_rows,
     strain_shares,
 )
-from flexgear.analysis.modes import gear_mesh_stiffness, row_vectors, rows_at
-from flexgear.analysis.modes import modes as natural_modes
-from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import BEARING, SUPPORT
-from flexgear.coupling.system import System
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.solve.dataset import body_rows, result_attrs, result_name
-from flexgear.solve.labels import gear_meshes_of
-from flexgear.solve.model import Model, rated_rotations
+from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
 FACTORS = np.linspace(0.0, 1.2, 13)  # of rated speed
@@ -35,20 +32,23 @@ ORDERS = (1, 2, 3)
 MOST_MODES = 60  # that are followed over speed
 
 
-def modes(model: Model, *, angle: float = 0.0, limit_hz: float | None = None) -> xr.Dataset:
-    """Undamped modes at rest with the gear meshes as they are at a rotation of the lead, rad."""
+def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = None) -> xr.Dataset:
+    """Undamped modes at rest with the mean stiffness of the gear meshes over their cycles.
+
+    angle: with the gear meshes as they are at this rotation of the lead, rad, instead.
+    """
     system = model.system
     if angle and not system.input_speeds:
         raise InputError(
             model.case.source, "inputs", "give no speed of a free rotation, which has an angle",
             "look at the modes at angle 0",
         )  # fmt: skip
-    found = natural_modes(system, carrier_angle=_input_angles(system, angle), limit_hz=limit_hz)  # type: ignore[arg-type]
+    found = model.natural_modes(limit_hz, angle)
     rigid = int(np.sum(found.frequencies == 0.0))
     kinds = classify(
         found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
     )
-    springs = strain_shares(contributions(model, angle), kinds.shapes)
+    springs = strain_shares(contributions(model, model.contact_springs(angle)), kinds.shapes)
     names, rows = body_rows(system)
     count = len(found.frequencies)
     return labelled_dataset(
@@ -63,7 +63,7 @@ def modes(model: Model, *, angle: float = 0.0, limit_hz: float | None = None) ->
             "strain_energy": np.column_stack(list(springs.values())),
             "mode_shape": (rows @ kinds.shapes).T.reshape(count, len(names), 6),
         },
-        result_attrs(model, angle_rad=angle),
+        result_attrs(model, **_gear_mesh_state(angle)),
         {
             "body": names,
             "inertia": [result_name(body) for body in kinds.bodies],
@@ -79,27 +79,27 @@ def usual_limit(model: Model) -> float | None:
     return None if rigid else model.pace.band
 
 
-def _input_angles(system: System, angle: float) -> Array:
-    return np.asarray(rated_rotations(system, np.array([angle]))[0])
+def _gear_mesh_state(angle: float | None) -> dict[str, Any]:
+    """What of the gear meshes the modes are those of."""
+    if angle is None:
+        return {"gear_mesh_stiffness": "mean over the gear-mesh cycle"}
+    return {"gear_mesh_stiffness": "at one angle", "angle_rad": angle}
 
 
-def contributions(model: Model, angle: float = 0.0) -> dict[str, tuple[Array, Array]]:
+def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Array, Array]]:
     """All springs of the train by name: rows (k, d) and matrix (k, k), for strain energies."""
     system = model.system
     found: dict[str, tuple[Array, Array]] = {}
     for link in system.links:
         found[link.name] = (link.rows, link.matrix)
-    rows, n = rows_at(system, _input_angles(system, angle))
-    vectors, stiffness = row_vectors(system, rows, n), row_stiffness(rows, n)
-    gear_meshes = gear_meshes_of(model.case, system)
-    for g, name in enumerate(gear_meshes.names):
-        own = np.flatnonzero(gear_meshes.sign[:, g])
-        at = np.flatnonzero((rows.kind[:n] >= 0) & np.isin(rows.owner[:n], own))
-        found[_gear_mesh_spring(name.label)] = vectors[at], stiffness[np.ix_(at, at)]
-    for kind, said in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
-        at = np.flatnonzero(rows.kind[:n] == kind)
-        if len(at):
-            found[said] = vectors[at], stiffness[np.ix_(at, at)]
+    for g, name in enumerate(model.gear_meshes.names):
+        flanks = [contact.gear_meshes[m] for m in np.flatnonzero(model.gear_meshes.sign[:, g])]
+        rows = np.vstack([flank.rows for flank in flanks])
+        matrix = linalg.block_diag(*(flank.matrix for flank in flanks))
+        found[_gear_mesh_spring(name.label)] = rows, matrix
+    for kind, label in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
+        if kind in contact.others:
+            found[label] = contact.others[kind].rows, contact.others[kind].matrix
     for body in system.bodies:
         if not body.rigid:
             place = np.zeros((body.size, system.size))
@@ -127,7 +127,7 @@ def campbell(
     frequencies do not depend on speed. limit_hz: highest frequency at rest that is followed.
     """
     system = model.system
-    found = _over_speed(system, np.asarray(factors, dtype=float), limit_hz)
+    found = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
     lines = excitation_lines(_bases(model), orders)
     met = crossings(found, lines)
     label = {line: f"{line.name} x {line.order:g}" for line in lines}
@@ -152,40 +152,35 @@ def campbell(
     )
 
 
-def _over_speed(system: System, factors: Array, limit_hz: float | None) -> Campbell:
+def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:
     """Whirl modes over speed; without forces of turning frames those at rest serve for all."""
+    system, rest = model.system, model.natural_modes(limit_hz)
+    planes, weights = planar_rows(system.mass, members(system.bodies))
     nothing = np.zeros_like(system.mass)
     turning = nothing if system.gyroscopic is None else system.gyroscopic
     pushing = nothing if system.centripetal is None else system.centripetal
-    depends = bool(np.any(turning) or np.any(pushing))
-    planes, weights = planar_rows(system.mass, members(system.bodies))
-    found = whirl_over_speed(
-        system.mass,
-        system.stiffness + gear_mesh_stiffness(system, 0.0),
-        turning,
-        pushing,
-        factors if depends else factors[:1],
-        count=_count(system, limit_hz),
-        planes=planes if len(planes) else None,
-        weights=weights if len(planes) else None,
-    )
-    if depends:
-        return found
-    times = np.ones((len(factors), 1))
-    return Campbell(
-        factors, found.frequencies * times, np.ones_like(found.mac) * times, found.sense * times
-    )
+    count = max(len(rest.frequencies), 1) if limit_hz else min(system.size, MOST_MODES)
+    if np.any(turning) or np.any(pushing):
+        return whirl_over_speed(
+            system.mass,
+            system.stiffness + model.mean_springs.stiffness,
+            turning,
+            pushing,
+            factors,
+            count=count,
+            planes=planes if len(planes) else None,
+            weights=weights if len(planes) else None,
+        )
+    times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
+    sense = np.full(len(frequencies), np.nan)
+    if len(planes):
+        sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
+    return Campbell(factors, frequencies * times, np.ones_like(frequencies * times), sense * times)
 
 
 def _bases(model: Model) -> dict[str, float]:
     """Gear-mesh frequencies that are not zero, Hz, by stage."""
     return {s.name: s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency > 0}
-
-
-def _count(system: System, limit_hz: float | None) -> int:
-    if limit_hz is None:
-        return min(system.size, MOST_MODES)
-    return max(len(natural_modes(system, limit_hz=limit_hz).frequencies), 1)
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:

@@ -264,12 +264,12 @@ MEASURES = (
     Measure(
         "frequencies",
         "lowest natural frequencies and their types",
-        lambda p: frequencies(p.model.system, p.modes),
+        lambda p: frequencies(p.model, p.modes),
     ),
     Measure(
         "frequencies_by_type",
         "lowest natural frequencies of every type of mode",
-        lambda p: frequencies_by_type(p.model.system, p.modes),
+        lambda p: frequencies_by_type(p.model, p.modes),
     ),
     Measure("load_sharing", "quasi-static load sharing by three definitions", _load_sharing),
     Measure("gear_mesh_forces", "largest quasi-static gear-mesh forces", _gear_mesh_forces),

@@ -11,8 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexgear.analysis.mode_types import classify, members
-from flexgear.analysis.modes import modes
-from flexgear.coupling.system import System
+from flexgear.solve.model import Model
 
 Found = dict[str, xr.DataArray]
 
@@ -55,9 +54,9 @@ def array(
     return xr.DataArray(np.asarray(values), coords, tuple(labels), attrs=about)
 
 
-def frequencies(system: System, count: int) -> Found:
-    """The ``count`` lowest elastic frequencies and their types, gear meshes at angle zero."""
-    found = modes(system)
+def frequencies(model: Model, count: int) -> Found:
+    """The ``count`` lowest elastic frequencies and their types, as ``solve.modes`` has them."""
+    found, system = model.natural_modes(), model.system
     rigid = int(np.sum(found.frequencies == 0))
     types = classify(
         found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
@@ -70,9 +69,9 @@ def frequencies(system: System, count: int) -> Found:
     }
 
 
-def frequencies_by_type(system: System, count: int) -> Found:
+def frequencies_by_type(model: Model, count: int) -> Found:
     """The ``count`` lowest different elastic frequencies of every type of mode."""
-    found = modes(system)
+    found, system = model.natural_modes(), model.system
     rigid = int(np.sum(found.frequencies == 0))
     types = classify(
         found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid

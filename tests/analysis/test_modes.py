@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from flexgear.analysis.modes import gear_mesh_stiffness, modes
+from flexgear.analysis.contact_springs import springs_at
+from flexgear.analysis.modes import modes
 
 
 @pytest.fixture(scope="module")
 def every(linear):
-    return modes(linear, carrier_angle=0.3)
+    return modes(linear, springs_at(linear, 0.3).stiffness)
 
 
 @pytest.mark.parametrize("limit", [1e-3, 5.0, 300.0, 2000.0])
 def test_modes_up_to_a_limit_are_the_lowest_of_all(linear, every, limit):
-    some = modes(linear, carrier_angle=0.3, limit_hz=limit)
+    some = modes(linear, springs_at(linear, 0.3).stiffness, limit)
     n = int(np.sum(every.frequencies <= limit))
     assert len(some.frequencies) == n >= 1
     assert some.frequencies[0] == 0.0
@@ -27,8 +28,9 @@ def test_modes_up_to_a_limit_are_the_lowest_of_all(linear, every, limit):
 
 
 def test_shapes_solve_the_coupled_system(linear):
-    found = modes(linear, carrier_angle=0.3, limit_hz=1000.0)
-    k = linear.stiffness + gear_mesh_stiffness(linear, 0.3)
+    contact = springs_at(linear, 0.3).stiffness
+    found = modes(linear, contact, limit_hz=1000.0)
+    k = linear.stiffness + contact
     force = linear.mass @ found.shapes * (2 * np.pi * found.frequencies) ** 2
     left = linalg.norm(k @ found.shapes - force, axis=0)
     assert left.max() < 1e-8 * np.abs(k).max() * np.abs(found.shapes).max()

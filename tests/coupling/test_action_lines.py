@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from coupled import CLEAN, make_bodies, stage_system
 
-from flexgear.analysis.modes import rows_at
+from flexgear.analysis.contact_springs import rows_at
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.system import Variant
 from flexgear.model.load import load_stage

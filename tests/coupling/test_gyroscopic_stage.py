@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from turning_ring import cheap, held_case, lumped
 
+from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.gyroscopic import whirl_modes
-from flexgear.analysis.modes import gear_mesh_stiffness
 from flexgear.coupling.build import build_system
 from flexgear.model.case import validated_case
 from flexgear.model.read import Written
@@ -28,7 +28,7 @@ def whirling(tmp_path, speed):
     stage["carrier"]["support"] |= {"tilt": SPRING}
     case = validated_case(data, "test", Written())
     system = build_system(case, cheap(case))
-    stiffness = system.stiffness + gear_mesh_stiffness(system, 0.0)
+    stiffness = system.stiffness + springs_at(system).stiffness
     found = whirl_modes(system.mass, stiffness, system.gyroscopic, system.centripetal)
     tilt = system.node_rows("stage.carrier", "stage.carrier")[3:5]
     return system, found, tilt

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import linalg
 
-from flexgear.analysis.modes import row_vectors, rows_at
+from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.reference import damping_matrix
 from flexgear.analysis.transient import Collector, Drive, collected, transient

@@ -7,10 +7,10 @@ import pytest
 from train_contexts import rigid_stage
 
 import flexgear as fg
+from flexgear.analysis.contact_springs import rows_at
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
 from flexgear.analysis.line_loads import interpolated, line_loads
-from flexgear.analysis.modes import rows_at
 from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.paths import stage_paths

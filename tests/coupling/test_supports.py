@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from coupled import TORQUE, make_bodies, make_case, make_system, shaped
 
+from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.equilibrium import equilibrium, revolution
-from flexgear.analysis.modes import gear_mesh_stiffness, modes
+from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery, channel_forces
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.links import invariant_part, rotating_rows
@@ -47,7 +48,7 @@ def test_anisotropic_bearing_enters_as_a_rotated_spring(odd):
         rows = odd.node_rows("stage.carrier", "bearing_far")
         extra = rows.T @ (turn(theta).T @ matrix @ turn(theta) - invariant_part(matrix)) @ rows
         load = odd.drive * TORQUE - odd.output * e.output_torque[0]
-        gear_meshes = gear_mesh_stiffness(odd, theta, only_pairs=True)
+        gear_meshes = sum(one.stiffness for one in springs_at(odd, theta).gear_meshes)
         loaded = shaped(e, "pair_load")[0][shaped(e, "pair_stiffness")[0] > 0]
         assert loaded.min() > 0  # every pair in mesh is loaded, so the spring form holds
         residual = (odd.stiffness + extra + gear_meshes) @ q - load
@@ -140,7 +141,7 @@ def test_lumped_and_anisotropic_runs_keep_their_energy():
 
 def test_natural_modes_hold_one_rigid_rotation_and_energy_shares_add_up():
     system = make_system(**{"gear_mesh.contact_law": '"linear"'})
-    result = modes(system, carrier_angle=0.1, limit_hz=500.0)
+    result = modes(system, springs_at(system, 0.1).stiffness, limit_hz=500.0)
     assert result.frequencies[0] == 0.0 and result.frequencies[1] > 1.0
     total = sum(result.energy.values())
     assert np.allclose(total, 1.0, atol=1e-9)

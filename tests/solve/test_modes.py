@@ -5,7 +5,6 @@ import pytest
 from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.mode_types import strain_shares
-from flexgear.analysis.modes import modes as natural_modes
 from flexgear.model.load import load_case
 from flexgear.solve.modes import (
     campbell,
@@ -34,8 +33,7 @@ def test_benchmark_types_and_multiplicities():
 def test_strain_energies_are_all_there_is(name):
     """Σ φᵀ Rᵀ K R φ over all named springs is ω²: none is left out, none counts twice."""
     model = bundled(name)
-    found = natural_modes(model.system)
-    springs = contributions(model)
+    found, springs = model.natural_modes(), contributions(model, model.mean_springs)
     total = sum(
         np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
         for rows, matrix in springs.values()
@@ -53,7 +51,7 @@ def test_strain_energies_are_all_there_is(name):
 ])  # fmt: skip
 def test_strain_energies_of_special_supports(tmp_path, change):
     model = one_stage(tmp_path, planets=3, **change)
-    found, springs = natural_modes(model.system), contributions(model)
+    found, springs = model.natural_modes(), contributions(model, model.mean_springs)
     total = sum(
         np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
         for rows, matrix in springs.values()
@@ -122,7 +120,7 @@ def test_modes_of_a_train_with_a_flexible_stage(tmp_path):
     for row in mode_rows(data):
         assert sum(row["kinetic_energy"].values()) == pytest.approx(1.0)
     assert {"first.ring", "first.carrier"} <= set(data["spring"].values)
-    found, springs = natural_modes(model.system, limit_hz=500), contributions(model)
+    found, springs = model.natural_modes(500), contributions(model, model.mean_springs)
     total = sum(
         np.einsum("km,kl,lm->m", rows @ found.shapes, matrix, rows @ found.shapes)
         for rows, matrix in springs.values()

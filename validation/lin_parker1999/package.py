@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.contact_springs import springs_at
 from flexgear.analysis.mode_types import classify, members
 from flexgear.analysis.modes import modes
 from flexgear.coupling.build import build_system
@@ -52,7 +53,7 @@ def by_package(planets: int) -> Found:
     """All modes of the bundled case with that many planets, types by energy."""
     train = load_case("lin-parker", {"stage.planets": str(planets)})
     system = build_system(train)
-    found = modes(system)
+    found = modes(system, springs_at(system).stiffness)
     types = classify(found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=1)
     kinds = tuple("rotational" if k == "rigid" else k for k in types.kinds)
     return Found(found.frequencies, kinds)

@@ -1,0 +1,278 @@
+r"""Gear meshes as linear springs under a load: at a position, or their mean over a gear-mesh cycle.
+
+At a position of the train the rows of the tooth pairs that carry, linearised about the equilibrium
+under the given torques, are springs Vᵀ K V with K = (I + T B)⁻¹ T: T tangents of the pairs'
+laws, zero of pairs that do not touch, B what neighbouring pairs yield to each other. As the gears
+turn, pairs come and go with the gear-mesh frequency. What vibrates as fast or faster than that
+follows, to first order, the mean
+
+    K̄ = 1/P Σ_p V(ψ_p)ᵀ K(ψ_p) V(ψ_p),   ψ_p = 2π p/P,
+
+over the cycle of each stage, all else standing still: what turns slower than teeth pass (supports
+that stand against a turning frame, bolts of a ring) is taken as it is, not smeared.
+
+Rows move with the planets. The teeth of an FE ring pass through the gear mesh instead, so that the
+mean is taken at a place that stands still against the planets: rows on teeth are turned back by
+the ring's advance δ,
+
+    u(φ_j − δ) = Σ_m D(φ_m − φ_j + δ) R(φ_j − φ_m) u_m,
+
+with the Dirichlet kernel D of z teeth, the band-limited interpolation of a field given at z equal
+places: it commutes with every matrix that is the same from tooth to tooth. N equal planets then see
+a ring alike wherever its teeth stand, and pairs of planet and translational modes stay pairs.
+P is a multiple of N, for the same reason.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.contact_springs import (
+    ContactSprings,
+    FlankCycle,
+    Springs,
+    other_springs,
+)
+from flexgear.analysis.equilibrium import Equilibrium, revolution
+from flexgear.analysis.line_loads import LineLoads, line_loads
+from flexgear.coupling.elements import Rows, packed, pair_rows
+from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.neighbours import between_rows
+from flexgear.coupling.pair_data import PairData, carrying_flanks
+from flexgear.coupling.pairs import build_rows, fill_rows
+from flexgear.coupling.system import System
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+POSITIONS = 120  # of a gear-mesh cycle, or the next multiple of the number of planets
+UNLOADED = 1e-9  # of the largest load: a gear mesh with less has none
+NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of thousands
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Spring factors of a flank: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns`` (c,) of
+    the blocks' motions; stiffness (P,) 1ᵀ K 1 and force (P, c) 1ᵀ K V."""
+
+    columns: IntArray
+    rows: Array
+    stiffness: Array
+    force: Array
+
+
+def springs_under_load(modal: ModalSystem, input_angles: Array) -> ContactSprings:
+    """Springs at independent rotations (F,) rad under the rated torques."""
+    system, at = modal.system, np.asarray(input_angles, dtype=float)[None]
+    theta, every = system.theta(at), np.ones(len(system.pairs.s0), dtype=bool)
+    samples = _samples(system, theta, every, revolution(modal, at, system.rated_torque))
+    return _springs(system, samples, theta[0], cycles=False)
+
+
+def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
+    """Mean springs over a cycle of each stage, at zero of all that turns slower.
+
+    modal: of the system, for the equilibria under rated torques that say which pairs touch; None of
+    a train without load, of which all pairs in the zone of contact do. So do those of a gear mesh
+    that the torques leave unloaded.
+    """
+    found: dict[int, _Samples] = {}
+    for stage in sorted({label.stage for label in system.gear_meshes}):
+        own = np.array([label.stage == stage for label in system.gear_meshes])
+        theta = _cycle(system, own)
+        result = None
+        if modal is not None:
+            at_zero = np.zeros((len(theta), len(system.input_rows)))
+            result = revolution(modal, at_zero, system.rated_torque, theta=theta)
+        found |= _samples(system, theta, own, result)
+    return _springs(system, found, np.zeros(len(system.angles)), cycles=True)
+
+
+def _cycle(system: System, own: NDArray[np.bool_]) -> Array:
+    """Angles (P, A) over a gear-mesh cycle of the flanks ``own`` (M,) of a stage, all others 0."""
+    pairs = system.pairs
+    m = int(np.flatnonzero(own)[0])
+    planets = len(
+        {label.planet for label, here in zip(system.gear_meshes, own, strict=True) if here}
+    )
+    count = planets * math.ceil(POSITIONS / planets)
+    theta = np.zeros((count, len(system.angles)))
+    theta[:, pairs.angle[m]] = abs(pairs.pitch[m] / pairs.rate[m]) / count * np.arange(count)
+    return theta
+
+
+def _samples(
+    system: System, theta: Array, own: NDArray[np.bool_], result: Equilibrium | None
+) -> dict[int, _Samples]:
+    """Spring factors of the flanks ``own`` (M,) over positions (P, A); of the pairs that touch in
+    an equilibrium, where there is one."""
+    pairs, work = system.pairs, pair_rows(system.pairs)
+    elements, carrying = packed(pairs), carrying_flanks(pairs)
+    lines = None if result is None else line_loads(result)
+    unloaded = _unloaded(pairs, result)
+    ends = {m: _Ends(pairs, m) for m in range(len(pairs.s0))}
+    parts: dict[int, list[tuple[int, Array, float, Array]]] = {}
+    for p, angles in enumerate(np.ascontiguousarray(theta)):
+        flanks = carrying if result is None else result.active_flanks[p] | carrying
+        flanks = np.where(own, flanks, 0)
+        n, _, count = fill_rows(elements, angles, flanks, work)
+        tangents = _tangents(work, n, count, p, result, lines, unloaded)
+        for m, at in _of_flanks(work, n):
+            matrix = tangents[np.ix_(at, at)]
+            if not matrix.any():
+                continue
+            coefficients = ends[m].coefficients(work, at, angles, theta[0])
+            parts.setdefault(m, []).append(
+                (
+                    p,
+                    _root(matrix) @ coefficients,
+                    float(matrix.sum()),
+                    matrix.sum(axis=0) @ coefficients,
+                )
+            )
+    return {m: _gathered(ends[m].columns, own, len(theta)) for m, own in parts.items()}
+
+
+def _gathered(
+    columns: IntArray, parts: list[tuple[int, Array, float, Array]], count: int
+) -> _Samples:
+    stiffness, force = np.zeros(count), np.zeros((count, len(columns)))
+    for p, _, whole, push in parts:
+        stiffness[p], force[p] = whole, push
+    return _Samples(
+        columns, _fewest(np.vstack([rows for _, rows, _, _ in parts])), stiffness, force
+    )
+
+
+def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, IntArray]]:
+    """Every flank among the first n rows, and its rows."""
+    owner = np.where(rows.kind[:n] >= 0, rows.owner[:n], -1)
+    for m in np.unique(owner[owner >= 0]):
+        yield int(m), np.flatnonzero(owner == m).astype(np.int64)
+
+
+def _unloaded(pairs: PairData, result: Equilibrium | None) -> NDArray[np.bool_]:
+    """Flanks (M,) that should carry and do not."""
+    if result is None:
+        return np.ones(len(pairs.s0), dtype=bool)
+    load = np.abs(result.pair_load).max(axis=(0, 2), initial=0.0)
+    return (pairs.carries == 1) & (load <= UNLOADED * load.max(initial=0.0))
+
+
+def _tangents(
+    rows: Rows,
+    n: int,
+    count: int,
+    p: int,
+    result: Equilibrium | None,
+    lines: LineLoads | None,
+    unloaded: NDArray[np.bool_],
+) -> Array:
+    """K (n, n) N/m of the first n rows with so many tooth pairs at position p."""
+    tangent = np.zeros((n, n))
+    for pair in rows.pair[:count]:
+        i, m, slot = int(pair["row"]), int(pair["mesh"]), int(pair["slot"])
+        if unloaded[m] or result is None or (rows.sided[i] == 0 and pair["rows"] == 1):
+            own = slice(i, i + int(pair["rows"]))
+            tangent[own, own] = np.diag(rows.stiffness[own])
+        elif pair["rows"] == 2:
+            assert lines is not None  # pairs with two rows have slices
+            tangent[i : i + 2, i : i + 2] = np.nan_to_num(lines.tangent[p, m, slot])
+        elif result.pair_load[p, m, slot] > 0.0:
+            tangent[i, i] = rows.stiffness[i]
+    if rows.row["following"][:n].any():
+        return np.asarray(np.linalg.solve(np.eye(n) + tangent @ between_rows(rows, n), tangent))
+    return tangent
+
+
+def _root(matrix: Array) -> Array:
+    """A with Aᵀ A = K."""
+    if len(matrix) == 1:
+        return np.sqrt(matrix)
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.asarray((vectors * np.sqrt(np.clip(values, 0.0, None))).T)
+
+
+def _fewest(rows: Array) -> Array:
+    """Fewer rows with the same sum of squares rowᵀ row."""
+    if len(rows) > rows.shape[1]:
+        return np.asarray(np.linalg.qr(rows, mode="r"))
+    values, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = values > NOTHING * values[-1]
+    return np.asarray(vectors[:, kept].T @ rows)
+
+
+class _Ends:
+    """Coordinates that a flank's rows act on: its planet's and its gear's, or those of all teeth of
+    a gear whose teeth are blocks."""
+
+    def __init__(self, pairs: PairData, m: int) -> None:
+        teeth = int(pairs.gear_teeth[m]) if pairs.per_tooth[m] else 1
+        self.first, self.turns = int(pairs.gear_block[m]), int(pairs.turns[m])
+        self.teeth = teeth if pairs.per_tooth[m] else 0
+        blocks = np.concatenate([[pairs.planet_block[m]], self.first + np.arange(teeth)])
+        self.columns = (6 * blocks[:, None] + np.arange(6)).ravel().astype(np.int64)
+        place = pairs.tooth_position[self.first : self.first + teeth]
+        self.place = np.arctan2(place[:, 1], place[:, 0])
+
+    def coefficients(self, rows: Rows, at: IntArray, angles: Array, start: Array) -> Array:
+        """Rows ``at`` on ``columns`` (n, c), teeth turned back by their advance since ``start``."""
+        out = np.zeros((len(at), len(self.columns)))
+        for row, i in zip(out, at, strict=True):
+            row[:6] = rows.coef[i, 0]
+            for a in range(1, int(rows.width[i])):
+                if self.teeth:
+                    advance = (
+                        float(angles[self.turns] - start[self.turns]) if self.turns >= 0 else 0.0
+                    )
+                    tooth = int(rows.blocks[i, a]) - self.first
+                    row[6:] += self._turned_back(rows.coef[i, a], tooth, advance)
+                else:
+                    row[6:] += rows.coef[i, a]
+        return out
+
+    def _turned_back(self, wrench: Array, tooth: int, advance: float) -> Array:
+        """A wrench (6,) on a tooth as one on all teeth (6 z,) that moves it back by ``advance``."""
+        if advance == 0.0:
+            out = np.zeros((self.teeth, 6))
+            out[tooth] = wrench
+            return out.ravel()
+        away = self.place - self.place[tooth]
+        share = _kernel(away + advance, self.teeth)
+        c, s = share * np.cos(away), share * np.sin(away)
+        x, y, z = wrench[0::3], wrench[1::3], wrench[2::3]
+        out = np.empty((self.teeth, 6))
+        out[:, 0::3], out[:, 1::3] = (
+            np.outer(c, x) - np.outer(s, y),
+            np.outer(s, x) + np.outer(c, y),
+        )
+        out[:, 2::3] = np.outer(share, z)
+        return out.ravel()
+
+
+def _kernel(x: Array, count: int) -> Array:
+    """Dirichlet kernel of ``count`` equal places, 1 at x = 0 and 0 at the others."""
+    below = count * (np.sin(0.5 * x) if count % 2 else np.tan(0.5 * x))
+    here = np.abs(np.sin(0.5 * x)) < 1e-12
+    return np.where(here, 1.0, np.sin(0.5 * count * x) / np.where(here, 1.0, below))
+
+
+def _springs(
+    system: System, samples: dict[int, _Samples], theta: Array, cycles: bool
+) -> ContactSprings:
+    """Means over the positions of ``samples``; other springs at angles (A,)."""
+    d, found, over = system.size, {}, {}
+    for m, own in samples.items():
+        blocks, count = system.blocks[own.columns], len(own.stiffness)
+        found[m] = Springs(own.rows @ blocks, np.eye(len(own.rows)) / count)
+        if cycles:
+            over[m] = FlankCycle(own.stiffness, own.force, blocks)
+    nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
+    rows = pair_rows(system.pairs)
+    n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))
+    flanks = tuple(found.get(m, nothing) for m in range(len(system.pairs.s0)))
+    return ContactSprings(flanks, other_springs(system, rows, n), over)
