@@ -1,4 +1,5 @@
 # Two commands: `make run` and `make test`. Both install what is missing first.
+# WORKERS: processes of tests and of validation, each on one core.
 PY := .venv/bin/python
 CASE ?= wind-5mw
 OUT ?= results/$(CASE)
@@ -6,16 +7,22 @@ WORKERS ?= 2
 BENCH ?=
 GALLERY ?= 1
 
-.PHONY: run test check lint format-check rules types layers validate validate-quick docs bench install install-dev install-docs clean
+.PHONY: run test test-all check lint format-check rules types layers validate docs bench install install-dev install-docs clean
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
 
+# Each worker has its half of the files, and takes over from the other when it is done: what the
+# tests of a file share is made once, mostly.
 test: install-dev
-	$(PY) -m pytest -n $(WORKERS)
+	$(PY) -m pytest -n $(WORKERS) --dist worksteal -m "not slow"
 
-# What CI runs: format, lint, types, import layers, tests.
-check: lint test
+# The long ones, too: every command's pictures of every case, interrupted commands, clusters.
+test-all: install-dev
+	$(PY) -m pytest -n $(WORKERS) --dist worksteal
+
+# What CI runs on every change: format, lint, types, import layers, all tests.
+check: lint test-all
 
 lint: format-check rules types layers
 
@@ -33,12 +40,7 @@ layers: install-dev
 
 # Every published figure beside the computed one: results/validation/index.html.
 validate: install-dev
-	$(PY) -m pytest validation
-
-# The same on coarse FE meshes, without the studies of FE meshes: what CI has time for.
-validate-quick: install-dev
-	$(PY) -m pytest validation --fidelity quick --ignore validation/fe_convergence \
-		--ignore validation/tooth_influence
+	OMP_NUM_THREADS=1 $(PY) -m pytest validation -n $(WORKERS) --dist worksteal
 
 # The manual as plain files: docs/_build/index.html. GALLERY=0 leaves the examples unrun.
 docs: install-docs

@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 HEAD = """# Validation
 
 `make validate` compares the bundled cases with print, figure by figure, and writes one page over
-all of them; `make validate-quick`, which CI runs, does so on coarse FE meshes. {built}
+all of them; CI does so on every change. {built}
 
 What follows says of each source where its figures come from, how signs and frames are mapped, what
 was chosen or calibrated (which is no validation), and what does not agree.
@@ -30,14 +30,15 @@ def _page(root: Path) -> str:
 
 
 def _printed(path: Path) -> str:
-    """The figures of a paper as a table."""
+    """The figures of a paper as a table, or what is accepted of a comparison without print."""
     if not path.exists():
         return ""
     with path.open(encoding="utf-8", newline="") as file:
         rows = [[cell.replace("|", r"\|") for cell in row] for row in csv.reader(file) if row]
     lines = ["| " + " | ".join(row) + " |" for row in rows]
     rule = "|" + "---|" * len(rows[0])
-    return "\n\nFigures in print:\n\n" + "\n".join([lines[0], rule, *lines[1:]]) + "\n"
+    title = "Figures in print" if "value" in rows[0] else "What is accepted"
+    return f"\n\n{title}:\n\n" + "\n".join([lines[0], rule, *lines[1:]]) + "\n"
 
 
 def _write(app: Sphinx) -> None:

@@ -4,12 +4,13 @@ import json
 
 import pytest
 import typer
+from coupled import CLEAN
 from results_page import undocumented
 from stage_samples import bodies_of
 from train_contexts import BUNDLED
 
 from flexgear.cli import body_commands
-from flexgear.cli.entry import app
+from flexgear.cli.entry import app, run
 from flexgear.model.bundled import bundled_cases
 
 LUMPED = "has only lumped members"
@@ -50,21 +51,35 @@ COMMANDS = {
     "export --rexs": [],
     "export --reduced": ["-q"],
     "modify": ["-q"],
-    "run": ["-q", "--no-pictures"],
 }  # fmt: skip
-WRITES = ("sweep", "tolerance", "run")
-OF_A_RUN = {"render"}
+WRITES = ("sweep", "tolerance")
+OF_A_RUN = {"run", "render"}
 OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema"}
+
+
+def on_cheap_bodies(patch, cache):
+    """No body is reduced, and studies are kept elsewhere."""
+    patch.setenv("FLEXGEAR_CACHE", str(cache))
+    patch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
+    patch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
+    for k, name in enumerate(("ring", "carrier")):
+        patch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies_of(s)[k])
 
 
 @pytest.fixture(autouse=True)
 def cheap(flexgear, monkeypatch, tmp_path):
-    """No body is reduced, and studies are kept elsewhere."""
-    monkeypatch.setenv("FLEXGEAR_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda s, *_: bodies_of(s))
-    monkeypatch.setattr("flexgear.studies.sweep.stage_bodies", lambda s, *_: bodies_of(s))
-    for k, name in enumerate(("ring", "carrier")):
-        monkeypatch.setitem(body_commands.BODIES, name, lambda s, *_, k=k: bodies_of(s)[k])
+    on_cheap_bodies(monkeypatch, tmp_path / "cache")
+
+
+@pytest.fixture(scope="module", params=[*BUNDLED, *FLEXIBLE])
+def run_of_case(request, tmp_path_factory):
+    """Name of a case and the folder of its run, without pictures."""
+    out = tmp_path_factory.mktemp("runs") / request.param
+    options = ["-q", "--no-pictures", *short("run", request.param), "--out", str(out)]
+    with pytest.MonkeyPatch.context() as patch:
+        on_cheap_bodies(patch, out.parent / "cache")
+        assert run(["run", request.param, *options]) == 0
+    return request.param, out
 
 
 def test_no_command_and_no_case_is_left_out():
@@ -106,27 +121,28 @@ def test_works_or_says_why_not(flexgear, tmp_path, command, case):
         return
     assert code == 0, err
     assert out
-    if name == "run":
-        summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-        assert undocumented(summary) == []
+
+
+def test_every_figure_of_a_run_is_written_down(run_of_case):
+    summary = json.loads((run_of_case[1] / "summary.json").read_text(encoding="utf-8"))
+    assert undocumented(summary) == []
+
+
+@pytest.mark.slow
+def test_every_run_is_drawn(flexgear, run_of_case, tmp_path):
+    case, folder = run_of_case
+    pictures = tmp_path / "pictures"
+    code, said, err = flexgear("render", folder, "-q", "--no-interactive", "--out", pictures)
+    assert (code, said) == (0, f"drew {case} into {pictures}\n"), err
+    assert (pictures / "report.html").stat().st_size > 1e5
 
 
 def test_figures_of_load_along_the_face_are_written_down(flexgear, tmp_path):
-    slices = ["--set", "gear_mesh.model=face_load", "--set", "gear_mesh.slices=5"]
-    options = [*COMMANDS["run"], *short("run", "wind-5mw"), *slices, "--json"]
+    keys = {"gear_mesh.model": "face_load", "gear_mesh.slices": "5", **CLEAN}
+    sets = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
+    options = ["-q", "--no-pictures", *short("run", "wind-5mw"), *sets, "--json"]
     code, out, err = flexgear("run", "wind-5mw", *options, "--out", tmp_path / "out")
     assert code == 0, err
     summary = json.loads(out)
     assert summary["face_load"]["flexible"]
     assert undocumented(summary) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", [*BUNDLED, *FLEXIBLE])
-def test_every_run_is_drawn(flexgear, tmp_path, case):
-    out, pictures = tmp_path / "out", tmp_path / "pictures"
-    code, _, err = flexgear("run", case, *COMMANDS["run"], *short("run", case), "--out", out)
-    assert code == 0, err
-    code, said, err = flexgear("render", out, "-q", "--no-interactive", "--out", pictures)
-    assert (code, said) == (0, f"drew {case} into {pictures}\n"), err
-    assert (pictures / "report.html").stat().st_size > 1e5
