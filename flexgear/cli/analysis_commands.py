@@ -31,6 +31,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.origin import origin_of_case
+from flexgear.results.settling import WindowedRanges, window_edges, window_of
 from flexgear.results.sinks import Ranges, Several
 from flexgear.results.summary import (
     distance_summary,
@@ -170,9 +171,11 @@ def simulate(
     claim_file(out, origin_of_case(found), force)
     if not torque_share > 0:
         raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
-    refuse_endless(stepping_of(found, power_flow(found), duration_s), found.source)
-    rest, account = Ranges(train_histories), Ranges(energy_account)
-    rings = {stage: Ranges(partial(ring_histories, stage)) for stage in found.fe_ring_stages}
+    stepping = stepping_of(found, power_flow(found), duration_s)
+    refuse_endless(stepping, found.source)
+    ranges = partial(WindowedRanges, edges=window_edges(stepping.duration, found.solver.settle))
+    whole, account = ranges(train_histories), Ranges(energy_account)
+    rings = {stage: ranges(partial(ring_histories, stage)) for stage in found.fe_ring_stages}
     with kept(out, names, quiet) as sinks, progress(quiet) as report:
         model = put_together(found, parts, report)
         short = [] if duration_s is not None else cut_short(found, model.flow)
@@ -183,10 +186,12 @@ def simulate(
             torque_share=torque_share,
             energy=energy,
             progress=report,
-            sink=Several([rest, *rings.values(), *([account] if energy else []), *sinks]),
+            sink=Several([whole, *rings.values(), *([account] if energy else []), *sinks]),
         )
-    figures = _figures(model, run, rest)
-    figures |= of_rings(model, {stage: transient_figures(r) for stage, r in rings.items()})
+    start = float(run.data.attrs["settle_s"])
+    figures = _figures(model, run, whole.since(start))
+    rest = {stage: transient_figures(r.since(start)) for stage, r in rings.items()}
+    figures |= of_rings(model, rest)
     if energy:
         figures["energy_residual"] = largest_residual(account)
     if as_json:
@@ -197,11 +202,11 @@ def simulate(
 
 
 def _figures(model: Model, run: TimedRun, rest: Ranges) -> dict[str, Any]:
-    """What a transient of any case leaves; rest: ranges after its start-up."""
+    """What a transient of any case leaves; rest: ranges over its settled window."""
     least, mean, most = rest.least, rest.mean, rest.largest
     return {
         "time_s": run.simulated,
-        "settle_s": float(run.data.attrs["settle_s"]),
+        **window_of(run.data, run.simulated).figures,
         "wall_time_s": run.wall,
         "realtime_factor": run.realtime_factor,
         "steps": int(run.data.attrs["steps"]),

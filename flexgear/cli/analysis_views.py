@@ -19,6 +19,8 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
 from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.report.sharing import DEFINITION
+from flexgear.results.report.wording import said, window_words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import stage_histories
@@ -198,12 +200,23 @@ def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
 
 
 def show_transient(title: str, figures: dict[str, Any]) -> None:
-    single = {k: v for k, v in figures.items() if not isinstance(v, dict)}
-    table(title, single)
-    for name, rows in figures.items():
-        if isinstance(rows, dict) and rows:
+    """Figures of a transient, with the window that they are of; sections by figure."""
+    core = 1.0 / figures["realtime_factor"] if figures["realtime_factor"] else math.nan
+    rows = {
+        "simulated": said(figures["time_s"], "s"),
+        "figures are of the part": window_words(figures),
+        "how that is known": figures["settling"],
+        "time stepping": f"{figures['steps']} steps, {said(core, 's')} of one core for 1 s",
+    }
+    if "energy_residual" in figures:
+        rows["energy not accounted for"] = said(figures["energy_residual"], "share")
+    table(title, rows)
+    for name, found in figures.items():
+        if isinstance(found, dict) and found and name != "second_reduction":
             typer.echo("")
-            table(name.replace("_", " "), {k: _plain(v) for k, v in rows.items()})
+            key_table(name, {k: _plain(v) for k, v in found.items()})
+    if figures["load_sharing"]:
+        typer.echo(f"\n{DEFINITION}")
 
 
 def _plain(value: Any) -> Any:

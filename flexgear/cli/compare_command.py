@@ -24,6 +24,8 @@ from flexgear.cli.outputs import Force, Interactive, file_option
 from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
+from flexgear.results.report.sharing import DEFINITION
+from flexgear.results.report.wording import factor
 from flexgear.results.stage_part import ring_group, stage_part
 from flexgear.results.summary import sharing_summary
 from flexgear.solve.angles import lead_angles
@@ -35,7 +37,7 @@ from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing
 
-COLUMNS = {"instantaneous": "K", "hu-2023": "Hu 2023", "ren-2021": "Ren 2021"}
+COLUMNS = {"instantaneous": "K", "mean-based": "mean-based", "cycle-based": "cycle-based"}
 POSITIONS = 40
 
 
@@ -153,8 +155,9 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
             if group in rows:
                 values = "".join(_cell(rows[group][d]) for d in COLUMNS)
                 typer.echo(f"  {name:<{width}}{values}")
+    typer.echo(f"\n{DEFINITION}")
     typer.echo(
-        "\nK: largest N F/ΣF at any instant; Hu 2023, Ren 2021: by maxima of gear-mesh cycles"
+        "mean-based, cycle-based: from the largest loads of gear-mesh cycles (docs/results.md)"
     )
     static = [label for label, context in found.items() if is_static(context)]
     if static:
@@ -164,4 +167,4 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
 
 
 def _cell(value: float | None) -> str:
-    return f"{'–':>12}" if value is None else f"{value:12.4f}"
+    return f"{'–' if value is None else factor(value):>12}"

@@ -138,17 +138,6 @@ def said_size(size: float) -> str:
     return f"{size / 1000**power:.4g} {units[power]}"
 
 
-def modes_kept(figures: Mapping[str, Any]) -> str:
-    """Modes of a second reduction, the highest of them, and the estimate of the error."""
-    text = f"{figures['kept_modes']} up to {figures['modes_limit_hz']:.0f} Hz"
-    band, estimate = figures.get("modes_band_hz"), figures["modes_estimate"]
-    if band is None:
-        return f"all {text}"
-    if estimate is None:
-        return f"{text}, which does not cover the band of {band:g} Hz"
-    return f"{text}, error up to {band:g} Hz below {100 * estimate:.2g} %"
-
-
 def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool) -> None:
     """Sections of figures as tables, or all of them as JSON."""
     if as_json:

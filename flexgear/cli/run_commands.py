@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from flexgear.cli.display import Report, as_json_text, modes_kept, progress, table, warn
+from flexgear.cli.display import Report, as_json_text, progress, warn
 from flexgear.cli.options import AsJson, CaseName, Quiet, Settings, read_case
 from flexgear.cli.outputs import (
     PICTURES,
@@ -25,9 +26,12 @@ from flexgear.cli.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
+from flexgear.results.report.parts import Verdict
+from flexgear.results.report.wording import said
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
+from flexgear.solve.verdicts import WARNING, verdicts
 
 
 def run(
@@ -64,58 +68,29 @@ def run(
     if as_json:
         typer.echo(as_json_text(summary))
         return
-    table(f"{found.name}: results in {folder}", _told(summary))
+    _show(f"{found.name}: results in {folder}", summary)
 
 
-def _told(summary: dict[str, Any]) -> dict[str, Any]:
-    """What a run says at its end."""
-    rows: dict[str, Any] = {"power": f"{summary['power_flow']['input_power_w'] / 1e3:.6g} kW in"}
-    if summary["kind"] == "stage":
-        steady = summary["steady"]
-        rows |= {
-            "carrier speed": f"{steady['carrier_speed_rpm_mean']:.4f} rpm",
-            "mean ring mesh force": f"{steady['ring_mesh_force_n_mean'] / 1e3:.6g} kN, expected "
-            f"{summary['kinematics']['expected_ring_mesh_force_n'] / 1e3:.6g} kN",
-            "tooth node 1, peak": {
-                k: f"{v:.4g} µm" for k, v in steady["tooth_displacement_peak_um"].items()
-            },
-            "load sharing": {k: v["mean"] for k, v in steady["load_sharing"].items()},
-        }
+def _show(title: str, summary: dict[str, Any]) -> None:
+    """What a run says at its end: the verdicts of its report, a line for the figure and one for the
+    sentence. Warnings stand apart."""
+    typer.echo(title)
+    power = said(summary["power_flow"]["input_power_w"], "W")
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
-    rows |= {
-        "lowest modes": ", ".join(f"{m['frequency_hz']:.4g} Hz {m['type']}" for m in lowest),
-        "largest K, quasi-static": _largest(
-            list(_first(summary["load_sharing"]["quasi_static"]).values())
-        ),
-        "largest K, transient": _largest([_first(summary["load_sharing"]["transient"])]),
-    }
-    difference = summary["harmonic"].get("largest_difference")
-    if difference is not None:
-        rows["harmonic against transient"] = f"{100 * difference:.3f} % of the largest force apart"
-    rows["modes kept"] = modes_kept(summary["system"])
-    if summary["energy_residual"] is not None:
-        rows["energy residual"] = f"{100 * summary['energy_residual']:.3f} %"
-    rows["faster than real time"] = f"{summary['realtime_factor']:.2f} x"
-    return rows
-
-
-def _first(variants: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """The case as it is, which comes before its variants."""
-    return next(iter(variants.values()), {})
-
-
-def _largest(stages: list[dict[str, Any]]) -> str:
-    """Largest momentary load sharing factor over groups of gear meshes by name."""
-    found = {
-        group: figures["instantaneous"]
-        for groups in stages
-        for group, figures in groups.items()
-        if isinstance(figures, dict) and figures["instantaneous"] is not None
-    }
-    if not found:
-        return "no planets share a load"
-    group = max(found, key=lambda g: found[g])
-    return f"{found[group]:.4f} ({group})"
+    modes = ", ".join(f"{said(m['frequency_hz'], 'Hz')} {m['type']}" for m in lowest)
+    core = 1.0 / summary["realtime_factor"] if summary["realtime_factor"] else math.nan
+    found = [
+        Verdict("note", "Power", f"{power} in", ""),
+        *(v for v in verdicts(summary) if v.subject != WARNING),
+        Verdict("note", "Lowest natural modes", modes, ""),
+        Verdict("note", "Time stepping", f"{said(core, 's')} of one core for 1 s of running", ""),
+    ]
+    width = max(len(v.subject) for v in found)
+    for one in found:
+        first, *rest = [text for text in (one.figure, one.sentence) if text]
+        typer.echo(f"  {one.subject:<{width}}  {first}")
+        for text in rest:
+            typer.echo(f"  {'':<{width}}    {text}")
 
 
 def _save(result: Run, stage: Path, report: Report) -> None:

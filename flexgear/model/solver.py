@@ -32,9 +32,9 @@ class Solver(Section):
     fraction; given both, modes_to is an upper bound; with neither, rigid bodies keep all modes.
     modes_band: see modes_accuracy. step_time_step: of steps near jumps of the torque;
     reduction_limit: frequency up to which reduced bodies are compared with the unreduced ones;
-    settle: start-up left out of load sharing; positions_per_gear_mesh: quasi-static positions a
-    gear-mesh cycle. line_loads_in_time: under face_load transients hold all that equilibria do of
-    the load along the face, slice by slice.
+    settle: start-up that figures leave out, in the place of what the motion shows;
+    positions_per_gear_mesh: quasi-static positions a gear-mesh cycle. line_loads_in_time: under
+    face_load transients hold all that equilibria do of the load along the face, slice by slice.
     """
 
     fidelity: Literal["quick", "standard", "fine"] = "standard"

@@ -67,12 +67,17 @@ class SharingCoefficients:
         for at, group in self._groups:
             group.append(f[:, at])
 
-    def found(self) -> dict[str, Array]:
-        """ "load_sharing_coefficient" (definitions, groups), "planet_coefficient" (definitions, G)
-        and "mesh_load_factor" (groups,)."""
+    def close_window(self) -> None:
+        """What comes is of the next window."""
+        for _, group in self._groups:
+            group.close_window()
+
+    def found(self, first: int = 0) -> dict[str, Array]:
+        """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions, G)
+        from the window ``first`` on, "mesh_load_factor" (groups,)."""
         planets = np.full((len(DEFINITIONS), self._count), np.nan)
         for at, group in self._groups:
-            planets[:, at] = [group.planets(d) for d in DEFINITIONS]
+            planets[:, at] = [group.planets(d, first) for d in DEFINITIONS]
         largest = [planets[:, at].max(axis=1) for at, _ in self._groups]
         assumed = [mesh_load_factor(len(at)) for at, _ in self._groups]
         return {

@@ -8,8 +8,8 @@ Papers that look at the maximum of each gear-mesh cycle k define
     B_ik = N max_k(F_i) / Σ_j max_k(F_j),
 
 where the maxima of planets need not fall together, so that B stays below the largest K. They then
-differ: Hu et al. 2023 (eqs. 19, 20) take max_k B_ik, Ren et al. 2021 (eqs. 21 to 24) take
-1 + max_k |B_ik − 1|, which counts a planet that carries too little as well. Hu's eq. 19 as printed
+differ: the mean-based factor of Hu et al. 2023 (eqs. 19, 20) is max_k B_ik, the cycle-based factor
+of Ren et al. 2021 (eqs. 21 to 24) 1 + max_k |B_ik − 1|, which counts a planet that carries too little as well. Hu's eq. 19 as printed
 runs its maxima over all planets and cycles at once, which makes it 1 whatever the forces are; the
 text beside it and eq. 20 only make sense planet by planet and cycle by cycle.
 """
@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
-Definition = Literal["instantaneous", "hu-2023", "ren-2021"]
+Definition = Literal["instantaneous", "mean-based", "cycle-based"]
 
 # IEC 61400-4:2012, design requirements for wind turbine gearboxes; read in the source code of
 # Drivetrain (G. Rebouças, NTNU), which names the standard
@@ -133,8 +133,8 @@ def shares(force: Array) -> Array:
 
 
 def planet_figures(definition: Definition, history: Array) -> Array:
-    """What of the shares (c, N) counts: itself, or by Ren 1 + |B − 1|."""
-    return np.asarray(1 + np.abs(history - 1) if definition == "ren-2021" else history)
+    """What of the shares (c, N) counts: itself, or 1 + |B − 1| of the cycle-based factor."""
+    return np.asarray(1 + np.abs(history - 1) if definition == "cycle-based" else history)
 
 
 def sharing_by(
@@ -142,7 +142,7 @@ def sharing_by(
 ) -> LoadSharing:
     """Load sharing of the gear-mesh forces (t, N) of one gear mesh side by a named definition.
 
-    "instantaneous": K_i(t) = N F_i/ΣF, largest over time; "hu-2023" and "ren-2021": see the head
+    "instantaneous": K_i(t) = N F_i/ΣF, largest over time; "mean-based" and "cycle-based": see the head
     of this file. Reversed torque (ΣF < 0 on average) counts as carried. FlexgearError where the
     planets together carry nothing in some cycle, so that there is nothing to share.
     """

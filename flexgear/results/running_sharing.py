@@ -27,7 +27,10 @@ FEWEST = 4.0  # samples a gear-mesh cycle whose maximum is to be seen
 
 
 class RunningSharing:
-    """Coefficients of N planets that share a load. samples_per_cycle: of their gear mesh."""
+    """Coefficients of N planets that share a load. samples_per_cycle: of their gear mesh.
+
+    Windows that are closed are kept apart, so that coefficients can be of the later ones alone.
+    """
 
     def __init__(self, planets: int, samples_per_cycle: float) -> None:
         self._per_cycle = samples_per_cycle
@@ -44,45 +47,58 @@ class RunningSharing:
             sense.append(f, self._samples)
         self._samples += len(f)
 
-    def planets(self, definition: Definition) -> Array:
-        """Coefficients (N,) of the planets; NaN where they cannot be said."""
-        found = self._senses[0 if self._sum >= 0 else 1]
+    def close_window(self) -> None:
+        """What comes is of the next window; a gear-mesh cycle in both counts in the later one."""
+        for sense in self._senses:
+            sense.windows.append(_Largest(sense.open.shape[1]))
+
+    def planets(self, definition: Definition, first: int = 0) -> Array:
+        """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are none."""
+        windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
+        found = np.max([one.figures[definition] for one in windows], axis=0)
         enough = definition == "instantaneous" or (
             self._per_cycle >= FEWEST and self._samples >= self._per_cycle
         )
-        if not (enough and self._samples and found.loaded):
-            return np.full_like(found.largest[definition], math.nan)
-        return found.largest[definition]
+        if not (enough and all(one.loaded for one in windows) and np.isfinite(found).all()):
+            return np.full_like(found, math.nan)
+        return np.asarray(found)
+
+
+class _Largest:
+    """Coefficients of one window. loaded: whether the load has the sense in every sample."""
+
+    def __init__(self, planets: int) -> None:
+        self.loaded = True
+        self.figures = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
+
+    def take(self, definition: Definition, largest: Array) -> None:
+        """Look at shares of the forces (k, N) of samples or cycles."""
+        found = planet_figures(definition, shares(largest)).max(axis=0)
+        self.figures[definition] = np.maximum(self.figures[definition], found)
 
 
 class _Sense:
-    """Coefficients if the load has one sense. loaded: whether it has it in every sample."""
+    """Coefficients by window if the load has one sense."""
 
     def __init__(self, planets: int, sense: float, per_cycle: float) -> None:
         self._sense, self._per_cycle = sense, per_cycle
-        self._cycles, self._open = 0, np.zeros((0, planets))
-        self.loaded = True
-        self.largest = {d: np.full(planets, -math.inf) for d in DEFINITIONS}
+        self._cycles, self.open = 0, np.zeros((0, planets))
+        self.windows = [_Largest(planets)]
 
     def append(self, force: Array, before: int) -> None:
         """Some samples more, of which there were some before."""
-        force = self._sense * force
+        force, window = self._sense * force, self.windows[-1]
         carried = carry_together(force) & (force.sum(axis=1) > 0)
-        self.loaded = self.loaded and bool(np.all(carried))
-        if not self.loaded:
-            return
-        self._take("instantaneous", force)
+        window.loaded = window.loaded and bool(np.all(carried))
+        if window.loaded:
+            window.take("instantaneous", force)
         if self._per_cycle < FEWEST:
             return
-        first, held = before - len(self._open), np.concatenate([self._open, force])
+        first, held = before - len(self.open), np.concatenate([self.open, force])
         starts = cycle_starts(before + len(force), self._per_cycle, self._cycles) - first
-        self._open = held[starts[-1] :]
+        self.open = held[starts[-1] :]
         self._cycles += len(starts) - 1
-        if len(starts) > 1:
+        if window.loaded and len(starts) > 1:
             largest = np.maximum.reduceat(held[: starts[-1]], starts[:-1], axis=0)
             for definition in DEFINITIONS[1:]:
-                self._take(definition, largest)
-
-    def _take(self, definition: Definition, largest: Array) -> None:
-        figures = planet_figures(definition, shares(largest)).max(axis=0)
-        self.largest[definition] = np.maximum(self.largest[definition], figures)
+                window.take(definition, largest)

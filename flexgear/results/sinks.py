@@ -125,18 +125,26 @@ class Ranges:
         found = self._watched(data)
         if not found.sizes[TIME]:
             return
-        total, count = found.sum(TIME, dtype=float), found.count(TIME)
-        least, largest = found.min(TIME), found.max(TIME)
-        if not self.first.data_vars:
-            self.first = found.isel({TIME: 0}, drop=True)
-            self.least, self.largest, self._sum, self._count = least, largest, total, count
-            return
-        self.least = xr.apply_ufunc(np.fmin, self.least, least)
-        self.largest = xr.apply_ufunc(np.fmax, self.largest, largest)
-        self._sum, self._count = self._sum + total, self._count + count
+        one = Ranges(self._watched)
+        one.first = found.isel({TIME: 0}, drop=True)
+        one.least, one.largest = found.min(TIME), found.max(TIME)
+        one._sum, one._count = found.sum(TIME, dtype=float), found.count(TIME)
+        self.join(one)
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""
+
+    def join(self, later: Ranges) -> None:
+        """Take in the samples of another one, which come after its own."""
+        if not later.first.data_vars:
+            return
+        if not self.first.data_vars:
+            self.first, self.least, self.largest = later.first, later.least, later.largest
+            self._sum, self._count = later._sum, later._count
+            return
+        self.least = xr.apply_ufunc(np.fmin, self.least, later.least)
+        self.largest = xr.apply_ufunc(np.fmax, self.largest, later.largest)
+        self._sum, self._count = self._sum + later._sum, self._count + later._count
 
     @property
     def mean(self) -> xr.Dataset:

@@ -25,11 +25,11 @@ from flexgear.results.stage_part import ring_forces, ring_group, stage_part, wit
 from flexgear.results.group_sharing import sharing_figures
 
 ORDERS = 21  # radial harmonics 0 … 20
+CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 MICRO = 1e6
 
 LOWEST = 12  # modes that a summary lists
 UNMOVED = 1e-9  # of the largest distance of any body, rounding
-CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
 REQUIRED: dict[str, Any] = {
     "case": None,
     "kind": None,

@@ -25,6 +25,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import edge_warnings, face_figures
+from flexgear.results.settling import window_of
 from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     build_summary,
@@ -52,6 +53,7 @@ from flexgear.solve.run_figures import (
     residual_of_run,
     stages_summary,
     transient_summary,
+    unsettled_lines,
 )
 from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
 from flexgear.solve.static import static
@@ -196,7 +198,7 @@ def run(
         modes=modes_summary(datasets["modes"]),
         load_sharing={
             "quasi_static": {n: _shared(sharing, n) for n in models},
-            "transient": {n: sharing_summary_of(one.data) for n, one in runs.items()},
+            "transient": {n: _in_time(one.data) for n, one in runs.items()},
         },
         transient=transient_summary(own),
         harmonic=harmonic,
@@ -204,7 +206,7 @@ def run(
         energy_residual=residual_of_run(first, runs, drops),
         solver=first.pace.summary,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
-        warnings=_warnings(first, face_load),
+        warnings=[*_warnings(first, face_load), *unsettled_lines(runs)],
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=own.realtime_factor,
@@ -232,6 +234,11 @@ def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
         *edge_warnings(face_load.get(model.variant, {})),
         *reduction_warnings(case, model.bodies, variants_of(case)),
     ]
+
+
+def _in_time(data: xr.Dataset) -> dict[str, Any]:
+    """Load sharing of a transient, with the window it is from."""
+    return {**sharing_summary_of(data), **window_of(data).figures}
 
 
 def _harmonic(model: Model, stepped: xr.Dataset) -> tuple[xr.Dataset, dict[str, Any]]:

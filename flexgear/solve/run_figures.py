@@ -20,6 +20,7 @@ from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
 from flexgear.results.root_stress import root_figures
+from flexgear.results.settling import window_of
 from flexgear.results.summary import (
     distance_summary,
     drop_summary,
@@ -33,7 +34,7 @@ from flexgear.solve.angles import stage_motions
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.static import UNLOADED
-from flexgear.solve.transient import train_histories
+from flexgear.solve.transient import settled, train_histories
 
 
 def depth_name(torque: float) -> str:
@@ -118,15 +119,28 @@ def _seats(view: StageView, speed: float, force: xr.DataArray) -> dict[str, dict
 
 
 def transient_summary(run: TimedRun) -> dict[str, Any]:
-    rest = ranges_of(run.data, train_histories)
+    rest = ranges_of(settled(run.data), train_histories)
     forces = (part["gear_mesh_force"] for part in (rest.least, rest.mean, rest.largest))
     return {
         "duration_s": run.simulated,
-        "settle_s": float(run.data.attrs["settle_s"]),
+        **window_of(run.data).figures,
         "steps": int(run.data.attrs["steps"]),
         "gear_mesh_force": force_ranges(*forces),
         "displacement_um_max": distance_summary(rest.largest["axis_distance"]),
     }
+
+
+def unsettled_lines(runs: Mapping[str, TimedRun]) -> list[str]:
+    """A line for transients that have not settled; their figures are of the whole run."""
+    windows = {name: window_of(one.data) for name, one in runs.items()}
+    unsettled = {name: w for name, w in windows.items() if w.settled is False}
+    if not unsettled:
+        return []
+    names, window = ", ".join(unsettled), next(iter(unsettled.values()))
+    return [
+        f"transient, {names}: not settled within {window.end:.4g} s ({window.sentence}); largest "
+        "values are over the whole run; give a longer solver.duration_s, or more damping"
+    ]
 
 
 def bodies_summary(
@@ -145,7 +159,7 @@ def bodies_summary(
         for stage in case.flexible_stages
         for part, body in first.bodies[stage].by_part.items()
     }
-    compared = {n: one.data for n, one in runs.items() if not n.endswith("without errors")}
+    compared = {n: settled(x.data) for n, x in runs.items() if not n.endswith("without errors")}
     ends = ("drive", "output") if alone else tuple(port.member for port in case.ports)
     inertias = {
         end: case.port_inertia(port.member) for end, port in zip(ends, case.ports, strict=True)
@@ -153,6 +167,7 @@ def bodies_summary(
     steady = {
         stage: {
             **steady_summary(compared, datasets["equilibrium_without_errors"], stage),
+            **window_of(next(iter(runs.values())).data).figures,
             "equilibrium_closure_max": datasets["equilibrium"].attrs["closure_max"],
             **rim_stress_summary(datasets["equilibrium"], stage),
             "inertia_kg_m2": inertias,
@@ -195,11 +210,16 @@ def _first_or_all(by_stage: dict[str, Any], alone: bool) -> dict[str, Any]:
 
 
 def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> dict[str, Any]:
-    """Figures of torque drops by depth and variant."""
+    """Figures of torque drops by depth and variant, from the drop on."""
     found: dict[str, dict[str, Any]] = {}
+    start, duration, after = timed_drops(case).times
     for (torque, label), one in drops.items():
-        figures: dict[str, Any] = drop_summary(one.data)
-        rings = {stage: torque_step_summary(one.data, stage) for stage in case.fe_ring_stages}
+        data = between(one.data, start)  # what comes before lets the train settle
+        figures: dict[str, Any] = {
+            **drop_summary(data),
+            "window_s": [start, start + duration + after],
+        }
+        rings = {stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages}
         if rings:
             figures |= _first_or_all(rings, case.is_short)
         found.setdefault(depth_name(torque), {})[label] = figures

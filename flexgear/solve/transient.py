@@ -22,6 +22,7 @@ from flexgear.model.errors import InputError
 from flexgear.results.group_sharing import SharingCoefficients
 from flexgear.results.labelled_dataset import coordinate, variable
 from flexgear.results.pieces import between
+from flexgear.results.settling import Settling, Window, cut, window_edges, window_of
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.summary import axis_distance
 from flexgear.solve.angles import stage_motions
@@ -67,10 +68,24 @@ def _slowest_turn(case: Case, flow: PowerFlow) -> float:
     return max((m.turn_period for m in motions if m.theta), default=at_rest)
 
 
-def start_up(model: Model, span: float) -> float:
-    """Start-up left out of load sharing, s: as given, else at most half the run."""
-    given, derived = model.case.solver.settle, model.pace.start_up
-    return min(derived, span / 2) if given is None else given
+def _settling(model: Model, span: float, constant: bool) -> Settling | Window:
+    """What finds the window that figures are taken from, or that window where it is known."""
+    start = model.case.solver.settle
+    if start is not None:
+        if span <= start:
+            raise InputError(
+                model.case.source,
+                "solver.settle_s",
+                f"{start:g} s of start-up leave nothing of a run of {span:g} s",
+                "lower it, or run for longer",
+            )
+        return Window(start, span, None, "as solver.settle_s says")
+    if not constant:
+        return Window(0.0, span, None, "the drive or a load changes")
+    turning = [s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency]
+    if not turning:
+        return Window(0.0, span, None, "nothing turns")
+    return Settling(1.0 / min(turning), span)
 
 
 def stepping_of(
@@ -119,11 +134,11 @@ def simulate(
     duration: s, ``usual_duration`` if left out. drive: torque of the first input in the place of
     what the case says, all other machines then at rated torque or speed. The torque of brakes is
     scaled by ``torque_share`` too, so that the train keeps its rated speed. Load sharing
-    coefficients are taken after ``start_up``. fields: bodies that bend, whose coordinates are kept
-    at every sample, for ``deformed``. sink: takes the samples as they come, so that the
-    run's length does not count; ``data`` is then empty. Raises InputError where a brake drives,
-    nothing is left after the start-up or the run would not come to an end, FlexgearError where the
-    time stepping runs away.
+    coefficients are those of the settled window (``results.settling``). fields: bodies that bend,
+    whose coordinates are kept at every sample, for ``deformed``. sink: takes the samples as they
+    come, so that the run's length does not count; ``data`` is then empty. Raises InputError where a
+    brake drives, nothing is left after the start-up or the run would not come to an end,
+    FlexgearError where the time stepping runs away.
     """
     case = model.case
     require_brakes(model)
@@ -131,20 +146,12 @@ def simulate(
         require_bending(model, body)
     stepping = stepping_of(case, model.flow, duration, drive=drive, output_interval=output_interval)
     span = stepping.duration
-    settle = start_up(model, span)
-    if span <= settle:
-        raise InputError(
-            case.source,
-            "solver.settle_s",
-            f"{settle:g} s of start-up leave nothing of a run of {span:g} s",
-            "lower it, or run for longer",
-        )
     modal, ends = braked(model.modal, torque_share), ends_of(case, model.flow, drive, torque_share)
-    sharing = _Sharing(model, stepping.interval, torque_share)
+    settling = _settling(model, span, not ends.jumps and not ends.steep)
+    sharing = _Sharing(model, stepping.interval, torque_share, span)
 
     def labelled(found: Transient) -> xr.Dataset:
-        attrs = {"settle_s": settle, "torque_share": torque_share}
-        data = transient_data(model, found, **attrs)
+        data = transient_data(model, found, torque_share=torque_share)
         if fields:
             data = data.merge(body_coordinates(found, fields))
         if not energy:
@@ -153,12 +160,14 @@ def simulate(
         return data.assign({name: variable(name, v, "time") for name, v in account.items()})
 
     def last(steps: Steps) -> xr.Dataset:
-        said = {**step_attributes(steps), "solver": json.dumps(model.pace.summary)}
-        return sharing.coefficients().assign_attrs(said)
+        window = settling.window() if isinstance(settling, Settling) else settling
+        attrs = {**step_attributes(steps), "solver": json.dumps(model.pace.summary)}
+        return sharing.coefficients(window.start).assign_attrs(attrs | window.attributes)
 
     memory = Gathered()
     run = LongRun(modal, ends.drive(stepping.jumps), stepping, energy, labelled, last, case.source)
-    both = Several([sharing, sink or memory])
+    watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
+    both = Several([*watching, sharing, sink or memory])
     cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
     return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
 
@@ -200,9 +209,9 @@ def constant_drive() -> TorqueHistory:
 
 
 class _Sharing:
-    """A sink that finds load sharing coefficients after settling."""
+    """A sink that finds load sharing coefficients from any window of a run of ``span`` s on."""
 
-    def __init__(self, model: Model, interval: float, share: float) -> None:
+    def __init__(self, model: Model, interval: float, share: float, span: float) -> None:
         per_cycle = {
             s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
             for s in model.flow.stages
@@ -210,20 +219,26 @@ class _Sharing:
         self._found = SharingCoefficients(model.gear_meshes.names, per_cycle)
         self._sense = math.copysign(1.0, share)
         self._definitions = result_labels(model)["definition"]
+        self._edges, self._open = window_edges(span, model.case.solver.settle), 0
 
     def begin(self, coming: Coming) -> None:
         """Nothing is there yet."""
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
-        self._found.append(self._sense * settled(data)["gear_mesh_force"].to_numpy())
+        for window, piece in cut(data, self._edges):
+            for _ in range(self._open, window):
+                self._found.close_window()
+            self._open = window
+            self._found.append(self._sense * piece["gear_mesh_force"].to_numpy())
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""
 
-    def coefficients(self) -> xr.Dataset:
-        """What was found up to now."""
-        found = {name: variable(name, value) for name, value in self._found.found().items()}
+    def coefficients(self, start: float) -> xr.Dataset:
+        """Those of the samples from ``start`` s on."""
+        first = min(int(np.searchsorted(self._edges, start)), self._open)
+        found = {name: variable(name, value) for name, value in self._found.found(first).items()}
         names = coordinate("definition", "definition", self._definitions)
         return xr.Dataset(found, {"definition": names})
 
@@ -244,13 +259,12 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
 
 
 def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
-    """The samples of a transient after its start-up; at most so many, the last ones."""
-    rest = between(data, data.attrs["settle_s"])
+    """The samples of a transient in its settled window; at most so many, the last ones."""
+    rest = between(data, window_of(data).start)
     return rest if most is None else rest.isel(time=slice(-most, None))
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:
-    """What of a transient the command line gives the range of, after its start-up."""
-    rest = settled(data)
+    """What of a transient the command line gives the range of."""
     names = ["input_speed", "port_torque", "gear_mesh_force"]
-    return rest[names].assign(axis_distance=axis_distance(rest))
+    return data[names].assign(axis_distance=axis_distance(data))

@@ -12,14 +12,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from flexgear.results.report.parts import Level, Verdict
-from flexgear.results.report.tables import groups_of, own_variant, stage_figures
-from flexgear.results.report.wording import number, said, words
+from flexgear.results.report.sharing import DEFINITION, sharing_title, sharings
+from flexgear.results.report.tables import stage_figures
+from flexgear.results.report.wording import factor, said, window_words, words
 from flexgear.solve.reduction_warnings import PROMISED
 
 Summary = Mapping[str, Any]
 AGREES, STRAYS = 0.01, 0.05  # of what a speed or mean force should be
 CLOSED = 1e-6  # share of the load that an equilibrium may leave over
 BALANCED, UNBALANCED = 0.01, 0.05  # share of the energy not accounted for
+NEGLIGIBLE = 1e-4  # of the energy: smaller residuals are no figures
+WARNING = "Warning"
 STANDARD = "IEC 61400-4:2012"
 
 
@@ -28,9 +31,8 @@ def verdicts(summary: Summary) -> list[Verdict]:
     parts = (
         _warnings(summary),
         _sharing(summary),
-        _speeds(summary),
-        _forces(summary),
         _deflections(summary),
+        _forces(summary),
         _rigid_beside_flexible(summary),
         _errors(summary),
     )
@@ -39,87 +41,75 @@ def verdicts(summary: Summary) -> list[Verdict]:
 
 def _warnings(summary: Summary) -> Iterator[Verdict]:
     for text in summary["warnings"]:
-        yield Verdict("watch", "Warning", "", text)
+        yield Verdict("watch", WARNING, "", text)
 
 
 def _sharing(summary: Summary) -> Iterator[Verdict]:
-    """Of each group of gear meshes: the standard's value is one of equilibria, dynamics come on top
-    of it; without equilibria steady running in time is held to it."""
-    found = summary["load_sharing"]
-    static, dynamic_factors = (
-        _largest(*own_variant(found["quasi_static"]).values()),
-        _largest(own_variant(found["transient"])),
-    )
-    for group in dict.fromkeys([*static, *dynamic_factors]):
-        k, assumed = static.get(group) or dynamic_factors[group]
-        way = "in equilibria" if group in static else "in time"
-        most = f"Largest factor at any instant, {way}"
-        dynamic = dynamic_factors[group][0] if group in static and group in dynamic_factors else k
+    """Of each stage: the standard's value is one of equilibria, dynamics come on top of it; without
+    equilibria K in time is held to it."""
+    found = list(sharings(summary["load_sharing"]))
+    for one in found:
+        both = [k for k in (one.in_equilibria, one.in_time) if k is not None]
         level: Level = "note"
-        sentence = f"{most}; {STANDARD} has no value for that number of planets."
-        if assumed is not None:
-            level = "bad" if k > assumed else "watch" if dynamic > assumed else "good"
-            compared = "within" if k <= assumed else "above"
-            sentence = (
-                f"{most}, {compared} the {assumed:.2f} that {STANDARD} assumes for the number of "
-                "planets."
-            )
-        if group in static and group in dynamic_factors:
-            above = assumed is not None and k <= assumed < dynamic
-            sentence += f" With dynamics, in time: {dynamic:.3f}{', above it' if above else ''}."
-        yield Verdict(level, f"Load sharing, {words(group)}", f"K = {k:.3f}", sentence)
-    if not static and not dynamic_factors:
+        compared = f"{STANDARD} has no value for that number of planets"
+        if one.assumed is not None:
+            level = "bad" if both[0] > one.assumed else "good"
+            level = "watch" if level == "good" and both[-1] > one.assumed else level
+            least, most = min(both) <= one.assumed, max(both) > one.assumed
+            stands = ("in part above" if least else "above") if most else "within"
+            compared = f"{stands} the {one.assumed:.2f} that {STANDARD} assumes for its planets"
+        in_time = f"; in time {one.window}" if one.in_time is not None else ""
+        sentence = f"{compared[0].upper()}{compared[1:]}{in_time}. {one.reason}".strip()
+        yield Verdict(level, sharing_title(one), f"K = {one.figure}", sentence)
+    if found:
+        yield Verdict("note", "Definition", "", DEFINITION)
+    else:
         yield Verdict("note", "Load sharing", "–", "No planets share a load in this case.")
 
 
-def _largest(*stages: Mapping[str, Any]) -> dict[str, tuple[float, float | None]]:
-    """Largest momentary factor and the standard's, by group of gear meshes."""
-    return {
-        group: (one["instantaneous"], one["iec_61400_4"])
-        for figures in stages
-        for group, one in groups_of(figures).items()
-        if one["instantaneous"] is not None
-    }
-
-
-def _speeds(summary: Summary) -> Iterator[Verdict]:
-    wanted = stage_figures(summary, "kinematics")
-    for stage, one in stage_figures(summary, "steady").items():
-        at = f", {words(stage)}" if stage else ""
-        yield _against(
-            f"Carrier speed{at}",
-            one["carrier_speed_rpm_mean"],
-            wanted[stage]["carrier_speed_rpm"],
-            "r/min",
-        )
-
-
 def _forces(summary: Summary) -> Iterator[Verdict]:
+    """Mean forces of each stage's gear meshes beside those of the power flow, and the largest."""
+    stages: dict[str, dict[str, Any]] = {}
     for group, force in summary["transient"]["gear_mesh_force"].items():
-        stage, _, part = group.partition(" ")
+        stages.setdefault(group.partition(" ")[0], {})[group] = force
+    for stage, groups in stages.items():
         known = summary["stages"][stage]
-        role = "ring" if part.startswith("ring") else "sun"
-        expected = known.get(f"{role}_gear_mesh_force_n")
-        if expected:
-            name = f"Mean gear-mesh force, {words(group)}"
-            yield _against(name, abs(force["mean_n"]), expected, "N")
+        away, largest = 0.0, max(max(abs(f["max_n"]), abs(f["min_n"])) for f in groups.values())
+        for group, force in groups.items():
+            role = "ring" if " ring" in group else "sun"
+            expected = known.get(f"{role}_gear_mesh_force_n")
+            if expected:
+                away = max(away, abs(abs(force["mean_n"]) / expected - 1.0))
+        level: Level = "good" if away <= AGREES else "watch" if away <= STRAYS else "bad"
+        beside = "as the power flow gives" if level == "good" else (
+            f"up to {said(away, 'share')} beside those of the power flow")  # fmt: skip
+        figure = ", ".join(
+            f"{_part(group)} {said(abs(force['mean_n']), 'N')}".strip()
+            for group, force in groups.items()
+        )
+        most = f"largest {said(largest, 'N')}, {window_words(summary['transient'])}"
+        subject = _of("Mean gear-mesh forces", stage)
+        yield Verdict(level, subject, figure, f"{beside.capitalize()}; {most}.")
 
 
-def _against(subject: str, value: float, expected: float, unit: str) -> Verdict:
-    """A figure beside the one that the power flow gives."""
-    away = abs(value - expected) / abs(expected) if expected else abs(value)
-    level: Level = "good" if away <= AGREES else "watch" if away <= STRAYS else "bad"
-    share = "" if away < 5e-5 else f", {said(away, 'share')} away"
-    sentence = f"The power flow gives {said(expected, unit)}{share}."
-    return Verdict(level, subject, said(value, unit), sentence)
+def _part(group: str) -> str:
+    """ "stage_1 ring left" -> "ring left"."""
+    return group.partition(" ")[2]
+
+
+def _of(what: str, stage: str) -> str:
+    """With the stage, but for the only one, which the short form calls "stage"."""
+    return what if stage == "stage" else f"{what}, {words(stage)}"
 
 
 def _deflections(summary: Summary) -> Iterator[Verdict]:
     far = summary["transient"]["displacement_um_max"]
     if far and max(far.values()) > 0:
         name = max(far, key=lambda n: far[n])
-        yield Verdict("note", "Largest way off the axis", said(1e-6 * far[name], "m"),
-                      f"{words(name).capitalize()}, in steady running.")  # fmt: skip
+        sentence = f"{words(name).capitalize()}, {window_words(summary['transient'])}."
+        yield Verdict(
+            "note", "Largest distance from the axis", said(1e-6 * far[name], "m"), sentence
+        )
     for stage, one in stage_figures(summary, "steady").items():
         peaks = one["tooth_displacement_peak_um"]
         axis = max(peaks, key=lambda n: peaks[n])
@@ -128,23 +118,29 @@ def _deflections(summary: Summary) -> Iterator[Verdict]:
             "note",
             f"Ring tooth{at}",
             said(1e-6 * peaks[axis], "m"),
-            f"Largest displacement of tooth node 1 along {axis} in steady running.",
+            f"Largest displacement of tooth node 1 along {axis}, {window_words(one)}.",
         )
 
 
 def _rigid_beside_flexible(summary: Summary) -> Iterator[Verdict]:
-    """What bending changes in the load sharing of steady running."""
-    for stage, one in stage_figures(summary, "steady").items():
-        shared = {n: v for n, v in one["load_sharing"].items() if v["mean"] is not None}
-        if "rigid" not in shared or len(shared) < 2:
-            continue
-        name, own = next((n, v) for n, v in shared.items() if n != "rigid")
-        rigid = shared["rigid"]["mean"]
-        change = 100 * (own["mean"] - rigid) / rigid
-        at = f", {words(stage)}" if stage else ""
-        yield Verdict("note", f"{name.capitalize()} beside rigid{at}", f"{change:+.2f} %",
-                      f"Mean load sharing factor at the ring: {own['mean']:.4f} {name}, "
-                      f"{rigid:.4f} with rigid bodies.")  # fmt: skip
+    """What bending changes in the load sharing, by the same K in time."""
+    variants = summary["load_sharing"]["transient"]
+    if "rigid" not in variants or len(variants) < 2:
+        return
+    name = next(iter(variants))
+    found = {
+        label: {one.stage: one.in_time for one in sharings({"quasi_static": {}, "transient": only})}
+        for label in (name, "rigid")
+        for only in [{label: variants[label]}]
+    }
+    for stage, k in found[name].items():
+        rigid = found["rigid"].get(stage)
+        if k is not None and rigid is not None:
+            subject, figure = (
+                _of("Load sharing, rigid bodies", stage),
+                f"K = {factor(rigid)} in time",
+            )
+            yield Verdict("note", subject, figure, f"Beside {factor(k)} {name}.")
 
 
 def balance_sentence(closure: float) -> str:
@@ -155,26 +151,77 @@ def balance_sentence(closure: float) -> str:
 
 
 def _errors(summary: Summary) -> Iterator[Verdict]:
+    """The solver's own checks: one line of those within limits, a line for each of the others."""
+    within: list[str] = []
+    for verdict, sentence in _solver_checks(summary):
+        if verdict.level == "good":
+            within.append(sentence)
+        else:
+            yield verdict
+    if within:
+        sentence = "; ".join(dict.fromkeys(within))
+        yield Verdict("good", "Solution", "within limits", f"{sentence[0].upper()}{sentence[1:]}.")
+
+
+def _solver_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
+    """Each check, and what is said of it when it is within its limit."""
+    wanted = stage_figures(summary, "kinematics")
+    for stage, one in stage_figures(summary, "steady").items():
+        speed, expected = one["carrier_speed_rpm_mean"], wanted[stage]["carrier_speed_rpm"]
+        away = abs(speed - expected) / (abs(expected) or abs(wanted[stage]["sun_speed_rpm"]))
+        level: Level = "good" if away <= AGREES else "watch" if away <= STRAYS else "bad"
+        sentence = f"The power flow gives {said(expected, 'r/min')}."
+        yield (
+            Verdict(level, f"Carrier speed{f', {words(stage)}' if stage else ''}",
+                    said(speed, "r/min"), sentence),
+            "speeds are those of the power flow",
+        )  # fmt: skip
     closure = summary.get("equilibrium_closure_max")
     if closure is not None:
-        level: Level = "good" if closure <= CLOSED else "bad"
-        within = number(closure)
-        how = "within rounding" if within == "0" else f"to {within} of the load"
-        yield Verdict(level, "Equilibria", "closed" if level == "good" else "not closed",
-                      f"Forces balance {how}.")  # fmt: skip
+        level = "good" if closure <= CLOSED else "bad"
+        sentence = balance_sentence(closure)
+        verdict = Verdict(
+            level, "Equilibria", "closed" if level == "good" else "not closed", sentence
+        )
+        yield verdict, "forces balance"
     for name, one in summary.get("reduction", {}).items():
         error = one.get("static_error")
         if error is not None:
             level = "good" if error <= PROMISED else "watch"
-            yield Verdict(level, f"Reduced {words(name)}", said(error, "share"),
-                          f"Static error beside the full FE mesh; up to {said(PROMISED, 'share')} "
-                          "is promised.")  # fmt: skip
+            figure = said(error, "share")
+            promised = said(PROMISED, "share")
+            sentence = f"Static error beside the full FE mesh; up to {promised} is promised."
+            yield (
+                Verdict(level, f"Reduced {words(name)}", figure, sentence),
+                f"reduced {words(name)} errs by {figure} in statics",
+            )
     residual = summary["energy_residual"]
     if residual is not None:
         level = "good" if residual <= BALANCED else "watch" if residual <= UNBALANCED else "bad"
-        yield Verdict(
-            level,
-            "Energy account",
-            said(residual, "share"),
-            "Of the energy in motion that work and losses do not account for.",
-        )
+        figure = said(residual, "share") if residual >= NEGLIGIBLE else said(NEGLIGIBLE, "share")
+        sentence = "Of the energy in motion that work and losses do not account for."
+        verdict = Verdict(level, "Energy balance", figure, sentence)
+        below = "less than " if residual < NEGLIGIBLE else ""
+        yield verdict, f"{below}{figure} of the energy is not accounted for"
+    yield from _mode_checks(summary)
+
+
+def _mode_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
+    """What the modes that are left out may change, and how far the harmonic solution is away."""
+    system = summary["system"]
+    band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
+    if band is not None:
+        upto = said(band, "Hz")
+        level: Level = "watch" if estimate is None else "good"
+        kept = f"{system['kept_modes']} up to {said(system['modes_limit_hz'], 'Hz')}"
+        verdict = Verdict(level, "Modes kept", kept, f"They do not cover the band of {upto}.")
+        error = said(estimate, "share")
+        yield verdict, f"modes that are left out err by at most {error} up to {upto}"
+    difference = summary["harmonic"].get("largest_difference")
+    if difference is not None:
+        level = "good" if difference <= AGREES else "watch"
+        figure = said(max(difference, NEGLIGIBLE), "share")
+        sentence = "Of the largest force, by which the harmonic solution and the transient differ."
+        below = "less than " if difference < NEGLIGIBLE else ""
+        within = f"harmonic solution and transient differ by {below}{figure} of the largest force"
+        yield Verdict(level, "Harmonic solution", figure, sentence), within

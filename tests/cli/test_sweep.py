@@ -30,7 +30,7 @@ def test_one_key_table_dataset_and_pictures(flexgear, tmp_path):
     code, text, _ = flexgear("sweep", "lin-parker", f"{KEY}=1e7:1e9:3:log", "--out", out, "-q")
     assert code == 0
     assert "frequency (Hz)" in text
-    assert "load sharing, hu-2023 (–)" in text
+    assert "load sharing, mean-based (–)" in text
     assert "727.267" in text
     assert f"wrote {out}" in text
     assert sorted(p.name for p in out.iterdir()) == [

@@ -38,7 +38,7 @@ def test_coefficients_that_cannot_be_said():
     idle.append(force)
     idle.append(0 * force)
     with pytest.raises(FlexgearError):
-        sharing_by("hu-2023", np.concatenate([force, 0 * force]), 5.0)
+        sharing_by("mean-based", np.concatenate([force, 0 * force]), 5.0)
     for running, known in ((short, 1), (coarse, 1), (idle, 0), (RunningSharing(2, 5.0), 0)):
         said = [np.isfinite(running.planets(d)).all() for d in DEFINITIONS]
         assert said == [known, 0, 0]

@@ -41,7 +41,7 @@ def dataset(**changes):
     } | changes
     labels = {
         "port": ["stage_1.carrier", "stage_2.pinion"],
-        "definition": ["instantaneous", "hu-2023", "ren-2021"],
+        "definition": ["instantaneous", "mean-based", "cycle-based"],
     }
     return labelled_dataset("position", np.arange(8), arrays, {"case": "x"}, labels, NAMES)
 
@@ -105,7 +105,7 @@ def test_factors_of_planets():
     # maxima of every cycle: 12, 10, 10 -> N max / sum
     np.testing.assert_allclose(k, [1.2, 36 / 32, 36 / 32])
     np.testing.assert_allclose(
-        data["planet_coefficient"].sel(definition="ren-2021")[1], 1 + abs(30 / 32 - 1)
+        data["planet_coefficient"].sel(definition="cycle-based")[1], 1 + abs(30 / 32 - 1)
     )
 
 
@@ -118,7 +118,7 @@ def test_what_cannot_be_said_has_no_number():
     assert np.isnan(nothing["load_sharing_coefficient"]).all()
     figures = sharing_figures(dataset(**few), "stage_1 ring")
     assert figures == {
-        "instantaneous": pytest.approx(1.2), "hu-2023": None, "ren-2021": None, "iec_61400_4": 1.1,
+        "instantaneous": pytest.approx(1.2), "mean-based": None, "cycle-based": None, "iec_61400_4": 1.1,
     }  # fmt: skip
 
 

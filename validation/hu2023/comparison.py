@@ -79,7 +79,7 @@ def over_period(run: TrainRun, j: int, cycles: int = CYCLES) -> Equilibrium:
 def sharing(run: TrainRun, found: Equilibrium, j: int, side: str) -> float:
     """K of eqs. 19 and 20 of a stage, "outside" or "inside"."""
     forces = gear_mesh_forces(found)[:, run.columns(j, KINDS[side])]
-    return sharing_by("hu-2023", forces, SAMPLES).coefficient
+    return sharing_by("mean-based", forces, SAMPLES).coefficient
 
 
 def momentary(run: TrainRun, found: Equilibrium | Transient, j: int, side: str) -> float:
@@ -140,4 +140,4 @@ def late_shares(j: int, side: str) -> float:
     found = over_time()
     forces = gear_mesh_forces(found)[found.time >= SETTLED][:, bundled().columns(j, KINDS[side])]
     cycle = 2 * np.pi / gear_mesh_rate(drive(), j) / EVERY
-    return sharing_by("hu-2023", forces, cycle).coefficient
+    return sharing_by("mean-based", forces, cycle).coefficient

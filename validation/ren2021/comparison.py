@@ -121,7 +121,7 @@ def package_sharing(errors: Errors) -> float:
     """System LSC (eqs. 21 to 24) of the package, quasi-static over the common period."""
     forces = quasi_static(errors, cycle_times(stage(), CYCLES))
     sides = np.split(forces, len(KINDS), axis=1)
-    return system_coefficient(sharing_by("ren-2021", side, SAMPLES) for side in sides)
+    return system_coefficient(sharing_by("cycle-based", side, SAMPLES) for side in sides)
 
 
 def mean_forces() -> list[Row]:

@@ -6,6 +6,7 @@ by its parts.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,6 +22,7 @@ from flexgear.results.report.wording import (
     words,
 )
 
+ROUNDING = 1e-6  # of the largest figure of a section: smaller ones are rounding
 _PITCHES = "pitches"
 _SHARE = "share"
 # key, {part} for a gear or gear mesh in it: words, unit where the key does not end in it
@@ -85,6 +87,17 @@ _WORDS = {
     "reduction_limit_hz": ("reduced bodies are checked up to", ""),
     "volume_m3": ("volume", "m³"),
     "dofs": ("degrees of freedom", ""),
+    "instantaneous": ("K at the worst instant", FACTOR),
+    "mean-based": ("mean-based factor", FACTOR),
+    "cycle-based": ("cycle-based factor", FACTOR),
+    "iec_61400_4": ("assumed by IEC 61400-4", FACTOR),
+    "min_n": ("least", ""),
+    "mean_n": ("mean", ""),
+    "max_n": ("largest", ""),
+    "distance_from_axis_um_max": ("largest distance from the axis", "µm"),
+    "load_sharing_max": ("largest load sharing factor K", FACTOR),
+    "planet_force_spread_max": ("largest spread of the planets' forces, over the mean", _SHARE),
+    "ring_mesh_force_n_mean": ("mean force of the ring gear meshes", "N"),
     "load_sharing": ("load sharing factor K", FACTOR),
     "planet_load_factor": ("load of each planet over the mean", FACTOR),
     "planet_force_spread": ("spread of the planets' forces, over the mean", _SHARE),
@@ -145,7 +158,10 @@ def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
     if not unit or unit == FACTOR or not all(_are_numbers(values) for values in lists):
         rows = rows_of(figures, unit)
         return title, {row.label: said(row.value, row.unit) for row in rows}
-    printed, by = scale([v for values in lists for v in values], unit)
+    every = [v for values in lists for v in values]
+    least = ROUNDING * max((abs(v) for v in every if math.isfinite(v)), default=0.0)
+    lists = [[v if abs(v) >= least else 0.0 for v in values] for values in lists]
+    printed, by = scale(every, unit)
     texts = (_side_by_side(values, by, printed) for values in lists)
     labels = (label_and_unit(name)[0] for name in figures)
     return f"{title} ({printed})", dict(zip(labels, texts, strict=True))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from flexgear.model.units import ALL_SUFFIXES, unit_name
 
@@ -80,6 +81,18 @@ def said(value: float | str | bool | None, unit: str = "") -> str:
 def digits_of(printed: str) -> int:
     """Significant digits of numbers in this unit."""
     return _DIGITS.get(printed, 4)
+
+
+def window_words(figures: Mapping[str, Any]) -> str:
+    """The part of a run that figures are of, from those of a transient in a summary."""
+    if "window_s" not in figures:  # of an earlier version
+        return "in steady running"
+    start, end = figures["window_s"]
+    printed, by = scale([end], "s")
+    if figures.get("settled") is False:
+        return f"over all {said(end, 's')}, not settled"
+    settled = ", settled" if figures.get("settled") else ""
+    return f"from {number(start * by, 3)} to {number(end * by, 3)} {printed}{settled}"
 
 
 def words(name: str) -> str:

@@ -1,0 +1,81 @@
+"""The load sharing factor of a run, one definition: K = N max F/ΣF, the largest at any instant.
+
+It is found twice, in equilibria, which hold errors and deflections, and in time, where vibration adds to
+the planets' forces; the standard's value (IEC 61400-4) is one of equilibria.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flexgear.results.report.wording import factor, window_words, words
+
+APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
+DEFINITION = (
+    "K is the largest load of a planet over the mean of all, at the worst instant: in equilibria from "
+    "errors and deflections alone, in time with the vibration of the gear meshes."
+)
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """K of one stage, at whichever of its gear meshes it is largest; None where it was not looked at.
+
+    assumed: by IEC 61400-4 for the number of planets; window: what K in time is the largest of.
+    """
+
+    stage: str
+    in_equilibria: float | None
+    in_time: float | None
+    assumed: float | None
+    window: str
+
+    @property
+    def figure(self) -> str:
+        """ "1.0009 in equilibria, 1.563 in time"."""
+        both = ((self.in_equilibria, "in equilibria"), (self.in_time, "in time"))
+        return ", ".join(f"{factor(k)} {how}" for k, how in both if k is not None)
+
+    @property
+    def reason(self) -> str:
+        """Why the two differ; nothing where they hardly do."""
+        if self.in_equilibria is None or self.in_time is None:
+            return ""
+        if self.in_time > self.in_equilibria + APART:
+            return "Vibration of the gear meshes adds to the planets' forces in time."
+        if self.in_time < self.in_equilibria - APART:
+            return "In time inertia evens out a part of what errors do in equilibria."
+        return ""
+
+
+def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
+    """K of every stage with planets that share a load; load_sharing: of a summary."""
+    static = own_variant(load_sharing["quasi_static"])
+    in_time = own_variant(load_sharing["transient"])
+    stages: dict[str, tuple[list[float], list[float], float | None]] = {}
+    for groups, column in ((groups_of(in_time), 1), *((groups_of(g), 0) for g in static.values())):
+        for group, one in groups.items():
+            stage = stages.setdefault(group.split(" ")[0], ([], [], one["iec_61400_4"]))
+            if one["instantaneous"] is not None:
+                stage[column].append(one["instantaneous"])  # type: ignore[union-attr]
+    for name, (equilibria, times, assumed) in stages.items():
+        if equilibria or times:
+            static, dynamic = (max(found, default=None) for found in (equilibria, times))
+            yield Sharing(name, static, dynamic, assumed, window_words(in_time))
+
+
+def sharing_title(sharing: Sharing) -> str:
+    """ "Load sharing, stage 1"; the only stage, which the short form calls "stage", is not said."""
+    return "Load sharing" + ("" if sharing.stage == "stage" else f", {words(sharing.stage)}")
+
+
+def own_variant(by_variant: Mapping[str, Any]) -> Any:
+    """Of the case as it is, which comes before its variants; {} where there is none."""
+    return next(iter(by_variant.values()), {})
+
+
+def groups_of(figures: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Figures of load sharing by group of gear meshes."""
+    return {name: one for name, one in figures.items() if isinstance(one, Mapping)}

@@ -1,0 +1,96 @@
+"""When a run has settled: decaying, steady and growing vibration of known size."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
+from flexgear.results.settling import SHARE, WINDOWS, Settling, WindowedRanges, cut, window_edges
+from flexgear.results.sinks import Ranges
+
+PERIOD, SPAN, FREE = 0.05, 4.0, 33.0  # s, s, Hz of the free vibration
+TIME = np.linspace(0.0, SPAN, 16_001)
+
+
+def run(free):
+    """One gear mesh with a mean, its period, runout once in the run, and free vibration (t,)."""
+    force = 100 + 4 * np.sin(2 * np.pi * TIME / PERIOD) + 6 * np.cos(2 * np.pi * TIME / SPAN)
+    force += free * np.cos(2 * np.pi * FREE * TIME)
+    motion = np.zeros((len(TIME), 1, 2))
+    return xr.Dataset(
+        {"gear_mesh_force": (("time", "gear_mesh"), force[:, None]),
+         "body_displacement": (("time", "body", "dof"), motion)},
+        {"time": TIME, "body": ["stage.sun"], "dof": ["ux", "uy"]},
+    )  # fmt: skip
+
+
+def window(free, pieces=9, period=PERIOD):
+    found = Settling(period, SPAN)
+    for at in np.array_split(np.arange(len(TIME)), pieces):
+        found.append(run(free).isel(time=at))
+    return found.window()
+
+
+@pytest.mark.parametrize("pieces", [1, 9, 150])
+@pytest.mark.parametrize("tau", [0.1, 0.3])
+def test_start_up_ends_where_what_is_left_of_it_is_a_share_of_the_peak_to_peak(tau, pieces):
+    """|x(t) − x(t − P)| of B e^(−t/τ) cos ωt has the amplitude B e^(−t/τ) |1 − e^(P/τ − iωP)|."""
+    size = 30.0
+    found = window(size * np.exp(-TIME / tau), pieces)
+    left = size * abs(1 - np.exp(PERIOD / tau - 2j * np.pi * FREE * PERIOD))
+    peak_to_peak = 2 * (4 + 6)
+    expected = tau * np.log(left / (SHARE * peak_to_peak))
+    assert found.settled
+    assert found.start == pytest.approx(expected, abs=1.6 * SPAN / WINDOWS)
+    assert found.end == SPAN
+    rest = size * np.exp(-found.start / tau)
+    assert rest < SHARE * peak_to_peak
+
+
+def test_runout_is_no_start_up():
+    found = window(np.zeros_like(TIME))
+    assert (found.start, found.settled) == (0.0, True)
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [(3 * TIME / SPAN, "grows until the end"), (60 * np.exp(-TIME / 2), "is still there at the end")],
+)
+def test_a_run_that_does_not_settle_says_so(free, said):
+    found = window(free)
+    assert (found.start, found.end, found.settled) == (0.0, SPAN, False)
+    assert said in found.sentence
+
+
+def test_a_few_periods_cannot_tell():
+    found = window(np.exp(-TIME), period=0.6)
+    assert (found.start, found.settled) == (0.0, None)
+    assert "too few" in found.sentence
+
+
+def test_ranges_and_load_sharing_of_the_later_windows_are_those_of_their_samples():
+    rng = np.random.default_rng(2)
+    force = 3 + rng.random((len(TIME), 3))
+    data = xr.Dataset({"force": (("time", "planet"), force)}, {"time": TIME})
+    edges = window_edges(SPAN)
+    start = edges[7]
+    ranges = WindowedRanges(lambda x: x, edges)
+    sharing, number = RunningSharing(3, 50.0), 0
+    for at in np.array_split(np.arange(len(TIME)), 5):
+        chunk = data.isel(time=at)
+        ranges.append(chunk)
+        for k, piece in cut(chunk, edges):
+            for _ in range(number, k):
+                sharing.close_window()
+            number = k
+            sharing.append(piece["force"].to_numpy())
+    later = data.sel(time=slice(start, None))
+    exact = Ranges(lambda x: x)
+    exact.append(later)
+    for name in ("least", "largest", "mean", "first"):
+        xr.testing.assert_allclose(getattr(ranges.since(start), name), getattr(exact, name))
+    alone = RunningSharing(3, 50.0)
+    alone.append(later["force"].to_numpy())
+    for definition in DEFINITIONS[:1]:
+        found = sharing.planets(definition, 7)
+        np.testing.assert_allclose(found, alone.planets(definition))
