@@ -52,7 +52,8 @@ def reduced(body) -> ReducedBody:
 def stiff_stage(case) -> StageBodies:
     """Ring and carrier of the size of any case, with what a run asks of reduced bodies: nodes that
     hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force."""
-    return StageBodies(*(reduced(_hung_together(body)) for body in stand_ins(case)))
+    parts = stand_ins(case)
+    return StageBodies(*(None if b is None else reduced(_hung_together(b)) for b in parts))
 
 
 def bodies_of(stage) -> StageBodies:

@@ -15,6 +15,7 @@ from flexgear.cli.outputs import (
     CHECK,
     Force,
     claim_folder,
+    earlier,
     file_option,
     folder_named,
     with_schema,
@@ -61,13 +62,10 @@ def _write(folder: Path, case: Case, figures: Sections) -> None:
 
     plan = flanks_plan(case, power_flow(case))
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
-    with staged_folder(folder) as stage:
+    with staged_folder(folder, earlier(CHECK)) as stage:
         write_json(stage / "summary.json", {**head, "figures": figures})
         for name, (_, draw) in plan.items():
             save_figure(draw(), stage / f"{name}.png")
-    for old in folder.glob(CHECK[1]):
-        if old.stem not in plan:
-            old.unlink()
 
 
 def cases(

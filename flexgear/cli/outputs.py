@@ -86,8 +86,23 @@ def claim_folder(path: Path, names: Sequence[str], origin: Origin, force: bool) 
     """
     target = folder_target(path)
     if not force and target.is_dir():
-        found = (f for name in names for f in sorted(target.glob(name)))
-        _require_own([f for f in found if not f.name.startswith(".")], origin)
+        _require_own(_named(target, names), origin)
+
+
+def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
+    """Function: a folder -> its files called ``names`` (patterns) that flexgear wrote, and the
+    pictures among them; new results take the place of all of them."""
+
+    def found(folder: Path) -> list[Path]:
+        return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
+
+    return found
+
+
+def _named(folder: Path, names: Sequence[str]) -> list[Path]:
+    """Files in ``folder`` that match a pattern of ``names``, but for hidden ones."""
+    found = (f for name in names for f in sorted(folder.glob(name)))
+    return [f for f in found if not f.name.startswith(".")]
 
 
 def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:

@@ -17,6 +17,7 @@ from flexgear.cli.outputs import (
     Interactive,
     OutFolder,
     claim_folder,
+    earlier,
     require_pictures,
     save_or_rescue,
     without_pictures,
@@ -49,7 +50,7 @@ def run(
     folder = Path("results") / found.name if out is None else out
     claim_folder(folder, RUN, origin_of_case(found, "run"), force)
     watch = Stopwatch()
-    with staged_folder(folder) as stage, progress(quiet) as report:
+    with staged_folder(folder, earlier(RUN)) as stage, progress(quiet) as report:
         with watch.stage("bodies"):
             bodies = reduced_bodies(found, report)
         result = run_all(found, report, watch, bodies=bodies, place=stage)
@@ -119,7 +120,7 @@ def render(
     notes: list[str] = []
     with (
         complete(folder),
-        staged_folder(target) as stage,
+        staged_folder(target, earlier(PICTURES)) as stage,
         progress(quiet) as report,
     ):
         notes = draw(content, Sheet(folder, stage), report, interactive)

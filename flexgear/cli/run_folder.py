@@ -86,13 +86,14 @@ class RingFolder:
     def outline(self) -> StageOutline:
         """Circles that stand for the gears."""
         g = stage_geometry(self.run.case.view(self.name))
+        fe_carrier = "carrier" in self.stage.fe_parts
         return StageOutline(
             ring_radius=g.ring.reference_radius,
             sun_radius=g.sun.reference_radius,
             planet_radius=g.planet.reference_radius,
             center_distance=g.center_distance,
             planet_angles=tuple(self.stage.stage.planet_angles),
-            pin_radius=self.stage.carrier.pin_diameter / 2,
+            pin_radius=self.stage.carrier.pin_diameter / 2 if fe_carrier else None,
         )
 
 

@@ -19,7 +19,7 @@ from flexgear.cli.options import (
     Workers,
     read_case,
 )
-from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder
+from flexgear.cli.outputs import TOLERANCE, Force, OutFolder, claim_folder, earlier
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -67,7 +67,7 @@ def tolerance(
     folder = Path("results") / f"tolerance-{model.name}" if out is None else out
     claim_folder(folder, TOLERANCE, origin_of_case(model, "tolerance"), force)
     try:
-        with staged_folder(folder) as stage, progress(quiet) as report:
+        with staged_folder(folder, earlier(TOLERANCE)) as stage, progress(quiet) as report:
             data = run_tolerance(
                 model, workers=workers, scheduler=scheduler, progress=report, keep_batches=True
             )

@@ -13,7 +13,7 @@ import os
 import signal
 import stat
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from flexgear.files.stage import keep, private_folder, remove_stale
 from flexgear.model.errors import FlexgearError, InputError
 
 PathLike = str | os.PathLike[str]
+SEAL = "summary.json"  # says that a folder of results is whole: first to go, last to come
 
 
 @contextlib.contextmanager
@@ -57,14 +58,22 @@ def write_json(path: PathLike, data: Mapping[str, Any]) -> Path:
     return write_bytes(path, (text + "\n").encode(errors=odd_names_too))
 
 
+def _no_files(folder: Path) -> Iterable[Path]:
+    return ()
+
+
 @contextlib.contextmanager
-def staged_folder(path: PathLike) -> Iterator[Path]:
+def staged_folder(
+    path: PathLike, outdated: Callable[[Path], Iterable[Path]] = _no_files
+) -> Iterator[Path]:
     """Yield an empty folder; what is in it moves to the folder ``path`` when the block ends.
 
-    Files of the same name are replaced, others stay. Whatever goes wrong inside (Ctrl-C, a full
-    disk), ``path`` stays as it was and nothing is left of the stage. That the device takes files
-    and renames them is tried first. A folder that exists is staged within itself: it may be the
-    root of a mounted device.
+    Files of the same name are replaced, and so are those that ``outdated`` names in ``path``; the
+    rest stays. Whatever goes wrong inside (Ctrl-C, a full disk) or while files move, ``path`` stays
+    as it was and nothing is left of the stage. A process that is killed while files move leaves
+    ``path`` without the file ``SEAL``, so that two sets of results never pass for one. That the
+    device takes files and renames them is tried first. A folder that exists is staged within
+    itself: it may be the root of a mounted device.
     """
     target = folder_target(path)
     place = _place_of(target)
@@ -79,7 +88,7 @@ def staged_folder(path: PathLike) -> Iterator[Path]:
         except OSError as error:
             raise FlexgearError(f"cannot write to {target}: {reason(error)}") from error
         yield files
-        _finish(stage, files, target, lambda: _move(files, target))
+        _finish(stage, files, target, lambda: _move(files, target, stage / "replaced", outdated))
 
 
 def try_file(path: PathLike) -> None:
@@ -187,15 +196,42 @@ def _finish(stage: Path, work: Path, target: Path, move: Callable[[], None]) -> 
         ) from error
 
 
-def _move(files: Path, target: Path) -> None:
-    """Put everything in ``files`` into ``target``, at once if that is not there."""
+def _move(
+    files: Path, target: Path, attic: Path, outdated: Callable[[Path], Iterable[Path]]
+) -> None:
+    """Put everything in ``files`` into ``target``, at once if that is not there; what it replaces
+    goes to ``attic`` first, and comes back where a file cannot be moved."""
     if not target.exists():
         os.rename(files, target)
         return
-    for found in sorted(f for f in files.rglob("*") if f.is_file()):
-        place = target / found.relative_to(files)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(found, place)
+    new = [f.relative_to(files) for f in _files_below(files)]
+    old = {f.relative_to(target) for f in outdated(target)}
+    old |= {name for name in new if (target / name).is_file()}
+    steps = [(target / name, attic / name) for name in sorted(old, key=_sealed, reverse=True)]
+    steps += [(files / name, target / name) for name in sorted(new, key=_sealed)]
+    done: list[tuple[Path, Path]] = []
+    try:
+        for source, place in steps:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(source, place)
+            done.append((source, place))
+    except OSError:
+        for source, place in reversed(done):
+            with contextlib.suppress(OSError):  # what is left is in the stage, which stays
+                os.replace(place, source)
+        raise
+    for folder in {target / name.parent for name in old} - {target}:
+        with contextlib.suppress(OSError):  # not empty
+            folder.rmdir()
+
+
+def _files_below(folder: Path) -> list[Path]:
+    return [f for f in folder.rglob("*") if f.is_file()]
+
+
+def _sealed(name: Path) -> tuple[bool, str]:
+    """Order in which files come: the seal last."""
+    return name == Path(SEAL), str(name)
 
 
 @contextlib.contextmanager

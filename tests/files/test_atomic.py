@@ -39,6 +39,101 @@ def test_files_move_in_at_the_end_and_replace_older_ones(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
+def results(folder, **texts):
+    for name, text in texts.items():
+        file = folder / name.replace("__", "/").replace("_", ".")
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+
+
+def contents(folder):
+    return {str(f.relative_to(folder)): f.read_text() for f in folder.rglob("*") if f.is_file()}
+
+
+def of_results(folder):
+    return [f for name in ("[!.]*.nc", "pictures/*", "summary.json") for f in folder.glob(name)]
+
+
+def test_outdated_files_go_with_those_that_replace_them(tmp_path):
+    """All of the earlier results, with the folder that they leave empty; other files stay."""
+    results(tmp_path, a_nc="old", b_nc="old", pictures__a_png="old", summary_json="old", my_txt="")
+    with staged_folder(tmp_path, of_results) as stage:
+        results(stage, a_nc="new", summary_json="new")
+    assert contents(tmp_path) == {"a.nc": "new", "summary.json": "new", "my.txt": ""}
+    assert not (tmp_path / "pictures").exists()
+
+
+@pytest.mark.parametrize("fails", ["a.nc", "b.nc", "c.nc", "summary.json"])
+@pytest.mark.parametrize("direction", ["away", "in"])
+def test_a_folder_is_as_it_was_where_a_file_cannot_be_moved(
+    tmp_path, monkeypatch, fails, direction
+):
+    """Whichever file refuses, on its way out or in; new results are kept."""
+    out = tmp_path / "out"
+    old = {"a_nc": "old", "b_nc": "old", "c_nc": "old", "pictures__a_png": "old"}
+    out.mkdir()
+    results(out, **old, summary_json="old")
+    before, real = contents(out), os.replace
+
+    def refuses(source, target):
+        place = "away" if Path(source).parent == out else "in"
+        restored = "replaced" in Path(source).parts
+        if Path(source).name == fails and place == direction and not restored:
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+        return real(source, target)
+
+    def work():
+        with monkeypatch.context() as patch, staged_folder(out, of_results) as stage:
+            results(stage, a_nc="new", b_nc="new", c_nc="new", summary_json="new")
+            patch.setattr(os, "replace", refuses)
+
+    with pytest.raises(FlexgearError, match="Permission denied") as caught:
+        work()
+    kept = Path(str(caught.value).partition("kept as ")[2])
+    assert contents(kept)["summary.json"] == "new"
+    shutil.rmtree(kept.parent)
+    assert contents(out) == before
+
+
+KILLED_WHILE_MOVING = """
+import os, sys
+from pathlib import Path
+from flexgear.files.atomic import staged_folder
+
+def work(out, moment):
+    real, moves = os.replace, iter(range(moment))
+    def replace(source, target):
+        if next(moves, None) is None:
+            os._exit(9)
+        real(source, target)
+    with staged_folder(out, lambda folder: folder.glob("[!.]*.*")) as stage:
+        for name in ("a.nc", "b.nc", "summary.json"):
+            (stage / name).write_text("new")
+        os.replace = replace
+
+for moment in range(7):
+    child = os.fork()
+    if not child:
+        work(Path(sys.argv[1]) / str(moment), moment)
+        os._exit(0)
+    os.waitpid(child, 0)
+"""
+
+
+@posix
+def test_a_kill_while_files_move_never_leaves_two_sets_that_pass_for_one(tmp_path):
+    """Three files go, three come; whenever the kill is: old results, new ones, or unfinished."""
+    folders = [tmp_path / str(moment) for moment in range(7)]
+    for folder in folders:
+        folder.mkdir()
+        results(folder, a_nc="old", c_nc="old", summary_json="old")
+    subprocess.run([sys.executable, "-c", KILLED_WHILE_MOVING, tmp_path], check=True)
+    found = [{f.name: f.read_text() for f in o.iterdir() if f.is_file()} for o in folders]
+    finished = [set(files.values()) for files in found if "summary.json" in files]
+    assert finished == [{"old"}, {"new"}]
+    assert len(found[-1]) == 3
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, FlexgearError])
 def test_a_block_that_fails_leaves_nothing(tmp_path, error):
     def fill(stage):
