@@ -51,9 +51,12 @@ def reduced(body) -> ReducedBody:
 
 def stiff_stage(case) -> StageBodies:
     """Ring and carrier of the size of any case, with what a run asks of reduced bodies: nodes that
-    hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force."""
-    parts = stand_ins(case)
-    return StageBodies(*(None if b is None else reduced(_hung_together(b)) for b in parts))
+    hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force; they are
+    so stiff that no frequency of theirs is below any band."""
+    parts = (None if b is None else reduced(_hung_together(b)) for b in stand_ins(case))
+    return StageBodies(
+        *(b and b.with_(report={**b.report, "frequency_limit_hz": 1e6}) for b in parts)
+    )
 
 
 def bodies_of(stage) -> StageBodies:

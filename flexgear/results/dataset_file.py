@@ -64,6 +64,8 @@ class DatasetFile:
         over_time = histories(pattern)
         encoding = encoding_of(pattern)
         for name, variable in over_time.items():
+            if not sample_size(variable):  # of a train without planets, supports
+                continue
             rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
             shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
             encoding[name] = {**encoding.get(name, {}), "chunksizes": shape}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.results.quantities import AXES
-from flexgear.results.version import version
 from flexgear.structures.strain import COMPONENTS, von_mises
 
 
@@ -20,9 +21,12 @@ def field_dataset(
     cells: ArrayLike,
     displacement: ArrayLike,
     stress: NDArray[np.float64],
-    **attrs: float,
+    **attrs: Any,
 ) -> xr.Dataset:
-    """points (p, 3) m, cells (c, 8 or 4) vertex numbers, displacement (p, 3) m, stress (p, 6) Pa."""
+    """points (p, 3) m, cells (c, 8 or 4) vertex numbers, displacement (p, 3) m, stress (p, 6) Pa.
+
+    attrs: beside the body's name, ``provenance`` of the result among them.
+    """
     return xr.Dataset(
         {
             "point": (
@@ -52,5 +56,5 @@ def field_dataset(
             ),
         },
         coords={"axis": list(AXES), "component": list(COMPONENTS)},
-        attrs={"title": f"deformed {body}", "body": body, "version": version(), **attrs},
+        attrs={"body": body, **attrs},
     )

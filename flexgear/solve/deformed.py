@@ -15,6 +15,7 @@ from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
 from flexgear.results.labelled_dataset import variable
+from flexgear.solve.dataset import result_attrs
 from flexgear.solve.model import Model, rated_rotations
 from flexgear.structures.strain import stress_of_strain
 
@@ -102,8 +103,8 @@ def _field(
     reduced, material = model.bodies[stage].by_part[part], model.case.view(stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
-    field = reduced.recover(coordinates)
-    return field_dataset(body, reduced.points, reduced.cells, field, stress, **attrs)
+    field, made_by = reduced.recover(coordinates), result_attrs(model)
+    return field_dataset(body, reduced.points, reduced.cells, field, stress, **made_by, **attrs)
 
 
 def body_coordinates(found: Transient, bodies: Sequence[str]) -> xr.Dataset:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 from stage_samples import cheap_stage
@@ -12,6 +13,20 @@ from flexgear.results.stage_part import stage_part
 from flexgear.solve import long_run
 
 SHORT = ("--duration-s", 0.01)
+PAIR = """
+kind = "train"
+material = { young_modulus_gpa = 206, poisson_ratio = 0.3, density_kg_per_m3 = 7850 }
+inputs = [{ member = "stage.pinion", speed_rpm = 1500, torque_nm = 30 }]
+output = { member = "stage.gear" }
+[stage]
+kind = "parallel"
+normal_module_mm = 2
+pressure_angle_deg = 20
+face_width_mm = 20
+pinion = { teeth = 20, kinematics = "torsional" }
+gear = { teeth = 41, kinematics = "torsional" }
+"""
+BASE_RADIUS = 0.02 * math.cos(math.radians(20))
 ABSURD = ("--duration-s", 1e7, "--set", "solver.time_step_s=1e-8")
 
 
@@ -103,3 +118,14 @@ def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
     loads = part["ring_pair_load"].where(part["ring_pair_tooth"] > 0)
     assert figures["ring_tooth_load_n"]["max"] == pytest.approx(float(loads.max()), rel=1e-6)
     assert figures["ring_tooth_load_n"]["min"] == pytest.approx(float(loads.min()), rel=1e-6)
+
+
+def test_a_train_without_planets_is_written(flexgear, tmp_path):
+    """No group of gear meshes shares a load there, so that variables of groups are empty."""
+    case, out = tmp_path / "pair.toml", tmp_path / "pair.nc"
+    case.write_text(PAIR)
+    code, _, err = flexgear("simulate", case, *SHORT, "-q", "--out", out)
+    assert code == 0, err
+    data = load(out)
+    assert data["load_sharing"].sizes["group"] == 0
+    assert float(data["gear_mesh_force"][-1, 0]) == pytest.approx(30 / BASE_RADIUS, rel=1e-6)
