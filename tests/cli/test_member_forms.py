@@ -115,7 +115,6 @@ CHOICES = {
     for choice in itertools.product((True, False), repeat=3)
     for bends in [tuple(itertools.compress(BODIES, choice))]
 }
-DRAWN_AT_ONCE = ("ring",)  # the other choices by slow tests
 
 
 def text(flexible):
@@ -173,11 +172,8 @@ def test_every_command_takes_it(case, flexgear):
         assert has_fe_bodies or err.count("\n") == 1
 
 
-def drawn(choice):
-    return pytest.param(choice, marks=() if choice in DRAWN_AT_ONCE else pytest.mark.slow)
-
-
-@pytest.mark.parametrize("case", [drawn(c) for c in CHOICES], indirect=True)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CHOICES, indirect=True)
 def test_a_run_is_drawn_and_replaced_as_a_whole(case, flexgear):
     """A run in place of another leaves nothing of that: no report, no pictures, no datasets."""
     out = case.parent / "out"
