@@ -142,7 +142,13 @@ def test_write_cut_short_by_the_system(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGINT,
+        *(pytest.param(n, marks=pytest.mark.slow) for n in (signal.SIGTERM, signal.SIGHUP)),
+    ],
+)
 def test_interrupted_run_leaves_nothing(tmp_path, number):
     env = {**os.environ, "FLEXGEAR_CACHE": str(tmp_path / "cache"), "OMP_NUM_THREADS": "1"}
     command = [*FLEXGEAR, "run", "wind-5mw", "--out", str(tmp_path / "out"), "--set"]

@@ -17,10 +17,11 @@ LUMPED = "has only lumped members"
 NO_SLICES = "knows no load along the face"
 QUICK = ["--set", "solver.fidelity=quick"]
 SHORT = ["--set", "solver.settle_s=0.002", "--set", "solver.duration_s=0.005"]
+COARSE = ["--set", "solver.positions_per_gear_mesh=4"]
 STAGE_SHORT = [
     "--set", "solver.gear_mesh_orders=2",
     "--set", "solver.time_step_s=2e-4",
-    "--set", "drive.rated_speed_rpm=100",
+    "--set", "solver.duration_s=0.05",
     "--set", "drive.steps.torques_nm=[]",
 ]  # fmt: skip
 FAST_SHORT = [
@@ -99,9 +100,9 @@ def short(name, case):
     """Options that keep a command short."""
     if case in FLEXIBLE:
         positions = ["--positions", 2] if name == "compare" else []
-        return QUICK + (FLEXIBLE[case] if name == "run" else []) + positions
+        return QUICK + COARSE + (FLEXIBLE[case] if name == "run" else []) + positions
     if name in ("run", "compare", "simulate"):
-        return SHORT + (["--cycles", 2] if name == "compare" else [])
+        return SHORT + COARSE + (["--cycles", 2] if name == "compare" else [])
     return []
 
 

@@ -34,6 +34,7 @@ def case(tmp_path_factory):
     return str(file)
 
 
+@pytest.mark.slow
 def test_run(case, tmp_path):
     out = tmp_path / "results"
     assert run(["run", case, "--no-pictures", "--out", str(out), "-q", *FAST]) == 0

@@ -38,6 +38,12 @@ def finished(tmp_path_factory):
     return out, code, said
 
 
+@pytest.fixture(scope="module")
+def content(finished):
+    """What is read from the folder, for tests that change nothing of it."""
+    return run_commands.read_folder(finished[0])
+
+
 def doubtful(case, *_):
     """Cheap bodies, the ring's reduction with a larger error than promised."""
     bodies = cheap_stage(case)
@@ -77,21 +83,19 @@ def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broke
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
 
 
-def test_a_finished_folder_is_read_again(finished):
-    content = run_commands.read_folder(finished[0])
+def test_a_finished_folder_is_read_again(content):
     assert content.case.content_hash() == content.summary["content_hash"]
     assert list(content.rings[0].runs("transient")) == ["flexible", "rigid"]
     assert set(content.fields) == {"stage.ring", "stage.carrier"}
 
 
-def test_large_datasets_are_read_piece_by_piece(finished, monkeypatch):
-    whole = run_commands.read_folder(finished[0])
+def test_large_datasets_are_read_piece_by_piece(finished, content, monkeypatch):
     monkeypatch.setattr(run_folder, "_AT_ONCE", 0)
-    content = run_commands.read_folder(finished[0])
     name = "torque_step_2e6"
-    assert not content.datasets[name].variables["pair_load"]._in_memory
-    assert not content.datasets[name].variables["time"]._in_memory
-    assert content.datasets[name].set_xindex("time").identical(whole.datasets[name])
+    pieces = run_commands.read_folder(finished[0]).datasets[name]
+    assert not pieces.variables["pair_load"]._in_memory
+    assert not pieces.variables["time"]._in_memory
+    assert pieces.set_xindex("time").identical(content.datasets[name])
 
 
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
@@ -109,9 +113,8 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
     assert not list(tmp_path.parent.glob(".*.partial"))
 
 
-def test_any_process_draws_a_run_from_its_folder(finished, tmp_path, monkeypatch):
+def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, monkeypatch):
     """Pictures of a process that reads the folder are those of the one that has the run."""
-    content = run_commands.read_folder(finished[0])
     monkeypatch.setattr(pictures, "_known", {})
     for name in ("load_sharing", "torque_step_2e6_energy"):
         there = pictures._picture(pictures.Sheet(finished[0], tmp_path / "there"), name)
@@ -121,11 +124,12 @@ def test_any_process_draws_a_run_from_its_folder(finished, tmp_path, monkeypatch
     assert list(pictures._known) == [finished[0]]  # read once
 
 
-def test_what_another_process_could_not_draw_is_drawn_here(finished, tmp_path, monkeypatch):
+def test_what_another_process_could_not_draw_is_drawn_here(
+    finished, content, tmp_path, monkeypatch
+):
     def lost(function, sheet, names):
         yield from ((k, Outcome(None, "its process died")) for k in range(len(names)))
 
-    content = run_commands.read_folder(finished[0])
     drawn = []
     monkeypatch.setattr(pictures, "run_jobs", lost)
     monkeypatch.setattr(
@@ -139,6 +143,7 @@ def test_what_another_process_could_not_draw_is_drawn_here(finished, tmp_path, m
     assert pictures._known == {}
 
 
+@pytest.mark.slow
 def test_pictures_and_report(flexgear, finished, tmp_path, monkeypatch):
     monkeypatch.setattr("flexgear.studies.job_pool.STARTING", 0.0)  # all but the first elsewhere
     monkeypatch.setattr("flexgear.studies.job_pool.processors", lambda: 2)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from train_contexts import rigid_stage
 
 import flexgear as fg
 from flexgear.analysis.equilibrium import revolution
@@ -48,7 +49,7 @@ def roots():
 
 @pytest.fixture(scope="module")
 def model(roots):
-    return fg.assemble(CASE, ["all"])
+    return rigid_stage(CASE)
 
 
 @pytest.fixture(scope="module")

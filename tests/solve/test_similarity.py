@@ -194,6 +194,7 @@ def test_sweeps_of_a_train_scale(tmp_path):
     assert_sweeps_scale(plan)
 
 
+@pytest.mark.slow
 def test_sweeps_of_a_stage_scale(stages):
     key = "ring.flexible"
     values = parse_values(key, "true,false")
