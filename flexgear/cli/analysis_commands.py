@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from flexgear.cli.analysis_views import (
     Shown,
     equilibrium_figures,
+    farthest,
+    neglected_lines,
     of_rings,
     ring_histories,
     show_campbell,
@@ -194,10 +196,12 @@ def simulate(
     figures |= of_rings(model, rest)
     if energy:
         figures["energy_residual"] = largest_residual(account)
+    distance = farthest(figures["distance_from_axis_um_max"])
+    beside = neglected_lines(model, distance, torque_share)
     if as_json:
-        present("", {"transient": figures}, True)
+        present("", {"transient": {**figures, "neglected": beside}}, True)
     else:
-        show_transient(f"{found.name}, {model.variant}: transient", figures)
+        show_transient(f"{found.name}, {model.variant}: transient", figures, beside)
     Shown(as_json, out).wrote()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,13 +19,15 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
 from flexgear.results.harmonics import radial_harmonics, star_angle
+from flexgear.results.report.headlines import Headline, titled_by_stage
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.wording import said, window_words
+from flexgear.results.report.wording import said, window_words, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
-from flexgear.results.summary import stage_histories
+from flexgear.results.summary import displacement_summary, stage_histories
 from flexgear.solve.model import Model
 from flexgear.solve.modes import crossing_rows, mode_rows, top_shares
+from flexgear.solve.neglected import beside_lengths
 from flexgear.solve.static import position_figures
 from flexgear.solve.verdicts import balance_sentence
 
@@ -87,8 +89,11 @@ def show_equilibria(
     model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], way: Shown
 ) -> None:
     """Figures by position."""
+    torque = abs(float(data["port_torque"].isel(port=0).max()) / model.system.rated_torque)
+    beside = neglected_lines(model, _equilibrium_lengths(data, positions), torque)
     if way.as_json:
-        typer.echo(as_json_text({**positions, "closure": data.attrs["closure_max"]}))
+        more = {"closure": data.attrs["closure_max"], "neglected": beside}
+        typer.echo(as_json_text({**positions, **more}))
         return
     lead = str(data["input_coordinate"][0].item())
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
@@ -100,7 +105,36 @@ def show_equilibria(
             if rows:
                 typer.echo("")
                 key_table(section, rows, "  ")
-    typer.echo("\n" + balance_sentence(data.attrs["closure_max"]))
+    typer.echo("\n" + "\n".join([balance_sentence(data.attrs["closure_max"]), *beside]))
+
+
+def _equilibrium_lengths(
+    data: xr.Dataset, positions: Mapping[str, dict[str, Any]]
+) -> Iterator[Headline]:
+    """The largest of all positions: distance from the axis, and shape of each ring."""
+    yield from farthest(displacement_summary(data))
+    shapes: dict[str, float] = {}
+    for figures in positions.values():
+        for stage, one in {"stage": figures, **figures}.items():
+            for key, size in one.items() if isinstance(one, dict) else ():
+                if key.startswith("radial_harmonic_"):
+                    shapes[stage] = max(shapes.get(stage, 0.0), size)
+    for stage, size in shapes.items():
+        yield Headline(titled_by_stage("Radial shape of the ring", stage), stage, 1e-6 * size, "")
+
+
+def farthest(distances_um: Mapping[str, float]) -> Iterator[Headline]:
+    """The central member that is farthest from the axis."""
+    if distances_um and max(distances_um.values()) > 0.0:
+        name = max(distances_um, key=lambda n: distances_um[n])
+        subject = f"Distance of {words(name)} from the axis"
+        yield Headline(subject, name.rpartition(".")[0], 1e-6 * distances_um[name], "")
+
+
+def neglected_lines(model: Model, lengths: Iterator[Headline], torque_share: float) -> list[str]:
+    """Sentences about effects that are left out and not small against these figures."""
+    found = beside_lengths(model.case, model.flow, lengths, torque_share)
+    return [str(one["sentence"]) for one in found]
 
 
 def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:
@@ -199,7 +233,7 @@ def _range(ranges: Ranges, name: str, factor: float = 1.0) -> dict[str, float]:
     return {"min": float(least) * factor, "max": float(most) * factor}
 
 
-def show_transient(title: str, figures: dict[str, Any]) -> None:
+def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> None:
     """Figures of a transient, with the window that they are of; sections by figure."""
     core = 1.0 / figures["realtime_factor"] if figures["realtime_factor"] else math.nan
     rows = {
@@ -215,8 +249,9 @@ def show_transient(title: str, figures: dict[str, Any]) -> None:
         if isinstance(found, dict) and found and name != "second_reduction":
             typer.echo("")
             key_table(name, {k: _plain(v) for k, v in found.items()})
-    if figures["load_sharing"]:
-        typer.echo(f"\n{DEFINITION}")
+    last = [*([DEFINITION] if figures["load_sharing"] else []), *beside]
+    if last:
+        typer.echo("\n" + "\n".join(last))
 
 
 def _plain(value: Any) -> Any:

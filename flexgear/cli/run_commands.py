@@ -32,7 +32,7 @@ from flexgear.results.report.wording import said
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
-from flexgear.solve.verdicts import WARNING, verdicts
+from flexgear.solve.verdicts import WARNING, plain_warnings, verdicts
 
 
 def run(
@@ -64,7 +64,7 @@ def run(
                 notes = draw(content, Sheet(stage, stage), report, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
-    warn([*summary["warnings"], *notes])
+    warn([*(summary["warnings"] if as_json else plain_warnings(summary)), *notes])
     require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))

@@ -44,6 +44,7 @@ from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import campbell, modes, usual_limit
+from flexgear.solve.neglected import neglected
 from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.run_figures import (
     bodies_summary,
@@ -213,6 +214,9 @@ def run(
         **({"face_load": face_load} if face_load else {}),
         **bodies_summary(models, datasets, runs),
     )
+    beside = neglected(case, first.flow, summary)
+    warnings = [*summary["warnings"], *(one["sentence"] for one in beside)]
+    summary |= {"neglected": beside, "warnings": warnings}
     return Run(case, first.flow, datasets, fields, summary)
 
 

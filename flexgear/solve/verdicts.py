@@ -9,8 +9,10 @@ notes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
+from flexgear.results.report.headlines import headlines, titled_by_stage
 from flexgear.results.report.parts import Level, Verdict
 from flexgear.results.report.sharing import DEFINITION, sharing_title, sharings
 from flexgear.results.report.tables import stage_figures
@@ -31,17 +33,34 @@ def verdicts(summary: Summary) -> list[Verdict]:
     parts = (
         _warnings(summary),
         _sharing(summary),
-        _deflections(summary),
+        _lengths(summary),
         _forces(summary),
         _rigid_beside_flexible(summary),
         _errors(summary),
     )
-    return [verdict for part in parts for verdict in part]
+    beside = {one["figure"]: one["sentence"] for one in summary.get("neglected", ())}
+    return [_with_neglected(verdict, beside) for part in parts for verdict in part]
+
+
+def _with_neglected(verdict: Verdict, beside: Mapping[str, str]) -> Verdict:
+    """With the sentence about effects that are left out and not small against the figure."""
+    if verdict.subject not in beside:
+        return verdict
+    level: Level = "watch" if verdict.level in ("good", "note") else verdict.level
+    left_out = beside[verdict.subject].partition(": ")[2]
+    sentence = f"{verdict.sentence} {left_out[0].upper()}{left_out[1:]}"
+    return replace(verdict, level=level, sentence=sentence)
 
 
 def _warnings(summary: Summary) -> Iterator[Verdict]:
-    for text in summary["warnings"]:
+    for text in plain_warnings(summary):
         yield Verdict("watch", WARNING, "", text)
+
+
+def plain_warnings(summary: Summary) -> list[str]:
+    """Warnings that do not stand beside a figure."""
+    beside = {one["sentence"] for one in summary.get("neglected", ())}
+    return [text for text in summary["warnings"] if text not in beside]
 
 
 def _sharing(summary: Summary) -> Iterator[Verdict]:
@@ -88,7 +107,7 @@ def _forces(summary: Summary) -> Iterator[Verdict]:
             for group, force in groups.items()
         )
         most = f"largest {said(largest, 'N')}, {window_words(summary['transient'])}"
-        subject = _of("Mean gear-mesh forces", stage)
+        subject = titled_by_stage("Mean gear-mesh forces", stage)
         yield Verdict(level, subject, figure, f"{beside.capitalize()}; {most}.")
 
 
@@ -97,29 +116,10 @@ def _part(group: str) -> str:
     return group.partition(" ")[2]
 
 
-def _of(what: str, stage: str) -> str:
-    """With the stage, but for the only one, which the short form calls "stage"."""
-    return what if stage == "stage" else f"{what}, {words(stage)}"
-
-
-def _deflections(summary: Summary) -> Iterator[Verdict]:
-    far = summary["transient"]["displacement_um_max"]
-    if far and max(far.values()) > 0:
-        name = max(far, key=lambda n: far[n])
-        sentence = f"{words(name).capitalize()}, {window_words(summary['transient'])}."
-        yield Verdict(
-            "note", "Largest distance from the axis", said(1e-6 * far[name], "m"), sentence
-        )
-    for stage, one in stage_figures(summary, "steady").items():
-        peaks = one["tooth_displacement_peak_um"]
-        axis = max(peaks, key=lambda n: peaks[n])
-        at = f" of {words(stage)}" if stage else ""
-        yield Verdict(
-            "note",
-            f"Ring tooth{at}",
-            said(1e-6 * peaks[axis], "m"),
-            f"Largest displacement of tooth node 1 along {axis}, {window_words(one)}.",
-        )
+def _lengths(summary: Summary) -> Iterator[Verdict]:
+    """Deflections and transmission errors, which have no limit."""
+    for one in headlines(summary):
+        yield Verdict("note", one.subject, said(one.value, "m"), one.sentence)
 
 
 def _rigid_beside_flexible(summary: Summary) -> Iterator[Verdict]:
@@ -137,7 +137,7 @@ def _rigid_beside_flexible(summary: Summary) -> Iterator[Verdict]:
         rigid = found["rigid"].get(stage)
         if k is not None and rigid is not None:
             subject, figure = (
-                _of("Load sharing, rigid bodies", stage),
+                titled_by_stage("Load sharing, rigid bodies", stage),
                 f"K = {factor(rigid)} in time",
             )
             yield Verdict("note", subject, figure, f"Beside {factor(k)} {name}.")

@@ -20,7 +20,7 @@ from flexgear.results.report.wording import said, split_unit, words
         (21.3e-6, "m", "21.3 µm"),
         (0.43, "m", "430 mm"),
         (1.18, "rad/s", "11.268 r/min"),
-        (1.68844, "m", "1\u202f688.44 mm"),
+        (1688.44, "mm", "1\u202f688.44 mm"),
         (1.0002, "factor", "1.0002"),
         (1.5634, "factor", "1.563"),
         (0.0211, "share", "2.11 %"),

@@ -33,6 +33,7 @@ SUMMARY: dict[str, Any] = {
     "kinematics": {"carrier_speed_rpm": 11.27, "sun_speed_rpm": 50.1},
     "steady": {
         "carrier_speed_rpm_mean": 11.27,
+        "radial_harmonics_um": [3.0, 9.0, 0.1, 0.2, 0.1, 21.3, 0.1],
         "tooth_displacement_peak_um": {"x": 36.8, "y": 118.4, "z": 12.5},
         **WINDOW,
     },
@@ -130,6 +131,7 @@ def test_warnings_errors_and_what_bending_changes():
     assert said["Load sharing, rigid bodies"].figure == "K = 1.150 in time"
     assert said["Largest distance from the axis"].figure == "21.3 µm"
     assert said["Ring tooth"].figure == "118.4 µm"
+    assert said["Ring shape"].figure == "21.3 µm" and "wave, 5 round" in said["Ring shape"].sentence
     assert found(equilibrium_closure_max=1e-3)["Equilibria"].level == "bad"
     assert found(energy_residual=0.2)["Energy balance"].level == "bad"
     assert "Energy balance" not in found(energy_residual=None)
@@ -137,3 +139,15 @@ def test_warnings_errors_and_what_bending_changes():
     assert found(steady=slow)["Carrier speed"].level == "bad"
     system = {**SUMMARY["system"], "modes_estimate": None}
     assert found(system=system)["Modes kept"].level == "watch"
+
+
+def test_what_is_left_out_stands_beside_its_figure_and_nowhere_else():
+    text = "Ring shape, 21.3 µm: left out are planet rims that go oval (up to 111 µm)."
+    beside = [{"figure": "Ring shape", "sentence": text}]
+    said = found(neglected=beside, warnings=["something else", text])
+    assert said["Ring shape"].level == "watch"
+    assert said["Ring shape"].sentence.endswith(
+        "equilibrium. Left out are planet rims that go oval (up to 111 µm)."
+    )
+    every = verdicts({**SUMMARY, "neglected": beside, "warnings": ["something else", text]})
+    assert [v.sentence for v in every if v.subject == "Warning"] == ["something else"]

@@ -162,7 +162,7 @@ def titled(key: str, figures: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
     least = ROUNDING * max((abs(v) for v in every if math.isfinite(v)), default=0.0)
     lists = [[v if abs(v) >= least else 0.0 for v in values] for values in lists]
     printed, by = scale(every, unit)
-    texts = (_side_by_side(values, by, printed) for values in lists)
+    texts = (_side_by_side(values, by, unit) for values in lists)
     labels = (label_and_unit(name)[0] for name in figures)
     return f"{title} ({printed})", dict(zip(labels, texts, strict=True))
 
@@ -172,12 +172,12 @@ def listed(values: Sequence[Any], unit: str) -> str:
     if not _are_numbers(values) or unit == FACTOR:
         return ", ".join(said(v, unit) for v in values)
     printed, by = scale(values, unit)
-    return f"{_side_by_side(values, by, printed)} {printed}".rstrip()
+    return f"{_side_by_side(values, by, unit)} {printed}".rstrip()
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
 
 
-def _side_by_side(values: Sequence[float], by: float, printed: str) -> str:
-    return ", ".join(number(v * by, digits_of(printed)) for v in values)
+def _side_by_side(values: Sequence[float], by: float, unit: str) -> str:
+    return ", ".join(number(v * by, digits_of(unit)) for v in values)

@@ -26,7 +26,7 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
 }
 NOTHING = 1e-12  # of a unit, rounding
 # significant digits where four are too few: dimensions to µm, speeds and frequencies side by side
-_DIGITS = {"mm": 6, "°": 5, "r/min": 5, "Hz": 5, "kHz": 5}
+_DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5}
 _EVEN = 0.01  # load factors nearer to one get a digit more
 _UNITS = {"deg": "°", "rpm": "r/min"}
 FACTOR = "factor"  # unit of load factors
@@ -75,12 +75,12 @@ def said(value: float | str | bool | None, unit: str = "") -> str:
     if isinstance(value, int) and not unit:
         return f"{value:,}".replace(",", "\u202f")
     printed, by = scale([value], unit)
-    return f"{number(value * by, digits_of(printed))} {printed}".rstrip()
+    return f"{number(value * by, digits_of(unit))} {printed}".rstrip()
 
 
-def digits_of(printed: str) -> int:
-    """Significant digits of numbers in this unit."""
-    return _DIGITS.get(printed, 4)
+def digits_of(unit: str) -> int:
+    """Significant digits of figures that are given in this unit."""
+    return _DIGITS.get(unit, 4)
 
 
 def window_words(figures: Mapping[str, Any]) -> str:
