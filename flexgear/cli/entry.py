@@ -10,12 +10,13 @@ import errno
 import io
 import os
 import signal
+import stat
 import sys
 import time
 import warnings
 from collections.abc import Sequence
 from types import FrameType
-from typing import TextIO
+from typing import Any, TextIO
 
 import typer
 
@@ -32,6 +33,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -55,12 +57,38 @@ def options(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
     on_stop(_Stop())
+    sys.stdout, sys.stderr = _unbroken(sys.stdout), _unbroken(sys.stderr)
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not is_compiled(given):
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``coupling.compiled``
     code = run(given)
     on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
     sys.exit(code)
+
+
+class _Pipe(io.FileIO):
+    """A pipe whose reader may leave, as ``head`` does: what it has not read is dropped, and the
+    work goes on."""
+
+    def write(self, data: Any, /) -> int:
+        """Bytes written or dropped."""
+        try:
+            return super().write(data) or 0
+        except BrokenPipeError:
+            return len(data)
+
+
+def _unbroken(stream: TextIO) -> TextIO:
+    """The same stream of this process; one that leads into a pipe does not mind its end."""
+    try:
+        number = stream.fileno()
+        if not stat.S_ISFIFO(os.fstat(number).st_mode):
+            return stream
+    except (AttributeError, OSError, ValueError):  # closed, or no file
+        return stream
+    stream.flush()
+    pipe = io.BufferedWriter(_Pipe(number, "wb", closefd=False))
+    return io.TextIOWrapper(pipe, stream.encoding, stream.errors, line_buffering=True)
 
 
 class _Stop:
@@ -111,9 +139,6 @@ def _report(error: Exception) -> int:
         return _say(STOPPED, 1)
     if hasattr(error, "format_message"):  # a wrong command line
         return _say(f"{shortened(error.format_message()).rstrip('.')}; see flexgear --help", 2)
-    if isinstance(error, BrokenPipeError):
-        sys.stderr.close()
-        return 1
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""
         remedy = "; free some space" if error.errno == errno.ENOSPC else ""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Refusal, Section
@@ -14,12 +17,27 @@ PLANET_LISTS = (
 )  # fmt: skip
 
 
+PIN_LISTS = ("pin_tangential", "pin_radial")
+
+
+def _or_one_number(schema: dict[str, Any]) -> None:
+    """JSON schema of a list that takes a number, too."""
+    several = {key: schema.pop(key) for key in ("type", "items")}
+    schema["anyOf"] = [several, several["items"]]
+
+
+def _of_planets() -> Any:
+    """Field of a list of planets."""
+    return Field(default=(), json_schema_extra=_or_one_number)
+
+
 class GearErrors(Section):
     """Errors described once, at the part that has them; geometry projects them onto both meshes.
 
     An eccentricity is where a gear's geometric centre lies from its axis of rotation: amplitude
     and phase, counted from the stage's x axis at θ = 0 for sun, ring and carrier (turning with
-    them) and from the planet's radial axis for planets.
+    them) and from the planet's radial axis for planets. A number in place of a list of planets is
+    the same for all of them.
 
     sun_eccentricity, ring_eccentricity, carrier_eccentricity, planet_eccentricity: its amplitude.
     sun_eccentricity_phase, ring_eccentricity_phase, carrier_eccentricity_phase,
@@ -52,31 +70,41 @@ class GearErrors(Section):
     planet_pitch: Length = Field(default=0.0, ge=0.0, le=1e-3)
     sun_pitch: Length = Field(default=0.0, ge=0.0, le=1e-3)
     seed: int = Field(default=1, ge=0)
-    pin_tangential: tuple[Length, ...] = ()
-    pin_radial: tuple[Length, ...] = ()
+    pin_tangential: tuple[Length, ...] = _of_planets()
+    pin_radial: tuple[Length, ...] = _of_planets()
     sun_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     sun_eccentricity_phase: Angle = 0.0
     ring_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     ring_eccentricity_phase: Angle = 0.0
     carrier_eccentricity: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     carrier_eccentricity_phase: Angle = 0.0
-    planet_eccentricity: tuple[Length, ...] = ()
-    planet_eccentricity_phase: tuple[Angle, ...] = ()
+    planet_eccentricity: tuple[Length, ...] = _of_planets()
+    planet_eccentricity_phase: tuple[Angle, ...] = _of_planets()
     ring_offset: Length = Field(default=0.0, ge=0.0, le=_LARGEST)
     ring_offset_phase: Angle = 0.0
-    planet_thickness: tuple[Length, ...] = ()
+    planet_thickness: tuple[Length, ...] = _of_planets()
     sun_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     ring_helix_slope: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
-    planet_sun_helix_slope: tuple[Length, ...] = ()
-    planet_ring_helix_slope: tuple[Length, ...] = ()
+    planet_sun_helix_slope: tuple[Length, ...] = _of_planets()
+    planet_ring_helix_slope: tuple[Length, ...] = _of_planets()
     ring_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     ring_gear_mesh_phase: Angle = 0.0
     sun_gear_mesh: Length = Field(default=0.0, ge=-_LARGEST, le=_LARGEST)
     sun_gear_mesh_phase: Angle = 0.0
 
+    @staticmethod
+    def for_each(data: Mapping[str, Any], planets: int) -> dict[str, Any]:
+        """Data of the section, not yet read, with numbers in place of lists said once a planet."""
+        numbers = {
+            key: (data[key],) * planets
+            for key in (*PLANET_LISTS, *PIN_LISTS)
+            if isinstance(data.get(key), (int, float))
+        }
+        return {**data, **numbers}
+
     def require_planets(self, planets: int) -> None:
         """Refusal where a list has another number of values than there are planets."""
-        for key in (*PLANET_LISTS, "pin_tangential", "pin_radial"):
+        for key in (*PLANET_LISTS, *PIN_LISTS):
             count = len(getattr(self, key))
             if count in (0, planets) or (count == 1 and key in PLANET_LISTS):
                 continue

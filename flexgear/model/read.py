@@ -26,6 +26,7 @@ from flexgear.model.units import ALL_SUFFIXES, Quantity
 
 MOST_NESTED = 32  # lists and sections in one another
 MOST_WHOLE = 2**63
+UNSET = object()  # in place of a value: the key goes
 
 
 @dataclass
@@ -138,12 +139,23 @@ def to_si(
                 for k, v in enumerate(value)
             )
         elif inner is not None:
+            if not isinstance(value, Mapping):
+                raise _no_section(section, key, full, where)
             out[name] = to_si(inner, value, where, written, f"{full}.", f"{at}{name}.")
         elif quantity is not None:
             out[name] = _numbers(value, quantity, suffix, is_list(section, name), where, full)
         else:
             out[name] = _tuples(value, where, full)
     return out
+
+
+def _no_section(section: type[Section], key: str, full: str, where: str) -> InputError:
+    """For a value at the key of a section; a key beside it that is spelled alike may be meant."""
+    plain = [n for n in section.model_fields if section_of(section, n) is None]
+    alike = get_close_matches(key, plain, n=1, cutoff=0.8)
+    meant = f"did you mean {usual_key(section, alike[0])}? Or " if alike else ""
+    remedy = f"{meant}write it as [{full}] with keys below"
+    return InputError(where, full, "is not a section", remedy)
 
 
 def _tuples(value: Any, where: str, key: str) -> Any:
@@ -171,7 +183,8 @@ def _numbers(value: Any, quantity: Quantity, suffix: str, many: bool, where: str
 def override_data(
     root: type[Section], key: str, text: str, written: Written, where: str = "--set"
 ) -> tuple[list[str | int], Any]:
-    """SI path and value of one override such as "stage.face_width_mm" = "400".
+    """SI path and value of one override such as "stage.face_width_mm" = "400"; without a text
+    ``UNSET``, for the key, section or list element that ``put`` then takes out.
 
     Whole numbers pick an element of a list: shaft.sections.0.length_mm.
     """
@@ -187,6 +200,8 @@ def override_data(
         name, suffix = match_key(section, part, where, seen)
         path.append(name)
         last, inner = k == len(parts) - 1, section_of(section, name)
+        if last and not text:
+            return path, UNSET
         if last:
             at = "".join(f"{p}." for p in path[:-1])
             prefix = key[: len(key) - len(part)]
@@ -195,6 +210,8 @@ def override_data(
         if inner is None and suffix:
             raise InputError(where, key, f"{seen} has no keys below it", "cut it")
         section = inner
+    if not text:
+        return path, UNSET
     raise InputError(where, key, "ends in the number of a list element", "name a key of it")
 
 
@@ -215,17 +232,23 @@ def _value(text: str, where: str, key: str) -> Any:
 
 
 def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key: str) -> None:
-    """Set one value in nested SI data; sections on the way are made, list elements are not."""
+    """Set one value in nested SI data, or take out what is there for ``UNSET``; sections on the way
+    are made, list elements are not."""
     place: Any = data
     for k, part in enumerate(path[:-1]):
         if isinstance(part, int):
             continue
         following = path[k + 1]
+        if value is UNSET and not place.get(part):
+            return
         if isinstance(following, int):
             present = place.get(part, ())
             elements = [present] if isinstance(present, Mapping) else list(present)
             if following >= len(elements):
                 _no_element(where, key, str(part), len(elements))
+            if k + 2 == len(path):  # the element itself goes
+                place[part] = (*elements[:following], *elements[following + 1 :])
+                return
             elements[following] = dict(elements[following])
             place[part] = tuple(elements)
             place = elements[following]
@@ -235,7 +258,10 @@ def put(data: dict[str, Any], path: list[str | int], value: Any, where: str, key
                 raise InputError(where, key, problem, remedy)
             place[part] = dict(place.get(part) or {})
             place = place[part]
-    place[path[-1]] = value
+    if value is UNSET:
+        place.pop(path[-1], None)
+    else:
+        place[path[-1]] = value
 
 
 def _no_element(where: str, key: str, name: str, count: int) -> NoReturn:

@@ -180,6 +180,16 @@ class Stage(Section):
             return {**data, "gear_mesh": {**plain, **given}}
         return data
 
+    @model_validator(mode="before")
+    @classmethod
+    def _errors_of_each_planet(cls, data: Any) -> Any:
+        """A number in place of a list of planets holds for all of them."""
+        errors = data.get("errors") if isinstance(data, dict) else None
+        planets = data.get("planets", 1) if isinstance(data, dict) else None
+        if not isinstance(errors, Mapping) or not isinstance(planets, int):
+            return data
+        return {**data, "errors": GearErrors.for_each(errors, planets)}
+
     @model_validator(mode="after")
     def _complete(self) -> Stage:
         if self.kind == "parallel":

@@ -3,6 +3,7 @@
 import errno
 import os
 import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -35,6 +36,8 @@ def one_line(err: str) -> str:
         (["check", "wind-5mw", "--sett", "a=1"], ["--sett"]),
         (["check", "wind-5mw", "--set", "planets"], ["--set", "KEY=VALUE"]),
         (["check", "wind-5mw", "--set", "stage.plantes=4"], ["stage.plantes", "planets"]),
+        (["check", "wind-5mw", "--set", "stage.planet=4"], ["did you mean planets?", "section"]),
+        (["check", "wind-5mw", "--set", "solver=quick"], ["write it as [solver]"]),
         (["check", "wind-5mw", "--set", "stage.normal_module_mm=18000"], ["normal_module_mm"]),
         (["check", "wind-5mw", "--set", "stage.planets=7"], ["wind-5mw", "planets"]),
         (["check", "wind-5mw", "--set", "stage.sun.teeth=28"], ["stage"]),
@@ -125,6 +128,25 @@ def test_a_bug_is_one_line_too_unless_debugging(flexgear, monkeypatch):
     assert "please report it (ZeroDivisionError: of mine)" in one_line(err)
     with pytest.raises(ZeroDivisionError):
         flexgear("check", "wind-5mw", "--debug")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell's pipes")
+@pytest.mark.parametrize("reader", ["head -1", "true"])
+def test_a_reader_that_leaves_is_no_failure(reader):
+    """Of either stream; what failed for another reason fails all the same."""
+    flexgear = " ".join(map(shlex.quote, FLEXGEAR))
+    script = (
+        f"{flexgear} check lin-parker 2>&1 | {reader}; echo ${{PIPESTATUS[0]}};"
+        f"{flexgear} cases nowhere 2>&1 | true; echo ${{PIPESTATUS[0]}}"
+    )
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert [line for line in done.stdout.splitlines() if len(line) == 1] == ["0", "2"]
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("command", [[], ["check"], ["run"]])
+def test_short_form_of_help(flexgear, command):
+    assert flexgear(*command, "-h") == flexgear(*command, "--help")
 
 
 def test_write_cut_short_by_the_system(tmp_path):

@@ -1,6 +1,7 @@
 """Reading, overriding, changing and hashing cases."""
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from pydantic import ValidationError
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import case_of_toml, load_case, load_stage
 from flexgear.model.springs import Bearing
 
 
@@ -160,3 +161,45 @@ def test_planets_stand_alike_after_their_period(degrees, period):
     assert stage.planet_period == pytest.approx(2 * math.pi / 5)
     freely = stage.model_copy(update={"planets": len(degrees), "planet_positions": angles})
     assert freely.planet_period == pytest.approx(math.radians(period))
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("wind-5mw", "solver.time_step_s"),  # a key
+        ("wind-5mw", "errors"),  # a section of the short form
+        ("wind-5mw", "ring.fits.1"),  # an element of a list of sections
+        ("lin-parker", "stage.planet.mass_kg"),
+        ("nrel-5mw", "joints.0.axial_n_per_m"),
+    ],
+)
+def test_an_override_without_a_value_takes_a_key_out(name, key):
+    """The case is then that of the file without it."""
+    data = tomllib.loads(bundled_text(name))
+    place = data
+    *way, last = [int(part) if part.isdigit() else part for part in key.split(".")]
+    for part in way:
+        place = place[part]
+    del place[last]
+    less = case_of_toml(data, name, name)
+    assert load_case(name, {key: ""}).content_hash() == less.content_hash()
+    assert load_case(name).content_hash() != less.content_hash()
+
+
+def test_what_is_not_there_needs_no_taking_out_and_what_is_needed_stays():
+    case = load_case("lin-parker", {"stage.ring.fe.bolts": "", "stage.errors": ""})
+    assert case.content_hash() == load_case("lin-parker").content_hash()
+    with pytest.raises(InputError, match="planets: is missing"):
+        load_case("lin-parker", {"stage.planets": ""})
+    with pytest.raises(InputError, match="inputs has 1 elements"):
+        load_case("lin-parker", {"inputs.3": ""})
+
+
+@pytest.mark.parametrize("name", ["pin_tangential", "planet_thickness", "planet_eccentricity"])
+def test_a_number_in_place_of_a_list_of_planets_is_for_all(name):
+    case = load_case("lin-parker", {f"stage.errors.{name}_um": "20"})
+    assert case.stages[0].errors.of_planets(name, 4) == pytest.approx([2e-5] * 4)
+    again = load_case("lin-parker").with_(**{f"stage.errors.{name}": 2e-5})
+    assert again.content_hash() == case.content_hash()
+    none = load_case("lin-parker", {f"stage.errors.{name}_um": "0"})
+    assert none.stages[0].errors.of_planets(name, 4) == (0.0,) * 4

@@ -74,8 +74,8 @@ def test_odd_names_of_files_are_one_line(tmp_path, monkeypatch, word):
     for read in (
         lambda: load_case(word),
         lambda: load_case(f"{word}.toml"),
-        lambda: load_stage("wind-5mw", {**CSV, "drive.file": word}),
-        lambda: load_case("nrel-5mw", {"stages.0.case": word}),
+        lambda: load_stage("wind-5mw", {**CSV, "drive.file": word or '""'}),
+        lambda: load_case("nrel-5mw", {"stages.0.case": word or '""'}),
     ):
         with pytest.raises(InputError) as caught:
             read()
