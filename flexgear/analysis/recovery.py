@@ -8,7 +8,9 @@ q_el = q − rolling · input_angles.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -54,15 +56,34 @@ def channel_forces(result: Result) -> Array:
     return out
 
 
+@dataclass(frozen=True)
+class Output:
+    """Rows (k, d) of physical coordinates, in what samples hold: modes (k, n), residual (k, n_c)
+    of channel forces, rolling (k, F). basis: (d, n) of the modes."""
+
+    basis: Array
+    modes: Array
+    residual: Array
+    rolling: Array
+
+
+def output_of(modal: ModalSystem, rows: Array) -> Output:
+    """What rows (k, d) are of the samples of a system."""
+    basis = modal.modes
+    return Output(basis, rows @ basis, rows @ modal.residual_motion, rows @ modal.system.rolling)
+
+
 class Recovery:
     """Elastic motions of any linear output of the physical coordinates, without storing q(t).
 
-    Built once for a result: ``motion(rows)`` gives rows @ q_el with rows (k, d) -> (t, k).
+    Built once for a result: ``motion(rows)`` gives rows @ q_el with rows (k, d) -> (t, k). outputs:
+    by name, of all results of a system: those named are worked out once.
     """
 
-    def __init__(self, result: Result) -> None:
+    def __init__(self, result: Result, outputs: dict[str, Output] | None = None) -> None:
         self.result = result
         self.modal: ModalSystem = result.modal
+        self._outputs = {} if outputs is None else outputs
         self.forces = channel_forces(result)
         self._roll = np.zeros_like(result.eta[:, : len(self.modal.input_rows)])
         if isinstance(result, Transient):
@@ -72,9 +93,18 @@ class Recovery:
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
-        m = self.modal
-        out = self.result.eta @ (rows @ m.modes).T + self.forces @ (rows @ m.residual_motion).T
-        return np.asarray(out - self._roll @ (rows @ m.system.rolling).T)
+        return self._value(output_of(self.modal, rows))
+
+    def named(self, name: str, rows: Callable[[], Array]) -> Array:
+        """``motion`` of the rows that go by a name."""
+        known = self._outputs.get(name)
+        if known is None or known.basis is not self.modal.modes:
+            known = self._outputs[name] = output_of(self.modal, rows())
+        return self._value(known)
+
+    def _value(self, output: Output) -> Array:
+        out = self.result.eta @ output.modes.T + self.forces @ output.residual.T
+        return np.asarray(out - self._roll @ output.rolling.T)
 
     def node(self, body: str, node: str) -> Array:
         """Motion (t, 6) of a named node in its body's frame, m and rad."""
@@ -90,7 +120,8 @@ class Recovery:
                 return self._turning_force(support) + self._law_force(name, support.rows)
         for link in self.modal.system.links:
             if link.name == name:
-                return self.motion(link.rows) @ link.matrix.T + self._law_force(name, link.rows)
+                motion = self.named(f"link {name}", partial(np.asarray, link.rows))
+                return motion @ link.matrix.T + self._law_force(name, link.rows)
         raise KeyError(name)
 
     def _law_force(self, name: str, rows: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -136,11 +136,6 @@ class Stepping:
     def interval(self) -> float:
         """Time between two samples of the first piece, s."""
         return self._pieces()[0][2]
-
-    def first(self, steps: int) -> Stepping:
-        """So many steps from the start, without jumps and windows."""
-        longest = self.time_step if self.adaptive is None else self.adaptive.longest
-        return replace(self, duration=steps * longest, jumps=(), windows=())
 
     def _pieces(self) -> list[tuple[int, int, float]]:
         """Steps and samples of every piece without a jump, and the time between samples, s."""

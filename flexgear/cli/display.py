@@ -36,9 +36,18 @@ def progress(quiet: bool = False) -> Iterator[Report]:
 @contextmanager
 def _bars() -> Iterator[Report]:
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskID,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
+    )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True)) as bars:
         tasks: dict[str, TaskID] = {}
         lock = threading.Lock()
@@ -76,7 +85,9 @@ class PlainProgress:
                 self._print(f"{stage}: done in {now - self._started[stage]:.1f} s")
             elif now - self._said[stage] >= PLAIN_INTERVAL:
                 self._said[stage] = now
-                self._print(f"{stage}: {100 * share:.0f} %")
+                left = (now - self._started[stage]) * (1.0 - share) / share if share else 0.0
+                after = f", about {said_time(left)} left" if left else ""
+                self._print(f"{stage}: {100 * share:.0f} %{after}")
 
     @staticmethod
     def _print(line: str) -> None:
@@ -136,6 +147,14 @@ def said_size(size: float) -> str:
     units = ("B", "kB", "MB", "GB", "TB")
     power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
     return f"{size / 1000**power:.4g} {units[power]}"
+
+
+def said_time(seconds: float) -> str:
+    """A span of time in words, to two digits or so."""
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{max(seconds, 1.0):.0f} s"
 
 
 def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool) -> None:

@@ -61,6 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     if not is_compiled(given):
         os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # read by ``coupling.compiled``
+    if "--scheduler" not in given:
+        # xarray loads dask where it finds it, which takes a second and is of use on clusters alone
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     code = run(given)
     on_stop(signal.SIG_IGN)  # the interpreter's end takes a moment
     sys.exit(code)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -67,16 +66,6 @@ class Forecast:
     def _said(self, coming: Coming) -> str:
         parts = [f"{coming.samples} samples"]
         if self._out is not None:
-            own = Coming(chosen(coming.pattern, self._names), coming.samples, math.nan)
+            own = Coming(chosen(coming.pattern, self._names), coming.samples)
             parts.append(f"{said_size(own.size)} in {self._out} before compression")
-        if math.isfinite(coming.seconds):
-            parts.append(f"about {said_time(coming.seconds)}")
         return ", ".join(parts)
-
-
-def said_time(seconds: float) -> str:
-    """A span of time in words, to two digits or so."""
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{max(seconds, 1.0):.0f} s"

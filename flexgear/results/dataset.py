@@ -1,23 +1,31 @@
 """Labelled datasets, saved with the parameters that made them.
 
-`save` and `load` go through netCDF (HDF5). Angles and times are kept in double precision; arrays
+`save` and `load` go through netCDF (HDF5), whose library may be called by one thread at a time: what
+writes or opens a file holds `FILES`. Angles and times are kept in double precision; arrays
 with more than one axis are stored in single precision (1e-7 of the value) and compressed.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
+import os
+import sys
+import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import netCDF4
 import numpy as np
 import xarray as xr
 
-from flexgear.files.atomic import PathLike, write_bytes
+from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError
 from flexgear.results.version import version
+
+FILES = threading.RLock()
 
 
 def provenance(
@@ -49,11 +57,13 @@ def write_netcdf(
     data: xr.Dataset, path: PathLike, encoding: dict[str, dict[str, Any]] | None = None
 ) -> Path:
     """Write netCDF as ``save`` does, stored as said."""
-    content = data.to_netcdf(engine="h5netcdf", encoding=encoding)
-    # given up before a failed write is told: its traceback would keep the view, and Python 3.12 may
-    # crash over a buffer that is collected before its views
-    with memoryview(content) if isinstance(content, bytes) else content as held:
-        return write_bytes(path, held)
+    with atomic_file(path) as draft, FILES, system_errors():
+        file = opened(draft, "w")
+        try:
+            data.dump_to_store(xr.backends.NetCDF4DataStore(file), encoding=encoding)
+        finally:
+            file.close()
+    return Path(path)
 
 
 def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
@@ -68,8 +78,29 @@ def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def load(path: PathLike) -> xr.Dataset:
     """Read a dataset into memory; one clear line where that is not possible."""
-    with readable(path):
-        return xr.load_dataset(path, engine="h5netcdf")
+    with readable(path), FILES, opened(path) as file:
+        return xr.open_dataset(xr.backends.NetCDF4DataStore(file)).load()
+
+
+def opened(path: PathLike, mode: Literal["r", "w"] = "r") -> netCDF4.Dataset:
+    """The file as the library has it, which knows no names that are no text."""
+    name = os.fspath(path)
+    if name.isprintable() or sys.platform != "linux":
+        return netCDF4.Dataset(name, mode)
+    handle = os.open(path, os.O_RDONLY if mode == "r" else os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        return netCDF4.Dataset(f"/proc/self/fd/{handle}", mode)
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def system_errors() -> Iterator[None]:
+    """OSError where the library cannot write, of which it says no reason."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(errno.EIO, f"the disk refused to be written ({error})") from error
 
 
 @contextlib.contextmanager
@@ -79,7 +110,7 @@ def readable(path: PathLike) -> Iterator[None]:
         raise FlexgearError(f"cannot read {path}: there is no such file")
     try:
         yield
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FlexgearError(
             f"cannot read {path}: not a netCDF file of flexgear ({line})"

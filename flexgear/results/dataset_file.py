@@ -12,13 +12,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
 import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
-from flexgear.results.dataset import encoding_of, readable
+from flexgear.results.dataset import FILES, encoding_of, opened, readable, system_errors
 from flexgear.results.sinks import TIME, Coming, histories, sample_size
 
 CHUNK = 2**18  # bytes that are compressed together
@@ -40,8 +39,9 @@ def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetF
 
 def open_lazily(path: PathLike) -> xr.Dataset:
     """A dataset whose variables, time too, are read from the file each time they are wanted."""
-    with readable(path):
-        data = xr.open_dataset(path, engine="h5netcdf", cache=False, create_default_indexes=False)
+    with readable(path), FILES:
+        store = xr.backends.NetCDF4DataStore(opened(path))
+        data = xr.open_dataset(store, cache=False, create_default_indexes=False)
         for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {TIME}:
             data = data.set_xindex(label)
         return data
@@ -60,7 +60,7 @@ class DatasetFile:
         """Write all but the samples. InputError for unknown names, and where the disk is too small
         for what is coming."""
         pattern = chosen(coming.pattern, self._names)
-        self._refuse_too_much(Coming(pattern, coming.samples, coming.seconds))
+        self._refuse_too_much(Coming(pattern, coming.samples))
         over_time = histories(pattern)
         encoding = encoding_of(pattern)
         for name, variable in over_time.items():
@@ -69,31 +69,35 @@ class DatasetFile:
             rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
             shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
             encoding[name] = {**encoding.get(name, {}), "chunksizes": shape}
-        pattern.to_netcdf(self._path, engine="h5netcdf", encoding=encoding, unlimited_dims=[TIME])
-        self._file = h5netcdf.File(self._path, "r+")
-        self._kept = {name: self._file.variables[name].dtype for name in over_time}
+        with FILES:
+            self._file = opened(self._path, "w")
+            store = xr.backends.NetCDF4DataStore(self._file)
+            pattern.dump_to_store(store, encoding=encoding, unlimited_dims=[TIME])
+            self._file.set_auto_maskandscale(False)
+            self._kept = {name: self._file.variables[name].dtype for name in over_time}
 
     def append(self, data: xr.Dataset) -> None:
         """Write some samples more."""
         before, self._samples = self._samples, self._samples + data.sizes[TIME]
-        self._file.resize_dimension(TIME, self._samples)
-        for name, dtype in self._kept.items():
-            values = data.variables[name].to_numpy().astype(dtype)
-            self._file.variables[name][before : self._samples] = values
+        with FILES, system_errors():
+            for name, dtype in self._kept.items():
+                values = data.variables[name].to_numpy().astype(dtype)
+                self._file.variables[name][before : self._samples] = values
 
     def finish(self, last: xr.Dataset) -> None:
         """Write what is known only now."""
-        for name, variable in last.data_vars.items():
-            self._file.variables[str(name)][...] = variable.to_numpy()
-        for key, value in last.attrs.items():
-            self._file.attrs[key] = value
-        self.close()
+        with FILES, system_errors():
+            for name, variable in last.data_vars.items():
+                self._file.variables[str(name)][...] = variable.to_numpy()
+            self._file.setncatts(last.attrs)
+            self.close()
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""
         if self._file is not None:
             file, self._file = self._file, None
-            file.close()
+            with FILES, system_errors():
+                file.close()
 
     def _refuse_too_much(self, coming: Coming) -> None:
         free = shutil.disk_usage(self._path.parent).free

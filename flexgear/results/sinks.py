@@ -20,13 +20,11 @@ TIME = "time"
 class Coming:
     """What a run is going to give.
 
-    pattern: its dataset without a sample; samples: how many; seconds: about how long they take, NaN
-    where nobody has tried.
+    pattern: its dataset without a sample; samples: how many.
     """
 
     pattern: xr.Dataset
     samples: int
-    seconds: float
 
     @property
     def size(self) -> int:

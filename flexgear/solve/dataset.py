@@ -7,6 +7,8 @@ own (radial, tangential, axial).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,7 +79,7 @@ def _dataset(
     attrs: dict[str, Any],
 ) -> xr.Dataset:
     force = model.gear_meshes.forces(result.pair_load)
-    recovery = Recovery(result)
+    recovery = Recovery(result, model.outputs)
     motions, labels = _motions(model, recovery)
     loads, time = model.case.loads, np.asarray(samples) if dim == "time" else np.zeros(len(torques))
     if loads:
@@ -189,22 +191,26 @@ def result_name(body: str) -> str:
 
 def body_rows(system: System) -> tuple[list[str], Array]:
     """Names (n) and rows (6 n, d) of lumped bodies and of nodes that stand for those that bend."""
-    names, rows = [], []
+    shown = list(shown_bodies(system))
+    return [name for name, _, _ in shown], np.vstack([system.node_rows(b, n) for _, b, n in shown])
+
+
+def shown_bodies(system: System) -> Iterator[tuple[str, str, str]]:
+    """Name in results, body and node of lumped bodies and of those that bend."""
     for body in system.bodies:
         part = body.name.rpartition(".")[2]
         node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
         if node not in body.node_names or part == "output":
             continue
-        names.append(result_name(body.name))
-        rows.append(system.node_rows(body.name, node))
-    return names, np.vstack(rows)
+        yield result_name(body.name), body.name, node
 
 
 def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[str, Any]]:
     """Displacements of bodies and forces of links, with their labels."""
     result, count = recovery.result, len(recovery.result.theta)
-    names, rows = body_rows(model.system)
-    arrays = {"body_displacement": recovery.motion(rows).reshape(count, len(names), 6)}
+    names = [name for name, _, _ in shown_bodies(model.system)]
+    bodies = recovery.named("bodies", lambda: body_rows(model.system)[1])
+    arrays = {"body_displacement": bodies.reshape(count, len(names), 6)}
     labels: dict[str, Any] = {"body": names}
     bearings = planet_bearings(model, recovery)
     if bearings:
@@ -219,17 +225,17 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
             labels[name] = found
     arrays |= _row_loads(recovery, list(bearings), _supports(model))
     if model.gauges.names:
-        arrays["gauge_strain"] = recovery.motion(model.gauges.strain)
+        arrays["gauge_strain"] = recovery.named("gauges", lambda: model.gauges.strain)
         labels["gauge"] = model.gauges.names
     if isinstance(result, Equilibrium) and len(model.rim_stress):
-        arrays["rim_stress"] = recovery.motion(model.rim_stress)
+        arrays["rim_stress"] = recovery.named("rim", lambda: model.rim_stress)
     for name, nodes, dofs in (
         ("tooth", _nodes(model, "ring", "tooth"), 3),
         ("carrier_node", _nodes(model, "carrier"), 6),
     ):
         if nodes:
-            rows = np.vstack([model.system.own_rows(*node)[:dofs] for node in nodes])
-            motion = recovery.motion(rows).reshape(count, len(nodes), dofs)
+            motion = recovery.named(name, partial(_rows_of, model.system, nodes, dofs))
+            motion = motion.reshape(count, len(nodes), dofs)
             arrays["tooth_displacement" if name == "tooth" else "carrier_displacement"] = motion
             labels |= _node_labels(model, name, nodes)
     return arrays, labels
@@ -264,6 +270,11 @@ def _nodes(model: Model, part: str, start: str = "") -> list[tuple[str, str]]:
         for node in model.system.body(body).node_names
         if node.startswith(start)
     ]
+
+
+def _rows_of(system: System, nodes: list[tuple[str, str]], dofs: int) -> Array:
+    """Rows of the first dofs of nodes, each in its body's frame."""
+    return np.vstack([system.own_rows(*node)[:dofs] for node in nodes])
 
 
 def _node_labels(model: Model, name: str, nodes: list[tuple[str, str]]) -> dict[str, Any]:

@@ -5,8 +5,6 @@ Nothing of a run that grows with its duration stays in memory, unless the sink k
 
 from __future__ import annotations
 
-import copy
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -33,15 +31,12 @@ from flexgear.analysis.transient import (
 )
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
-from flexgear.results.dataset import encoding_of
 from flexgear.results.dataset_file import dataset_file, open_lazily
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
 BUFFER = 2**24  # bytes of samples that are labelled together
-TRIAL = 100  # steps that tell how long others take, at least
-SHARE = 40  # times those in a run: shorter ones are not worth a trial
-ENOUGH = 0.3  # s of a trial, which are enough
+ENOUGH = 2.0  # s of a run that tell how long the rest takes
 LONGEST = 30 * 86400.0  # s that a run may take: nobody waits longer for one
 FASTEST = 1e-6  # s that a step takes at least, of the smallest train
 NO_STEPS = Steps(0, 0, {})
@@ -101,19 +96,24 @@ class LongRun:
     last: Callable[[Steps], xr.Dataset]
     source: str
 
-    def into(self, sink: DatasetSink, progress: Callable[[float], None], *, tried: bool) -> Cost:
-        """Run it. tried: tell the sink how long it takes, which a few steps show. InputError where
-        that is more than a month."""
+    def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> Cost:
+        """Run it. InputError where it turns out that it would take more than a month."""
         refuse_endless(self.stepping, self.source)
         start = start_state(self.modal, told_machines(self.modal, self.drive, np.zeros(1))[0])
-        seconds = self._seconds(start) if tried else math.nan
-        if seconds > LONGEST:
-            raise _endless(self.stepping, self.source, f"about {seconds / 86400:.3g} days")
         pattern = self._pattern()
-        sink.begin(Coming(pattern, self.stepping.samples, seconds))
+        sink.begin(Coming(pattern, self.stepping.samples))
         chunks = _Chunks(self.modal, self.labelled, sink.append)
         wall, core = time.perf_counter(), time.thread_time()
-        steps = self._run(self.stepping, start, chunks, progress)
+
+        def watched(share: float) -> None:
+            spent = time.perf_counter() - wall
+            if spent > ENOUGH and spent / share > LONGEST:
+                raise _endless(
+                    self.stepping, self.source, f"about {spent / share / 86400:.3g} days"
+                )
+            progress(share)
+
+        steps = self._run(start, chunks, watched)
         wall, core = time.perf_counter() - wall, time.thread_time() - core
         wall, core = wall - chunks.wall, core - chunks.core
         chunks.flush()
@@ -121,12 +121,11 @@ class LongRun:
         sink.finish(last)
         return Cost(wall, core, pattern.assign(last.data_vars).assign_attrs(last.attrs))
 
-    def _run(
-        self, stepping: Stepping, start: State, sink: Sink, progress: Callable[[float], None] | None
-    ) -> Steps:
+    def _run(self, start: State, sink: Sink, progress: Callable[[float], None]) -> Steps:
+        stepping = self.stepping
         return transient(
             self.modal,
-            self.drive if stepping.jumps else replace(self.drive, jumps=()),
+            self.drive,
             duration=stepping.duration,
             time_step=stepping.time_step,
             output_interval=stepping.output_interval,
@@ -145,25 +144,6 @@ class LongRun:
         empty = self.labelled(collected(self.modal, samples, NO_STEPS))
         return empty.assign(last.data_vars).assign_attrs(last.attrs)
 
-    def _seconds(self, start: State) -> float:
-        """About how long the steps take; NaN where that is not worth finding out."""
-        total, steps = self.stepping.steps, TRIAL
-        if total < SHARE * steps:
-            return math.nan
-
-        def spent(steps: int) -> float:
-            chunks = _Chunks(self.modal, self.labelled, _written)
-            began = time.thread_time()  # whatever else the machine does
-            self._run(self.stepping.first(steps), copy.deepcopy(start), chunks, None)
-            chunks.flush()
-            return time.thread_time() - began
-
-        spent(1)  # compiles
-        none = spent(1)
-        while (taken := spent(steps) - none) < ENOUGH and 4 * steps * SHARE <= total:
-            steps *= 4
-        return max(taken, 0.0) / steps * total
-
 
 def refuse_endless(stepping: Stepping, source: str) -> None:
     """InputError where a run has so many steps that no machine gets through them in a month."""
@@ -178,11 +158,6 @@ def _endless(stepping: Stepping, source: str, time_taken: str) -> InputError:
         f"{stepping.duration:g} s take {stepping.least_steps:.3g} steps, {time_taken}",
         "simulate a shorter time, or with longer steps",
     )
-
-
-def _written(data: xr.Dataset) -> None:
-    """What it takes to write samples, without a file."""
-    data.to_netcdf(engine="h5netcdf", encoding=encoding_of(data))
 
 
 class _Chunks:

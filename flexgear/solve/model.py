@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.contact_springs import ContactSprings, springs_at
 from flexgear.analysis.gear_mesh_cycle import mean_springs, springs_under_load
 from flexgear.analysis.modes import Modes, modes
+from flexgear.analysis.recovery import Output
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import ModalSystem, chosen_modal, static_system
 from flexgear.coupling.pace import Pace, case_pace
@@ -123,6 +124,11 @@ class Model:
     def root_tables(self) -> RootTables:
         """What gives the stress in tooth roots."""
         return self.roots or RootTables(self.case, self.flow, self.bodies)
+
+    @cached_property
+    def outputs(self) -> dict[str, Output]:
+        """Of what results give at every sample, as far as it is known: see ``Recovery``."""
+        return {}
 
     @property
     def has_errors(self) -> bool:

@@ -168,7 +168,7 @@ def simulate(
     run = LongRun(modal, ends.drive(stepping.jumps), stepping, energy, labelled, last, case.source)
     watching: list[DatasetSink] = [settling] if isinstance(settling, Settling) else []
     both = Several([*watching, sharing, sink or memory])
-    cost = run.into(both, lambda share: progress(label, share), tried=sink is not None)
+    cost = run.into(both, lambda share: progress(label, share))
     return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
 
 

@@ -29,5 +29,4 @@ def test_imports_are_dependencies():
     asked = [*project["dependencies"], *extras["video"]]
     names = {re.split(r"[><=\[ ]", line)[0] for line in asked}
     assert third_party() - names == set()
-    # h5py is imported by h5netcdf, which leaves it to us to ask for it
-    assert names - third_party() <= {"h5py", "h5netcdf"}
+    assert names - third_party() == set()

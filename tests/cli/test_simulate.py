@@ -8,6 +8,7 @@ import math
 import pytest
 from stage_samples import cheap_stage
 
+from flexgear.cli import display
 from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
 from flexgear.solve import long_run
@@ -41,18 +42,28 @@ def no_work(monkeypatch):
     monkeypatch.setattr(long_run, "transient", work)
 
 
-def test_size_and_time_are_said_before(flexgear, tmp_path):
+def test_size_is_said_before(flexgear, tmp_path):
     out = tmp_path / "run.nc"
     code, _, err = flexgear("simulate", "lin-parker", "--duration-s", 0.1, "--out", out)
     assert code == 0
     said, *progress = err.splitlines()
     assert said.startswith("transient: 1000 samples, ")
-    assert f" kB in {out} before compression, about " in said
+    assert said.endswith(f" kB in {out} before compression")
     assert progress[0] == "transient"
     assert load(out).sizes["time"] == 1000
     code, _, err = flexgear("simulate", "lin-parker", *SHORT)
     assert (code, err.splitlines()[0]) == (0, "transient: 100 samples")
     assert flexgear("simulate", "lin-parker", *SHORT, "-q")[::2] == (0, "")
+
+
+def test_progress_says_how_long_it_takes(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(display.time, "monotonic", lambda: now[0])
+    report = display.PlainProgress()
+    for now[0], share in ((0.0, 0.0), (1.0, 0.02), (6.0, 0.05), (60.0, 1.0)):
+        report("transient", share)
+    said = ["transient", "transient: 5 %, about 114 s left", "transient: done in 60.0 s"]
+    assert capsys.readouterr().err.splitlines() == said
 
 
 def test_chosen_variables(flexgear, tmp_path):
