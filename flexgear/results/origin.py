@@ -61,7 +61,7 @@ def origin_of(path: Path) -> Origin | None:
             if file.read(4) == b"\x89HDF":
                 return _of_dataset(path)
         return _READERS[path.suffix.lower()](path)
-    except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (InputError, OSError, RuntimeError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
@@ -69,7 +69,8 @@ def _of_dataset(path: Path) -> Origin | None:
     from flexgear.results.dataset import FILES, opened  # only where there is a dataset
 
     with FILES, opened(path) as data:
-        attrs = {name: data.getncattr(name) for name in ("title", "case", "parameters")}
+        names = {"title", "case", "parameters"} & {*data.ncattrs()}
+        attrs = {name: data.getncattr(name) for name in names}
     if not str(attrs["title"]).startswith("flexgear "):
         return None
     return Origin(str(attrs["case"]), _text(json.loads(attrs["parameters"]).get("source", "")))

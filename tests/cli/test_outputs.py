@@ -8,6 +8,7 @@ import tempfile
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from flexgear.cli import analysis_commands, run_commands
 from flexgear.cli.display import by_figure
@@ -226,6 +227,14 @@ def test_names_that_lead_elsewhere(flexgear, mine, monkeypatch, name):
     ):
         refused(flexgear(*command), "name: ", "cannot name a file")
     assert [p.name for p in mine.parent.iterdir()] == ["mine.toml"]
+
+
+def test_a_dataset_of_another_program_or_a_damaged_one_is_nobody_s(flexgear, mine):
+    out = mine.parent / "own.nc"
+    xr.Dataset({"a": ("x", [1.0, 2.0])}, attrs={"title": "mine"}).to_netcdf(out, engine="netcdf4")
+    refused(flexgear("static", mine, "-q", "--out", out), "no result of mine")
+    out.write_bytes(out.read_bytes()[:1000])
+    refused(flexgear("static", mine, "-q", "--out", out), "no result of mine")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes there")
