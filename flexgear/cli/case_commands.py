@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from flexgear.cli.check_sections import Sections, derived, with_reasons
-from flexgear.cli.display import present, table
+from flexgear.cli.display import as_json_text, present, table, warn
 from flexgear.cli.options import AsJson, CaseName, Settings, read_case
 from flexgear.cli.outputs import (
     CHECK,
@@ -21,6 +22,7 @@ from flexgear.cli.outputs import (
     with_schema,
 )
 from flexgear.files.atomic import file_target, staged_folder, write_bytes, write_json
+from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
@@ -44,18 +46,24 @@ def check(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:  # fmt: skip
-    """Validate a case and print what follows from it: geometry, speeds, torques, forces."""
+    """Validate a case and print what follows from it: geometry, speeds, torques, forces.
+
+    What can hardly be meant, as colliding planets or stress beyond any steel, is a line each.
+    """
     found = read_case(case, settings, loaded=False)
     if out is not None:
         claim_folder(out, CHECK, origin_of_case(found, "check"), force)
-    figures = derived(found)
+    figures, doubts = derived(found), implausible(found, power_flow(found))
     if out is not None:
-        _write(out, found, figures)
-    title = f"{found.name}: {found.title or 'valid'}"
-    present(title, figures if as_json else with_reasons(figures), as_json)
+        _write(out, found, figures, doubts)
+    if as_json:
+        typer.echo(as_json_text({**figures, "warnings": doubts}))
+    else:
+        present(f"{found.name}: {found.title or 'valid'}", with_reasons(figures))
+    warn(doubts)
 
 
-def _write(folder: Path, case: Case, figures: Sections) -> None:
+def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -> None:
     """Figures and pictures of modified flanks, in place of earlier ones."""
     from flexgear.cli.planned_pictures import flanks_plan
     from flexgear.views.style import save_figure
@@ -63,7 +71,8 @@ def _write(folder: Path, case: Case, figures: Sections) -> None:
     plan = flanks_plan(case, power_flow(case))
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
     with staged_folder(folder, earlier(CHECK)) as stage:
-        write_json(stage / "summary.json", {**head, "figures": figures})
+        found = {**head, "figures": figures, "warnings": list(doubts)}
+        write_json(stage / "summary.json", found)
         for name, (_, draw) in plan.items():
             save_figure(draw(), stage / f"{name}.png")
 

@@ -157,7 +157,7 @@ def said_time(seconds: float) -> str:
     return f"{max(seconds, 1.0):.0f} s"
 
 
-def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool) -> None:
+def present(title: str, sections: Mapping[str, Mapping[str, Any]], as_json: bool = False) -> None:
     """Sections of figures as tables, or all of them as JSON."""
     if as_json:
         typer.echo(as_json_text(sections))

@@ -227,7 +227,13 @@ def _require_contact(
             "the ring's tip touches the planet's flank below its base circle (interference)",
             "reduce it, or raise the number of planet teeth",
         )
-    room = _bottom_clearance(gear, planet, radii.center_distance)
+    for part, tooth in ((role, gear), ("planet", planet)):
+        if tooth.thickness_at(tooth.tip_radius) <= 0:
+            raise view.refuse(
+                f"{view.part(part)}.addendum", "flanks meet below the tip circle (pointed teeth)",
+                "lower it, or the profile shift",
+            )  # fmt: skip
+    room = bottom_clearance(gear, planet, radii.center_distance)
     if min(room) < 0:
         short = view.part(role if room[0] < room[1] else "planet")
         raise view.refuse(
@@ -245,7 +251,7 @@ def _require_contact(
         )
 
 
-def _bottom_clearance(
+def bottom_clearance(
     gear: ToothGeometry, planet: ToothGeometry, distance: float
 ) -> tuple[float, float]:
     """Room at the gear's root below the planet's tip, and at the planet's root; m."""
@@ -264,16 +270,21 @@ def _asked_backlash(stage: Stage, role: str) -> float:
     return stage.backlash_ring if role == "ring" else stage.backlash_sun
 
 
+def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii) -> float:
+    """Normal play that thicknesses leave on the working circles, m; below 0 where teeth overlap."""
+    gear, planet = gears[role], gears["planet"]
+    cos_w = math.cos(radii.ring_angle if gear.internal else radii.sun_angle)
+    r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
+    play = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
+    return play * cos_w * math.cos(radii.base_helix_angle)
+
+
 def _backlash(
     view: StageView, gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii
 ) -> float:
     """Normal play left by thicknesses at the working circles, plus what the case asks for, m."""
-    gear, planet, module = gears[role], gears["planet"], view.stage.normal_module
-    cos_w = math.cos(radii.ring_angle if gear.internal else radii.sun_angle)
-    r_g, r_p = gear.base_radius / cos_w, planet.base_radius / cos_w
-    inherent = planet.pitch_angle * r_p - gear.thickness_at(r_g) - planet.thickness_at(r_p)
-    backlash = _asked_backlash(view.stage, role)
-    backlash += inherent * cos_w * math.cos(radii.base_helix_angle)
+    module = view.stage.normal_module
+    backlash = _asked_backlash(view.stage, role) + inherent_backlash(gears, role, radii)
     if backlash < -NO_PLAY * module:
         raise view.refuse(
             view.part(role), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",

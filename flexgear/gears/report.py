@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.flanks import GearFlank, modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import iso_peak
@@ -48,8 +49,8 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     "gear_mesh"), "missing_on_flanks" where some are no involutes, and "not_modelled" with the sizes
     of what gear-mesh models leave out. Lengths of gears are
     diameters; stiffness is along the 3D normal and, in a double-helical stage, of one half, as face
-    width and contact ratios are; forces as in ``stage_paths``. Root stress is nominal,
-    without load factors."""
+    width and contact ratios are; forces as in ``stage_paths``. Stresses are nominal, without load
+    factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
@@ -59,6 +60,9 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     for role in g.gear_meshes:
         name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
         report[name] = _gear_mesh(view, g, role, paths[role, side])
+        if forces[role]:
+            pressure = pitch_point_pressure(view, g, role, forces[role])
+            report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6
         for (of, part), found in stresses.items():
             if of == role:
                 report[name] |= _root(view.part(part), found)

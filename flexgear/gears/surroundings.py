@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flexgear.gears.bearing_stiffness import roller_bearing_stiffness
 from flexgear.gears.sizing import Proposal
 from flexgear.model.errors import InputError
 
@@ -17,7 +18,6 @@ BOLTS = {  # nominal diameter: stress area, m (ISO 724, ISO 898-1)
 CLAMP = 0.65 * 940e6  # Pa, preload of grade 10.9 over the stress area (VDI 2230)
 FRICTION, SAFETY, MOST_BOLTS = 0.12, 1.5, 96
 SHEAR = 1e8  # Pa, in the sun's shaft
-ROLLERS, ROWS = 16, 2  # of a planet bearing
 SECONDS = 0.05  # rated power times this is the kinetic energy of what hangs on a port
 
 
@@ -111,13 +111,9 @@ def _web(p: Proposal, edge: float, clearance: float) -> float:
 
 
 def bearing_stiffness(p: Proposal) -> float:
-    """Radial stiffness of a planet bearing at its load, N/m: Palmgren's line contact
-    δ = 7.68e-5 Q^0.9 / l^0.8 (mm, N), Q = 4.08 F/(Z rows), tangent F/(0.9 δ); half of it, since
-    pin and seat give way, too."""
-    length = 0.35 * p.gear_width * 1e3
-    q = 4.08 * p.pin_force / (ROLLERS * ROWS)
-    deflection = 7.68e-5 * q**0.9 / length**0.8 * 1e-3
-    return 0.5 * p.pin_force / (0.9 * deflection)
+    """Radial stiffness of a planet bearing at its load, N/m: half of a roller bearing's, since pin
+    and seat give way, too."""
+    return 0.5 * roller_bearing_stiffness(p.pin_force, p.gear_width)
 
 
 def port_inertia(p: Proposal) -> float:

@@ -21,6 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.coupling.pace import too_coarse
+from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
@@ -233,6 +234,7 @@ def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
     """What a reader of the results should know; face_load: figures of flanks by variant."""
     case = model.case
     return [
+        *implausible(case, model.flow),
         *too_coarse(model.pace, case.solver),
         *cut_short(case, model.flow),
         *edge_warnings(face_load.get(model.variant, {})),

@@ -81,6 +81,18 @@ def test_check_says_and_draws_what_flanks_lack(flexgear, tmp_path):
     assert "missing on flanks" not in out
 
 
+def test_check_speaks_up(flexgear, tmp_path):
+    """On stderr, as JSON and in the folder's summary; the case is valid all the same."""
+    gravity = ("--set", "gravity_m_per_s2=[0, -9810, 0]")
+    code, _, err = flexgear("check", "lin-parker", *gravity)
+    said = "gravity is 9810 m/s², and that of the Earth 9.81: check its unit"
+    assert (code, err) == (0, f"flexgear: {said}\n")
+    code, out, err = flexgear("check", "lin-parker", *gravity, "--json", "--out", tmp_path / "c")
+    assert json.loads(out)["warnings"] == [said] and said in err
+    assert json.loads((tmp_path / "c" / "summary.json").read_text())["warnings"] == [said]
+    assert json.loads(flexgear("check", "lin-parker", "--json")[1])["warnings"] == []
+
+
 def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, tmp_path):
     """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
     quick = ("--set", "solver.fidelity=quick")

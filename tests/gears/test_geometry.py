@@ -92,7 +92,7 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
         "stage.backlash_sun_mm": 0.02 * module, "ring.fits": "[]", "carrier.plate_gap_m": 1,
     }  # fmt: skip
     case = load_stage("wind-5mw", {k: str(v) for k, v in over.items()})
-    reach = (planet + 2) / (sun + planet)
+    reach = (planet + 2 * math.cos(math.radians(helix))) / (sun + planet)
     if planets * math.asin(min(1.0, reach)) > math.pi:
         with pytest.raises(InputError, match="collide"):
             stage_geometry(case)

@@ -49,6 +49,8 @@ _WORDS = {
     "largest_stiffness_n_per_m": ("stiffness of all pairs together, largest", ""),
     "pair_stiffness_peak_n_per_m": ("largest stiffness of one pair", ""),
     "iso_single_stiffness_n_per_mm_um": ("stiffness of one pair per face width, c′ of ISO 6336-1", ""),
+    "nominal_contact_pressure_mpa": (
+        "nominal contact pressure at the pitch point (ISO 6336-2, no load factors)", ""),
     "nominal_root_stress_iso_6336_3_{part}_mpa": (
         "nominal root stress of the {part} (ISO 6336-3, no load factors)", ""),
     "form_and_notch_factor_{part}": ("form factor and notch factor of the {part}", ""),

@@ -1,0 +1,208 @@
+"""What of a case can hardly be meant, although it can be computed: one sentence each.
+
+Limits are of what has been built. Tips of 0.2 modules: Niemann/Winter, Maschinenelemente II. The
+strongest case-hardened steel, endurance limits without any factor: σ_Hlim = 1650 N/mm²,
+σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME). A cutting rack undercuts a gear of z teeth where
+
+    x < h_F/m_n − z sin² α_t/(2 cos β),   h_F = h_f − ρ_f (1 − sin α_n)
+
+with its dedendum h_f, tip radius ρ_f, and so the straight part h_F of its flank (ISO 21771).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.gears.bearing_stiffness import roller_bearing_stiffness
+from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch
+from flexgear.gears.flank_pressure import pitch_point_pressure
+from flexgear.gears.geometry import (
+    StageGeometry,
+    bottom_clearance,
+    inherent_backlash,
+    stage_geometry,
+)
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.gears.radii import gears_by_role
+from flexgear.gears.root_stress import largest_root_stress
+from flexgear.gears.stage_flow import StageFlow
+from flexgear.gears.tooth import transverse_angle
+from flexgear.model.case import Case
+from flexgear.model.springs import Bearing
+from flexgear.model.stage_view import StageView
+
+THINNEST_TIP = 0.2  # modules
+NO_UNDERCUT = 0.02  # modules of shift that are missing and take nothing off the flank that works
+FLANK, ROOT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
+SHEAR = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
+APART = 100.0  # times that a bearing's stiffness or rating may differ from what its load suggests
+LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes are flown at 10 g
+
+
+def implausible(case: Case, flow: PowerFlow) -> list[str]:
+    """Sentences in the order of the stages; none for a case with nothing to doubt."""
+    found = list(_gravity(case))
+    for stage in flow.stages:
+        before = f"{stage.name}: " if len(case.stages) > 1 else ""
+        found += [before + text for text in _of_stage(case, flow, stage)]
+    return found
+
+
+def _gravity(case: Case) -> Iterator[str]:
+    size = math.hypot(*case.gravity)
+    if size and not LEAST_GRAVITY <= size <= MOST_GRAVITY:
+        yield f"gravity is {size:g} m/s², and that of the Earth 9.81: check its unit"
+
+
+def _of_stage(case: Case, flow: PowerFlow, stage: StageFlow) -> Iterator[str]:
+    view = case.view(stage.name)
+    g = stage_geometry(view)
+    yield from _places(view, g)
+    yield from _teeth(view, g)
+    yield from _stress(view, g, stage)
+    yield from _shaft(view, stage)
+    yield from _bearings(view, stage)
+    yield from _rating(case, flow, view, stage)
+
+
+def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Planets and gears that are in each other's way."""
+    module = view.stage.normal_module
+    if g.planet_clearance < 0:
+        yield (
+            f"neighbouring planets collide: their tips overlap by {-1e3 * g.planet_clearance:.3g} "
+            "mm; such a stage cannot be built"
+        )
+    if view.stage.kind == "planetary":
+        misfit = np.abs(assembly_mismatch(g, np.asarray(view.stage.planet_angles)))
+        if misfit.max() > ASSEMBLY_TOLERANCE:
+            planet = int(np.argmax(misfit)) + 1
+            yield (
+                f"the planets do not assemble: a tooth of planet {planet} is {misfit.max():.3g} "
+                "pitches off the gap of the sun, and they are computed as if it were cut to fit"
+            )
+    for role, gear_mesh in g.gear_meshes.items() if g.overridden else ():
+        name = _mesh(view, role)
+        low, high = g.planet.path_of_contact(g.gears[role], gear_mesh.working_angle)
+        room = bottom_clearance(g.gears[role], g.planet, g.center_distance)
+        depth = 2.0 * max(abs(t.tip_radius - t.root_radius) for t in (g.planet, g.gears[role]))
+        if min(room) < 0:
+            problem = f"tips reach {-1e3 * min(room):.3g} mm into the roots of their mates"
+        elif max(room) > depth:
+            problem = f"tips end {1e3 * max(room):.3g} mm above the roots of their mates"
+        elif high - low < gear_mesh.base_pitch:
+            ratio = max(high - low, 0.0) / gear_mesh.base_pitch
+            problem = f"tips leave a contact ratio of {ratio:.3f}, so that at times no teeth touch"
+        elif (play := inherent_backlash(g.gears, role, g.radii)) < -0.01 * module:
+            problem = f"teeth overlap by {-1e3 * play:.3g} mm at this distance"
+        else:
+            continue
+        yield f"{problem} in the {name}; check module, centre distance and base diameters"
+
+
+def _mesh(view: StageView, role: str) -> str:
+    return "gear mesh" if view.stage.kind == "parallel" else f"{role} gear mesh"
+
+
+def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
+    """Undercut and thin tips of true teeth."""
+    stage = view.stage
+    if g.overridden:
+        return
+    for role, gear in gears_by_role(stage).items():
+        name, tooth = view.part(role), g.gears[role]
+        thickness = tooth.thickness_at(tooth.tip_radius) * math.cos(stage.helix_angle)
+        thickness /= stage.normal_module
+        if thickness < THINNEST_TIP:
+            yield (
+                f"tips of the {name} are {thickness:.2g} modules thick, and they break below "
+                f"{THINNEST_TIP:g}; lower {name}.addendum or {name}.profile_shift"
+            )
+        sine = math.sin(transverse_angle(stage))
+        straight = gear.dedendum - gear.root_fillet * (1.0 - math.sin(stage.pressure_angle))
+        least = straight - gear.teeth * sine**2 / (2.0 * math.cos(stage.helix_angle))
+        if not tooth.internal and gear.profile_shift < least - NO_UNDERCUT:
+            yield (
+                f"teeth of the {name} are undercut: their profile shift of {gear.profile_shift:g} "
+                f"is below {least:.3f}; raise it, or take more teeth"
+            )
+
+
+def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Nominal stress that no steel bears for long."""
+    forces, torque = stage.gear_mesh_forces, "check torque, face width and module"
+    for role in g.gear_meshes:
+        pressure = pitch_point_pressure(view, g, role, forces[role])
+        if pressure > FLANK:
+            yield (
+                f"the flanks of the {_mesh(view, role)} are pressed with "
+                f"{pressure / 1e6:.4g} MPa at rated torque, and the strongest case-hardened steel "
+                f"bears {FLANK / 1e6:.0f} for long; {torque}"
+            )
+    for role, stress in largest_root_stress(view, forces).items():
+        if stress > ROOT:
+            yield (
+                f"the nominal root stress of the {view.part(role)} is {stress / 1e6:.4g} MPa at "
+                f"rated torque, and the strongest case-hardened steel bears {ROOT / 1e6:.0f} for "
+                f"long; {torque}"
+            )
+
+
+def _shaft(view: StageView, stage: StageFlow) -> Iterator[str]:
+    """Torsion of a sun's shaft, τ = 16 T d/(π (d⁴ − d_i⁴))."""
+    if view.stage.form("sun") != "beam":
+        return
+    for k, part in enumerate(view.shaft.sections):
+        d, inner = part.outer_diameter, part.inner_diameter
+        shear = 16.0 * abs(stage.sun_torque) * d / (math.pi * (d**4 - inner**4))
+        if shear > SHEAR:
+            yield (
+                f"the sun's shaft is sheared with {shear / 1e6:.4g} MPa in section {k} at rated "
+                f"torque, and steel yields at {SHEAR / 1e6:.0f}; check its diameters"
+            )
+
+
+def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
+    """Radial stiffness against that of a roller bearing for the load; softer supports than that of
+    suns and carriers, which may float, are none to doubt."""
+    parallel = stage.kind == "parallel"
+    load = abs(stage.sun_gear_mesh_force) if parallel else stage.planet_bearing_force
+    if load == 0.0:
+        return
+    usual = roller_bearing_stiffness(load, view.stage.gear_width)
+    bearings: list[tuple[str, Bearing, bool]] = [
+        (f"{m}.support", view.stage.member(m).support, parallel)
+        for m in view.stage.members
+        if m != "ring"  # which stands in the housing
+    ]
+    if not parallel:
+        bearings.append(("planet_bearing", view.stage.planet_bearing, True))
+        bearings += [
+            (f"carrier.bearing_{side}", seat, False) for side, seat in view.seat_bearings.items()
+        ]
+    for key, bearing, carries in bearings:
+        stiffness = max(bearing.stiffness[:2])
+        if stiffness > APART * usual or (carries and 0.0 < stiffness < usual / APART):
+            yield (
+                f"{view.written(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
+                f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
+                "its unit"
+            )
+
+
+def _rating(case: Case, flow: PowerFlow, view: StageView, stage: StageFlow) -> Iterator[str]:
+    """Dynamic rating of the planets' bearings against their load."""
+    bearing = view.stage.planet_bearing
+    hours = planet_bearing_life_hours(case, flow).get(stage.name, math.inf)
+    if bearing.dynamic_rating is None or not math.isfinite(hours):
+        return
+    ratio = bearing.dynamic_rating * bearing.count / stage.planet_bearing_force
+    if not 1.0 <= ratio <= APART:
+        yield (
+            f"{view.written('planet_bearing')}.dynamic_rating is {ratio:.2g} times the load of a "
+            f"planet's bearings, with a life of {hours:.2g} h; check its unit"
+        )

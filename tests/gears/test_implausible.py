@@ -1,0 +1,125 @@
+"""What can hardly be meant is said, and nothing else."""
+
+import math
+
+import pytest
+
+from flexgear.gears.flank_pressure import pitch_point_pressure
+from flexgear.gears.geometry import stage_geometry
+from flexgear.gears.implausible import implausible
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.bundled import bundled_cases
+from flexgear.model.errors import InputError
+from flexgear.model.load import load_case
+
+
+def doubts(name, changes=()):
+    case = load_case(name, dict(changes))
+    return implausible(case, power_flow(case))
+
+
+@pytest.mark.parametrize("name", bundled_cases())
+def test_bundled_cases_are_plausible(name):
+    """But for the one whose paper gives tooth numbers that do not assemble."""
+    found = doubts(name)
+    assert len(found) == (name == "herringbone")
+    assert all("do not assemble: a tooth of planet 2 is 0.333 pitches off" in one for one in found)
+
+
+CLOSE = {"stage.planets": "4", "stage.planet_positions_deg": "[0, 45, 180, 270]"}
+LOW = {f"stage.{gear}.addendum": "0.6" for gear in ("sun", "planet", "ring")}
+THICK = {"stage.sun.profile_shift": "0.2", "stage.sun.addendum": "0.8"}
+UNDERCUT = {  # reference distance as it is
+    "stage.sun.teeth": "13", "stage.planet.teeth": "47",
+    "stage.sun.addendum": "0.8", "stage.ring.teeth": "107", "stage.planets": "3",
+}  # fmt: skip
+THIN = {
+    "stage.sun.profile_shift": "0.5", "stage.planet.profile_shift": "-0.5",
+    "stage.ring.profile_shift": "0.5", "stage.sun.addendum": "1.4",
+    "stage.planet.dedendum": "1.8", "stage.planet.root_fillet": "0.2",
+}  # fmt: skip
+SHAFT = {
+    "shaft.sections.0.outer_diameter_mm": "190", "shaft.sections.0.inner_diameter_mm": "0",
+    "shaft.sections.1.outer_diameter_mm": "190", "shaft.sections.1.inner_diameter_mm": "0",
+}  # fmt: skip
+RATED = {"stage.planet_bearing.rolling": "roller"}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("lin-parker", CLOSE, ["planets collide", "38.4 mm"]),
+        ("lin-parker", {"stage.planets": "7"}, ["planets collide", "do not assemble"]),
+        ("lin-parker", {"stage.normal_module_mm": "3"}, ["sun gear mesh", "tips reach 0.85 mm"]),
+        ("lin-parker", {"stage.normal_module_mm": "2"}, ["tips end", "above the roots", "ring"]),
+        ("lin-parker", LOW, ["contact ratio of 0.929", "sun", "contact ratio of 0.99", "ring"]),
+        ("lin-parker", THICK, ["teeth overlap by", "sun gear mesh"]),
+        ("wind-5mw", UNDERCUT, ["sun are undercut", "below 0.2"]),
+        ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
+        ("wind-5mw", {"drive.rated_torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
+        ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),
+        ("wind-5mw", {"bearings.planet.radial_n_per_m": "6e6"}, ["bearings.planet.radial", "unit"]),
+        ("wind-5mw", {"bearings.planet.radial_n_per_m": "6e12"}, ["bearings.planet.radial"]),
+        ("wind-5mw", {"bearings.carrier_far.radial_n_per_m": "1e13"}, ["bearings.carrier_far"]),
+        ("wind-5mw", RATED | {"stage.planet_bearing.dynamic_rating_kn": "4"}, ["times the load"]),
+        ("wind-5mw", {"gravity_m_per_s2": "[0, -9810, 0]"}, ["gravity is 9810 m/s²"]),
+        ("wind-5mw", {"gravity_m_per_s2": "[0, -0.00981, 0]"}, ["gravity is 0.00981 m/s²"]),
+        (
+            "nrel-5mw",
+            {"stages.stage_3.face_width_mm": "3"},
+            ["stage_3: the flanks of the gear mesh"],
+        ),
+    ],
+)
+def test_what_can_hardly_be_meant_is_said(name, changes, words):
+    found = doubts(name, changes)
+    assert found
+    assert all(word in " / ".join(found) for word in words), found
+
+
+@pytest.mark.parametrize("size", [1.62, 9.81, 60])
+def test_gravity_elsewhere_is_none_to_doubt(size):
+    assert not doubts("wind-5mw", {"gravity_m_per_s2": f"[0, {-size}, 0]"})
+
+
+def test_pointed_teeth_are_refused():
+    changes = {**THIN, "stage.sun.addendum": "1.8", "stage.planet.dedendum": "2.1"}
+    with pytest.raises(InputError, match=r"sun\.addendum: flanks meet below the tip circle"):
+        doubts("wind-5mw", changes)
+
+
+@pytest.mark.parametrize("teeth", [14, 16, 18, 22])
+def test_undercut_begins_where_a_rack_cuts_below_the_point_of_tangency(teeth):
+    """Of 20° spur gears with x = 0 at 17 teeth (all textbooks), none of the geometry used."""
+    changes = {
+        "stage.helix_angle_deg": "0", "stage.sun.teeth": str(teeth), "stage.planet.teeth": "52",
+        "stage.ring.teeth": str(teeth + 104), "stage.planets": "2", "stage.sun.addendum": "0.9",
+    }  # fmt: skip
+    found = [one for one in doubts("wind-5mw", changes) if "undercut" in one]
+    assert len(found) == (teeth < 17)
+
+
+@pytest.mark.parametrize("role", ["sun", "ring"])
+@pytest.mark.parametrize("name", ["ev-reducer", "wind-5mw", "lin-parker"])
+def test_flank_pressure_is_that_of_iso_6336_2(name, role):
+    """σ_H0 = Z_H Z_E Z_ε √(F_t/(d_1 b) (u ± 1)/u) in the standard's own factors; Z_E of steel."""
+    case = load_case(name)
+    view, flow = case.view(), power_flow(case).stages[0]
+    g, stage = stage_geometry(view), view.stage
+    gear_mesh, base_helix = g.gear_meshes[role], g.base_helix_angle
+    first, second = sorted((g.planet, g.gears[role]), key=lambda tooth: tooth.teeth)
+    force = abs(flow.gear_mesh_forces[role])
+    tangential = force * math.cos(base_helix) * math.cos(g.transverse_angle)
+    at, aw = g.transverse_angle, gear_mesh.working_angle
+    z_h = math.sqrt(2 * math.cos(base_helix) / math.tan(aw)) / math.cos(at)
+    elastic = 2 * (1 - view.material.poisson_ratio**2) / view.material.young_modulus
+    z_e = math.sqrt(1 / (math.pi * elastic))
+    assert z_e / 1e3 == pytest.approx(189.8, rel=0.02)  # √(N/mm²)
+    ratio, overlap = gear_mesh.transverse_contact_ratio, min(gear_mesh.overlap_ratio, 1)
+    z_ratio = math.sqrt((4 - ratio) / 3 * (1 - overlap) + overlap / ratio)
+    u = second.teeth / first.teeth
+    sign = -1 if role == "ring" else 1
+    diameter = 2 * first.base_radius / math.cos(at)
+    load = tangential / (diameter * stage.face_width) * (u + sign) / u
+    expected = z_h * z_e * z_ratio * math.sqrt(load)
+    assert pitch_point_pressure(view, g, role, force) == pytest.approx(expected, rel=1e-9)
