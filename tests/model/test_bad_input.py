@@ -101,42 +101,43 @@ def test_overrides_are_checked_like_the_file(key, value, words):
         load_case("wind-5mw", {key: value})
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
-    key=st.text(st.sampled_from("abegilnrst_.m0123"), max_size=25),
+    case=st.sampled_from(["wind-5mw", "lin-parker"]),
+    key=st.text(st.sampled_from("abegilnprst_.m0123"), max_size=25).flatmap(
+        lambda text: st.sampled_from([text, f"stage.{text}"])
+    ),
     value=st.one_of(st.text(max_size=10), st.floats().map(str), st.just("[1, 2]")),
 )
-def test_any_override_is_taken_or_refused_in_one_line(key, value):
+def test_any_override_is_taken_or_refused_in_one_line(case, key, value):
     try:
-        load_case("wind-5mw", {key: value})
+        load_case(case, {key: value})
     except FlexgearError as fault:
         assert "\n" not in str(fault).replace(value, "")  # noqa: PT017
 
 
-KEYS = [
-    "stage.planets",
-    "stage.face_width_mm",
-    "ring.fits",
-    "drive.torques_nm",
-    "drive.kind",
-    "ring.flexible",
-    "bearings.planet.full_si",
-    "ring.fe_mesh_file",
-    "errors.pin_radial_um",
-    "housing.inertia_kg_m2",
-    "gear_mesh.table",
-    "shaft.sections",
-    "stage.planet_positions_deg",
-]
+KEYS = {
+    "wind-5mw": """
+        stage.planets stage.face_width_mm ring.fits drive.torques_nm drive.kind ring.flexible
+        bearings.planet.full_si ring.fe_mesh_file errors.pin_radial_um housing.inertia_kg_m2
+        gear_mesh.table shaft.sections stage.planet_positions_deg
+    """,
+    "lin-parker": """
+        stage stages stage.planets stage.sun stage.ring.support stage.planet_bearing.full_si
+        stage.errors.planet_eccentricity_um stage.errors stage.case stage.ring.fe stage.name
+        stage.planet_positions_deg joints held inputs inputs.0.power_kw output output.member loads
+        gravity_m_per_s2 kind kinematics solver.duration_s
+    """,
+}
 VALUES = ["1", "-1", "1e400", "nan", "true", "''", "'x'", "[]", "[1]", "[[1]]", "{}", "[{}]"]
-VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']"]
+VALUES += ["{a=1}", "1979-05-27", "x y", "\n", "[1, 'a']", "['a']", "[1, 2, 3]"]
 
 
-@pytest.mark.parametrize("key", KEYS)
-def test_wrong_kinds_of_values_give_no_traceback(key):
+@pytest.mark.parametrize(("case", "key"), [(c, k) for c, ks in KEYS.items() for k in ks.split()])
+def test_wrong_kinds_of_values_give_no_traceback(case, key):
     for value in VALUES:
         try:
-            load_case("wind-5mw", {key: value})
+            load_case(case, {key: value})
         except InputError as fault:
             assert "\n" not in str(fault)  # noqa: PT017
 
