@@ -29,7 +29,7 @@ _HOME = {
     "assemble": "flexgear.solve.model",
     "static": "flexgear.solve.static",
     "modes": "flexgear.solve.modes",
-    "campbell": "flexgear.solve.modes",
+    "campbell": "flexgear.solve.campbell",
     "transient": "flexgear.solve.transient",
     "deformed": "flexgear.solve.deformed",
     "mode_field": "flexgear.solve.deformed",

@@ -7,7 +7,7 @@ the modes of the turning carrier split.
 """
 
 import flexgear as fg
-from flexgear.views.mode_charts import campbell_chart
+from flexgear.views.campbell_chart import campbell_chart
 
 case = fg.load_case("lin-parker", {"gyroscopic": "true", "inputs.0.speed_rpm": "6000"})
 diagram = fg.campbell(fg.assemble(case), limit_hz=3000.0)

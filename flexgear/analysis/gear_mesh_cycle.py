@@ -28,6 +28,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +58,12 @@ NOTHING = 1e-14  # of the largest square of a row: what is left out of a sum of 
 @dataclass(frozen=True)
 class _Samples:
     """Spring factors of a flank: rows (n, c) with Σ rowᵀ row = Σ_p Vᵀ K V on ``columns`` (c,) of
-    the blocks' motions; stiffness (P,) 1ᵀ K 1 and force (P, c) 1ᵀ K V."""
+    the blocks' motions; stiffness, damping (P,) and force (P, c): see ``FlankCycle``."""
 
     columns: IntArray
     rows: Array
     stiffness: Array
+    damping: Array
     force: Array
 
 
@@ -115,7 +117,7 @@ def _samples(
     lines = None if result is None else line_loads(result)
     unloaded = _unloaded(pairs, result)
     ends = {m: _Ends(pairs, m) for m in range(len(pairs.s0))}
-    parts: dict[int, list[tuple[int, Array, float, Array]]] = {}
+    parts: dict[int, list[_Part]] = {}
     for p, angles in enumerate(np.ascontiguousarray(theta)):
         flanks = carrying if result is None else result.active_flanks[p] | carrying
         flanks = np.where(own, flanks, 0)
@@ -126,26 +128,36 @@ def _samples(
             if not matrix.any():
                 continue
             coefficients = ends[m].coefficients(work, at, angles, theta[0])
+            touches = at[matrix.any(axis=1)]
             parts.setdefault(m, []).append(
-                (
-                    p,
-                    _root(matrix) @ coefficients,
-                    float(matrix.sum()),
-                    matrix.sum(axis=0) @ coefficients,
+                _Part(
+                    position=p,
+                    rows=_root(matrix) @ coefficients,
+                    stiffness=float(matrix.sum()),
+                    damping=float(work.damping[touches].sum()),
+                    force=matrix.sum(axis=0) @ coefficients,
                 )
             )
     return {m: _gathered(ends[m].columns, own, len(theta)) for m, own in parts.items()}
 
 
-def _gathered(
-    columns: IntArray, parts: list[tuple[int, Array, float, Array]], count: int
-) -> _Samples:
-    stiffness, force = np.zeros(count), np.zeros((count, len(columns)))
-    for p, _, whole, push in parts:
-        stiffness[p], force[p] = whole, push
-    return _Samples(
-        columns, _fewest(np.vstack([rows for _, rows, _, _ in parts])), stiffness, force
-    )
+class _Part(NamedTuple):
+    """What ``_Samples`` holds, of one position."""
+
+    position: int
+    rows: Array
+    stiffness: float
+    damping: float
+    force: Array
+
+
+def _gathered(columns: IntArray, parts: list[_Part], count: int) -> _Samples:
+    stiffness, damping, force = np.zeros(count), np.zeros(count), np.zeros((count, len(columns)))
+    for part in parts:
+        p = part.position
+        stiffness[p], damping[p], force[p] = part.stiffness, part.damping, part.force
+    rows = _fewest(np.vstack([part.rows for part in parts]))
+    return _Samples(columns, rows, stiffness, damping, force)
 
 
 def _of_flanks(rows: Rows, n: int) -> Iterator[tuple[int, IntArray]]:
@@ -270,7 +282,7 @@ def _springs(
         blocks, count = system.blocks[own.columns], len(own.stiffness)
         found[m] = Springs(own.rows @ blocks, np.eye(len(own.rows)) / count)
         if cycles:
-            over[m] = FlankCycle(own.stiffness, own.force, blocks)
+            over[m] = FlankCycle(own.stiffness, own.damping, own.force, blocks)
     nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))

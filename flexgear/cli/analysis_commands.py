@@ -43,9 +43,9 @@ from flexgear.results.summary import (
 )
 from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.campbell import campbell as over_speed
 from flexgear.solve.long_run import TimedRun, refuse_endless
 from flexgear.solve.model import Model, assemble
-from flexgear.solve.modes import campbell as over_speed
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.modes import usual_limit
 from flexgear.solve.reduction_warnings import reduction_warnings
@@ -116,7 +116,10 @@ def modes(
         ),
     ] = None,
     campbell: Annotated[
-        bool, typer.Option("--campbell", help="Over speed, with gear-mesh orders.")
+        bool,
+        typer.Option(
+            "--campbell", help="Over speed, with what excites them and where it meets them."
+        ),
     ] = False,
     out: OutFile = None,
     force: Force = False,
@@ -135,13 +138,19 @@ def modes(
         model = put_together(found, parts, report)
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         if campbell:
+            if angle_deg is not None:
+                raise InputError(
+                    "--angle-deg", f"{angle_deg:g}", "is given beside --campbell, which takes the "
+                    "mean stiffness of gear meshes", "take one of them out",
+                )  # fmt: skip
             data = over_speed(model, limit_hz=limit_hz)
+            rest = natural_modes(model, limit_hz=limit_hz)
         else:
             angle = None if angle_deg is None else float(_turned(model, [angle_deg])[0])
             data = natural_modes(model, angle=angle, limit_hz=limit_hz)
     way.keep(data)
     if campbell:
-        show_campbell(model, data, way)
+        show_campbell(model, data, rest, way)
     else:
         show_modes(model, data, limit_hz, way)
     way.wrote()

@@ -25,13 +25,19 @@ from flexgear.results.report.wording import said, window_words, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import displacement_summary, stage_histories
+from flexgear.solve.campbell import IDEAL, crossing_rows
+from flexgear.solve.excitation import GEAR_MESH, LEAST, PLANET_PASS, SHAFT
 from flexgear.solve.model import Model
-from flexgear.solve.modes import crossing_rows, mode_rows, top_shares
+from flexgear.solve.modes import mode_rows, top_shares
 from flexgear.solve.neglected import beside_lengths
+from flexgear.solve.resonance import (
+    gear_mesh_orders,
+    resonance_figures,
+    resonance_verdict,
+    span,
+)
 from flexgear.solve.static import position_figures
 from flexgear.solve.verdicts import balance_sentence
-
-LISTED_CROSSINGS = 12
 
 
 @dataclass(frozen=True)
@@ -176,8 +182,10 @@ def _said(shares: list[tuple[str, float]]) -> str:
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
 
 
-def show_campbell(model: Model, data: xr.Dataset, way: Shown) -> None:
-    rows = crossing_rows(data)
+def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, way: Shown) -> None:
+    """What excites the train, where it meets its modes, and what that comes to; modes: at rest."""
+    figures = resonance_figures(model.case, data, modes)
+    level, _, sentence = resonance_verdict(figures)
     if way.as_json:
         found = {
             "variant": model.variant,
@@ -190,7 +198,8 @@ def show_campbell(model: Model, data: xr.Dataset, way: Shown) -> None:
                     data["excitation"].to_numpy(), data["excitation_slope"].to_numpy(), strict=True
                 )
             },
-            "crossings": rows,
+            "crossings": crossing_rows(data),
+            "resonance": {**figures, "level": level, "verdict": sentence},
         }
         typer.echo(as_json_text(found))
         return
@@ -200,12 +209,64 @@ def show_campbell(model: Model, data: xr.Dataset, way: Shown) -> None:
     )
     if not data.attrs["gyroscopic"]:
         typer.echo("frequencies do not depend on speed: the case has gyroscopic = false")
-    nearest = sorted(rows, key=lambda r: abs(r["speed_factor"] - 1))[:LISTED_CROSSINGS]
-    typer.echo(f"{len(rows)} crossings with gear-mesh orders; those nearest to rated speed:")
-    for row in nearest:
+    for line in _excitation_lines(data):
+        typer.echo(line)
+    if figures["met"]:
+        _meeting_table(figures)
         typer.echo(
-            f"  {row['speed_factor']:7.3f} of rated speed  {row['frequency_hz']:11.3f} Hz  "
-            f"mode {row['mode']:3d}  {row['excitation']}"
+            "  errors alone: unequal planets, run-out, unbalance; force if met: a gear mesh's over "
+            "its mean,\n  there of one planet's teeth alone"
+        )
+    typer.echo(f"\nresonance: {sentence}")
+
+
+def _excitation_lines(data: xr.Dataset) -> Iterator[str]:
+    """Excitations of each kind and stage in a line, from the lowest to the highest."""
+    if "excitation" not in data.dims:
+        yield "nothing turns at rated speed, so nothing excites"
+        return
+    kind, stage = (data[f"excitation_{n}"].to_numpy() for n in ("kind", "stage"))
+    hz, share = (data[f"excitation_{n}"].to_numpy() for n in ("slope", "share"))
+    orders = gear_mesh_orders(data)
+    yield "excitations at rated speed"
+    for name, own in orders.items():
+        at = (kind == GEAR_MESH) & (stage == name)
+        part = np.nan_to_num(share[at])
+        varies = (
+            f"its stiffness varies by {100 * part.min():.2g} to {100 * part.max():.2g} % there"
+            if part.max(initial=0.0) >= LEAST
+            else "its stiffness is constant, or as good as that"
+        )
+        reach = f"{hz[at].min():.5g} to {hz[at].max():.5g} Hz"
+        yield f"  gear mesh of {name}: orders {span(own)}, {reach}; {varies}"
+    for other in (SHAFT, PLANET_PASS):
+        at = kind == other
+        if at.any():
+            what = "turns of shafts, orders 1 and 2" if other == SHAFT else "planets that pass"
+            yield f"  {what}: {hz[at].min():.4g} to {hz[at].max():.4g} Hz"
+
+
+def _meeting_table(figures: dict[str, Any]) -> None:
+    """Meetings in columns."""
+    rows = figures["met"]
+    total = figures["ideal"] + figures["errors"]
+    listed = f"; the first {len(rows)}" if len(rows) < total else ""
+    typer.echo(f"\nwithin {100 * figures['margin']:.0f} % of modes: {total}{listed}")
+    width = max(len("excitation"), *(len(row["excitation"]) for row in rows))
+    typer.echo(
+        f"  {'excitation':<{width}}         Hz   modes          Hz     away  k of mode, order   "
+        "excited by      force if met"
+    )
+    for row in rows:
+        modes = f"{row['modes'][0]}" + (f"-{row['modes'][-1]}" if len(row["modes"]) > 1 else "")
+        excited = "–" if row["excited_index"] is None else f"{row['excited_index']}"
+        cause = "equal planets" if row["cause"] == IDEAL else "errors alone"
+        force = "" if row["force_share"] is None else f"{100 * row['force_share']:.2g} %"
+        speed = "" if abs(row["speed_factor"] - 1) < 1e-9 else f"  at {row['speed_factor']:.3g}"
+        typer.echo(
+            f"  {row['excitation']:<{width}} {row['frequency_hz']:10.5g} {modes:>7} "
+            f"{row['mode_frequency_hz']:11.5g} {100 * row['away']:+7.1f}%  "
+            f"{row['nodal_index']:>10}, {excited:<4}  {cause:<14} {force:>13}{speed}"
         )
 
 

@@ -25,6 +25,7 @@ from flexgear.results.tooth_pattern import (
 )
 from flexgear.solve.transient import settled
 from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, sharing_charts
+from flexgear.views.campbell_chart import campbell_chart
 from flexgear.views.flank_drawing import flank_drawing
 from flexgear.views.gauge_chart import gauges_chart
 from flexgear.views.pattern_charts import tooth_rows_chart
@@ -83,8 +84,8 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
             partial(mode_charts.modes_chart, data["modes"]),
         ),
         "campbell": (
-            "Frequencies over speed and the orders of the gear meshes",
-            partial(mode_charts.campbell_chart, data["campbell"]),
+            "Frequencies over speed, and what excites them",
+            partial(campbell_chart, data["campbell"]),
         ),
     }
     plan |= _face_plan(flow, data)

@@ -63,8 +63,8 @@ PLACES = (
     ("_mode_shapes$", "modes", "Choose a mode, let it swing, turn it; colour is the displacement "
      "in per cent of the largest. A mode has no size of its own, so it is drawn to be seen."),
     ("modes", "modes", "Each mode by its frequency, and what share of its energy lies where."),
-    ("campbell", "modes", "Frequencies over speed; where an order of a gear mesh meets a mode it "
-     "can be excited."),
+    ("campbell", "modes", "Frequencies over speed and what excites them. Equal planets excite only "
+     "modes of the colour of the order; the others take errors."),
 )  # fmt: skip
 ELSEWHERE = ("dynamics", "")
 

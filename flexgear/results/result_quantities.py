@@ -54,13 +54,19 @@ RESULT_COORDINATES: dict[str, tuple[str, str]] = {
     "spring": ("", "link, support, gear mesh or body that is strained"),
     "motion": ("", "part of the kinetic energy: motion of central members, or planets"),
     "speed_factor": ("1", "speed over rated speed"),
-    "excitation": ("", "harmonic of a gear-mesh frequency"),
-    "excitation_stage": ("", "stage of the gear-mesh frequency"),
+    "excitation": ("", "order of a gear-mesh frequency, of a shaft's turn or of passing planets"),
+    "excitation_stage": ("", "stage that it belongs to"),
+    "excitation_kind": ("", "gear mesh, shaft or planet pass"),
     "excitation_order": ("1", "order of the harmonic"),
     "crossing": ("1", "number of the crossing, from 1"),
+    "meeting": ("1", "number of a mode that an excitation meets at an operating speed, from 1"),
     "harmonic": ("Hz", "frequency of an error of gears or of a gear mesh"),
 }
 
+NODAL = (
+    "nodal index min(k, N - k) of the mode in every stage; -1: several, -2: the stage is at rest, "
+    "-3: planets do not stand evenly"
+)
 UNSAID = (
     "with fewer than four samples a gear-mesh cycle, less than one cycle, a stage that does not "
     "turn, or planets that at times carry no load together"
@@ -301,6 +307,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     "kinetic_energy": Quantity((S, "inertia"), "1", "share of the mode's kinetic energy"),
     "strain_energy": Quantity((S, "spring"), "1", "share of the mode's strain energy"),
     "motion_energy": Quantity((S, "motion"), "1", "share of the mode's kinetic energy"),
+    "nodal_index": Quantity((S, "turning_stage"), "1", NODAL),
     "mode_shape": Quantity((S, "body", "dof"), "m, rad", "motion of bodies, modal mass 1 kg"),
     "campbell_frequency": Quantity((S, "mode"), "Hz", "frequency of a whirl mode"),
     "whirl": Quantity(
@@ -309,9 +316,37 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "sense of whirl: 1 forward circle, -1 backward",
         missing="of a mode that does not whirl",
     ),
+    "campbell_nodal_index": Quantity(("mode", "turning_stage"), "1", NODAL),
     "excitation_slope": Quantity(("excitation",), "Hz", "frequency at rated speed"),
+    "excitation_share": Quantity(
+        ("excitation",),
+        "1",
+        "largest amplitude of a gear mesh's stiffness at that order over its mean",
+        missing="of shafts and passing planets",
+    ),
+    "excitation_index": Quantity(
+        ("excitation",),
+        "1",
+        "k = l z_s mod N that the order drives in a stage of equal planets; -1: none",
+    ),
     "crossing_factor": Quantity(("crossing",), "1", "speed over rated speed where they meet"),
     "crossing_frequency": Quantity(("crossing",), "Hz", "frequency where they meet"),
     "crossing_mode": Quantity(("crossing",), "1", "number of the mode, from 1"),
     "crossing_excitation": Quantity(("crossing",), "", "which excitation"),
+    "meeting_factor": Quantity(("meeting",), "1", "operating speed over rated speed"),
+    "meeting_excitation": Quantity(("meeting",), "", "which excitation"),
+    "meeting_mode": Quantity(("meeting",), "1", "number of the mode, from 1"),
+    "meeting_frequency": Quantity(("meeting",), "Hz", "frequency of the excitation"),
+    "meeting_away": Quantity(("meeting",), "1", "how far it lies above the mode, over the mode's"),
+    "meeting_index": Quantity(("meeting",), "1", NODAL.replace("every stage", "that stage")),
+    "meeting_cause": Quantity(
+        ("meeting",), "", "ideal: a stage of equal planets is excited; errors: unequal parts are"
+    ),
+    "meeting_force": Quantity(
+        ("meeting",),
+        "1",
+        "amplitude of a gear-mesh force over its mean if they met exactly; for errors: if a "
+        "single planet's teeth pushed",
+        missing="where no variation of the gear-mesh stiffness or no damping is known",
+    ),
 }

@@ -40,6 +40,7 @@ REQUIRED: dict[str, Any] = {
     "power_flow": {"mobility": None, "input_power_w": None, "members": None},
     "stages": {"*": ("gear_mesh_frequency_hz", "sun_gear_mesh_force_n")},
     "modes": ("lowest", "types"),
+    "resonance": ("margin", "speed_factors", "orders", "ideal", "errors", "met"),
     "load_sharing": {"quasi_static": None, "transient": None},
     "transient": ("duration_s", "steps", "displacement_um_max"),
     "torque_steps": {"*": {"*": ("speed_rpm_min", "gear_mesh_force", "load_sharing")}},

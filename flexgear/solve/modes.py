@@ -1,25 +1,17 @@
-"""Natural modes of a train by type and energy, and its Campbell diagram."""
+"""Natural modes of a train by type and energy."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy import linalg
 
 from flexgear.analysis.contact_springs import ContactSprings
-from flexgear.analysis.gyroscopic import Campbell, crossings, excitation_lines, whirl_sense
-from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
-from flexgear.analysis.mode_types import (
-    PARTS,
-    classify,
-    members,
-    planar_rows,
-    strain_shares,
-)
+from flexgear.analysis.mode_types import PARTS, classify, members, strain_shares
+from flexgear.analysis.nodal_index import ABSENT, MIXED, UNEVEN, nodal_indices
 from flexgear.coupling.pair_data import BEARING, SUPPORT
 from flexgear.model.errors import InputError
 from flexgear.results.labelled_dataset import labelled_dataset
@@ -27,9 +19,6 @@ from flexgear.solve.dataset import body_rows, result_attrs, result_name
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
-FACTORS = np.linspace(0.0, 1.2, 13)  # of rated speed
-ORDERS = (1, 2, 3)
-MOST_MODES = 60  # that are followed over speed
 
 
 def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = None) -> xr.Dataset:
@@ -61,6 +50,7 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
             "kinetic_energy": np.column_stack(list(kinds.bodies.values())),
             "motion_energy": np.column_stack([kinds.shares[p] for p in PARTS]),
             "strain_energy": np.column_stack(list(springs.values())),
+            "nodal_index": nodal_index(model, kinds.shapes),
             "mode_shape": (rows @ kinds.shapes).T.reshape(count, len(names), 6),
         },
         result_attrs(model, **_gear_mesh_state(angle)),
@@ -69,8 +59,23 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
             "inertia": [result_name(body) for body in kinds.bodies],
             "motion": list(PARTS),
             "spring": list(springs),
+            "turning_stage": [stage.name for stage in model.case.stages],
         },
     )
+
+
+def nodal_index(model: Model, shapes: Array) -> NDArray[np.int64]:
+    """``nodal_indices`` of modes (d, m) in every stage, (m, stages)."""
+    columns = [
+        nodal_indices(model.system, shapes, stage.name, stage.planet_angles)
+        for stage in model.case.stages
+    ]
+    return np.stack(columns, axis=1)
+
+
+def index_word(index: int) -> str:
+    """A nodal index as text: "2", or why there is none."""
+    return {MIXED: "mixed", ABSENT: "at rest", UNEVEN: "uneven planets"}.get(index, f"{index}")
 
 
 def usual_limit(model: Model) -> float | None:
@@ -114,78 +119,9 @@ def _gear_mesh_spring(label: str) -> str:
     return f"{group} gear mesh {planet}"
 
 
-def campbell(
-    model: Model,
-    *,
-    factors: ArrayLike = FACTORS,
-    orders: Sequence[float] = ORDERS,
-    limit_hz: float | None = None,
-) -> xr.Dataset:
-    """Frequencies over speed factors and where harmonics of gear-mesh frequencies meet them.
-
-    In the frames in which bodies are described. Where the train has no gyroscopic terms the
-    frequencies do not depend on speed. limit_hz: highest frequency at rest that is followed.
-    """
-    system = model.system
-    found = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
-    lines = excitation_lines(_bases(model), orders)
-    met = crossings(found, lines)
-    label = {line: f"{line.name} x {line.order:g}" for line in lines}
-    data = labelled_dataset(
-        "speed_factor",
-        found.factors,
-        {
-            "campbell_frequency": found.frequencies,
-            "whirl": found.sense,
-            "excitation_slope": [line.slope for line in lines],
-            "crossing_factor": [c.factor for c in met],
-            "crossing_frequency": [c.frequency for c in met],
-            "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
-            "crossing_excitation": np.array([label[c.line] for c in met], dtype=str),
-        },
-        result_attrs(model, gyroscopic=int(system.gyroscopic is not None)),
-        {"excitation": [label[line] for line in lines]},
-    )
-    return data.assign_coords(
-        excitation_stage=("excitation", [line.name for line in lines]),
-        excitation_order=("excitation", [line.order for line in lines]),
-    )
-
-
-def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:
-    """Whirl modes over speed; without forces of turning frames those at rest serve for all."""
-    system, rest = model.system, model.natural_modes(limit_hz)
-    planes, weights = planar_rows(system.mass, members(system.bodies))
-    nothing = np.zeros_like(system.mass)
-    turning = nothing if system.gyroscopic is None else system.gyroscopic
-    pushing = nothing if system.centripetal is None else system.centripetal
-    count = max(len(rest.frequencies), 1) if limit_hz else min(system.size, MOST_MODES)
-    if np.any(turning) or np.any(pushing):
-        return whirl_over_speed(
-            system.mass,
-            system.stiffness + model.mean_springs.stiffness,
-            turning,
-            pushing,
-            factors,
-            count=count,
-            planes=planes if len(planes) else None,
-            weights=weights if len(planes) else None,
-        )
-    times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
-    sense = np.full(len(frequencies), np.nan)
-    if len(planes):
-        sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
-    return Campbell(factors, frequencies * times, np.ones_like(frequencies * times), sense * times)
-
-
-def _bases(model: Model) -> dict[str, float]:
-    """Gear-mesh frequencies that are not zero, Hz, by stage."""
-    return {s.name: s.gear_mesh_frequency for s in model.flow.stages if s.gear_mesh_frequency > 0}
-
-
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
     """Modes as plain rows, for programs."""
-    kinetic, strain = data["kinetic_energy"], data["strain_energy"]
+    kinetic, strain, index = data["kinetic_energy"], data["strain_energy"], data["nodal_index"]
     return [
         {
             "frequency_hz": float(data["frequency"][k]),
@@ -193,6 +129,12 @@ def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:
             "multiplicity": int(data["multiplicity"][k]),
             "kinetic_energy": _shares(kinetic[k], "inertia"),
             "strain_energy": _shares(strain[k], "spring"),
+            "nodal_index": {
+                str(stage): index_word(int(value))
+                for stage, value in zip(
+                    index["turning_stage"].to_numpy(), index[k].to_numpy(), strict=True
+                )
+            },
         }
         for k in range(data.sizes["mode"])
     ]
@@ -217,16 +159,3 @@ def top_shares(shares: dict[str, float], count: int = 3) -> list[tuple[str, floa
 
 def _is_planet(kind: str) -> bool:
     return kind.endswith(("planet", "planet_bearing", "gear mesh"))
-
-
-def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Crossings of a Campbell diagram as plain rows."""
-    return [
-        {
-            "speed_factor": float(data["crossing_factor"][k]),
-            "frequency_hz": float(data["crossing_frequency"][k]),
-            "mode": int(data["crossing_mode"][k]),
-            "excitation": str(data["crossing_excitation"][k].item()),
-        }
-        for k in range(data.sizes.get("crossing", 0))
-    ]

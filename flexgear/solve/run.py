@@ -37,6 +37,7 @@ from flexgear.results.summary import (
 from flexgear.results.version import version
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Bodies, Progress, all_rigid, silent, variants_of
+from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
@@ -44,9 +45,10 @@ from flexgear.solve.linear import why_not_linear
 from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
 from flexgear.solve.model import Model, assemble
-from flexgear.solve.modes import campbell, modes, usual_limit
+from flexgear.solve.modes import modes, usual_limit
 from flexgear.solve.neglected import neglected
 from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.resonance import resonance_figures
 from flexgear.solve.run_figures import (
     bodies_summary,
     depth_name,
@@ -198,6 +200,7 @@ def run(
         power_flow=flow_summary(first.flow),
         stages=stages_summary(first, datasets["equilibrium"]),
         modes=modes_summary(datasets["modes"]),
+        resonance=resonance_figures(case, datasets["campbell"], datasets["modes"]),
         load_sharing={
             "quasi_static": {n: _shared(sharing, n) for n in models},
             "transient": {n: _in_time(one.data) for n, one in runs.items()},

@@ -2,8 +2,8 @@
 
 Load sharing is held to the mesh load factor of IEC 61400-4:2012 for the number of planets
 (``results.load_sharing``), speeds and mean forces to the power flow's, reductions to the error that
-they promise, equilibria and the energy account to zero. Deflections have no limit here: they are
-notes.
+they promise, equilibria and the energy account to zero, excitations to a margin off the natural
+frequencies. Deflections have no limit here: they are notes.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from flexgear.results.report.sharing import DEFINITION, sharing_title, sharings
 from flexgear.results.report.tables import stage_figures
 from flexgear.results.report.wording import factor, said, window_words, words
 from flexgear.solve.reduction_warnings import PROMISED
+from flexgear.solve.resonance import resonance_verdict
 
 Summary = Mapping[str, Any]
 AGREES, STRAYS = 0.01, 0.05  # of what a speed or mean force should be
@@ -35,6 +36,7 @@ def verdicts(summary: Summary) -> list[Verdict]:
         _sharing(summary),
         _lengths(summary),
         _forces(summary),
+        _resonance(summary),
         _rigid_beside_flexible(summary),
         _errors(summary),
     )
@@ -109,6 +111,13 @@ def _forces(summary: Summary) -> Iterator[Verdict]:
         most = f"largest {said(largest, 'N')}, {window_words(summary['transient'])}"
         subject = titled_by_stage("Mean gear-mesh forces", stage)
         yield Verdict(level, subject, figure, f"{beside.capitalize()}; {most}.")
+
+
+def _resonance(summary: Summary) -> Iterator[Verdict]:
+    """What meets natural frequencies where the case runs; runs before 0.3 do not say."""
+    if "resonance" in summary:
+        level, figure, sentence = resonance_verdict(summary["resonance"])
+        yield Verdict(level, "Resonance", figure, sentence)
 
 
 def _part(group: str) -> str:

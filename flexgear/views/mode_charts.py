@@ -1,23 +1,19 @@
-"""Natural modes by frequency, type and energy; Campbell diagram with gear-mesh orders."""
+"""Natural modes by frequency, type and energy."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views.select import variable
 from flexgear.views.style import (
-    DEFORMED_COLOUR,
     NEUTRAL,
     PLANET_COLOURS,
     FloatArray,
@@ -39,14 +35,7 @@ TYPE_COLOURS = {
 }
 OTHER_COLOUR = "#D8DBE0"
 MOST_MODES = 40
-RIGID = 1e-6  # of the highest frequency: below it nothing is strained
 MOST_SPRINGS = 7
-FORWARD, BACKWARD, STRAIGHT = "#004488", "#BB5566", "#444444"
-NEAR_RATED = 0.1  # of rated speed: crossings that are marked
-LABEL_ROOM = 0.03  # of the picture's height that a label needs
-_ABOVE: Any = {"xytext": (0, 2), "ha": "center", "va": "bottom"}  # matplotlib's own types change
-_BESIDE: Any = {"xytext": (3, 0), "va": "center"}
-CIRCULAR = 0.05  # least |whirl| that is called a direction
 
 
 @styled
@@ -97,53 +86,6 @@ def modes_chart(data: xr.Dataset, most: int = MOST_MODES) -> Figure:
         last = frequency[every[-1][0]]
         figure.suptitle(f"the lowest {len(rows)} of {len(every)} frequencies (up to {last:.5g} Hz)",
                         fontsize=8.5)  # fmt: skip
-    return figure
-
-
-@styled
-def campbell_chart(data: xr.Dataset, highest: float | None = None) -> Figure:
-    """Frequencies over speed with the gear-mesh orders; dots where they meet.
-
-    highest: Hz at the top of the picture (None: a little above what is excited at full speed).
-    """
-    modes = variable(data, "campbell_frequency").transpose("speed_factor", "mode")
-    factor = np.asarray(data["speed_factor"], dtype=float)
-    values = np.asarray(modes, dtype=float)
-    excited = float(data["excitation_slope"].max()) if "excitation" in data.dims else 0.0
-    top = highest or _top(values, excited * factor[-1])
-    figure, axes = panels(1, 1, height_mm=110)
-    ax = axes[0, 0]
-    whirl = np.asarray(data["whirl"], dtype=float) if "whirl" in data else np.full_like(values, 0)
-    for m in range(values.shape[1]):
-        sense = whirl[:, m][np.isfinite(whirl[:, m])]
-        mean = float(sense[-1]) if sense.size else 0.0
-        colour = STRAIGHT if abs(mean) < CIRCULAR else FORWARD if mean > 0 else BACKWARD
-        ax.plot(factor, values[:, m], color=colour, lw=0.8)
-    stages = _excitations(ax, data, factor, top)
-    if "crossing" in data.dims and data.sizes["crossing"]:
-        x, y = (np.asarray(data[f"crossing_{n}"], dtype=float) for n in ("factor", "frequency"))
-        near = np.abs(x - 1.0) <= NEAR_RATED
-        ax.plot(x[~near], y[~near], "o", color="black", ms=2, zorder=4)
-        ax.plot(x[near], y[near], "o", color=DEFORMED_COLOUR, ms=3.5, zorder=5)
-    ax.axvspan(1 - NEAR_RATED, 1 + NEAR_RATED, color="#F3F4F6", zorder=0)
-    ax.axvline(1.0, color=NEUTRAL, lw=0.8)
-    ax.set(xlim=(factor[0], factor[-1]), ylim=(0, top))
-    ax.set_xlabel("speed over rated speed (–)")
-    ax.set_ylabel("frequency (Hz)")
-    handles = [
-        *(Line2D([], [], color=c, ls="--", lw=1.0,
-                 label="gear-mesh orders" + (f", {s}" if len(stages) > 1 else ""))
-          for s, c in stages.items()),
-        Line2D([], [], color=STRAIGHT, label="mode"),
-        Line2D([], [], color=DEFORMED_COLOUR, ls="", marker="o", ms=3.5,
-               label=f"met within {100 * NEAR_RATED:.0f} % of rated speed"),
-    ]  # fmt: skip
-    if np.any(np.abs(whirl) >= CIRCULAR):
-        handles += [
-            Line2D([], [], color=FORWARD, label="forward whirl"),
-            Line2D([], [], color=BACKWARD, label="backward whirl"),
-        ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
     return figure
 
 
@@ -231,37 +173,3 @@ def _share_colours(parts: Mapping[str, FloatArray]) -> dict[str, str]:
 
 def _type_colour(kind: str) -> str:
     return TYPE_COLOURS.get(kind, NEUTRAL)
-
-
-def _top(values: FloatArray, excited: float) -> float:
-    """Top of a Campbell diagram: what is excited, but never less than three elastic modes."""
-    elastic = np.sort(values[-1][values[-1] > RIGID * np.nanmax(values[-1], initial=0.0)])
-    least = float(elastic[: min(3, elastic.size)].max(initial=1.0))
-    most = float(np.nanmax(values, initial=1.0))
-    return 1.08 * max(least, min(most, excited if excited > 0 else most))
-
-
-def _excitations(ax: Axes, data: xr.Dataset, factor: FloatArray, top: float) -> dict[str, str]:
-    """Orders of gear-mesh frequencies as rays with their order at the end; colours by stage."""
-    if "excitation" not in data.dims:
-        return {}
-    stages = [str(s) for s in data["excitation_stage"].to_numpy()]
-    colours = {s: PLANET_COLOURS[(2 * k + 1) % 8] for k, s in enumerate(dict.fromkeys(stages))}
-    slopes = np.asarray(data["excitation_slope"], dtype=float)
-    orders, labelled = np.asarray(data["excitation_order"]).tolist(), list[float]()
-    for k in np.argsort(-slopes):
-        colour, slope = colours[stages[k]], float(slopes[k])
-        ax.plot(factor, slope * factor, "--", color=colour, lw=1.0, zorder=2)
-        if slope * factor[-1] >= top:
-            at, place = (top / slope, top), _ABOVE
-        else:
-            at, place = (factor[-1], slope * factor[-1]), _BESIDE
-            if any(abs(at[1] - y) < LABEL_ROOM * top for y in labelled):
-                continue
-            labelled.append(at[1])
-        ax.annotate(
-            f"{orders[k]:g}×", at, textcoords="offset points", fontsize=7, color=colour,
-            annotation_clip=False, **place,
-        )  # fmt: skip
-    ax.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
-    return {s.replace("_", " "): c for s, c in colours.items()}

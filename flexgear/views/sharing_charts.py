@@ -19,7 +19,8 @@ from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
 from flexgear.model.units import RPM
-from flexgear.views.mode_charts import campbell_chart, modes_chart
+from flexgear.views.campbell_chart import campbell_chart
+from flexgear.views.mode_charts import modes_chart
 from flexgear.views.select import variable
 from flexgear.views.style import (
     KILO,

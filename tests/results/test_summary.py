@@ -64,6 +64,9 @@ def pieces(make_run):
         "power_flow": dict.fromkeys(REQUIRED["power_flow"], 1),
         "stages": {"stage": dict.fromkeys(REQUIRED["stages"]["*"], 1.0)},
         "modes": {"lowest": [], "types": {}},
+        "resonance": {
+            "margin": 0.1, "speed_factors": [1.0], "orders": {}, "ideal": 0, "errors": 0, "met": [],
+        },
         "load_sharing": {"quasi_static": {}, "transient": {}},
         "transient": dict.fromkeys(REQUIRED["transient"], 1),
         "energy_residual": 1e-3,

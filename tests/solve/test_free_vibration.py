@@ -14,8 +14,9 @@ from trains import STEEL, free_stage, write
 from flexgear.coupling.build import build_system
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
+from flexgear.solve.campbell import campbell
 from flexgear.solve.model import model_of
-from flexgear.solve.modes import campbell, modes
+from flexgear.solve.modes import modes
 from flexgear.solve.static import static
 
 SUN, CARRIER = 2e8, 7e8  # N/m, of u = r θ

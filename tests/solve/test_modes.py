@@ -6,10 +6,9 @@ from train_contexts import bundled, mixed, one_stage, put_together
 
 from flexgear.analysis.mode_types import strain_shares
 from flexgear.model.load import load_case
+from flexgear.solve.campbell import campbell, crossing_rows
 from flexgear.solve.modes import (
-    campbell,
     contributions,
-    crossing_rows,
     mode_rows,
     modes,
     top_shares,
@@ -69,7 +68,7 @@ def test_kinetic_energies_sum_to_one():
 def test_rows_are_what_programs_read():
     rows = mode_rows(modes(bundled("lin-parker"), limit_hz=2000))
     assert set(rows[0]) == {
-        "frequency_hz", "type", "multiplicity", "kinetic_energy", "strain_energy",
+        "frequency_hz", "type", "multiplicity", "kinetic_energy", "strain_energy", "nodal_index",
     }  # fmt: skip
     assert all(r["frequency_hz"] <= 2000 for r in rows)
     planet = next(r for r in rows if r["type"] == "planet")

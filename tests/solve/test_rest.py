@@ -10,7 +10,8 @@ from trains import stage_train
 from flexgear.model.load import load_case
 from flexgear.results.quantities import MISSING
 from flexgear.results.summary import torque_step_summary
-from flexgear.solve.modes import campbell, modes
+from flexgear.solve.campbell import campbell
+from flexgear.solve.modes import modes
 from flexgear.solve.run import run
 from flexgear.solve.static import position_figures, static
 from flexgear.solve.transient import settled, simulate

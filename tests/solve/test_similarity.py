@@ -16,9 +16,10 @@ from flexgear.model.short_form import long_key
 from flexgear.model.units import DIMENSIONS
 from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.campbell import campbell
 from flexgear.solve.harmonic import harmonic_data, train_harmonic
 from flexgear.solve.linear import why_not_linear
-from flexgear.solve.modes import campbell, modes
+from flexgear.solve.modes import modes
 from flexgear.solve.run import run
 from flexgear.solve.run_figures import kinematics
 from flexgear.solve.sharing import stages_sharing

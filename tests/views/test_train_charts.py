@@ -13,6 +13,13 @@ from flexgear.model.load import load_case
 from flexgear.results.group_sharing import sharing_histories
 from flexgear.results.labelled_dataset import GearMeshName, labelled_dataset
 from flexgear.views import mode_charts, sharing_charts
+from flexgear.views.campbell_chart import (
+    BACKWARD,
+    FORWARD,
+    STRAIGHT,
+    campbell_chart,
+    index_colour,
+)
 from flexgear.views.style import planet_colour
 
 SAMPLES = 40
@@ -223,27 +230,68 @@ def campbell() -> xr.Dataset:
     )
 
 
+def with_meetings() -> xr.Dataset:
+    """Modes of index 0 and 1 of a stage of three planets; order 1 drives k = 1, order 2 k = 2."""
+    data = campbell().assign(
+        campbell_nodal_index=(("mode", "turning_stage"), [[0], [1], [-2]]),
+        excitation_index=("excitation", [1, 2]),
+        meeting_factor=("meeting", [1.0, 1.0]),
+        meeting_excitation=("meeting", ["stage_1 x 1", "stage_1 x 1"]),
+        meeting_mode=("meeting", [1, 2]),
+        meeting_frequency=("meeting", [80.0, 80.0]),
+        meeting_away=("meeting", [-0.2, 0.0]),
+        meeting_cause=("meeting", ["errors", "ideal"]),
+    )
+    data = data.drop_vars("whirl").assign_coords(
+        excitation=["stage_1 x 1", "stage_1 x 2"],
+        turning_stage=["stage_1"],
+        excitation_kind=("excitation", ["gear mesh", "gear mesh"]),
+    )
+    return data.assign_attrs(margin=0.2, operating_factors=[1.0], planets=[3])
+
+
 class TestCampbell:
     def test_modes_rays_and_crossings(self):
-        ax = mode_charts.campbell_chart(campbell()).axes[0]
-        lines = ax.get_lines()
-        assert colours(ax)[:3] == [
-            mode_charts.FORWARD, mode_charts.BACKWARD, mode_charts.STRAIGHT
-        ]  # fmt: skip
-        rays = [line for line in lines if line.get_linestyle() == "--"]
+        ax = campbell_chart(campbell()).axes[0]
+        lines = [line for line in ax.get_lines() if line.get_linestyle() == "-"][1:]
+        assert [line.get_color() for line in lines] == [FORWARD, BACKWARD, STRAIGHT]
+        rays = [line for line in ax.get_lines() if line.get_linestyle() == "--"]
         assert [r.get_ydata()[-1] for r in rays] == pytest.approx([192.0, 96.0])
-        assert sorted(t.get_text() for t in ax.texts) == ["1×", "2×"]
+        assert {t.get_text() for t in ax.texts} >= {"1×", "2×"}
         assert ax.get_xlabel() == "speed over rated speed (–)"
         assert ax.get_ylabel() == "frequency (Hz)"
 
-    def test_crossings_near_rated_speed_stand_out(self):
-        ax = mode_charts.campbell_chart(campbell()).axes[0]
-        marked = [line for line in ax.get_lines() if line.get_marker() == "o"]
-        assert [len(line.get_xdata()) for line in marked] == [0, 2]
+    def test_the_highest_order_is_seen_at_the_highest_speed(self):
+        ax = campbell_chart(campbell()).axes[0]
+        assert ax.get_ylim()[1] >= 160.0 * 1.2
+
+    def test_orders_have_the_colour_of_what_they_drive(self):
+        """k = 2 of three planets is k = 1 the other way round."""
+        ax = campbell_chart(with_meetings()).axes[0]
+        rays = [line for line in ax.get_lines() if line.get_linestyle() == "--"]
+        assert {line.get_color() for line in rays} == {index_colour(1)}
+        modes_ = [line for line in ax.get_lines() if line.get_linestyle() == "-"][1:4]
+        assert [line.get_color() for line in modes_] == [index_colour(k) for k in (0, 1, -2)]
+
+    def test_meetings_stand_where_orders_cross_modes(self):
+        ax = campbell_chart(with_meetings()).axes[0]
+        dots = [line for line in ax.get_lines() if line.get_marker() == "o"]
+        places = {(round(d.get_xdata()[0], 6), d.get_ydata()[0]) for d in dots}
+        assert places == {(1.25, 100.0), (1.0, 80.0)}
+        filled = [d.get_markerfacecolor() for d in dots if d.get_xdata()[0] == 1.0]
+        assert filled == ["black"]
+        assert "1× at 2" in {t.get_text() for t in ax.texts}
+
+    def test_a_panel_for_each_stage(self):
+        data = campbell().assign_coords(excitation_stage=("excitation", ["stage_1", "stage_2"]))
+        figure = campbell_chart(data)
+        assert [ax.get_title(loc="left") for ax in figure.axes] == ["stage 1", "stage 2"]
+        tops = [ax.get_ylim()[1] for ax in figure.axes]
+        assert tops[0] < tops[1]
 
     def test_without_excitation(self):
         data = campbell().drop_dims(["excitation", "crossing"])
-        ax = mode_charts.campbell_chart(data, highest=120).axes[0]
+        ax = campbell_chart(data, highest=120).axes[0]
         assert ax.get_ylim() == (0, 120)
 
 

@@ -12,7 +12,13 @@ from flexgear.results.report.face_load import face_tables, rim_rows
 from flexgear.results.report.parts import Row, Table, Value
 from flexgear.results.report.sharing import groups_of
 from flexgear.results.report.stage_rows import MESH, stage_tables
-from flexgear.results.report.wording import FACTOR, said, window_words, words
+from flexgear.results.report.wording import (
+    FACTOR,
+    excitation_words,
+    said,
+    window_words,
+    words,
+)
 
 Summary = Mapping[str, Any]
 _RIM = {
@@ -216,6 +222,36 @@ def _modes(summary: Summary) -> Iterator[Table]:
     yield Table("modes", "lowest modes at rest or rated speed", rows)
     kinds = summary["modes"]["types"].items()
     yield Table("modes", "modes found by type", [Row(words(kind), n) for kind, n in kinds])
+    yield from _meetings(summary.get("resonance"))
+
+
+def _meetings(resonance: Mapping[str, Any] | None) -> Iterator[Table]:
+    """Excitations within the margin of natural frequencies at the operating speeds."""
+    if resonance is None:
+        return
+    for cause, title in (
+        ("ideal", "excited in a stage of equal planets"),
+        ("errors", "excited by unequal planets, run-out or unbalance alone"),
+    ):
+        rows = [row for row in resonance["met"] if row["cause"] == cause]
+        if rows:
+            within = said(resonance["margin"], "share")
+            yield Table("modes", f"{title}, within {within}", [_meeting(row) for row in rows])
+
+
+def _meeting(row: Mapping[str, Any]) -> Row:
+    plural = "s" if len(row["modes"]) > 1 else ""
+    modes = f"mode{plural} {' and '.join(map(str, row['modes'][:2]))}"
+    speed = "" if row["speed_factor"] == 1.0 else f" at {row['speed_factor']:.3g} of rated speed"
+    order = "" if row["excited_index"] is None else f", of the order {row['excited_index']}"
+    force = row["force_share"]
+    raised = "" if force is None else f"; force if met {100 * force:.2g} %"
+    return Row(
+        f"{excitation_words(row['excitation'])}{speed} at {modes}",
+        f"{said(row['frequency_hz'], 'Hz')}, {100 * row['away']:+.1f} % from "
+        f"{said(row['mode_frequency_hz'], 'Hz')}, {row['type']}; k of the mode "
+        f"{row['nodal_index']}{order}{raised}",
+    )
 
 
 def _share(label: str, value: float | None) -> Row:

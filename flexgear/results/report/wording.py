@@ -30,6 +30,8 @@ _DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5}
 _EVEN = 0.01  # load factors nearer to one get a digit more
 _UNITS = {"deg": "°", "rpm": "r/min"}
 FACTOR = "factor"  # unit of load factors
+_PASS = " planet pass"
+_TIMES = {"1": "Once", "2": "Twice"}
 _ALWAYS = {"iso": "ISO", "hz": "Hz", "fe": "FE", "id": "name"}
 
 
@@ -100,6 +102,17 @@ def words(name: str) -> str:
     of a case, which is called "stage", is not said: "stage.ring" -> "ring"."""
     parts = re.split(r"[._\s]+", re.sub(r"^stage[. ](?=\w)", "", name))
     return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
+
+
+def excitation_words(label: str) -> str:
+    """ "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
+    name, _, order = label.rpartition(" x ")
+    if name.endswith(_PASS):
+        return f"The pass of planets of {words(name.removesuffix(_PASS))}"
+    if "." in name:
+        return f"{_TIMES.get(order, f'{order} times')} the turn of {words(name)}"
+    stage = "" if name == "stage" else f" of {words(name)}"
+    return f"Order {order} of the gear mesh{stage}"
 
 
 def split_unit(key: str) -> tuple[str, str]:

@@ -1,0 +1,159 @@
+r"""How modes of a stage turn from planet to planet, and which orders of gear meshes drive them.
+
+A stage of N equal planets at equal places repeats after 2π/N. In a mode what one planet does is
+what the one before does times e^{2πik/N}: k = 0, all alike (rotational and axial modes of Lin &
+Parker); k = 1, N − 1 (translational, tilting); or another (planet modes, in which the central
+members are at rest). On a ring, waves of n nodal diameters belong to k = n mod N. Real modes hold k
+and N − k alike and are given the smaller.
+
+Order l of the gear-mesh frequency meets planet i with the phase l z_s φ_i, so that it pushes with
+
+    k = l z_s mod N
+
+and does no work on any other mode, as long as planets and what is between them are equal.
+
+Source: Lin & Parker 1999, J. Vib. Acoust. 121:316; Parker 2000, J. Sound Vib. 236:561.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.analysis.mode_types import is_planet
+from flexgear.coupling.system import System
+from flexgear.structures.bodies import Body
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+MIXED, ABSENT, UNEVEN = -1, -2, -3  # in place of an index
+PURE = 0.9  # share of the stage's energy that one k and N − k have
+LEAST = 1e-6  # share of the train's energy in a stage without which it is at rest
+EVEN = 1e-9  # rad, by which places of planets may miss equal ones
+ON_AXIS = 1e-9  # of the body's size
+
+
+def excited_index(order: float, sun_teeth: int, planets: int) -> int:
+    """k = l z_s mod N."""
+    return round(order * sun_teeth) % planets
+
+
+def folded(index: int, planets: int) -> int:
+    """The smaller of k and N − k."""
+    return min(index % planets, -index % planets)
+
+
+def evenly_placed(angles: ArrayLike) -> bool:
+    """Whether planets (N,) rad stand at equal distances."""
+    turns = np.sort(np.mod(np.asarray(angles, dtype=float), 2 * np.pi))
+    gaps = np.diff([*turns, turns[0] + 2 * np.pi])
+    return bool(np.abs(gaps - 2 * np.pi / len(turns)).max() <= EVEN)
+
+
+def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[float]) -> IntArray:
+    """min(k, N − k) of modes (d, m) in a stage with planets at ``angles`` (N,) rad.
+
+    MIXED where no k has nine tenths of the stage's kinetic energy, ABSENT in modes that leave it at
+    rest, UNEVEN where planets do not stand at equal distances.
+    """
+    if not evenly_placed(angles):
+        return np.full(shapes.shape[1], UNEVEN, dtype=np.int64)
+    count = len(angles)
+    energy = np.zeros((count // 2 + 1, shapes.shape[1]))
+    bodies = {b.name: b for b in system.bodies if b.name.startswith(f"{stage}.")}
+    planets = [name for name in bodies if is_planet(name)]
+    for name, body in bodies.items():
+        if body.size and (name not in planets or count == 1):
+            own = system.slice_of(name)
+            energy += _central(body, system.mass[own, own], shapes[own], count)
+    if count > 1:
+        order = np.argsort(np.mod(angles, 2 * np.pi))
+        energy += _of_planets(system, [planets[i] for i in order], shapes)
+    whole = energy.sum(axis=0)
+    found = np.argmax(energy, axis=0).astype(np.int64)
+    found[energy.max(axis=0) < PURE * whole] = MIXED
+    found[whole < LEAST * np.einsum("dm,dm->m", shapes, system.mass @ shapes)] = ABSENT
+    return found
+
+
+def _of_planets(system: System, names: list[str], shapes: Array) -> Array:
+    """Energy (N // 2 + 1, m) of planets, in their axes, by wave from planet to planet."""
+    own = [system.slice_of(name) for name in names]
+    motion = np.stack([shapes[at] for at in own])
+    mass = system.mass[own[0], own[0]]
+    waves = np.fft.fft(motion, axis=0) / np.sqrt(len(names))
+    energy = np.einsum("kim,ij,kjm->km", waves.conj(), mass, waves).real
+    return _fold(energy, len(names))
+
+
+def _central(body: Body, mass: Array, shapes: Array, planets: int) -> Array:
+    """Energy of a central body: by the waves of its nodes round the axis, or where all of them are
+    on the axis or it is rigid, by the motions across the axis (k = 1) and along and about it."""
+    energy = np.einsum("im,ij,jm->m", shapes, mass, shapes)
+    nodes = _largest_circle(body)
+    if body.rigid or nodes is None:
+        across = _across(body)
+        part = across @ shapes
+        sideways = np.einsum("im,ij,jm->m", part, mass, part)
+        out = np.zeros((planets // 2 + 1, shapes.shape[1]))
+        out[0] += energy - sideways
+        out[1 % planets if planets > 1 else 0] += sideways
+        return out
+    angle = np.arctan2(body.positions[nodes, 1], body.positions[nodes, 0])
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    rows = body.node_map.reshape(-1, 6, body.node_map.shape[1])[nodes, :3]
+    x, y, z = np.moveaxis(rows @ shapes, 1, 0)
+    local = np.stack([c * x + s * y, c * y - s * x, z])
+    waves = np.sum(np.abs(np.fft.fft(local, axis=1)) ** 2, axis=0)  # (nodes, m)
+    by_wave = _by_remainder(waves, planets)
+    total = by_wave.sum(axis=0)
+    share = np.divide(by_wave, total, out=np.zeros_like(by_wave), where=total > 0)
+    return _fold(share * energy, planets)
+
+
+def _by_remainder(waves: Array, planets: int) -> Array:
+    """Sums (N, m) over the waves n = −z/2 … z/2 of z places by n mod N."""
+    z = len(waves)
+    number = np.round(np.fft.fftfreq(z) * z).astype(int)
+    out = np.zeros((planets, waves.shape[1]))
+    np.add.at(out, number % planets, waves)
+    return out
+
+
+def _fold(energy: Array, planets: int) -> Array:
+    """Energies (N, m) of k and N − k together, (N // 2 + 1, m)."""
+    out = np.zeros((planets // 2 + 1, energy.shape[1]))
+    for k in range(planets):
+        out[folded(k, planets)] += energy[k]
+    return out
+
+
+def _largest_circle(body: Body) -> IntArray | None:
+    """Nodes of the largest set of one kind of name that stand evenly on a circle round the axis, in
+    the order of their angles; None where there are none."""
+    kinds: dict[str, list[int]] = {}
+    for i, name in enumerate(body.node_names):
+        kinds.setdefault(name.rstrip("0123456789"), []).append(i)
+    best: IntArray | None = None
+    size = float(np.abs(body.positions).max(initial=0.0))
+    for own in kinds.values():
+        place = body.positions[own]
+        radius = np.hypot(place[:, 0], place[:, 1])
+        if len(own) < 2 or radius.min() <= ON_AXIS * size:
+            continue
+        angle = np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi)
+        order = np.argsort(angle)
+        if evenly_placed(angle) and (best is None or len(own) > len(best)):
+            best = np.asarray(own, dtype=np.int64)[order]
+    return best
+
+
+def _across(body: Body) -> Array:
+    """Projector (d_b, d_b) of the coordinates of a body on its axis to motion across it."""
+    if body.rigid and len(body.node_names) > 1:  # coordinates are those of its origin
+        return np.diag([1.0, 1.0, 0.0, 1.0, 1.0, 0.0])
+    picked = body.node_map.copy()
+    picked[2::6] = picked[5::6] = 0.0
+    return np.asarray(np.linalg.lstsq(body.node_map, picked, rcond=None)[0])

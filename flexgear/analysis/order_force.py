@@ -1,0 +1,84 @@
+r"""Gear-mesh force that an order of the gear-mesh frequency raises in modes that it meets exactly.
+
+The stiffness of gear mesh m varies about its mean as Re Σ_l k_l e^{ilψ}. Under its mean force F̄ it
+is closed by x̄ = F̄/k̄, so that order l pushes the bodies with g_l x̄ (g_l: force of the rows on all
+coordinates per metre, ``FlankCycle``). Modes j of one frequency answer at it with
+
+    η_j = Σ_m φ_jᵀ g_{m,l} x̄_m / (ω_j γ_j),   γ_j = 2 ζ_j ω_j,
+
+which raises the force k̄_m |Σ_j v_mᵀ φ_j η_j| in gear mesh m, v_m being its mean row. γ_j is the
+decay of the mode: that of the springs between bodies, by their strain energy, and of tooth pairs.
+First order in the variation, one group of modes, teeth that stay in contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.analysis.contact_springs import FlankCycle
+from flexgear.analysis.modes import Modes
+from flexgear.coupling.system import System
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A gear mesh of a stage: its cycle, its mean force N, its planet."""
+
+    cycle: FlankCycle
+    force: float
+    planet: int
+
+
+def decay(system: System, found: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
+    """γ = 2ζω of modes (m,), 1/s."""
+    shapes = found.shapes
+    strained = np.einsum("dm,dm->m", shapes, system.stiffness @ shapes)
+    total = system.damping.rate(np.sqrt(np.clip(strained, 0.0, None)))
+    for cycle in cycles.values():
+        closing = _mean_row(cycle) @ shapes
+        total = total + cycle.damping.mean() * closing**2
+    return np.asarray(total)
+
+
+def resonant_force(
+    found: Modes,
+    rates: Array,
+    gear_meshes: Sequence[Loaded],
+    orders: Sequence[int],
+    groups: Sequence[IntArray],
+    alone: int | None = None,
+) -> Array:
+    """Largest force of any gear mesh over its mean one, (orders, groups); infinite without damping.
+
+    rates: γ of the modes (m,); groups: indices of modes of one frequency; alone: the only planet
+    whose gear meshes push.
+    """
+    omega = 2 * np.pi * found.frequencies
+    closing = np.stack([_mean_row(one.cycle) @ found.shapes for one in gear_meshes])
+    stiffness = np.array([one.cycle.stiffness.mean() for one in gear_meshes])
+    mean = np.array([one.force for one in gear_meshes])
+    out = np.zeros((len(orders), len(groups)))
+    for row, order in zip(out, orders, strict=True):
+        pushed = sum(
+            one.force / k * one.cycle.harmonic_force(order)
+            for one, k in zip(gear_meshes, stiffness, strict=True)
+            if alone in (None, one.planet)
+        )
+        work = found.shapes.T @ pushed
+        for g, own in enumerate(groups):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                answer = closing[:, own] @ (work[own] / (omega[own] * rates[own]))
+            row[g] = np.nan_to_num(stiffness * np.abs(answer) / mean, nan=np.inf).max()
+    return out
+
+
+def _mean_row(cycle: FlankCycle) -> Array:
+    """v (d,), closing of a gear mesh by all coordinates, weighted by its stiffness."""
+    return np.asarray((cycle.force.mean(axis=0) @ cycle.blocks) / cycle.stiffness.mean())

@@ -1,0 +1,250 @@
+"""Campbell diagram of a train: frequencies over speed, what excites them, and what meets where."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from flexgear.analysis.gyroscopic import Campbell, crossings, whirl_sense
+from flexgear.analysis.gyroscopic import campbell as whirl_over_speed
+from flexgear.analysis.mode_types import members, planar_rows
+from flexgear.analysis.modes import Modes
+from flexgear.analysis.nodal_index import ABSENT, MIXED, UNEVEN, folded
+from flexgear.analysis.order_force import Loaded, decay, resonant_force
+from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.solve.dataset import result_attrs, result_labels
+from flexgear.solve.excitation import GEAR_MESH, Excitation, excitations, operating_factors
+from flexgear.solve.model import Model
+from flexgear.solve.modes import nodal_index
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+HIGHEST = 1.2  # of the highest speed at which the case runs, where a diagram ends
+STEPS = 12  # of speed in a diagram
+MOST_MODES = 60  # that are followed over speed
+MARGIN = 0.1  # of a natural frequency: what an excitation keeps off it
+ALIKE = 1e-3  # relative, of frequencies of one pair
+NOTHING = 1e-9  # of the mean stiffness: a harmonic that is rounding
+IDEAL, ERRORS = "ideal", "errors"
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """An excitation within the margin of modes of one frequency at an operating speed.
+
+    modes: indices; frequency: of the excitation, away: of it from the modes' over theirs; index:
+    min(k, N − k) of the modes in the excitation's stage, or why they have none; cause: IDEAL where
+    a stage of equal planets is excited, ERRORS where it takes something unequal; force: amplitude
+    of a gear mesh over its mean force if they met exactly, and where it takes errors if a single
+    planet's teeth pushed; NaN where the stiffness tells none.
+    """
+
+    factor: float
+    excitation: Excitation
+    modes: IntArray
+    frequency: float
+    away: float
+    index: int
+    cause: str
+    force: float
+
+
+def campbell(
+    model: Model,
+    *,
+    factors: ArrayLike | None = None,
+    orders: Sequence[float] | None = None,
+    limit_hz: float | None = None,
+    margin: float = MARGIN,
+) -> xr.Dataset:
+    """Frequencies over speed factors, orders of gear meshes and shafts, and where they meet.
+
+    In the frames in which bodies are described, with the mean stiffness of the gear meshes; where
+    the train has no gyroscopic terms the frequencies do not depend on speed. factors: of rated
+    speed, from rest to a fifth above the highest at which the case runs; orders: of gear meshes,
+    those that their stiffness shows unless given (``solve.excitation``); limit_hz: highest
+    frequency at rest that is followed; margin: share of a natural frequency within which an
+    excitation at an operating speed is a meeting.
+    """
+    operating = operating_factors(model)
+    if factors is None:
+        factors = np.linspace(0.0, HIGHEST * operating[-1], STEPS + 1)
+    rest = model.natural_modes(limit_hz)
+    found = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
+    highest = limit_hz or float(found.frequencies.max(initial=0.0))
+    lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
+    label = {one.line: one.label for one in lines}
+    met = crossings(found, [one.line for one in lines])
+    count = found.frequencies.shape[1]
+    rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
+    index = nodal_index(model, rest.shapes)
+    meetings = list(_meetings(model, rest, found, lines, index, operating, margin))
+    data = labelled_dataset(
+        "speed_factor",
+        found.factors,
+        {
+            "campbell_frequency": found.frequencies,
+            "whirl": found.sense,
+            "campbell_nodal_index": index,
+            "excitation_slope": [one.line.slope for one in lines],
+            "excitation_share": [one.share for one in lines],
+            "excitation_index": np.array([one.index for one in lines], dtype=np.int64),
+            "crossing_factor": [c.factor for c in met],
+            "crossing_frequency": [c.frequency for c in met],
+            "crossing_mode": np.array([c.mode + 1 for c in met], dtype=np.int64),
+            "crossing_excitation": np.array([label[c.line] for c in met], dtype=str),
+            **_meeting_arrays(meetings),
+        },
+        result_attrs(
+            model,
+            gyroscopic=int(model.system.gyroscopic is not None),
+            margin=margin,
+            operating_factors=list(operating),
+            planets=[stage.planets for stage in model.case.stages],
+        ),
+        {**result_labels(model), "excitation": [one.label for one in lines]},
+    )
+    return data.assign_coords(
+        excitation_stage=("excitation", [one.stage for one in lines]),
+        excitation_kind=("excitation", [one.kind for one in lines]),
+        excitation_order=("excitation", [one.line.order for one in lines]),
+    )
+
+
+def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbell:
+    """Whirl modes over speed; without forces of turning frames those at rest serve for all."""
+    system, rest = model.system, model.natural_modes(limit_hz)
+    planes, weights = planar_rows(system.mass, members(system.bodies))
+    nothing = np.zeros_like(system.mass)
+    turning = nothing if system.gyroscopic is None else system.gyroscopic
+    pushing = nothing if system.centripetal is None else system.centripetal
+    count = max(len(rest.frequencies), 1) if limit_hz else min(system.size, MOST_MODES)
+    if np.any(turning) or np.any(pushing):
+        return whirl_over_speed(
+            system.mass,
+            system.stiffness + model.mean_springs.stiffness,
+            turning,
+            pushing,
+            factors,
+            count=count,
+            planes=planes if len(planes) else None,
+            weights=weights if len(planes) else None,
+        )
+    times, frequencies = np.ones((len(factors), 1)), rest.frequencies[:count]
+    sense = np.full(len(frequencies), np.nan)
+    if len(planes):
+        sense = whirl_sense(rest.shapes[:, :count].astype(complex), planes, weights)
+    return Campbell(factors, frequencies * times, np.ones_like(frequencies * times), sense * times)
+
+
+def _meetings(
+    model: Model,
+    rest: Modes,
+    found: Campbell,
+    lines: Sequence[Excitation],
+    index: IntArray,
+    operating: Sequence[float],
+    margin: float,
+) -> Iterator[Meeting]:
+    """Meetings at the operating speeds, by stage and order."""
+    rates = decay(model.system, rest, model.mean_springs.cycles)
+    stages = [stage.name for stage in model.case.stages]
+    for number, stage in enumerate(model.case.stages):
+        own = [one for one in lines if one.stage == stage.name]
+        groups = _groups(rest.frequencies, index[:, number])
+        force, alone = _forces(model, stage.name, rest, rates, own, groups)
+        for factor in operating:
+            at_speed = [np.interp(factor, found.factors, f) for f in found.frequencies.T]
+            for i, one in enumerate(own):
+                for g, group in enumerate(groups):
+                    natural = float(np.mean([at_speed[j] for j in group]))
+                    excited = factor * one.line.slope
+                    away = excited / natural - 1.0
+                    k = int(index[group[0], stages.index(stage.name)])
+                    if abs(away) <= margin and k != ABSENT:
+                        cause = _cause(one, k, stage.planets)
+                        raised = float((force if cause == IDEAL else alone)[i, g])
+                        yield Meeting(factor, one, group, excited, away, k, cause, raised)
+
+
+def _groups(frequencies: Array, index: IntArray) -> list[IntArray]:
+    """Indices of elastic modes of one frequency and nodal index."""
+    groups: list[list[int]] = []
+    for i in np.flatnonzero(frequencies > 0.0):
+        last = groups[-1] if groups else []
+        near = bool(last) and frequencies[i] - frequencies[last[0]] <= ALIKE * frequencies[i]
+        if near and index[i] == index[last[0]]:
+            last.append(int(i))
+        else:
+            groups.append([int(i)])
+    return [np.array(group, dtype=np.int64) for group in groups]
+
+
+def _cause(one: Excitation, index: int, planets: int) -> str:
+    """Whether a stage whose planets are equal excites modes of that index."""
+    if one.kind != GEAR_MESH:
+        return ERRORS
+    free = index in (MIXED, UNEVEN)
+    return IDEAL if free or index == folded(one.index, planets) else ERRORS
+
+
+def _forces(
+    model: Model,
+    stage: str,
+    rest: Modes,
+    rates: Array,
+    lines: Sequence[Excitation],
+    groups: Sequence[IntArray],
+) -> tuple[Array, Array]:
+    """``resonant_force`` of the lines of a stage (lines, groups), NaN of those without a share: of
+    all planets together, and the largest that one of them raises alone."""
+    out, alone = np.full((2, len(lines), len(groups)), math.nan)
+    cycles, loaded = model.mean_springs.cycles, []
+    for g, name in enumerate(model.gear_meshes.names):
+        m = int(model.gear_meshes.carrying[g])
+        if name.stage == stage and m in cycles and model.rated[g] > 0.0:
+            loaded.append(Loaded(cycles[m], float(model.rated[g]), name.planet))
+    known = [i for i, one in enumerate(lines) if one.share >= NOTHING]
+    if loaded and known and groups:
+        orders = [int(lines[i].line.order) for i in known]
+        out[known] = resonant_force(rest, rates, loaded, orders, groups)
+        single = [
+            resonant_force(rest, rates, loaded, orders, groups, alone=planet)
+            for planet in sorted({one.planet for one in loaded})
+        ]
+        alone[known] = np.max(single, axis=0)
+    return out, alone
+
+
+def _meeting_arrays(found: Sequence[Meeting]) -> dict[str, Any]:
+    """One row for every mode of every meeting."""
+    rows = [(one, int(mode)) for one in found for mode in one.modes]
+    return {
+        "meeting_factor": [one.factor for one, _ in rows],
+        "meeting_excitation": np.array([one.excitation.label for one, _ in rows], dtype=str),
+        "meeting_mode": np.array([mode + 1 for _, mode in rows], dtype=np.int64),
+        "meeting_frequency": [one.frequency for one, _ in rows],
+        "meeting_away": [one.away for one, _ in rows],
+        "meeting_index": np.array([one.index for one, _ in rows], dtype=np.int64),
+        "meeting_cause": np.array([one.cause for one, _ in rows], dtype=str),
+        "meeting_force": [one.force if one.force < math.inf else math.nan for one, _ in rows],
+    }
+
+
+def crossing_rows(data: xr.Dataset) -> list[dict[str, Any]]:
+    """Crossings of a Campbell diagram as plain rows."""
+    return [
+        {
+            "speed_factor": float(data["crossing_factor"][k]),
+            "frequency_hz": float(data["crossing_frequency"][k]),
+            "mode": int(data["crossing_mode"][k]),
+            "excitation": str(data["crossing_excitation"][k].item()),
+        }
+        for k in range(data.sizes.get("crossing", 0))
+    ]

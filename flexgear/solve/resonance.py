@@ -1,0 +1,199 @@
+"""What meets natural frequencies at the speeds at which a case runs, as figures and a verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexgear.analysis.nodal_index import folded
+from flexgear.model.case import Case
+from flexgear.results.report.parts import Level
+from flexgear.results.report.wording import excitation_words, said, words
+from flexgear.solve.campbell import ERRORS, IDEAL
+from flexgear.solve.excitation import GEAR_MESH, LEAST
+from flexgear.solve.modes import index_word
+
+LISTED = 24  # meetings that a summary lists
+WATCHED = 0.05  # of the mean gear-mesh force: an order that could raise more is watched
+SAME_SPEED = 1e-9
+
+
+def resonance_figures(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> dict[str, Any]:
+    """``resonance`` of a summary; campbell, modes: datasets over the same modes.
+
+    met: what lies within ``margin`` of a natural frequency at the operating speeds, pairs of modes
+    as one; those that a stage of equal planets excites first, by the force they could raise.
+    """
+    rows = sorted(_rows(case, campbell, modes), key=_rank)
+    return {
+        "margin": float(campbell.attrs["margin"]),
+        "speed_factors": [float(f) for f in np.atleast_1d(campbell.attrs["operating_factors"])],
+        "orders": gear_mesh_orders(campbell),
+        "unknown_spectrum": _constant(campbell),
+        "ideal": sum(row["cause"] == IDEAL for row in rows),
+        "errors": sum(row["cause"] == ERRORS for row in rows),
+        "met": rows[:LISTED],
+    }
+
+
+def _rank(row: Mapping[str, Any]) -> tuple[bool, float, float]:
+    force = row["force_share"]
+    return row["cause"] != IDEAL, -math.inf if force is None else -force, abs(row["away"])
+
+
+def gear_mesh_orders(campbell: xr.Dataset) -> dict[str, list[int | float]]:
+    """Orders of the gear meshes by stage."""
+    found: dict[str, list[int | float]] = {}
+    for stage, kind, order in zip(
+        *(campbell[f"excitation_{n}"].to_numpy() for n in ("stage", "kind", "order")), strict=True
+    ):
+        if kind == GEAR_MESH:
+            whole = int(order) if float(order).is_integer() else float(order)
+            found.setdefault(str(stage), []).append(whole)
+    return found
+
+
+def _constant(campbell: xr.Dataset) -> list[str]:
+    """Stages whose gear-mesh stiffness is constant, or as good as that."""
+    varies: dict[str, bool] = {}
+    for stage, kind, share in zip(
+        *(campbell[f"excitation_{n}"].to_numpy() for n in ("stage", "kind", "share")), strict=True
+    ):
+        if kind == GEAR_MESH:
+            varies[str(stage)] = varies.get(str(stage), False) or bool(share >= LEAST)
+    return [stage for stage, own in varies.items() if not own]
+
+
+def _rows(case: Case, campbell: xr.Dataset, modes: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Meetings, modes of one frequency together."""
+    lines = {str(name): k for k, name in enumerate(campbell["excitation"].to_numpy())}
+    kinds, number = modes["type"].to_numpy(), campbell.sizes.get("meeting", 0)
+    last: dict[str, Any] = {}
+    for i in range(number):
+        one = campbell.isel(meeting=i)
+        label, mode = str(one["meeting_excitation"].item()), int(one["meeting_mode"])
+        factor, away = float(one["meeting_factor"]), float(one["meeting_away"])
+        line = campbell.isel(excitation=lines[label])
+        if last and (last["excitation"], last["speed_factor"], last["away"]) == (
+            label,
+            factor,
+            away,
+        ):
+            last["modes"].append(mode)
+            continue
+        if last:
+            yield last
+        stage, index = str(line["excitation_stage"].item()), int(one["meeting_index"])
+        force, excited = float(one["meeting_force"]), int(line["excitation_index"])
+        last = {
+            "excitation": label,
+            "speed_factor": factor,
+            "frequency_hz": float(one["meeting_frequency"]),
+            "modes": [mode],
+            "mode_frequency_hz": float(one["meeting_frequency"]) / (1.0 + away),
+            "type": str(kinds[mode - 1]) if mode <= len(kinds) else "",
+            "away": away,
+            "nodal_index": _mode_index(index, case.stage(stage).planets),
+            "excited_index": excited if excited >= 0 else None,
+            "cause": str(one["meeting_cause"].item()),
+            "force_share": force if math.isfinite(force) else None,
+        }
+    if last:
+        yield last
+
+
+def _mode_index(index: int, planets: int) -> str:
+    """ "0", "1 or 4", or why there is none."""
+    if index < 0:
+        return index_word(index)
+    other = -index % planets
+    return f"{index}" if other == folded(index, planets) else f"{index} or {other}"
+
+
+def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
+    """Level, figure and sentence: does anything meet a natural frequency where the case runs?
+
+    Watched is what a stage of equal planets excites, where met exactly it would swing a gear-mesh
+    force by a twentieth or more, or where nothing is known of that.
+    """
+    rows: Sequence[Mapping[str, Any]] = figures["met"]
+    margin, speeds = said(figures["margin"], "share"), _speeds(figures["speed_factors"])
+    unknown = _unknown(figures)
+    if not rows:
+        looked = orders_words(figures["orders"])
+        text = f"{looked} keep {margin} off all natural frequencies {speeds}.{unknown}"
+        return ("note" if unknown else "good"), "clear", text
+    ideal, other = (next((r for r in rows if r["cause"] == c), None) for c in (IDEAL, ERRORS))
+    sentences, level = [], "note"
+    if ideal is not None:
+        force = ideal["force_share"]
+        level = "watch" if force is None or force >= WATCHED else "note"
+        raised = "" if force is None else f"; met exactly, it would swing {_force(force)}"
+        sentences.append(f"{_met(ideal)}, which it excites though planets are equal{raised}.")
+    if other is not None:
+        force = other["force_share"]
+        raised = "" if force is None else f"; one planet alone would swing {_force(force)}"
+        sentences.append(f"{_met(other)}, which takes unequal planets or run-out{raised}.")
+    counts = f"{figures['ideal']} with equal planets, {figures['errors']} only with errors"
+    text = f"Meetings within {margin} {speeds}: {counts}. {' '.join(sentences)}{unknown}"
+    shown = said(rows[0]["frequency_hz"], "Hz")
+    return ("watch" if level == "watch" else "note"), shown, text
+
+
+def _force(share: float) -> str:
+    return f"a gear-mesh force by {100 * share:.2g} % of its mean"
+
+
+def _met(row: Mapping[str, Any]) -> str:
+    """ "Order 7 of the gear mesh, 122.3 Hz, lies 4.5 % above modes 6 and 7 (…, 117 Hz)"."""
+    numbers = " and ".join(map(str, row["modes"][:2]))
+    modes = f"mode{'s' if len(row['modes']) > 1 else ''} {numbers}"
+    side = "above" if row["away"] > 0 else "below"
+    kind, natural = row["type"], said(row["mode_frequency_hz"], "Hz")
+    return (
+        f"{excitation_words(row['excitation'])}, {said(row['frequency_hz'], 'Hz')}, lies "
+        f"{100 * abs(row['away']):.1f} % {side} {modes} ({kind}{', ' * bool(kind)}{natural})"
+    )
+
+
+def _unknown(figures: Mapping[str, Any]) -> str:
+    """What a constant stiffness leaves open."""
+    stages = figures["unknown_spectrum"]
+    if not stages:
+        return ""
+    of = "" if stages == ["stage"] else f" of {', '.join(map(words, stages))}"
+    return (
+        f" The gear-mesh stiffness{of} is constant in this model, or hardly varies: it does not "
+        "tell which orders teeth excite, and the first three are looked at."
+    )
+
+
+def _speeds(factors: Sequence[float]) -> str:
+    if all(abs(f - 1.0) <= SAME_SPEED for f in factors):
+        return "at rated speed"
+    return "at " + ", ".join(f"{f:.3g}" for f in factors) + " times rated speed"
+
+
+def orders_words(orders: Mapping[str, Sequence[float]]) -> str:
+    """Which orders were looked at."""
+    named = [
+        f"{span(list(own))}{'' if stage == 'stage' else f' of {words(stage)}'}"
+        for stage, own in orders.items()
+    ]
+    return f"Orders {', '.join(named)} and turns of shafts" if named else "Turns of shafts"
+
+
+def span(orders: list[float]) -> str:
+    """ "1 to 4 and 7"."""
+    runs: list[list[float]] = []
+    for order in orders:
+        if runs and order == runs[-1][-1] + 1:
+            runs[-1].append(order)
+        else:
+            runs.append([order])
+    texts = [f"{r[0]:g} to {r[-1]:g}" if len(r) > 1 else f"{r[0]:g}" for r in runs]
+    return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
