@@ -1,4 +1,4 @@
-"""K_Hβ with slices that bend each other by FE influence: stored, since ten gears take ten minutes.
+"""K_Hβ with slices that bend each other by FE influence: stored, since the gears take minutes.
 
 Of rigid and flexible bodies in 15 slices, and of flexible ones in twice as many.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rows import Picture
 
-from face_load.runs import proposal, stages
+from face_load.runs import proposal
 from face_load.statements import CASES
 from flexgear.views.face_load_charts import before_and_after, contact_pattern, misalignment_chart
 from flexgear.views.style import save_figure
@@ -16,7 +16,7 @@ def draw(folder: Path, fidelity: str) -> list[Picture]:
     """Three pictures a case."""
     found = []
     for case in CASES:
-        before, after = proposal(case, fidelity, stages(case)[0]).data
+        before, after = proposal(case, fidelity).data
         for name, figure, title in (
             ("flanks", before_and_after(before, after), "line load before and after"),
             ("pattern", contact_pattern(before), "contact pattern"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rows import FLEXGEAR, Row
 
 from face_load import by_fe, rim
-from face_load.runs import Even, even, gained, proposal, stages
+from face_load.runs import Even, even, gained, proposal
 
 CASES = by_fe.CASES
 TUNED = "z_mm of the planet bearings, which moves their springs from mid-face"
@@ -19,16 +19,10 @@ def rows(fidelity: str) -> list[Row]:
         for group, one in bends.items():
             found += [_pair(case, group, rigid[group], one), _tilt(case, group, rigid[group], one)]
             found += [_causes(case, group, rigid[group], one)]
-        for stage in sought(case, fidelity):
-            found += _proposals(case, fidelity, stage)
+        found += _proposals(case, fidelity)
     found += _bearing_place(fidelity) + _slices(fidelity)
     again = fidelity != "quick"
     return found + by_fe.rows(again) + rim.rows(again)
-
-
-def sought(case: str, fidelity: str) -> list[str]:
-    """Stages whose flanks are proposed: the first alone where time is short."""
-    return stages(case)[:1] if fidelity == "quick" else stages(case)
 
 
 def _reported(case: str, quantity: str, text: str, why: str) -> Row:
@@ -58,14 +52,13 @@ def _causes(case: str, group: str, rigid: Even, bends: Even) -> Row:
     return _reported(case, f"misalignment by cause, {group}", f"{text} µm", why)
 
 
-def _proposals(case: str, fidelity: str, stage: str) -> list[Row]:
-    made, found = proposal(case, fidelity, stage), []
+def _proposals(case: str, fidelity: str) -> list[Row]:
+    made, found = proposal(case, fidelity), []
     amounts = ", ".join(
         f"{key.split('.')[-2]} {key.split('.')[-1]} {1e6 * x:.0f} µm"
         for key, x in made.amounts.items()
     )
-    groups = [g for g in even(case, fidelity, False) if g.split()[0] == stage]
-    for group in groups:
+    for group in even(case, fidelity, False):
         before, after = gained(made, group, "largest_line_load_n_per_mm")
         factor = gained(made, group, "k_h_beta")
         text = f"{before:.0f} to {after:.0f} N/mm, K_Hβ {factor[0]:.3f} to {factor[1]:.3f}"
@@ -89,7 +82,8 @@ def _bearing_place(fidelity: str) -> list[Row]:
     """What the bundled case had tuned, tried again."""
     found = []
     for z in ("-30", "0", "30"):
-        ring, sun = _of_stage("wind-5mw", fidelity, False, **{"bearings.planet.z_mm": z})
+        changes = {} if z == "-30" else {"bearings.planet.z_mm": z}  # the first is the case's own
+        ring, sun = _of_stage("wind-5mw", fidelity, False, **changes)
         tilts = f"tilt {ring.misalignment:.0f}, {sun.misalignment:.0f} µm"
         text = f"ring {ring.k_h_beta:.3f}, sun {sun.k_h_beta:.3f}; {tilts}"
         found.append(_reported("wind-5mw", f"K_Hβ with z_mm = {z}", text, TUNED))
