@@ -1,7 +1,7 @@
 """Plane-strain finite elements of a loaded tooth, its neighbours and the body below them.
 
-Tooth frame as in ``flexgear.gears.tooth``: the loaded tooth stands on the x axis, the load
-presses its +y flank. The body is held on a circle below the teeth and at both ends of the sector.
+The loaded tooth stands on the x axis, the load presses its +y flank. The body is held on a circle
+below the teeth and at both ends of the sector. Teeth are cut by brute force (``cut_teeth``).
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from cut_teeth.shape import Shape, load_angle, shape
 from skfem import Basis, ElementTriP2, ElementVector, FacetBasis, LinearForm, MeshTri, condense
 from skfem import solve as solved
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -17,7 +18,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from flexgear.structures.fe_mesh.session import gmsh_session
 
 NEIGHBOURS = 2  # teeth on either side
-FILLET_CHORDS = 12
+ROOT_CHORDS = 16
 HELD = 1.27  # root thicknesses below the root section: where Weber's half plane would be held
 ELEMENT = ElementVector(ElementTriP2())
 
@@ -55,17 +56,15 @@ class Deflection:
         return self.total - self.foundation
 
 
-def load_at(outline, radius, half_width):
+def load_at(gear, radius, half_width):
     """The load at a radius on the involute."""
-    angle = float(outline.tooth.load_angle(np.array([radius]))[0])
-    half = float(outline.tooth.half_angle(np.array([radius]))[0])
-    inward = 1.0 if outline.tooth.internal else -1.0
+    angle, half = load_angle(gear, radius), float(gear.half_angle(radius))
     return Load(
         radius,
         half_width,
         radius * np.array([math.cos(half), math.sin(half)]),
-        np.array([inward * math.sin(angle), -math.cos(angle)]),
-        outline.tooth.base_radius / math.cos(angle),
+        np.array([-gear.outward * math.sin(angle), -math.cos(angle)]),
+        gear.base_radius / math.cos(angle),
         radius * math.sin(half) / math.cos(angle),
     )
 
@@ -77,10 +76,11 @@ def hertz(load, young, poisson):
     return 2 * plane / math.pi * (depth - poisson / (2 * (1 - poisson)))
 
 
-def deflection(outline, load, young, poisson, *, held, size):
+def deflection(gear, load, young, poisson, *, held, size):
     """Plane-strain deflection under a load; held: depth below the root section at which the body
     is held, m; size: of the elements at the tooth, m."""
-    fe_mesh, edges = _meshed(outline, load, held, size)
+    tooth = shape(gear)
+    fe_mesh, edges = _meshed(tooth, load, held, size)
     basis = Basis(fe_mesh, ELEMENT)
     stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
 
@@ -96,15 +96,15 @@ def deflection(outline, load, young, poisson, *, held, size):
     centre = _at(basis, u, np.array([[load.cross], [0.0]]))[:, 0]
     return Deflection(
         flank - hertz(load, young, poisson),
-        _of_root_section(outline, load, lambda x: _at(basis, u, x)),
+        _of_root_section(tooth, load, lambda x: _at(basis, u, x)),
         float(centre @ load.direction),
     )
 
 
-def _of_root_section(outline, load, motion):
+def _of_root_section(tooth: Shape, load, motion):
     """The section's rotation and translation, work conjugate to linear normal stress, parabolic
     shear and even tension, carried to the line of the load."""
-    x, half = outline.x[-1], outline.y[-1]
+    x, half = tooth.section.real, tooth.section.imag
     share = np.linspace(-0.98, 0.98, 197)  # chords of the fillet cut the corners off
     u = motion(np.array([np.full_like(share, x), share * half]))
     turn = -np.sum(u[0] * share) / np.sum(share**2) / half
@@ -127,42 +127,30 @@ def _at(basis, u, x):
     return np.asarray(basis.probes(x) @ u).reshape(2, -1)
 
 
-def half_outline(outline):
-    """Flank from the tip to the fillet (n, 2); the fillet's centre and its end on the root circle.
-
-    The outline ends at the root section, on the arc: three of its points give the arc's centre.
-    """
-    points = np.column_stack([outline.x, outline.y])
-    flank, arc = points[: outline.flank_points], points[outline.flank_points - 1 :]
-    first, middle, last = arc[0], arc[len(arc) // 2], arc[-1]
-    centre = np.linalg.solve(
-        2 * np.array([middle - first, last - first]),
-        [middle @ middle - first @ first, last @ last - first @ first],
-    )
-    return flank, centre, outline.tooth.root_radius * centre / np.linalg.norm(centre)
-
-
 class _Outline:
     """gmsh points and curves of the teeth, run through from -y to +y."""
 
-    def __init__(self, gmsh, outline, size):
-        self.geo, self.size, self.outline = gmsh.model.geo, size, outline
+    def __init__(self, gmsh, tooth: Shape, size):
+        self.geo, self.size, self.gear = gmsh.model.geo, size, tooth.gear
         self.origin = self.geo.addPoint(0, 0, 0, size)
-        self.flank, self.centre, self.end = half_outline(outline)
-        self.pitch = 2 * math.pi / outline.tooth.teeth
-        self.curves, self.fillets, self.last = [], [], 0
+        self.flank, self.root = (
+            np.column_stack([p.real, p.imag]) for p in (tooth.flank, tooth.root)
+        )
+        self.pitch = tooth.gear.pitch_angle
+        self.curves, self.roots, self.last = [], [], 0
 
     def point(self, place, size=None):
         return self.geo.addPoint(*place, 0.0, size or self.size)
 
-    def arc_to(self, place, centre=None):
-        """Circle about the gear's centre, or about a fillet's, whose chords must be short."""
-        middle = self.origin if centre is None else self.point(centre)
+    def arc_to(self, place):
+        """Circle about the gear's centre."""
         to = self.point(place)
-        self.curves.append(self.geo.addCircleArc(self.last, middle, to))
-        if centre is not None:
-            self.fillets.append(self.curves[-1])
+        self.curves.append(self.geo.addCircleArc(self.last, self.origin, to))
         self.last = to
+
+    def root_to(self, places):
+        """Along a root, whose chords must be short."""
+        self.roots.append(self.spline_to(places))
 
     def spline_to(self, places):
         """Through places (n, 2) to the last of them; its curve."""
@@ -175,17 +163,17 @@ class _Outline:
         """From root land to root land; marks: places on the +y flank that end curves."""
         turn = _rotation(angle)
         flip = np.array([1.0, -1.0])
-        land = self.outline.tooth.root_radius * np.array(
+        land = self.gear.root_radius * np.array(
             [math.cos(self.pitch / 2), math.sin(self.pitch / 2)]
         )
         if not self.last:
             self.last = self.first = self.point(turn @ (land * flip))
-        self.arc_to(turn @ (self.end * flip))
-        self.arc_to(turn @ (self.flank[-1] * flip), turn @ (self.centre * flip))
+        self.arc_to(turn @ (self.root[-1] * flip))
+        self.root_to((self.root[-2::-1] * flip) @ turn.T)
         self.spline_to((self.flank[-2::-1] * flip) @ turn.T)
         self.arc_to(turn @ self.flank[0])
         cut = [self.spline_to(part @ turn.T) for part in _parts(self.flank, marks)]
-        self.arc_to(turn @ self.end, turn @ self.centre)
+        self.root_to(self.root[1:] @ turn.T)
         self.arc_to(turn @ land)
         return cut
 
@@ -206,27 +194,26 @@ def _parts(flank, marks):
     return [*parts, left]
 
 
-def _marks(outline, load):
+def _marks(gear, load):
     """Ends and middle of the pressure on the flank, from the tip to the root.
 
     Along the involute the arc is ρ dρ/r_b with the radius of curvature ρ.
     """
-    base = outline.tooth.base_radius
+    base = gear.base_radius
     rho = math.sqrt(load.radius**2 - base**2)
     radii = [math.hypot(base, rho + k * load.half_width * base / rho) for k in (-1, 0, 1)]
-    out = sorted(radii, reverse=not outline.tooth.internal)
-    half = outline.tooth.half_angle(np.array(out))
+    out = sorted(radii, reverse=not gear.internal)
+    half = gear.half_angle(np.array(out))
     return np.column_stack([out * np.cos(half), out * np.sin(half)])
 
 
-def _meshed(outline, load, held, size):
+def _meshed(tooth: Shape, load, held, size):
     """FE mesh and its edges: "contact", "held"."""
-    out = 1.0 if outline.tooth.internal else -1.0
-    far = outline.x[-1] + out * held
+    far = tooth.section.real - tooth.gear.outward * held
     with gmsh_session("teeth") as gmsh:
-        line = _Outline(gmsh, outline, size)
+        line = _Outline(gmsh, tooth, size)
         parts = {
-            j: line.tooth(j * line.pitch, () if j else _marks(outline, load))
+            j: line.tooth(j * line.pitch, () if j else _marks(tooth.gear, load))
             for j in range(-NEIGHBOURS, NEIGHBOURS + 1)
         }
         end = (NEIGHBOURS + 0.5) * line.pitch
@@ -241,8 +228,8 @@ def _meshed(outline, load, held, size):
         ]
         line.geo.addPlaneSurface([line.geo.addCurveLoop([*line.curves, *edge])])
         line.geo.synchronize()
-        for curve in line.fillets:
-            gmsh.model.mesh.setTransfiniteCurve(curve, FILLET_CHORDS + 1)
+        for curve in line.roots:
+            gmsh.model.mesh.setTransfiniteCurve(curve, ROOT_CHORDS + 1)
         fields, finest = gmsh.model.mesh.field, load.half_width / 4
         refined = fields.add("MathEval")
         x, y = load.middle

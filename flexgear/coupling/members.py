@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.system import Variant
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
-from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
@@ -122,7 +122,7 @@ def mass_properties(view: StageView, part: str, radii: StageRadii) -> tuple[floa
     member, width = stage.member(part), stage.gear_width
     if part == "ring" and stage.double_helical:
         width = stage.face_width
-    inner, outer = _radii_of(stage, part, member, radii)
+    inner, outer = _radii_of(view, part, member, radii)
     mass = member.mass
     if mass is None:
         mass = view.material.density * math.pi * (outer**2 - inner**2) * width
@@ -222,20 +222,19 @@ def _sizes(view: StageView, part: str) -> tuple[float, float, float, float]:
 
 
 def _radii_of(
-    stage: Stage, part: str, member: GearMember | CarrierMember, radii: StageRadii
+    view: StageView, part: str, member: GearMember | CarrierMember, radii: StageRadii
 ) -> tuple[float, float]:
     """Inner and outer radius of the steel disc, m."""
+    stage = view.stage
     if isinstance(member, CarrierMember):
         return 0.0, radii.center_distance
     reference = getattr(radii, f"{_slot(stage, part)}_reference")
     if part != "ring":
         return member.bore_diameter / 2, reference
-    rim, tooth = member.rim_thickness, tooth_geometry(member, stage, internal=True)
+    rim, root = member.rim_thickness, stage_geometry(view).ring.root_radius
     if isinstance(member, RingGear) and member.fe is not None:
         rim = member.fe.rim_thickness
-    return reference, tooth.root_radius + (
-        RIM_MODULES * stage.normal_module if rim is None else rim
-    )
+    return reference, root + (RIM_MODULES * stage.normal_module if rim is None else rim)
 
 
 def _slot(stage: Stage, part: str) -> str:

@@ -21,8 +21,10 @@ from typing import TYPE_CHECKING
 
 from flexgear.gears.radii import StageRadii, gears_by_role, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
+from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
+    from flexgear.model.member import MatedGear, PlanetGear
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
@@ -119,10 +121,7 @@ def stage_geometry(view: StageView) -> StageGeometry:
             f"{view.gear_mesh.model} needs true teeth, but base diameters or angles are given",
             "use constant, rectangular or fourier, or take those out",
         )
-    gears = {
-        role: tooth_geometry(gear, stage, internal=role == "ring")
-        for role, gear in gears_by_role(stage).items()
-    }
+    gears = {role: _tooth(view, role, gear) for role, gear in gears_by_role(stage).items()}
     if overridden:
         arm = radii.planet / gears["planet"].teeth
         gears = {s: replace(tooth, base_radius=arm * tooth.teeth) for s, tooth in gears.items()}
@@ -140,6 +139,25 @@ def stage_geometry(view: StageView) -> StageGeometry:
     teeth = sum(gear.teeth for role, gear in gears.items() if role != "planet")
     assembly = teeth / stage.planets if stage.kind == "planetary" else math.nan
     return StageGeometry(gears, gear_meshes, radii, overridden, clearance, assembly)
+
+
+def _tooth(view: StageView, role: str, gear: MatedGear | PlanetGear) -> ToothGeometry:
+    """InputError for a tool that cannot cut it, or that leaves no involute."""
+    part = view.part(role)
+    try:
+        tooth = tooth_geometry(gear, view.stage, internal=role == "ring")
+    except Refusal as fault:
+        raise view.refuse(f"{part}.{fault.key}", fault.problem, fault.remedy) from None
+    try:
+        form = tooth.form_radius
+    except ValueError as fault:
+        raise view.refuse(f"{part}.dedendum", str(fault), "lower it, or use more teeth") from None
+    if tooth.outward * (tooth.tip_radius - form) <= 0.0:
+        problem = (
+            f"leaves no involute: it would begin at {2e3 * form:.3f} mm, beyond the tip circle"
+        )
+        raise view.refuse(f"{part}.dedendum", problem, "lower it, or raise the profile shift")
+    return tooth
 
 
 def given_contact_ratio(view: StageView, role: str) -> float | None:

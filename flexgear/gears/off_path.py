@@ -91,7 +91,7 @@ class TipEdge:
         rolled = self.mate_roll - sign * np.asarray(distance)
         base = mate.base_radius
         gap = sign * (base * angle - rolled + base * involutes(alpha))
-        gap -= base * (mate.profile_half_angle(radius) - mate.half_angle(radius))
+        gap -= mate.root.proud(radius)
         return np.where(sign * (radius - mate.tip_radius) > 0, np.inf, gap)
 
     def tilt(self, distance: Array) -> Array:

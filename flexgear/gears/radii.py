@@ -21,7 +21,7 @@ from flexgear.gears.tooth import (
     base_helix_angle,
     inverse_involute,
     involute,
-    tooth_geometry,
+    reference_radius,
     transverse_angle,
 )
 
@@ -77,10 +77,10 @@ def stage_radii(view: StageView) -> StageRadii:
     """Radii and angles of a stage. InputError for gears that cannot mesh at their distance."""
     stage = view.stage
     reference, base = dict.fromkeys(ROLES, 0.0), dict.fromkeys(ROLES, 0.0)
+    cos = math.cos(transverse_angle(stage))
     for role, gear in gears_by_role(stage).items():
-        tooth, given = tooth_geometry(gear, stage, internal=role == "ring"), gear.base_diameter
-        reference[role] = tooth.reference_radius
-        base[role] = tooth.base_radius if given is None else given / 2
+        reference[role], given = reference_radius(gear.teeth, stage), gear.base_diameter
+        base[role] = reference[role] * cos if given is None else given / 2
     arms = {"sun": base["sun"] + base["planet"]}
     if stage.kind == "planetary":
         arms["ring"] = base["ring"] - base["planet"]

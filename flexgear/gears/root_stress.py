@@ -10,10 +10,10 @@ outer point of single contact. No load factor (K_A, K_v, K_Fβ, K_Fα), rim or d
 Y_DT) is in it: a figure to compare gears and programs by, not the stress of the case's own load
 distribution. The edition of 2019 further has f_ε in Y_F and 1/cos³ β in Y_β.
 
-The critical section is where tangents at 30° to the tooth's middle line touch the fillet that a
-rack with the tip radius root_fillet · m_n leaves (external gears, clause 6.2.2), or tangents at 60°
-the fillet of the ring as ``tooth`` draws it: the standard makes a ring by a shaper cutter, which no
-case gives. The formula of Y_S was found for 1 ≤ q_s < 8.
+The critical section is where tangents at 30° to the tooth's middle line (60° for a ring) touch the
+root that the gear's tool leaves (``tooth_root``). For a rack these are the standard's equations 10
+to 16. For a cutter the edition of 2006 has a rack in its place, the edition of 2019 the cutter. The
+formula of Y_S is for 1 ≤ q_s < 8.
 """
 
 from __future__ import annotations
@@ -24,31 +24,24 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
 from flexgear.gears.geometry import GearMeshGeometry, StageGeometry, stage_geometry
 from flexgear.gears.radii import gears_by_role
+from flexgear.gears.tool import CutterTool, PlainTool, plain_tool
 from flexgear.gears.tooth import (
     Rack,
     ToothGeometry,
     base_helix_angle,
+    reference_radius,
+    tooth_geometry,
     transverse_angle,
 )
+from flexgear.gears.tooth_root import CriticalSection
 
 if TYPE_CHECKING:
     from flexgear.model.member import GearMember
     from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
-
-
-@dataclass(frozen=True)
-class CriticalSection:
-    """Where a tooth breaks: thickness s_Fn, distance from the gear's centre along the middle line,
-    radius of curvature ρ_F of the fillet there; m, in the normal section."""
-
-    thickness: float
-    distance: float
-    fillet_radius: float
 
 
 @dataclass(frozen=True)
@@ -67,57 +60,52 @@ class RootStress:
     stress: float
 
 
-def rack_section(teeth: float, gear: GearMember, rack: Rack) -> CriticalSection:
-    """Section at 30° tangents of a spur gear of ``teeth`` z_n made by a rack without protuberance.
-
-    E = π/4 m − h_fP tan α − (1 − sin α) ρ/cos α,  G = (ρ − h_fP)/m + x,  H = 2/z (π/2 − E/m) − π/3,
-    θ = 2 G/z tan θ − H,  s_Fn/m = z sin(π/3 − θ) + √3 (G/cos θ − ρ/m),
-    ρ_F/m = ρ/m + 2 G²/(cos θ (z cos² θ − 2 G)). ISO 6336-3:2006, equations 10 to 16.
-    """
-    module, alpha = rack.normal_module, rack.pressure_angle
-    tip, g = gear.root_fillet, gear.root_fillet - gear.dedendum + gear.profile_shift
-    e = math.pi / 4 - gear.dedendum * math.tan(alpha)
-    e -= (1 - math.sin(alpha)) * tip / math.cos(alpha)
-    h = 2 / teeth * (math.pi / 2 - e) - math.pi / 3
-    theta = float(
-        brentq(lambda a: a - 2 * g / teeth * math.tan(a) + h, -0.1, 1.5, xtol=1e-15, rtol=1e-14)
-    )
-    reach = g / math.cos(theta) - tip
-    curvature = 2 * g**2 / (math.cos(theta) * (teeth * math.cos(theta) ** 2 - 2 * g))
-    return CriticalSection(
-        module * (teeth * math.sin(math.pi / 3 - theta) + math.sqrt(3) * reach),
-        module * (teeth * math.cos(math.pi / 3 - theta) + reach) / 2,
-        module * (tip + curvature),
-    )
-
-
-def drawn_section(tooth: ToothGeometry) -> CriticalSection:
-    """Section where the arc of the tooth's fillet makes the angle ``ROOT_SECTION`` with its middle
-    line, or where it begins if it is steeper there."""
-    root = tooth.outline()
-    return CriticalSection(root.root_thickness, float(root.x[-1]), tooth.fillet_radius)
-
-
 def virtual_teeth(teeth: int, rack: Rack) -> float:
     """z_n = z/(cos² β_b cos β)."""
     return teeth / (math.cos(base_helix_angle(rack)) ** 2 * math.cos(rack.helix_angle))
 
 
+@dataclass(frozen=True)
+class _NormalSection:
+    """Rack of spur gears."""
+
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class _VirtualBlank:
+    """What ``tooth_geometry`` takes of a gear with a number of teeth that is not whole."""
+
+    teeth: float
+    profile_shift: float
+    addendum: float
+    dedendum: float
+    root_fillet: float
+    tool: PlainTool
+
+
 def virtual_tooth(tooth: ToothGeometry, gear: GearMember, rack: Rack) -> ToothGeometry:
-    """Tooth of the virtual spur gear: d_n = m_n z_n, d_an = d_n + d_a − d. Its number of teeth,
-    not whole, stays that of the gear: pitches are π m_n, on the base circle π m_n cos α_n."""
-    reference = rack.normal_module * virtual_teeth(tooth.teeth, rack) / 2
-    shift = reference - tooth.reference_radius
-    half = math.pi / 2 + 2 * gear.profile_shift * math.tan(rack.pressure_angle)
-    return replace(
-        tooth,
-        reference_radius=reference,
-        base_radius=reference * math.cos(rack.pressure_angle),
-        tip_radius=tooth.tip_radius + shift,
-        root_radius=tooth.root_radius + shift,
-        thickness=rack.normal_module * half,
-        transverse_angle=rack.pressure_angle,
+    """Tooth of the virtual spur gear, of the same tool in the normal section: d_n = m_n z_n, d_an =
+    d_n + d_a − d, and so for a cutter; its number of teeth is the nearest whole one."""
+    per_tooth = virtual_teeth(1, rack)
+    tool = plain_tool(gear.tool)
+    if isinstance(tooth.tool, CutterTool):
+        teeth = per_tooth * tooth.tool.teeth
+        longer = rack.normal_module * teeth - 2 * reference_radius(tooth.tool.teeth, rack)
+        diameter = None if tool.tip_diameter is None else tool.tip_diameter + longer
+        tool = replace(tool, teeth=teeth, tip_diameter=diameter)
+    blank = _VirtualBlank(
+        teeth=per_tooth * gear.teeth,
+        profile_shift=gear.profile_shift,
+        addendum=gear.addendum,
+        dedendum=gear.dedendum,
+        root_fillet=gear.root_fillet,
+        tool=tool,
     )
+    normal = _NormalSection(rack.normal_module, rack.pressure_angle)
+    return tooth_geometry(blank, normal, internal=tooth.internal)
 
 
 def outer_single_contact(tooth: ToothGeometry, base_pitch: float, contact_ratio: float) -> float:
@@ -133,19 +121,11 @@ def root_stress(
     stage: Stage,
     gear_mesh: GearMeshGeometry,
     force: float,
-    *,
-    drawn: bool = False,
 ) -> RootStress:
-    """Of the gear ``tooth`` in a gear mesh of normal force ``force``, N along the 3D normal.
-
-    drawn: with the fillet that ``tooth`` draws, an arc, in the place of the rack's.
-    """
+    """Of the gear ``tooth`` in a gear mesh of normal force ``force``, N along the 3D normal."""
     module, beta_b = stage.normal_module, base_helix_angle(stage)
     virtual = virtual_tooth(tooth, gear, stage)
-    if tooth.internal or drawn:
-        section = drawn_section(virtual)
-    else:
-        section = rack_section(virtual_teeth(tooth.teeth, stage), gear, stage)
+    section = virtual.root.section
     pitch = math.pi * module * math.cos(stage.pressure_angle)
     ratio = gear_mesh.transverse_contact_ratio / math.cos(beta_b) ** 2
     radius = outer_single_contact(virtual, pitch, ratio)

@@ -1,4 +1,4 @@
-"""One tooth in the transverse plane: circles, thickness, involute flanks, root fillets.
+"""One tooth in the transverse plane: circles, thickness, involute flanks, and the tool's root.
 
 The only place that knows the involute. With normal module m_n, normal pressure angle α_n, helix
 angle β, and for a ring ISO's negative tooth number, so that x > 0 thickens every tooth:
@@ -11,29 +11,31 @@ angle β, and for a ring ISO's negative tooth number, so that x > 0 thickens eve
 δ is the half angle of the tooth at the radius ρ: it falls outward on an external tooth and grows
 outward on a ring's, which is the space of an external gear.
 
-The root fillet is a circular arc of radius ρ_f that touches flank and root circle; its centre lies
-at r_f + ρ_f (external) or r_f − ρ_f (internal) from the gear's. Where it would touch below the base
-circle, the flank runs down radially. The root section is where the arc makes 30° (external) or 60°
-(internal) with the tooth's middle line, as in ISO 6336-3, or where the arc begins if it is steeper
-there.
+The root is what the tool leaves (``tool``, ``tooth_root``): a rack of tip height h_f and tip radius
+ρ_f m_n, or a cutter of z_0 teeth at the distance a_0,
+
+    inv α_0 = inv α_t + 2 tan α_n (x + x_0)/(z + z_0),   a_0 = (r_b ± r_b0)/cos α_0
+    d_f = 2 a_0 ∓ d_a0      (a ring has z < 0 and the lower sign)
 
 Frame of a tooth: origin at the gear's centre, x along the middle line of the tooth, y across.
-Source: ISO 21771:2007; the fillet is elementary geometry.
+Source: ISO 21771:2007.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+
+from flexgear.gears.tool import CutterTool, GeneratingTool, RackTool, ToolData, rounded
+from flexgear.gears.tooth_root import ToothRoot
+from flexgear.model.section import Refusal
 
 Array = NDArray[np.float64]
-ROOT_SECTION = {False: math.radians(30.0), True: math.radians(60.0)}  # by internal, ISO 6336-3
 
 
 class Rack(Protocol):
@@ -48,10 +50,11 @@ class Rack(Protocol):
 
 
 class Blank(Protocol):
-    """What one gear states of its teeth; all but the number are multiples of the normal module."""
+    """What one gear states of its teeth; all but the number (of a virtual gear not whole) are
+    multiples of the normal module."""
 
     @property
-    def teeth(self) -> int: ...
+    def teeth(self) -> float: ...
     @property
     def profile_shift(self) -> float: ...
     @property
@@ -60,6 +63,8 @@ class Blank(Protocol):
     def dedendum(self) -> float: ...
     @property
     def root_fillet(self) -> float: ...
+    @property
+    def tool(self) -> ToolData: ...
 
 
 def involute(angle: float) -> float:
@@ -96,17 +101,6 @@ def base_helix_angle(rack: Rack) -> float:
 
 
 @dataclass(frozen=True)
-class Fillet:
-    """Root fillet on the +y side. contact_radius: where it touches the flank, m; centre: (x, y) in
-    the tooth's frame, m; end: half angle at which it touches the root circle, rad."""
-
-    radius: float
-    contact_radius: float
-    centre: tuple[float, float]
-    end: float
-
-
-@dataclass(frozen=True)
 class ToothOutline:
     """Half of a tooth. x, y: (n,) m, from tip to root section, x falling outside and rising inside,
     the first flank_points on the flank."""
@@ -127,7 +121,7 @@ class ToothGeometry:
     """The tooth of one gear; formulas in the module's head.
 
     Radii and ``thickness`` (transverse, at the reference circle) m; transverse_angle: α_t at the
-    reference circle, rad; fillet_radius: ρ_f, m.
+    reference circle, rad; tool: what cuts it.
     """
 
     teeth: int
@@ -138,7 +132,14 @@ class ToothGeometry:
     root_radius: float
     thickness: float
     transverse_angle: float
-    fillet_radius: float
+    tool: GeneratingTool
+
+    @property
+    def rolling_radius(self) -> float:
+        """Of the circle that rolls on the tool's rolling line or circle, m."""
+        if isinstance(self.tool, RackTool):
+            return self.reference_radius
+        return self.base_radius / math.cos(self.tool.working_angle(self.base_radius))
 
     @property
     def pitch_angle(self) -> float:
@@ -196,119 +197,177 @@ class ToothGeometry:
         this gear's base tangent point (s is the radius of curvature of its flank), m.
 
         With a ring from the ring's tip to this gear's tip, with an external gear from its tip to
-        this gear's tip; flanks end at base circles, a ring's at its root circle.
+        this gear's tip; flanks end at ``usable_roll``.
         """
         between = self.tangent_distance(mate, working_angle)
         tip, mate_tip = self.roll_length(self.tip_radius), mate.roll_length(mate.tip_radius)
-        if mate.internal:
-            last = mate.roll_length(mate.root_radius) - between
-            return max(mate_tip - between, 0.0), min(tip, last)
-        return max(between - mate_tip, 0.0), min(tip, between)
+        first = mate_tip - between if mate.internal else between - mate_tip
+        last = mate.usable_roll - between if mate.internal else between - mate.usable_roll
+        return max(first, self.usable_roll), min(tip, last)
 
     def interferes_with(self, mate: ToothGeometry, working_angle: float) -> bool:
         """Whether a ring's tip reaches this gear's flank below its base circle."""
         between = self.tangent_distance(mate, working_angle)
         return mate.internal and mate.roll_length(mate.tip_radius) < between
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether the involute is the tool's: a case may state another base diameter."""
+        base = self.reference_radius * math.cos(self.transverse_angle)
+        return abs(self.base_radius - base) < 1e-9 * base
+
     @cached_property
-    def fillet(self) -> Fillet:
-        """The root fillet. ValueError where no arc of that radius touches flank and root circle."""
-        found = self.fillet_of(self.fillet_radius)
-        if found is None:
-            raise ValueError(f"no fillet of {self.fillet_radius:g} m touches flank and root circle")
-        return found
+    def root(self) -> ToothRoot:
+        """The curve below the involute that the tool makes."""
+        base = self.reference_radius * math.cos(self.transverse_angle)
+        return _root(self if self.is_cut else replace(self, base_radius=base))
 
     @property
     def form_radius(self) -> float:
-        """Where the involute ends: at the fillet, or at the base circle above it, m."""
-        return max(self.fillet.contact_radius, self.base_radius)
+        """Where the involute begins, d_Ff/2, m. ValueError where the tool leaves none."""
+        return self.root.form_radius
 
-    def fillet_of(self, fillet_radius: float) -> Fillet | None:
-        """The arc of that radius that touches flank and root circle; None if there is none."""
-        target = self.root_radius + self.outward * fillet_radius
+    @property
+    def usable_roll(self) -> float:
+        """Roll length at which the flank ends towards the root, m: where the tool has freed it,
+        else at the base circle, a ring's at its root circle, though its root may stand proud."""
+        if self.is_cut and self.root.freed:
+            return self.roll_length(self.form_radius)
+        return self.roll_length(self.root_radius) if self.internal else 0.0
 
-        def miss(radius: float) -> float:
-            return math.hypot(*self._fillet_centre(radius, fillet_radius)) - target
-
-        low, high = sorted((self.root_radius, self.tip_radius))
-        if miss(low) >= 0.0 or miss(high) <= 0.0:
-            return None
-        contact = float(brentq(miss, low, high, xtol=1e-15 * high, rtol=1e-14))
-        x, y = self._fillet_centre(contact, fillet_radius)
-        return Fillet(fillet_radius, contact, (x, y), math.atan2(y, x))
-
-    def root_profile(self, half_angle: Array | float) -> Array:
-        """Radius of fillet and root circle at half angles from that of the fillet's contact on, m.
-
-        On the fillet |ρ e(θ) − c| = ρ_f, of both solutions the one on the root circle's side.
-        """
-        fillet = self.fillet
-        theta = np.minimum(np.asarray(half_angle, dtype=float), fillet.end)
-        x, y = fillet.centre
-        along = x * np.cos(theta) + y * np.sin(theta)
-        across = y * np.cos(theta) - x * np.sin(theta)
-        return along - self.outward * np.sqrt(np.maximum(fillet.radius**2 - across**2, 0.0))
-
-    def profile_half_angle(self, radius: Array | float) -> Array:
-        """Half angle of flank and fillet, rad; inverse of ``root_profile``. Where no fillet of the
-        radius fits, the flank's down to the root circle.
-
-        On the fillet |ρ e(θ) − c| = ρ_f, of both solutions the one on the tooth's side.
-        """
-        rho, half = np.asarray(radius, dtype=float), self.half_angle(radius)
-        fillet = self.fillet_of(self.fillet_radius)
-        if fillet is None:
-            return half
-        centre = math.hypot(*fillet.centre)
-        cosine = (rho**2 + centre**2 - fillet.radius**2) / (2 * rho * centre)
-        arc = fillet.end - np.arccos(np.clip(cosine, -1.0, 1.0))
-        return np.where(self.outward * (rho - fillet.contact_radius) < 0, arc, half)
+    def profile(self, flank: int, root: int) -> Array:
+        """(flank + root + 1, 2) m, one side from the tip to the root circle."""
+        radius = np.linspace(self.tip_radius, self.form_radius, flank + 1)[:-1]
+        half = self.half_angle(radius)
+        upper = radius[:, None] * np.column_stack([np.cos(half), np.sin(half)])
+        return np.concatenate([upper, self.root.points(root)])
 
     def outline(self, points: int = 160) -> ToothOutline:
-        """Flank and fillet from tip to root section, ``points`` of them on the flank."""
-        fillet, sign = self.fillet, self.outward
-        alpha, delta = self._flank(fillet.contact_radius)
-        # the arc is run through by the angle τ between its tangent and the middle line
-        start = alpha - sign * delta
-        tau = np.linspace(start, max(start, ROOT_SECTION[self.internal]), points // 3)
-        arc_x = fillet.centre[0] - sign * fillet.radius * np.sin(tau)
-        arc_y = fillet.centre[1] - fillet.radius * np.cos(tau)
-        radius = np.linspace(self.tip_radius, fillet.contact_radius, points)
+        """Flank and root from the tip to the root section, ``points`` of them on the flank."""
+        root = self.root
+        below = root.at(np.linspace(root.form, root.section_place, points // 3))[1:]
+        radius = np.linspace(self.tip_radius, self.form_radius, points)
         half = self.half_angle(radius)
-        x = np.concatenate([radius * np.cos(half), arc_x[1:]])
-        y = np.concatenate([radius * np.sin(half), arc_y[1:]])
+        x = np.concatenate([radius * np.cos(half), below.real])
+        y = np.concatenate([radius * np.sin(half), below.imag])
         return ToothOutline(self, x, y, points)
 
-    def _flank(self, radius: float) -> tuple[float, float]:
-        """Angle of the flank to the radius, α_ρ, and half angle δ; radial below the base circle."""
-        return float(self.pressure_angle(radius)), float(self.half_angle(radius))
 
-    def _fillet_centre(self, radius: float, fillet_radius: float) -> tuple[float, float]:
-        """Centre of the arc that touches the +y flank at a radius. The normal into the space is
-        ±sin α e_r + cos α e_θ."""
-        alpha, delta = self._flank(radius)
-        radial = radius + self.outward * fillet_radius * math.sin(alpha)
-        across = fillet_radius * math.cos(alpha)
-        return (
-            radial * math.cos(delta) - across * math.sin(delta),
-            radial * math.sin(delta) + across * math.cos(delta),
-        )
+@lru_cache(maxsize=256)
+def _root(tooth: ToothGeometry) -> ToothRoot:
+    return ToothRoot(tooth)
+
+
+def reference_radius(teeth: float, rack: Rack) -> float:
+    """r = z m_n / (2 cos β), m."""
+    return rack.normal_module * teeth / (2 * math.cos(rack.helix_angle))
 
 
 def tooth_geometry(blank: Blank, rack: Rack, *, internal: bool = False) -> ToothGeometry:
-    """The tooth of a gear that is cut with a rack of these measures."""
+    """The tooth of a gear. Refusal for a tool that cannot cut it, with a key of the gear."""
     module, x = rack.normal_module, blank.profile_shift
-    cos_b, at = math.cos(rack.helix_angle), transverse_angle(rack)
-    r = module * blank.teeth / (2 * cos_b)
+    at, r = transverse_angle(rack), reference_radius(blank.teeth, rack)
     out = -1.0 if internal else 1.0
+    root = r - out * module * (blank.dedendum - x)
+    tip = r + out * module * (blank.addendum + x)
+    if blank.tool.protuberance > 0.0 and blank.tool.protuberance_angle >= rack.pressure_angle:
+        raise Refusal(
+            "tool.protuberance_angle", "is not below the pressure angle", "5 to 10° are usual"
+        )
+    tool: GeneratingTool
+    if internal or blank.tool.teeth is not None:
+        tool = _cutter(blank, rack, internal, root, tip)
+        root = tool.distance - out * tool.tip_circle
+    else:
+        tool = _rack_tool(blank, rack)
+    fitting = rounded(tool, blank.root_fillet * module)
+    if fitting is None:
+        raise Refusal("dedendum", "is so large that the tool's tip is a point", "lower it")
     return ToothGeometry(
-        teeth=blank.teeth,
+        teeth=round(blank.teeth),
         internal=internal,
         reference_radius=r,
         base_radius=r * math.cos(at),
-        tip_radius=r + out * module * (blank.addendum + x),
-        root_radius=r - out * module * (blank.dedendum - x),
-        thickness=module * (math.pi / 2 + 2 * x * math.tan(rack.pressure_angle)) / cos_b,
+        tip_radius=tip,
+        root_radius=root,
+        thickness=_thickness(x, rack),
         transverse_angle=at,
-        fillet_radius=blank.root_fillet * module,
+        tool=fitting,
+    )
+
+
+def _thickness(shift: float, rack: Rack) -> float:
+    """s of a gear or a cutter, m."""
+    half = math.pi / 2 + 2 * shift * math.tan(rack.pressure_angle)
+    return rack.normal_module * half / math.cos(rack.helix_angle)
+
+
+def _rack_tool(blank: Blank, rack: Rack) -> RackTool:
+    """Rack with its rolling line at the gear's reference circle."""
+    if blank.tool.tip_diameter is not None or blank.tool.profile_shift:
+        raise Refusal(
+            "tool.teeth", "is missing beside data of a cutter", "add it, or take these out"
+        )
+    module, x = rack.normal_module, blank.profile_shift
+    return RackTool(
+        pitch=math.pi * module,
+        half_tooth=module * (math.pi / 4 - x * math.tan(rack.pressure_angle)),
+        depth=module * (blank.dedendum - x),
+        tip_radius=blank.root_fillet * module,
+        pressure_angle=rack.pressure_angle,
+        helix_angle=rack.helix_angle,
+        protuberance=blank.tool.protuberance - blank.tool.grinding_allowance,
+        protuberance_angle=blank.tool.protuberance_angle,
+    )
+
+
+def _cutter(blank: Blank, rack: Rack, internal: bool, root: float, tip: float) -> CutterTool:
+    """Cutter with stated teeth, else the first from a third of a ring's that makes its flank up to
+    the tip, which then lies beyond the cutter's base tangent point. root: radius of the root
+    circle, m, where no tip diameter is stated."""
+    if blank.tool.teeth is not None:
+        return _cutter_of(blank.tool.teeth, blank, rack, internal, root)
+    base = reference_radius(blank.teeth, rack) * math.cos(transverse_angle(rack))
+    first = math.ceil(blank.teeth / 3)
+    for teeth in range(first, math.floor(blank.teeth)):
+        cutter = _cutter_of(teeth, blank, rack, internal, root)
+        tangent = cutter.distance * math.sin(cutter.working_angle(base))
+        if tip > base and tip**2 - base**2 >= tangent**2 and rounded(cutter, cutter.tip_radius):
+            return cutter
+    return _cutter_of(first, blank, rack, internal, root)
+
+
+def _cutter_of(teeth: float, blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool:
+    out, at = (-1.0 if internal else 1.0), transverse_angle(rack)
+    r, r0 = (reference_radius(z, rack) for z in (blank.teeth, teeth))
+    if internal and teeth >= blank.teeth:
+        raise Refusal("tool.teeth", f"{teeth} do not go into the ring's {blank.teeth}", "lower it")
+    shifts = blank.profile_shift + blank.tool.profile_shift
+    angle = involute(at) + 2 * math.tan(rack.pressure_angle) * shifts / (teeth + out * blank.teeth)
+    if angle <= 0.0:
+        raise Refusal(
+            "tool.teeth",
+            f"a cutter of {teeth} teeth does not roll in this ring: inv α_0 = {angle:.4f}",
+            "lower the profile shifts of ring and cutter, or use fewer teeth of the cutter",
+        )
+    base = r0 * math.cos(at)
+    distance = (base + out * r * math.cos(at)) * out / math.cos(inverse_involute(angle))
+    stated = blank.tool.tip_diameter
+    tip = out * (distance - root) if stated is None else stated / 2
+    if tip <= base:
+        key = "dedendum" if stated is None else "tool.tip_diameter_mm"
+        raise Refusal(key, "leaves the cutter's tip inside its base circle", "raise it")
+    half = _thickness(blank.tool.profile_shift, rack) / (2 * r0)
+    return CutterTool(
+        teeth=teeth,
+        base_radius=base,
+        tip_circle=tip,
+        base_half_angle=half + involute(at),
+        tip_radius=blank.root_fillet * rack.normal_module,
+        distance=distance,
+        internal=internal,
+        pitch_angle=2 * math.pi / blank.teeth,
+        protuberance=(blank.tool.protuberance - blank.tool.grinding_allowance)
+        / math.cos(rack.helix_angle),
+        protuberance_angle=blank.tool.protuberance_angle,
     )

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from flexgear.model.section import Missing, Refusal, Section
+from flexgear.model.tool import Tool
 from flexgear.model.units import Angle, Length
 
 
@@ -20,7 +21,8 @@ class Gear(Section):
     the ring's tooth number negative: x > 0 makes the tooth of any gear thicker, moves the tip
     circle of sun and planet outward and that of the ring towards its centre. addendum, dedendum:
     coefficients of the tooth's height from the reference circle to tip and root. root_fillet:
-    radius of the rack's tip as a coefficient. bore_diameter: of the gear's hole, 0 for none.
+    radius of the tool's tip as a coefficient; a tip too narrow for it is fully round. tool: what
+    generates the teeth. bore_diameter: of the gear's hole, 0 for none.
     """
 
     teeth: int = Field(ge=5, le=2000)
@@ -28,6 +30,7 @@ class Gear(Section):
     addendum: float = Field(default=1.0, ge=0.3, le=2.0)
     dedendum: float = Field(default=1.25, ge=0.5, le=2.5)
     root_fillet: float = Field(default=0.38, ge=0.02, le=0.6)
+    tool: Tool = Tool()
     bore_diameter: Length = Field(default=0.0, ge=0.0, le=5.0)
 
 

@@ -156,5 +156,5 @@ def gauge_ray(view: StageView, gauge: Gauge) -> Ray:
 
 def root_angle(tooth: ToothGeometry) -> float:
     """Angle of the critical section from the middle of a ring's tooth, rad."""
-    root = tooth.outline()
-    return math.atan2(float(root.y[-1]), float(root.x[-1]))
+    section = tooth.root.section
+    return math.atan2(section.thickness / 2, section.distance)

@@ -23,7 +23,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.views.style import NEUTRAL, FloatArray, new_figure, panels, planet_colour, styled
 
 MILLI = 1e3
-POINTS = 10  # of half a tooth
+POINTS = 10  # of a flank, and of a root
 STEEL, CARRIER, SHAFT = "#D5DAE1", "#BFE3D0", "#F3D9B8"
 LINE: dict[str, Any] = {"ec": "#30343B", "lw": 0.6}
 Box = tuple[float, float, float, float, str]  # z from, z to, r from, r to, colour
@@ -92,10 +92,10 @@ def section_drawing(view: StageView) -> Figure:
 
 def gear_outline(gear: ToothGeometry, rotation: float) -> FloatArray:
     """Outline (n, 2) in m of a gear whose first tooth stands at an angle, closed."""
-    half = gear.outline(POINTS)
-    radius, angle = np.hypot(half.x, half.y), np.arctan2(half.y, half.x)
-    r = np.concatenate([[gear.root_radius], radius[::-1], radius])
-    turn = np.concatenate([[-gear.pitch_angle / 2], -angle[::-1], angle])
+    side = gear.profile(POINTS, POINTS)
+    radius, angle = np.hypot(*side.T), np.arctan2(*side.T[::-1])
+    r = np.concatenate([radius[::-1], radius])
+    turn = np.concatenate([-angle[::-1], angle])
     centres = rotation + gear.pitch_angle * np.arange(gear.teeth)
     theta = (centres[:, None] + turn).ravel()
     points = np.tile(r, gear.teeth)[:, None] * np.column_stack([np.cos(theta), np.sin(theta)])

@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 import pytest
+from cut_teeth.of_case import gear_of
+from cut_teeth.shape import shape
 from plane_teeth import HELD, deflection, load_at
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense
 from skfem import solve as solved
@@ -28,13 +30,13 @@ PLANE = (1 - POISSON**2) / YOUNG
 def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
     """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
-    g, module = stage_geometry(case), case.stage.normal_module
-    tooth = getattr(g, name)
+    tooth, module = getattr(stage_geometry(case), name), case.stage.normal_module
     radius = tooth.form_radius + height * (tooth.tip_radius - tooth.form_radius)
-    p = tooth.outline()
-    theory = tooth_compliance(p, np.array([radius]), YOUNG, POISSON)
-    load = load_at(p, radius, 0.06 * module)
-    found = deflection(p, load, YOUNG, POISSON, held=HELD * p.root_thickness, size=0.3 * module)
+    theory = tooth_compliance(tooth.outline(), np.array([radius]), YOUNG, POISSON)
+    gear = gear_of(case, name)
+    held = HELD * shape(gear).root_thickness
+    load = load_at(gear, radius, 0.06 * module)
+    found = deflection(gear, load, YOUNG, POISSON, held=held, size=0.3 * module)
     assert theory.bending[0] == pytest.approx(found.tooth, rel=bending)
     total = theory.bending[0] + theory.foundation[0]
     assert total == pytest.approx(found.total, rel=whole)
@@ -46,7 +48,7 @@ def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
     g, module = stage_geometry(case), case.stage.normal_module
-    p, radius = g.ring.outline(), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
+    p, radius = gear_of(case, "ring"), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
     coarse, fine, spread = (
         deflection(p, load_at(p, radius, a * module), YOUNG, POISSON, held=0.06, size=h * module)
         for a, h in ((0.06, 0.4), (0.06, 0.2), (0.12, 0.4))

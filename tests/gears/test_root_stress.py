@@ -1,7 +1,7 @@
 """Root stress of ISO 6336-3 against the fillet that a rack cuts, limits and equilibrium."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,12 +10,12 @@ from scipy.optimize import brentq
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.root_stress import (
-    drawn_section,
     outer_single_contact,
-    rack_section,
     stage_root_stress,
+    virtual_teeth,
     virtual_tooth,
 )
+from flexgear.gears.tool import PLAIN_TOOL, CutterTool, PlainTool
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.load import load_case
 
@@ -32,6 +32,7 @@ class Gear:
     normal_module: float = 5e-3
     pressure_angle: float = math.radians(20)
     helix_angle: float = 0.0
+    tool: PlainTool = PLAIN_TOOL
 
 
 GEARS = [
@@ -77,22 +78,69 @@ def test_the_section_is_where_30_degree_tangents_touch_the_fillet_that_a_rack_cu
         (p0, n0), (p1, n1) = cut_fillet(gear, turn - h), cut_fillet(gear, turn + h)
         radius = np.hypot(*(p1 - p0)) / np.hypot(*(n1 - n0))
         sections.append((2 * abs(point[1]), point[0], radius))
-    found = rack_section(gear.teeth, gear, gear)
+    found = tooth_geometry(gear, gear).root.section
     here = (found.thickness, found.distance, found.fillet_radius)
     errors = [np.abs(np.array(s) - here).max() / m for s in sections]
     assert sections and min(errors) < 1e-6
 
 
-@pytest.mark.parametrize("internal", [False, True])
-def test_a_rings_section_is_where_60_degree_tangents_touch_the_drawn_fillet(internal):
-    gear = Gear(93 if internal else 31, 0.1)
-    tooth = tooth_geometry(gear, gear, internal=internal)
-    section, fillet = drawn_section(tooth), tooth.fillet
-    point = np.array([section.distance, section.thickness / 2])
-    normal = (np.array(fillet.centre) - point) / tooth.fillet_radius
-    assert np.hypot(*normal) == pytest.approx(1.0, abs=1e-6)
-    tangent = math.degrees(math.atan2(abs(normal[0]), abs(normal[1])))
-    assert tangent == pytest.approx(60 if internal else 30, abs=1e-4)
+def by_the_standard(teeth, gear, free=0.0):
+    """s_Fn/m, distance of the section from the centre over m, ρ_F/m: ISO 6336-3:2006, equations 10
+    to 16, with the residual protuberance s_pr/m."""
+    alpha, rho, g = gear.pressure_angle, gear.root_fillet, gear.root_fillet - gear.dedendum
+    g += gear.profile_shift
+    e = math.pi / 4 - gear.dedendum * math.tan(alpha)
+    e += free / math.cos(alpha) - (1 - math.sin(alpha)) * rho / math.cos(alpha)
+    h = 2 / teeth * (math.pi / 2 - e) - math.pi / 3
+    theta = brentq(lambda a: a - 2 * g / teeth * math.tan(a) + h, -0.1, 1.5, xtol=1e-15)
+    reach = g / math.cos(theta) - rho
+    return (
+        teeth * math.sin(math.pi / 3 - theta) + math.sqrt(3) * reach,
+        (teeth * math.cos(math.pi / 3 - theta) + reach) / 2,
+        rho + 2 * g**2 / (math.cos(theta) * (teeth * math.cos(theta) ** 2 - 2 * g)),
+    )
+
+
+@pytest.mark.parametrize("protuberance", [0.0, 0.05])
+@pytest.mark.parametrize("helix", [0.0, 0.3])
+@pytest.mark.parametrize("gear", GEARS)
+def test_the_section_of_a_racks_gear_is_the_standards(gear, helix, protuberance):
+    m = gear.normal_module
+    tool = PlainTool(protuberance=protuberance * m, grinding_allowance=0.4 * protuberance * m)
+    gear = replace(gear, helix_angle=helix, tool=tool)
+    section = virtual_tooth(tooth_geometry(gear, gear), gear, gear).root.section
+    found = np.array([section.thickness, section.distance, section.fillet_radius]) / m
+    teeth = virtual_teeth(gear.teeth, gear)
+    assert found == pytest.approx(by_the_standard(teeth, gear, 0.6 * protuberance), rel=1e-6)
+
+
+@pytest.mark.parametrize("teeth", [60, 93, 150])
+def test_a_rings_radius_is_near_that_of_the_standards_substitute_rack(teeth):
+    """The edition of 2006 has a rack of tip radius ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 ·
+    1.036^z_0) in the cutter's place and z_n < 0: a fit to what cutters leave."""
+    gear = Gear(teeth, 0.0, normal_module=1.0)
+    tooth = tooth_geometry(gear, gear, internal=True)
+    assert isinstance(tooth.tool, CutterTool)
+    alpha, rho = gear.pressure_angle, gear.root_fillet
+    virtual = rho + (gear.dedendum - rho) ** 1.95 / (3.156 * 1.036**tooth.tool.teeth)
+    g = virtual - gear.dedendum
+    e = math.pi / 4 - gear.dedendum * math.tan(alpha)
+    e -= (1 - math.sin(alpha)) * rho / math.cos(alpha)
+    h = -2 / teeth * (math.pi / 2 - e) - math.pi / 6
+    theta = brentq(lambda a: a + 2 * g / teeth * math.tan(a) + h, -0.1, 1.5, xtol=1e-15)
+    radius = 2 * g**2 / (math.cos(theta) * (-teeth * math.cos(theta) ** 2 - 2 * g)) + virtual
+    assert tooth.root.section.fillet_radius == pytest.approx(radius, rel=0.05)
+
+
+def test_a_rings_section_is_where_60_degree_tangents_touch():
+    gear = Gear(93, 0.1)
+    root = tooth_geometry(gear, gear, internal=True).root
+    points = root.points(4000)
+    slopes = np.degrees(np.arctan2(np.diff(points[:, 1]), np.diff(points[:, 0])))
+    k = int(np.argmax(slopes > 60))
+    section = root.section
+    assert 2 * points[k, 1] == pytest.approx(section.thickness, abs=1e-3 * gear.normal_module)
+    assert points[k, 0] == pytest.approx(section.distance, abs=1e-3 * gear.normal_module)
 
 
 def test_with_many_teeth_ring_and_rack_have_straight_flanks():
@@ -103,8 +151,8 @@ def test_with_many_teeth_ring_and_rack_have_straight_flanks():
     deep = gear.dedendum - rho
     beside = math.pi / 4 + deep * math.tan(a) + rho / math.cos(a)
     sections = {
-        30: rack_section(gear.teeth, gear, gear),
-        60: drawn_section(tooth_geometry(gear, gear, internal=True)),
+        30: tooth_geometry(gear, gear).root.section,
+        60: tooth_geometry(gear, gear, internal=True).root.section,
     }
     for tangent, found in sections.items():
         at = math.radians(tangent)

@@ -7,9 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from cut_teeth.gear import working
+from cut_teeth.of_case import gear_of
 from numpy.typing import NDArray
 
-from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_stage
 from flexgear.model.stage_view import StageView
@@ -57,8 +58,8 @@ def stage() -> StageView:
 
 def pair(kind: str) -> Pair:
     """Planet and sun or ring."""
-    g = stage_geometry(stage())
-    return Pair(g.planet, g.gears[kind], g.center_distance, g.gear_meshes[kind].working_angle)
+    planet, gear = gear_of(stage(), "planet"), gear_of(stage(), kind)
+    return Pair(planet, gear, *working(planet, gear))
 
 
 def line_load(kind: str) -> float:

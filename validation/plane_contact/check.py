@@ -8,11 +8,21 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.off_path import OffPath
 from flexgear.views.style import save_figure
-from plane_contact import active_set, cylinders, fillets, stored
+from plane_contact import active_set, cylinders, stored
 from plane_contact.body import Elastic
-from plane_contact.cases import FINE, KINDS, LOADINGS, contact, line_load, over_a_pitch, pair
+from plane_contact.cases import (
+    FINE,
+    KINDS,
+    LOADINGS,
+    contact,
+    line_load,
+    over_a_pitch,
+    pair,
+    stage,
+)
 from plane_contact.face_load import COMPLIANCES, loaded
 from plane_contact.stage_compared import computed, flexgear_stage
 
@@ -50,15 +60,6 @@ def test_active_set_leaves_neither_pull_nor_penetration():
         assert abs(p @ room) < 1e-9 and lever @ p == pytest.approx(3.0)
 
 
-def test_rack_cut_fillet_joins_flank_and_root_circle():
-    """Its ends lie on the involute and on the root circle, which nothing in it asks for."""
-    for tooth in (pair("sun").planet, pair("sun").gear):
-        line = fillets.trochoid(tooth, 50)
-        form, root = abs(line[0]), abs(line[-1])
-        assert np.angle(line[0]) == pytest.approx(tooth.half_angle(form), abs=1e-12)
-        assert root == pytest.approx(tooth.root_radius, rel=1e-12)
-
-
 def test_coarse_grid_repeats_the_stored_figures(coarse):
     """A quarter of the edges on the flanks, every eighth place."""
     kind, bodies = coarse
@@ -76,9 +77,9 @@ def test_coarse_grid_repeats_the_stored_figures(coarse):
 
 def test_gap_off_the_path_is_flexgears(coarse):
     """The least gap of a tooth's nodes to its mate is that of the tip edge."""
-    _, bodies = coarse
-    p = bodies.pair
-    edges = OffPath(p.planet, p.gear, p.offset, *p.path, 1.0)
+    kind, bodies = coarse
+    p, g = bodies.pair, stage_geometry(stage())
+    edges = OffPath(g.planet, g.gears[kind], p.offset, *p.path, 1.0)
     rolling = bodies.rolling((np.zeros_like, np.zeros_like), 1e-3, False)
     beyond = np.array([0.02, 0.06, 0.1]) * p.planet.base_pitch
     for s in (*(p.path[0] - beyond), *(p.path[1] + beyond)):

@@ -89,7 +89,7 @@ def of_kind(kind: str) -> dict[str, Any]:
     """Everything of one pair."""
     p = pair(kind)
     bodies = contact(kind, FINE)
-    out: dict[str, Any] = {
+    return {
         "gears": {"planet": asdict(p.planet), "gear": asdict(p.gear)},
         "centre_distance": p.distance,
         "working_angle": p.working,
@@ -98,12 +98,8 @@ def of_kind(kind: str) -> dict[str, Any]:
         "line_load": line_load(kind),
         "s": rounded(places(kind, COUNT)),
         "loadings": {one.name: series(computed(bodies, kind, one)) for one in LOADINGS},
+        "grids": {name: study(kind, grid) for name, grid in GRIDS.items()},
     }
-    if kind == "sun":
-        cut = contact(kind, replace(FINE, shape="trochoid"))
-        out["trochoid"] = {"full": series(computed(cut, kind, PLAIN))}
-    out["grids"] = {name: study(kind, grid) for name, grid in GRIDS.items()}
-    return out
 
 
 def computed(bodies: GearContact, kind: str, loading: Loading) -> list[Found]:

@@ -18,9 +18,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from cut_teeth.gear import Gear
 from numpy.typing import NDArray
 
-from flexgear.gears.tooth import ToothGeometry
 from plane_contact.sector import LOADED, Sector, flank_points
 
 Array = NDArray[np.float64]
@@ -40,8 +40,8 @@ class Place:
 class Pair:
     """Two gears on their centre distance; working: transverse angle, rad."""
 
-    planet: ToothGeometry
-    gear: ToothGeometry
+    planet: Gear
+    gear: Gear
     distance: float
     working: float
 
@@ -77,7 +77,7 @@ class Pair:
         return planet, Place(centre, self._tooth(self.gear, contact - centre, 1))
 
     @staticmethod
-    def _tooth(tooth: ToothGeometry, seen: complex, side: int) -> float:
+    def _tooth(tooth: Gear, seen: complex, side: int) -> float:
         """Direction of the tooth whose flank passes through a point seen from its centre."""
         return float(np.angle(seen)) - side * float(tooth.half_angle(abs(seen)))
 

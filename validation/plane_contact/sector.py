@@ -7,21 +7,21 @@ points on the true flanks, fillets and circles; each edge is one side of a trian
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from cut_teeth.envelope import Points, resampled
+from cut_teeth.gear import Gear
+from cut_teeth.shape import shape
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import MeshTri
 
-from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh.session import gmsh_session
-from plane_contact.fillets import SHAPES, Points
 
 Array = NDArray[np.float64]
-Fillet = Callable[[ToothGeometry, int], Points]
 LOADED = (-1, 0, 1)  # teeth that touch, counted from the middle one
 
 
@@ -30,8 +30,7 @@ class Grid:
     """Sizes of elements. flank: edges on a flank that touches; fillet: edges of one; growth: of the
     size per distance from them; coarse: of others, modules; neighbours: teeth beyond the loaded
     ones on either side; held: depth below the root circle at which the body is held, modules;
-    shape: of the fillets; unloaded: edges on tips, root lands and teeth that do not touch, of the
-    standard number."""
+    unloaded: edges on tips, root lands and teeth that do not touch, of the standard number."""
 
     flank: int
     fillet: int = 20
@@ -39,7 +38,6 @@ class Grid:
     coarse: float = 0.4
     neighbours: int = 1
     held: float = 3.0
-    shape: str = "arc"
     unloaded: float = 1.0
 
     def edges(self, standard: int) -> int:
@@ -57,7 +55,7 @@ class Sector:
     """
 
     fe_mesh: MeshTri
-    tooth: ToothGeometry
+    tooth: Gear
     side: int
     vertices: NDArray[np.int64]
     facets: NDArray[np.int64]
@@ -66,38 +64,35 @@ class Sector:
     held: NDArray[np.int64]
 
 
-def flank_arc(tooth: ToothGeometry, fillet: Fillet, count: int) -> Array:
+def flank_arc(tooth: Gear, count: int) -> Array:
     """Arc lengths ρ²/(2 r_b) of the involute, (count + 1,) from the tip to the fillet, m."""
-    form = abs(fillet(tooth, 1)[0])
-    ends = [tooth.roll_length(r) ** 2 for r in (tooth.tip_radius, form)]
+    ends = [tooth.roll_length(r) ** 2 for r in (tooth.tip_radius, shape(tooth).form_radius)]
     return np.linspace(*ends, count + 1) / (2 * tooth.base_radius)
 
 
-def flank_points(tooth: ToothGeometry, arc: Array) -> tuple[Array, Array]:
+def flank_points(tooth: Gear, arc: Array) -> tuple[Array, Array]:
     """Radius and half angle at arc lengths of the involute."""
     radius = np.sqrt(tooth.base_radius**2 + 2 * tooth.base_radius * arc)
     return radius, tooth.half_angle(radius)
 
 
-def _half(
-    tooth: ToothGeometry, shape: Fillet, flank: int, fillet: int, land: int
-) -> tuple[Points, Points, Points]:
+def _half(tooth: Gear, flank: int, fillet: int, land: int) -> tuple[Points, Points, Points]:
     """Points (k,) of the +y half of a tooth as complex numbers: flank from the tip, fillet from
     there, root land to half the pitch. Neighbours share their ends."""
-    radius, half = flank_points(tooth, flank_arc(tooth, shape, flank))
-    bend = shape(tooth, fillet)
+    radius, half = flank_points(tooth, flank_arc(tooth, flank))
+    bend = resampled(shape(tooth).root, fillet)
     rest = np.linspace(np.angle(bend[-1]), tooth.pitch_angle / 2, land + 1)
     return radius * np.exp(1j * half), bend, tooth.root_radius * np.exp(1j * rest)
 
 
-def sector(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Sector:
+def sector(tooth: Gear, side: int, module: float, grid: Grid) -> Sector:
     """Mesh of the loaded teeth and their neighbours; side: +1 where flanks at +θ touch, else −1."""
     loop, held, teeth = sector_outline(tooth, side, module, grid, LOADED)
     return marked(triangles([loop], teeth.fine, grid, module), tooth, side, grid, teeth, held)
 
 
 def sector_outline(
-    tooth: ToothGeometry, side: int, module: float, grid: Grid, loaded: Sequence[int]
+    tooth: Gear, side: int, module: float, grid: Grid, loaded: Sequence[int]
 ) -> tuple[Points, Points, TeethOutline]:
     """Closed outline of a sector, the part of it where the body is held, and its teeth; loaded:
     numbers of the teeth that touch, in order."""
@@ -133,20 +128,19 @@ class TeethOutline:
 
 
 def teeth_outline(
-    tooth: ToothGeometry, side: int, grid: Grid, numbers: Iterable[int], loaded: Sequence[int]
+    tooth: Gear, side: int, grid: Grid, numbers: Iterable[int], loaded: Sequence[int]
 ) -> TeethOutline:
     """Teeth ``numbers``, each with half the root land on either side, of which some touch."""
-    shape = SHAPES[grid.shape]
     chain: list[complex] = []
     flanks, fillets = [], []
-    height = tooth.outward * (tooth.tip_radius - tooth.form_radius)
+    height = tooth.outward * (tooth.tip_radius - shape(tooth).form_radius)
     coarse = max(4, round(height / tooth.pitch_angle / tooth.reference_radius * 16))
     for j in numbers:
         halves = {}
         for s in (-1, 1):
             fine = j in loaded and s == side
             counts = (grid.flank, grid.fillet) if fine else (grid.edges(coarse), grid.edges(6))
-            parts = _half(tooth, shape, *counts, grid.edges(3))
+            parts = _half(tooth, *counts, grid.edges(3))
             turned = [
                 (p if s > 0 else np.conj(p)) * np.exp(1j * j * tooth.pitch_angle) for p in parts
             ]
@@ -165,7 +159,7 @@ def teeth_outline(
 
 
 def marked(
-    fe_mesh: MeshTri, tooth: ToothGeometry, side: int, grid: Grid, teeth: TeethOutline, held: Points
+    fe_mesh: MeshTri, tooth: Gear, side: int, grid: Grid, teeth: TeethOutline, held: Points
 ) -> Sector:
     """The FE mesh with its patches; held: chain of points."""
     flanks = [chain_on(fe_mesh, c) for c in teeth.flanks]
@@ -175,7 +169,7 @@ def marked(
         side=side,
         vertices=np.array([f[0] for f in flanks]),
         facets=np.array([f[1] for f in flanks]),
-        arc=flank_arc(tooth, SHAPES[grid.shape], grid.flank),
+        arc=flank_arc(tooth, grid.flank),
         fillets=np.array([chain_on(fe_mesh, _distinct(c))[1] for c in teeth.fillets]),
         held=chain_on(fe_mesh, _distinct(held))[1],
     )

@@ -16,17 +16,19 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as dense
 import scipy.sparse as sp
+from cut_teeth.envelope import Points
+from cut_teeth.gear import working
+from cut_teeth.of_case import gear_of
+from cut_teeth.shape import shape
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import MeshTri
 
-from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.stage_view import StageView
 from plane_contact import active_set
 from plane_contact.body import Body, Elastic
-from plane_contact.fillets import Points
 from plane_contact.gear_contact import GearContact, forces_on
 from plane_contact.rolling import Candidates, Pair, Rolling
 from plane_contact.sector import LOADED, Grid, Sector, marked, teeth_outline, triangles
@@ -74,7 +76,7 @@ class PlaneStage:
         self.paths = {kind: paths[kind, ""] for kind in ("ring", "sun")}
         self.load = forces["sun"] / view.stage.face_width
         module = view.stage.normal_module
-        self.pairs = {kind: _pair(path) for kind, path in self.paths.items()}
+        self.pairs = {kind: _pair(view, kind) for kind in self.paths}
         self.teeth = sorted(
             {n for a in angles for i in self.planets for n in self._ring_teeth(i, a)}
         )
@@ -200,7 +202,7 @@ class PlaneStage:
         body = Body(fe_mesh, material, np.zeros(0, np.int64), self._held(fe_mesh, circle[::each]))
         body.of_chains(part.vertices, part.facets)
         angles = tooth.pitch_angle * np.arange(tooth.teeth)
-        share = tooth.fillet.end * np.linspace(-0.8, 0.8, 5)
+        share = np.angle(shape(tooth).root[-1]) * np.linspace(-0.8, 0.8, 5)
         place = tooth.root_radius * np.exp(1j * np.add.outer(share, angles))
         probes = body.basis.probes(np.array([place.real.ravel(), place.imag.ravel()]))
         mean = sp.kron(np.full((1, len(share)), 1 / len(share)), sp.identity(tooth.teeth))
@@ -223,6 +225,6 @@ class PlaneStage:
         return (rows.T @ sp.diags([k.ring, k.ring, k.torsion]) @ rows).tocsr()
 
 
-def _pair(path: GearMeshPath) -> Pair:
-    edges = path.off_path
-    return Pair(edges.planet, edges.gear, path.center_distance, path.alpha)
+def _pair(view: StageView, kind: str) -> Pair:
+    planet, gear = gear_of(view, "planet"), gear_of(view, kind)
+    return Pair(planet, gear, *working(planet, gear))

@@ -43,12 +43,6 @@ def series(kind: str, name: str) -> Series:
     return Series(**{k: np.array(v) for k, v in pairs()[kind]["loadings"][name].items()})
 
 
-def trochoid() -> Series:
-    """Sun and planet with fillets that a rack cuts, full load."""
-    found = pairs()["sun"]["trochoid"]["full"]
-    return Series(**{k: np.array(v) for k, v in found.items()})
-
-
 def along_path(kind: str, values: Array) -> tuple[Array, Array]:
     """Place of a pair on its path and its values, both (3 places,) in order of the place."""
     pitch = pairs()[kind]["base_pitch"]

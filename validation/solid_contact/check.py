@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cut_teeth.shape import shape
 from plane_contact.cases import material, pair, stage
 
 from solid_contact import stored
@@ -105,7 +106,7 @@ def test_patches_of_the_deck_are_whole(small):
         outward = area.sum(axis=0) @ normal_of(GEARS)
         height = np.linalg.norm(area, axis=1).sum() / solid.face_width
         tooth = GEARS.planet if name == "planet" else GEARS.gear
-        rolls = [tooth.roll_length(r) for r in (tooth.tip_radius, tooth.form_radius)]
+        rolls = [tooth.roll_length(r) for r in (tooth.tip_radius, shape(tooth).form_radius)]
         arc = abs(rolls[0] ** 2 - rolls[1] ** 2) / (2 * tooth.base_radius)
         assert height == pytest.approx(arc, rel=1e-3)
         assert (outward > 0) == (name == "planet")

@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from cut_teeth.envelope import Points
+from cut_teeth.gear import Gear
 from numpy.typing import NDArray
-from plane_contact.fillets import Points
 from plane_contact.sector import Grid, outline, sector_outline
 
-from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.fe_mesh.session import gmsh_session
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Section:
     held: Ints
 
 
-def section(tooth: ToothGeometry, side: int, module: float, grid: Grid) -> Section:
+def section(tooth: Gear, side: int, module: float, grid: Grid) -> Section:
     """The middle tooth loaded on its flank at ``side``; sizes of the grid are halved."""
     loop, held, teeth = sector_outline(tooth, side, module, grid, (0,))
     with gmsh_session("solid teeth") as gmsh:

@@ -12,7 +12,7 @@ Patches
                        turns by +z and drives
   tooth_backflank_NNN  involute flank on the +θ side
   tooth_root_NNN       the tooth's base section: the *interior* facets between the ends of its two
-                       fillets on the root circle, bowed a fillet radius into the rim,
+                       roots on the root circle, bowed a tip radius of the tool into the rim,
                        symmetric about the tooth's middle
   fit_1, spline_1 ..   bands of the outer cylinder, in the order given
   bolt_NN              walls of the bolt holes, when there are holes
@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.tool import PLAIN_TOOL, PlainTool, plain_tool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
@@ -39,7 +40,6 @@ from flexgear.structures.fe_mesh.ring_section import (
     toothed_section,
 )
 from flexgear.structures.fe_mesh.ring_tooth import ring_tooth
-from flexgear.structures.fe_mesh.session import meshing_unit
 
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
@@ -64,8 +64,8 @@ class RingMeshParameters:
     """Everything the ring's FE mesh depends on; m and rad.
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
-    module; the sign of profile_shift is stated in gears/tooth.py. fits: (z_low, z_high) of each
-    housing fit's band, splines likewise. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt
+    module; the sign of profile_shift is stated in gears/tooth.py. tool: what cuts it. fits:
+    (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt
     circle, and named from first_bolt on. other_bolts: (number, circle diameter, diameter) of more
     circles, without holes.
     """
@@ -79,6 +79,7 @@ class RingMeshParameters:
     addendum: float = 1.0
     dedendum: float = 1.25
     root_fillet: float = 0.38
+    tool: PlainTool = PLAIN_TOOL
     face_width: float = 0.43
     rim_thickness: float = 0.205
     bolts: int = 25
@@ -124,6 +125,7 @@ class RingMeshParameters:
             addendum=gear.addendum,
             dedendum=gear.dedendum,
             root_fillet=gear.root_fillet,
+            tool=plain_tool(gear.tool),
             face_width=stage.face_width,
             rim_thickness=ring.rim_thickness,
             fits=tuple(fit.band for fit in ring.fits),
@@ -132,20 +134,6 @@ class RingMeshParameters:
             fidelity=view.solver.fidelity,
             where=view.source,
             **bolts,
-        )
-
-    def in_units_of(self, unit: float) -> RingMeshParameters:
-        """The same ring with all lengths over a unit, m."""
-        return replace(
-            self,
-            normal_module=self.normal_module / unit,
-            face_width=self.face_width / unit,
-            rim_thickness=self.rim_thickness / unit,
-            bolt_circle_diameter=self.bolt_circle_diameter / unit,
-            bolt_diameter=self.bolt_diameter / unit,
-            fits=tuple((low / unit, high / unit) for low, high in self.fits),
-            splines=tuple((low / unit, high / unit) for low, high in self.splines),
-            other_bolts=tuple((n, c / unit, d / unit) for n, c, d in self.other_bolts),
         )
 
     @cached_property
@@ -254,13 +242,10 @@ class RingMeshParameters:
 def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     """Hexahedra of the ring gear with its teeth and the patches listed in the module's head."""
     p.check()
-    unit = meshing_unit(p.outer_radius)
-    p = p.in_units_of(unit)
     divisions, least_layers = _DIVISIONS[p.fidelity]
     section = _section(p, divisions)
     z = layer_positions(p.face_width, p.fits + p.splines, least_layers)
-    made = _extrude(p, section, z)
-    return replace(made, points=made.points * unit)
+    return _extrude(p, section, z)
 
 
 def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> Array:

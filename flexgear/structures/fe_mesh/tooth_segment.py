@@ -8,14 +8,14 @@ Section of one tooth (an external one; a ring's has its tip inside)::
 
         tip                  Columns: one layer of stated depth under both flanks, ``tooth``
        +-+--+-+              columns between them. Rows: ``flank`` elements of equal length along
-       | |  | |              the involute, one or more down a radial flank below the base circle,
-       +-+--+-+              ``fillet`` elements of equal angle on the fillet. Every row bows from
-      / /    \\ \\             the tip circle to the base section.
-     +-+------+-+--+         base section: from fillet end to fillet end, one fillet radius deep,
-     | |      | |  |         the surface that a ring's root tie acts on
+       | |  | |              the involute, ``fillet`` elements along the root that the tool leaves,
+       +-+--+-+              shorter where it turns; they bow as ``tooth_block`` has them, down to
+      / /    \\ \\             the base section, the surface that a ring's root tie acts on.
+     +-+------+-+--+
+     | |      | |  |
      +-+------+-+--+         ``rim`` rows down to the held circle, ``land`` columns to the next
 
-All nodes of the profile lie on it exactly; the rows need no general mesher.
+All nodes of the profile lie on it exactly.
 
 Patches: tooth_flank_NNN (−θ side), tooth_backflank_NNN (+θ side) on the involutes,
 tooth_fillet_NNN, tooth_backfillet_NNN below them, tooth_root_NNN (base section, interior where
@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, pi
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +35,20 @@ from numpy.typing import NDArray
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import FlexgearError
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
-from flexgear.structures.fe_mesh.ring_section import base_section_angle, base_section_depth
+from flexgear.structures.fe_mesh.tooth_block import (
+    ToothProfile,
+    base_section_angle,
+    base_section_depth,
+    counter_clockwise,
+    graded,
+    quads_of,
+    tooth_block,
+    tooth_profile,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_RADIAL_PIECE = 0.05  # shortest radial flank that is meshed, in elements of the involute
 _DEEPEST_LAYER = 0.35  # of the tooth's thickness in a row, for the layer under a flank
 
 
@@ -153,50 +161,10 @@ def tooth_segment(p: SegmentParameters) -> ToothSegment:
         FeMesh(points.reshape(-1, 3), vtk[:, HEX_FROM_VTK], "hex", facets),
         section.surface[:, :, None] + levels,
         section.inner[:, :, None] + levels,
-        _Profile(p.tooth, p.divisions).roll,
+        section.profile.roll,
         section.depth,
         z,
     )
-
-
-class _Profile:
-    """The +θ side of a tooth from its tip to its base section."""
-
-    def __init__(self, tooth: ToothGeometry, divisions: SegmentDivisions) -> None:
-        tip, form = tooth.roll_length(tooth.tip_radius), tooth.roll_length(tooth.form_radius)
-        # arc length along an involute is ρ²/(2 r_b)
-        self.roll = np.sqrt(np.linspace(tip**2, form**2, divisions.flank + 1))
-        radius = np.hypot(tooth.base_radius, self.roll)
-        half = tooth.half_angle(radius)
-        flank = radius[:, None] * np.column_stack([np.cos(half), np.sin(half)])
-        fillet, radial = _fillet(tooth, divisions.fillet), np.zeros((0, 2))
-        step = np.linalg.norm(flank[-1] - flank[-2])
-        gap = float(np.linalg.norm(fillet[0] - flank[-1])) / step
-        if gap > _RADIAL_PIECE:
-            pieces = np.linspace(0.0, 1.0, ceil(gap - 0.5) + 1 if gap > 1.5 else 2)[1:, None]
-            radial = flank[-1] + pieces * (fillet[0] - flank[-1])
-        #: (rows + 1, 2) m; the flank's first
-        self.points = np.concatenate([flank, radial, fillet[1:]])
-
-
-def _fillet(tooth: ToothGeometry, elements: int) -> Array:
-    """(elements + 1, 2) points of the fillet from the flank to the base section, at equal angles
-    about its centre, m."""
-    fillet, radius, end = tooth.fillet, tooth.fillet.contact_radius, base_section_angle(tooth)
-    half, last = float(tooth.half_angle(radius)), float(tooth.root_profile(end))
-    centre = np.array(fillet.centre)
-    first = radius * np.array([np.cos(half), np.sin(half)]) - centre
-    to = last * np.array([np.cos(end), np.sin(end)]) - centre
-    begin, stop = np.arctan2(first[1], first[0]), np.arctan2(to[1], to[0])
-    angle = begin + np.linspace(0.0, 1.0, elements + 1) * ((stop - begin + pi) % (2 * pi) - pi)
-    return centre + fillet.radius * np.column_stack([np.cos(angle), np.sin(angle)])
-
-
-def _spline_through_three(share: Array) -> Array:
-    """Height over −1 … 1 of gmsh's spline through heights 0, 1, 0, as ``ring_section`` draws the
-    base section (Catmull–Rom)."""
-    t = 1 - np.abs(share)
-    return t + t**2 - t**3
 
 
 class _Section:
@@ -206,51 +174,37 @@ class _Section:
         self.p, self.tooth, self.div = p, p.tooth, p.divisions
         self._points: list[Array] = []
         self._count = 0
-        self._quads: list[Ints] = []
         block = self._tooth_block()
-        rows = len(self.profile) - 1
+        rows = len(self.profile.points) - 1
         columns = [self._placed(block, self._angle(j)) for j in range(p.teeth)]
         grids = list(columns)
         sides: tuple[Ints, Ints] = (columns[0][rows:, 0], columns[-1][rows:, -1])
         if p.held_radius is not None:
             lands, sides = self._lands(columns, rows)
             grids += lands
-        for grid in grids:
-            self._quads.append(
-                np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], 2)
-            )
         self.points = np.concatenate(self._points)
-        self.quads = self._counter_clockwise(
-            np.concatenate([q.reshape(-1, 4) for q in self._quads])
-        )
+        quads = np.concatenate([quads_of(grid) for grid in grids])
+        self.quads = counter_clockwise(self.points, quads)
         self.surface = np.array([grid[: rows + 1, 0] for grid in columns])
         self.inner = np.array([grid[: rows + 1, 1] for grid in columns])
         self.lines = self._lines(columns, rows)
         self.held = self._held(grids, columns, sides)
 
     @cached_property
-    def profile(self) -> Array:
-        return _Profile(self.tooth, self.div).points
+    def profile(self) -> ToothProfile:
+        return tooth_profile(self.tooth, self.div.flank, self.div.fillet)
 
     def _angle(self, j: int) -> float:
         return (j - (self.p.teeth - 1) / 2) * self.tooth.pitch_angle
 
     def _tooth_block(self) -> Array:
         """(rows + rim + 1, columns, 2) nodes of the tooth at the angle 0 and of the rim below."""
-        x, y = self.profile.T
-        tooth, out = self.tooth, self.tooth.outward
-        arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-        tip_bow = tooth.tip_radius - x[0]
-        base_bow = tooth.root_radius - out * base_section_depth(tooth) - x[-1]
-        share = (arc / arc[-1]) ** 2
         across = self._columns()  # (rows + 1, columns)
-        at_tip, at_base = 1 - across**2, _spline_through_three(across)
-        bow = tip_bow * (1 - share)[:, None] * at_tip + base_bow * share[:, None] * at_base
-        block = np.stack([x[:, None] + bow, y[:, None] * across], axis=2)
+        block = tooth_block(self.profile, across)
         self.depth = self._layer_depth(block)
         if self.p.held_radius is None:
             return block
-        half = self._held_share * tooth.pitch_angle / 2 * np.linspace(-1, 1, across.shape[1])
+        half = self._held_share * self.tooth.pitch_angle / 2 * np.linspace(-1, 1, across.shape[1])
         foot = self.p.held_radius * np.column_stack([np.cos(half), np.sin(half)])
         down = self._depths[1:, None, None]
         return np.concatenate([block, block[-1] + down * (foot - block[-1])])
@@ -258,8 +212,8 @@ class _Section:
     def _columns(self) -> Array:
         """Places −1 … 1 of the columns in every row; the layers have their depth along the
         flank's normal, and the share of the last flank row from there on."""
-        flank, y = self.div.flank + 1, self.profile[:, 1]
-        slant = 1.0 / np.cos(self.tooth.load_angle(np.hypot(*self.profile[:flank].T)))
+        flank, y = self.div.flank + 1, self.profile.points[:, 1]
+        slant = 1.0 / np.cos(self.tooth.load_angle(np.hypot(*self.profile.points[:flank].T)))
         across = np.minimum(self.p.flank_layer * slant, 2 * _DEEPEST_LAYER * y[:flank])
         share = 1 - across / y[:flank]
         share = np.concatenate([share, np.full(len(y) - flank, share[-1])])
@@ -277,8 +231,7 @@ class _Section:
     @cached_property
     def _depths(self) -> Array:
         """Shares 0 … 1 of the rim's rows from the base section down."""
-        steps = self.div.growth ** np.arange(self.div.rim)
-        return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
+        return graded(self.div.rim, self.div.growth)
 
     @property
     def _held_share(self) -> float:
@@ -300,7 +253,8 @@ class _Section:
         begin, pitch, teeth = base_section_angle(self.tooth), self.tooth.pitch_angle, self.p.teeth
         held = self._held_share * pitch / 2
         top = np.linspace(begin, pitch - begin, self.div.land + 1)
-        radius = self.tooth.root_profile(np.minimum(top, pitch - top))
+        radius = np.full(len(top), self.tooth.root_radius)
+        radius[[0, -1]] = np.hypot(*self.profile.points[-1])
         block = self._rim_block(radius, top, np.linspace(held, pitch - held, self.div.land + 1))
         grids = []
         for j in range(-1, teeth):
@@ -344,9 +298,3 @@ class _Section:
             return [columns[0][-1][::sense]]
         below = [grid[-1][::sense] for grid in grids]
         return [*below, sides[0][::sense], sides[1][::-sense]]
-
-    def _counter_clockwise(self, quads: Ints) -> Ints:
-        at = self.points[quads]
-        d1, d2 = at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]
-        clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
-        return np.where(clockwise[:, None], quads[:, ::-1], quads)

@@ -152,10 +152,6 @@ def _require_teeth(
     if tooth.half_angle(tooth.tip_radius) <= 0.0:
         problem = "the tooth is pointed before its tip circle, so no FE mesh can be made of it"
         raise view.refuse(f"{part}.addendum", problem, instead)
-    fillet = tooth.fillet_of(tooth.fillet_radius)
-    if fillet is None or fillet.end > tooth.pitch_angle / 2:
-        problem = f"{1e3 * tooth.fillet_radius:.2f} mm do not fit into the root of the tooth space"
-        raise view.refuse(f"{part}.root_fillet", problem, instead)
     rim = tooth.root_radius - gears_by_role(view.stage)[role].bore_diameter / 2
     if not tooth.internal and rim < view.stage.normal_module:
         problem = f"leaves a rim of {1e3 * rim:.2f} mm below the teeth, less than one module"

@@ -13,7 +13,7 @@ from flexgear.model.stage_view import StageView
 from flexgear.structures.build import ring_condensed, ring_key
 from flexgear.structures.estimate import PROMISED, shape_errors
 from flexgear.structures.fe_mesh import SegmentParameters
-from flexgear.structures.fe_mesh.ring_section import base_section_angle
+from flexgear.structures.fe_mesh.tooth_block import base_section_angle
 from flexgear.structures.interfaces import ring_supports
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.probe_loads import END_SHARE

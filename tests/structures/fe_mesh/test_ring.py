@@ -6,14 +6,19 @@ from math import cos, pi, sin, tan
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
+from flexgear.gears.tool import PlainTool
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
+from flexgear.structures.fe_mesh import (
+    FeMesh,
+    RingMeshParameters,
+    carrier_fe_mesh,
+    ring_fe_mesh,
+)
 from flexgear.structures.fe_mesh.ring import layer_positions
 
-from .small_bodies import small_ring
+from .small_bodies import small_carrier, small_ring
 
 
 @pytest.fixture(scope="module")
@@ -56,39 +61,36 @@ def test_flank_nodes_lie_on_the_involute_turned_by_the_helix(hand: str, side: st
     assert r.max() == pytest.approx(tooth.form_radius)
 
 
-def test_fillet_is_tangent_to_flank_and_root_circle() -> None:
-    t = RingMeshParameters().tooth
-    rho, r = t.fillet_radius, t.form_radius
-    centre = np.array(t.fillet.centre)
-    delta = float(t.half_angle(r))
-    on_flank = r * np.array([cos(delta), sin(delta)])
-    assert np.linalg.norm(centre - on_flank) == pytest.approx(rho)
-    assert np.hypot(*centre) == pytest.approx(t.root_radius - rho)
-    step = 1e-7
-    a, b = (
-        q * np.array([cos(t.half_angle(q)), sin(t.half_angle(q))]) for q in (r - step, r + step)
-    )
-    assert abs((b - a) @ (centre - on_flank)) / np.linalg.norm(b - a) / rho < 1e-6
-    assert float(t.root_profile(t.fillet.end)) == pytest.approx(t.root_radius)
-    assert float(t.root_profile(delta)) == pytest.approx(r)
-
-
 def test_volume_is_the_profile_s_area_times_the_face_width() -> None:
-    """A = π(r_o² - r_f²) + z ∫ ρ 2δ(ρ) dρ + the corners under the fillets; polygons lose O(h²)."""
+    """A = π r_o² less that of the outline of tips, flanks and roots; polygons lose O(h²)."""
     p = RingMeshParameters()
     t = p.tooth
-    flanks, _ = quad(lambda r: 2 * r * float(t.half_angle(r)), t.tip_radius, t.form_radius)
-    # from the form circle outward, material at angle θ begins at the root profile
-    start = float(t.half_angle(t.form_radius))
-    roots, _ = quad(lambda a: t.root_radius**2 - float(t.root_profile(a)) ** 2, start, pi / t.teeth)
-    base = start * (t.root_radius**2 - t.form_radius**2)
-    area = pi * (p.outer_radius**2 - t.root_radius**2) + t.teeth * (flanks + roots + base)
+    side = t.profile(300, 300)
+    radius, angle = np.hypot(*side.T), np.arctan2(side[:, 1], side[:, 0])
+    inner = np.sum(0.5 * ((radius[:-1] + radius[1:]) / 2) ** 2 * np.diff(angle))
+    tip = 0.5 * t.tip_radius**2 * angle[0]
+    land = 0.5 * t.root_radius**2 * (pi / t.teeth - angle[-1])
+    area = pi * p.outer_radius**2 - 2 * t.teeth * (inner + tip + land)
     errors = []
     for fidelity in ("quick", "standard"):
         volume = ring_fe_mesh(replace(p, fidelity=fidelity)).volume()
         errors.append(abs(volume / (area * p.face_width) - 1.0))
     assert errors[0] < 4e-3
     assert errors[1] < 1e-3
+
+
+def test_nodes_of_a_tooth_lie_on_flank_and_root() -> None:
+    """Every node of the surface between tip and root circle, at mid-face."""
+    p = small_ring(fidelity="fine", helix_angle=0.0)
+    m, t = ring_fe_mesh(p), p.tooth
+    outside = {tuple(sorted(q)) for q in m.boundary}
+    ends = {tuple(sorted(q)) for name in ("end_minus", "end_plus") for q in m.facets[name]}
+    nodes = m.points[np.unique([node for facet in outside - ends for node in facet])]
+    radius, angle = np.hypot(nodes[:, 0], nodes[:, 1]), np.arctan2(nodes[:, 1], nodes[:, 0])
+    angle = np.abs((angle + t.pitch_angle / 2) % t.pitch_angle - t.pitch_angle / 2)
+    between = (radius > t.tip_radius * (1 + 1e-9)) & (radius < t.root_radius * (1 - 1e-6))
+    assert (radius[between] > t.form_radius).any() and (radius[between] < t.form_radius).any()
+    assert angle[between] == pytest.approx(t.root.half_angle(radius[between]), abs=1e-9)
 
 
 def test_tiny_teeth_leave_a_plain_annulus() -> None:
@@ -217,9 +219,8 @@ def test_layers_follow_the_bands_and_the_wanted_number() -> None:
     ("changes", "key"),
     [
         ({"teeth": 20}, "addendum"),
-        ({"root_fillet": 0.9}, "at most 0.4"),
-        ({"root_fillet": 0.4, "dedendum": 1.9}, "dedendum"),
-        ({"root_fillet": 0.0}, "root_fillet"),
+        ({"root_fillet": 0.4, "dedendum": 2.4}, "dedendum"),
+        ({"tool": PlainTool(teeth=36)}, "tool.teeth"),
         ({"rim_thickness": 0.001}, "rim_thickness"),
         ({"bolt_circle_diameter": 0.3}, "bolts.circle_diameter"),
         ({"bolt_circle_diameter": 0.51}, "bolts.circle_diameter"),
@@ -243,7 +244,8 @@ def test_meshing_works_off_the_main_thread_and_leaves_gmsh_finalised() -> None:
 
     made: list[FeMesh] = []
     threads = [
-        threading.Thread(target=lambda: made.append(ring_fe_mesh(small_ring()))) for _ in range(2)
+        threading.Thread(target=lambda: made.append(carrier_fe_mesh(small_carrier())))
+        for _ in range(2)
     ]
     for thread in threads:
         thread.start()

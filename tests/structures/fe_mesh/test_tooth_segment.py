@@ -109,7 +109,7 @@ def test_a_tooth_cut_at_its_base_section_ends_where_the_ring_is_tied():
     tied = whole.points[np.unique(whole.facets["tooth_root_001"])]
     (own_angle, own_radius), (angle, radius) = (_at_mid_face(ring, p) for p in (base, tied))
     assert own_angle[[0, -1]] == pytest.approx(angle[[0, -1]], rel=1e-9)
-    bow = ring.tooth.fillet_radius
+    bow = ring.tooth.tool.tip_radius
     assert radius == pytest.approx(np.interp(angle, own_angle, own_radius), abs=1e-3 * bow)
     with_rim = tooth_segment(replace(cut, held_radius=ring.outer_radius, teeth=3)).fe_mesh
     roots = with_rim.points[np.unique(with_rim.facets["tooth_root_002"])]

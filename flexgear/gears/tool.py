@@ -1,0 +1,245 @@
+"""Tools that generate teeth, and the root that they leave, in the transverse plane.
+
+Frame of a tool's tooth as complex numbers: the real axis along the middle of the tooth towards its
+tip, from the rolling line of a rack or from the centre of a cutter; the imaginary axis towards the
+flank that is looked at. Its profile is, from the end of the tip land on,
+
+    P(t) = C + ρ e^{iψ},   ψ = ψ_0 + t (ψ_1 − ψ_0),  0 ≤ t ≤ 1      tip rounding, normal n = e^{iψ}
+    P(t) = P(1) + (t − 1) L i n,   1 ≤ t ≤ 2                           flank of the protuberance
+
+The rounding touches the tip line (circle) and the flank that makes the finished gear, moved outward
+by the protuberance less the grinding allowance, s_pr = pr_P0 − q. A rack of helical gears has this
+profile in the normal section, and in the transverse one everything along the imaginary axis over
+cos β (its rounding is an ellipse there); a cutter has it in its transverse section.
+
+A point of the tool cuts when its normal passes through the pitch point (law of gearing):
+
+    rack      X = Re P · Im n / Re n − Im P,   G = e^{iγ} (r − P − iX) e^{iX/r}
+    cutter    sin(φ + arg n) = −Im(n̄ P)/r_w0
+              external   G = e^{iγ} (a_0 − P e^{iφ}) e^{iφ r_w0/r_w}
+              internal   G = e^{iγ} conj[(a_0 + P e^{iφ}) e^{−iφ r_w0/r_w}]
+
+X: displacement of the rack, φ: turn of the cutter from where its tooth stands in the middle of the
+gear's space; r, r_w, r_w0: rolling radii; a_0 = r_w ± r_w0; γ: half a pitch. G is the root on the
++θ side of the gear's tooth that stands on the real axis. Sources: ISO 21771:2007 for a cutter's
+data; the rest follows from the law of gearing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+Array = NDArray[np.float64]
+Points = NDArray[np.complex128]
+RAMP = 2.0  # length of the protuberance's flank over what reaches the finished one
+LEAST_ROUNDING = 1e-3  # over the pitch, below which a tool's tip is a point
+
+
+class ToolData(Protocol):
+    """What a case states of a tool (``model.tool``); lengths m, angle rad."""
+
+    @property
+    def teeth(self) -> float | None: ...
+    @property
+    def profile_shift(self) -> float: ...
+    @property
+    def tip_diameter(self) -> float | None: ...
+    @property
+    def protuberance(self) -> float: ...
+    @property
+    def protuberance_angle(self) -> float: ...
+    @property
+    def grinding_allowance(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class PlainTool:
+    """Data of a tool as numbers; what is left out is the default."""
+
+    teeth: float | None = None
+    profile_shift: float = 0.0
+    tip_diameter: float | None = None
+    protuberance: float = 0.0
+    protuberance_angle: float = math.radians(8.0)
+    grinding_allowance: float = 0.0
+
+
+PLAIN_TOOL = PlainTool()
+
+
+def plain_tool(data: ToolData) -> PlainTool:
+    """The same data as plain numbers."""
+    return PlainTool(**{f.name: getattr(data, f.name) for f in fields(PlainTool)})
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Tip rounding and protuberance of a tool; symbols in the module's head. centre: C; radius: ρ;
+    first, last: ψ_0 and ψ_1; ramp: L, 0 without protuberance."""
+
+    centre: complex
+    radius: float
+    first: float
+    last: float
+    ramp: float
+
+    @property
+    def end(self) -> float:
+        """Largest t."""
+        return 2.0 if self.ramp else 1.0
+
+    def at(self, t: Array) -> tuple[Points, Points]:
+        """P and n at t of any shape."""
+        normal = np.exp(1j * (self.first + np.minimum(t, 1.0) * (self.last - self.first)))
+        along = np.maximum(np.asarray(t) - 1.0, 0.0) * self.ramp
+        return self.centre + (self.radius + 1j * along) * normal, normal
+
+
+@dataclass(frozen=True)
+class RackTool:
+    """A rack. pitch: along the rolling line, normal section, m; half_tooth: half the thickness of
+    its tooth there, on the rolling line, m; depth: of its tip line below that; tip_radius: ρ;
+    protuberance: s_pr, m; protuberance_angle, pressure_angle (normal), helix_angle: rad."""
+
+    pitch: float
+    half_tooth: float
+    depth: float
+    tip_radius: float
+    pressure_angle: float
+    helix_angle: float
+    protuberance: float
+    protuberance_angle: float
+
+    @cached_property
+    def profile(self) -> Profile:
+        """In the normal section."""
+        alpha, rho, spr = self.pressure_angle, self.tip_radius, self.protuberance
+        down = self.depth - rho
+        beside = self.half_tooth - down * math.tan(alpha) + (spr - rho) / math.cos(alpha)
+        slope = self.protuberance_angle if spr > 0.0 else alpha
+        # from where the rounding ends the finished flank is ``free`` away along its normal
+        free = spr - rho * (1.0 - math.cos(alpha - slope))
+        ramp = max(free, 0.0) / math.sin(alpha - slope) if alpha > slope else 0.0
+        return Profile(
+            complex(down, beside), rho, 0.0, math.pi / 2 - slope, RAMP * ramp if spr > 0.0 else 0.0
+        )
+
+    @property
+    def land(self) -> float:
+        """Half of the tip land, m; below zero where the rounding does not fit."""
+        return self.profile.centre.imag
+
+    def end(self, rolling_radius: float) -> float:
+        """Largest t of the profile that cuts."""
+        return self.profile.end
+
+    def cut(self, t: Array, rolling_radius: float) -> tuple[Points, Points]:
+        """Points G of the gear's root (its tooth on the real axis) and the gear's outward normals
+        there."""
+        point, normal = self.profile.at(t)
+        cos = math.cos(self.helix_angle)
+        point = point.real + 1j * point.imag / cos
+        normal = normal.real + 1j * normal.imag * cos
+        normal /= abs(normal)
+        moved = point.real * normal.imag / normal.real - point.imag
+        turn = np.exp(1j * (self.pitch / cos / 2 + moved) / rolling_radius)
+        return (rolling_radius - point - 1j * moved) * turn, normal * turn
+
+
+@dataclass(frozen=True)
+class CutterTool:
+    """A shaper cutter, transverse section. teeth: z_0; base_radius: r_b0; tip_circle: d_a0/2, m;
+    base_half_angle: of its tooth at the base circle, rad; rounding: ρ_a0, m; distance: a_0, m;
+    internal: whether it cuts a ring; pitch_angle: of the gear, rad; protuberance: s_pr in the
+    transverse section, m; protuberance_angle: rad."""
+
+    teeth: float
+    base_radius: float
+    tip_circle: float
+    base_half_angle: float
+    tip_radius: float
+    distance: float
+    internal: bool
+    pitch_angle: float
+    protuberance: float
+    protuberance_angle: float
+
+    @cached_property
+    def profile(self) -> Profile:
+        """Parallels of an involute are involutes of the same base circle."""
+        base, rho, spr = self.base_radius, self.tip_radius, self.protuberance
+        radius = self.tip_circle - rho
+        roll = math.sqrt(max(radius**2 - base**2, 0.0))
+        angle = self.base_half_angle - (roll / base - math.atan2(roll, base)) + (spr - rho) / base
+        centre = radius * complex(math.cos(angle), math.sin(angle))
+        # the flank's normal at the rounding touches the base circle
+        flank = angle + math.atan2(base, roll)
+        slope = self.protuberance_angle if spr > 0.0 else math.pi / 2 - flank
+        free = spr - rho * (1.0 - math.cos(math.pi / 2 - flank - slope))
+        ramp = 0.0
+        if spr > 0.0 and math.pi / 2 - slope > flank:
+            ramp = RAMP * max(free, 0.0) / math.sin(math.pi / 2 - slope - flank)
+        return Profile(centre, rho, angle, math.pi / 2 - slope, ramp)
+
+    def working_angle(self, gear_base_radius: float) -> float:
+        """α_0, cos α_0 = (r_b ± r_b0)/a_0, rad."""
+        sign = -1.0 if self.internal else 1.0
+        return math.acos((gear_base_radius + sign * self.base_radius) / self.distance)
+
+    @property
+    def land(self) -> float:
+        """Half of the tip land, m; below zero where the rounding does not fit."""
+        centre = self.profile.centre
+        return math.atan2(centre.imag, centre.real) * self.tip_circle
+
+    def end(self, rolling_radius: float) -> float:
+        """Largest t of the profile that cuts: further on normals pass by the pitch point."""
+        profile, reach = self.profile, 0.999999 * self._rolling(rolling_radius)
+        centre = complex(profile.centre)
+        lever = abs(centre) * math.sin(profile.last - math.atan2(centre.imag, centre.real))
+        if lever <= reach:
+            return 1.0 + min(1.0, (reach - lever) / profile.ramp) if profile.ramp else 1.0
+        return math.asin(reach / abs(centre)) / (profile.last - profile.first)
+
+    def _rolling(self, rolling_radius: float) -> float:
+        """r_w0 to r_w of the gear."""
+        return (rolling_radius - self.distance) if self.internal else self.distance - rolling_radius
+
+    def cut(self, t: Array, rolling_radius: float) -> tuple[Points, Points]:
+        """As of ``RackTool``; rolling_radius: r_w of the gear."""
+        point, normal = self.profile.at(t)
+        cutter_radius = self._rolling(rolling_radius)
+        lever = (np.conj(normal) * point).imag / cutter_radius
+        turn = -np.angle(normal) - np.arcsin(np.clip(lever, -1.0, 1.0))
+        roll, half = np.exp(1j * turn), np.exp(0.5j * self.pitch_angle)
+        along = np.exp(1j * turn * cutter_radius / rolling_radius)
+        if self.internal:
+            point, normal = (self.distance + point * roll) / along, normal * roll / along
+            return half * np.conj(point), -half * np.conj(normal)
+        return half * (self.distance - point * roll) * along, half * normal * roll * along
+
+
+GeneratingTool = RackTool | CutterTool
+
+
+def rounded(tool: GeneratingTool, wanted: float) -> GeneratingTool | None:
+    """The tool with a tip radius as wanted, or that of its full round where that does not fit;
+    None where its tip is a point."""
+    tool = replace(tool, tip_radius=wanted)
+    if tool.land >= 0.0:
+        return tool
+
+    def land(radius: float) -> float:
+        return replace(tool, tip_radius=radius).land
+
+    least = LEAST_ROUNDING * wanted
+    if land(least) <= 0.0:
+        return None
+    return replace(tool, tip_radius=float(brentq(land, least, wanted, xtol=1e-15, rtol=1e-14)))
