@@ -46,6 +46,7 @@ bore_diameter_mm = {bore:.4g}           # bearing seat; rim of 1.2 tooth heights
 [stage.ring]
 teeth = {ring}                       # z_sun + 2 z_planet: one centre distance
 profile_shift = {x_ring:g}             # x_s + x_p = -(x_p + x_r)
+addendum = {ring_addendum:g}                 # its tip stays off the planets' root
 
 # ----------------------------------------------------------------------------------------- ring
 [ring]
@@ -184,6 +185,7 @@ def _text(p: Proposal) -> str:
         flank=FLANK, root=ROOT, form=FORM, factor=FACTOR,
         sun=p.sun, planet=p.planet, ring=p.ring,
         x_sun=p.shifts[0] + 0.0, x_planet=p.shifts[1] + 0.0, x_ring=p.shifts[2] + 0.0,
+        ring_addendum=p.ring_addendum,
         bolts=bolts.number, bolt_across=bolts.across, bolt_axial=bolts.axial,
         bolt_tilt=bolts.tilt, bolt_twist=0.1 * bolts.tilt,
         bearing=stiffness, axial=0.25 * stiffness, tilt=stiffness * arm**2,

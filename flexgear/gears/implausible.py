@@ -2,11 +2,7 @@
 
 Limits are of what has been built. Tips of 0.2 modules: Niemann/Winter, Maschinenelemente II. The
 strongest case-hardened steel, endurance limits without any factor: σ_Hlim = 1650 N/mm²,
-σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME). A cutting rack undercuts a gear of z teeth where
-
-    x < h_F/m_n − z sin² α_t/(2 cos β),   h_F = h_f − ρ_f (1 − sin α_n)
-
-with its dedendum h_f, tip radius ρ_f, and so the straight part h_F of its flank (ISO 21771).
+σ_FE = 1050 N/mm² (ISO 6336-5:2016, ME). What tools make of teeth is in ``tooth_warnings``.
 """
 
 from __future__ import annotations
@@ -27,16 +23,14 @@ from flexgear.gears.geometry import (
     stage_geometry,
 )
 from flexgear.gears.power_flow import PowerFlow
-from flexgear.gears.radii import gears_by_role
 from flexgear.gears.root_stress import largest_root_stress
 from flexgear.gears.stage_flow import StageFlow
-from flexgear.gears.tooth import transverse_angle
+from flexgear.gears.tooth_warnings import tooth_warnings
 from flexgear.model.case import Case
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 
 THINNEST_TIP = 0.2  # modules
-NO_UNDERCUT = 0.02  # modules of shift that are missing and take nothing off the flank that works
 FLANK, ROOT = 1650e6, 1050e6  # Pa, endurance of the strongest case-hardened steel
 SHEAR = 650e6  # Pa, yield of quenched and tempered steel in torsion, 1100 N/mm² / √3
 APART = 100.0  # times that a bearing's stiffness or rating may differ from what its load suggests
@@ -109,12 +103,12 @@ def _mesh(view: StageView, role: str) -> str:
 
 
 def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
-    """Undercut and thin tips of true teeth."""
+    """Thin tips, and what tools make, of true teeth."""
     stage = view.stage
     if g.overridden:
         return
-    for role, gear in gears_by_role(stage).items():
-        name, tooth = view.part(role), g.gears[role]
+    for role, tooth in g.gears.items():
+        name = view.part(role)
         thickness = tooth.thickness_at(tooth.tip_radius) * math.cos(stage.helix_angle)
         thickness /= stage.normal_module
         if thickness < THINNEST_TIP:
@@ -122,14 +116,7 @@ def _teeth(view: StageView, g: StageGeometry) -> Iterator[str]:
                 f"tips of the {name} are {thickness:.2g} modules thick, and they break below "
                 f"{THINNEST_TIP:g}; lower {name}.addendum or {name}.profile_shift"
             )
-        sine = math.sin(transverse_angle(stage))
-        straight = gear.dedendum - gear.root_fillet * (1.0 - math.sin(stage.pressure_angle))
-        least = straight - gear.teeth * sine**2 / (2.0 * math.cos(stage.helix_angle))
-        if not tooth.internal and gear.profile_shift < least - NO_UNDERCUT:
-            yield (
-                f"teeth of the {name} are undercut: their profile shift of {gear.profile_shift:g} "
-                f"is below {least:.3f}; raise it, or take more teeth"
-            )
+    yield from tooth_warnings(view)
 
 
 def _stress(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:

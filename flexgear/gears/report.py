@@ -21,6 +21,7 @@ from flexgear.gears.left_out import left_out
 from flexgear.gears.paths import assembly_misfit, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.root_stress import RootStress, stage_root_stress
+from flexgear.gears.tool import CutterTool
 from flexgear.gears.tooth import ToothGeometry
 
 if TYPE_CHECKING:
@@ -102,13 +103,29 @@ def _assembly(view: StageView, g: StageGeometry) -> dict[str, Any]:
 
 
 def _gear(gear: ToothGeometry, base_radius: float) -> dict[str, Any]:
-    return {
+    rows: dict[str, Any] = {
         "teeth": gear.teeth,
         "reference_diameter_mm": 2e3 * gear.reference_radius,
         "base_diameter_mm": 2e3 * base_radius,
         "tip_diameter_mm": 2e3 * gear.tip_radius,
         "root_diameter_mm": 2e3 * gear.root_radius,
     }
+    return {**rows, **_tool(gear)} if gear.is_cut else rows
+
+
+def _tool(gear: ToothGeometry) -> dict[str, Any]:
+    """What cuts the teeth, and what it leaves."""
+    tool = gear.tool
+    rows: dict[str, Any] = {"tool": "rack"}
+    if isinstance(tool, CutterTool):
+        rows = {
+            "tool": "shaper cutter",
+            "cutter_teeth": tool.teeth,
+            "cutter_tip_diameter_mm": 2e3 * tool.tip_circle,
+        }
+    rows["tool_tip_radius_mm"] = 1e3 * tool.tip_radius
+    rows["start_of_involute_diameter_mm"] = 2e3 * gear.form_radius
+    return rows
 
 
 def _gear_mesh(view: StageView, g: StageGeometry, role: str, path: GearMeshPath) -> dict[str, Any]:

@@ -14,6 +14,7 @@ MODULES = (  # mm, DIN 780 series 1 and 2
     0.5, 0.6, 0.8, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9, 10,
     11, 12, 14, 16, 18, 20, 22, 25, 28, 32, 36, 40, 45, 50,
 )  # fmt: skip
+PRESSURE_ANGLE = 20.0  # degrees, ISO 53
 LEAST_TEETH = 17  # no undercut of a 20° rack without profile shift
 MOST_SUN, MOST_RING = 160, 400
 FACTOR = 1.5  # application and load sharing together, on the nominal tooth load (chosen)
@@ -81,6 +82,18 @@ class Proposal:
         """m."""
         height = (1 + self.shifts[1]) * self.module
         return 0.5 * self.planet * self.transverse_module + height
+
+    @property
+    def ring_addendum(self) -> float:
+        """Over the module, 1 or so much less that the ring's tip stays off the root of planets that
+        a rack of ISO 53 profile A cuts: with x_p + x_r = 0 the tip's roll length is at least
+        r_r sin α_t − (h_fP − ρ_fP (1 − sin α_n) − x_p)/sin α_t, all over the module."""
+        angle = math.atan(math.tan(math.radians(PRESSURE_ANGLE)) / math.cos(self.wanted.helix))
+        reference = 0.5 * self.ring / math.cos(self.wanted.helix)
+        straight = 1.25 - 0.38 * (1 - math.sin(math.radians(PRESSURE_ANGLE))) - self.shifts[1]
+        roll = reference * math.sin(angle) - straight / math.sin(angle)
+        tip = math.hypot(reference * math.cos(angle), roll)
+        return min(1.0, math.floor(100 * (reference - tip - self.shifts[2])) / 100)
 
     @property
     def half_gap(self) -> float:

@@ -276,7 +276,7 @@ def tooth_geometry(blank: Blank, rack: Rack, *, internal: bool = False) -> Tooth
         )
     tool: GeneratingTool
     if internal or blank.tool.teeth is not None:
-        tool = _cutter(blank, rack, internal, root, tip)
+        tool = _cutter(blank, rack, internal, root)
         root = tool.distance - out * tool.tip_circle
     else:
         tool = _rack_tool(blank, rack)
@@ -321,23 +321,13 @@ def _rack_tool(blank: Blank, rack: Rack) -> RackTool:
     )
 
 
-def _cutter(blank: Blank, rack: Rack, internal: bool, root: float, tip: float) -> CutterTool:
-    """Cutter with stated teeth, else the first from a third of a ring's that makes its flank up to
-    the tip, which then lies beyond the cutter's base tangent point. root: radius of the root
-    circle, m, where no tip diameter is stated."""
-    if blank.tool.teeth is not None:
-        return _cutter_of(blank.tool.teeth, blank, rack, internal, root)
-    base = reference_radius(blank.teeth, rack) * math.cos(transverse_angle(rack))
-    first = math.ceil(blank.teeth / 3)
-    for teeth in range(first, math.floor(blank.teeth)):
-        cutter = _cutter_of(teeth, blank, rack, internal, root)
-        tangent = cutter.distance * math.sin(cutter.working_angle(base))
-        if tip > base and tip**2 - base**2 >= tangent**2 and rounded(cutter, cutter.tip_radius):
-            return cutter
-    return _cutter_of(first, blank, rack, internal, root)
+def _cutter(blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool:
+    """Cutter of a gear; root: radius of the root circle, m, where no tip diameter is stated.
 
-
-def _cutter_of(teeth: float, blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool:
+    Without a number of teeth it has half of the ring's: more than any planet, so that it makes the
+    ring's flank as far up and down as planets reach, and few enough not to trim the ring's tips.
+    """
+    teeth = math.floor(blank.teeth / 2) if blank.tool.teeth is None else blank.tool.teeth
     out, at = (-1.0 if internal else 1.0), transverse_angle(rack)
     r, r0 = (reference_radius(z, rack) for z in (blank.teeth, teeth))
     if internal and teeth >= blank.teeth:

@@ -15,9 +15,9 @@ class Tool(Section):
     gear's dedendum, its tip radius the gear's root_fillet.
 
     teeth: of a shaper cutter, z_0; left out, sun, planet, pinion and gear are cut by a rack, and a
-    ring by a cutter of a third of its teeth, or of the next number that generates the ring's flank
-    up to its tip. profile_shift: x_0 of the cutter, which falls as it is ground again.
-    tip_diameter: d_a0 of the cutter; the root circle then follows from it, not from dedendum.
+    ring by a cutter of half of its teeth. profile_shift: x_0 of the cutter, which falls as it is
+    ground again. tip_diameter: d_a0 of the cutter; the root circle then follows from it, not from
+    dedendum.
     protuberance: pr_P0, by which the tip rounding stands beyond the tool's flank, along the flank's
     normal; protuberance_angle: of the flank between both to the middle line of the tool's tooth.
     grinding_allowance: q, which is ground off each flank after the tool, along its normal, and not

@@ -3,15 +3,13 @@ not, written again."""
 
 from __future__ import annotations
 
-import math
-
 from cut_teeth.gear import Gear
 from flexgear.gears.radii import gears_by_role
 from flexgear.model.stage_view import StageView
 
 
 def gear_of(view: StageView, role: str) -> Gear:
-    """Of "sun", "planet" or "ring". A ring's cutter has a third of its teeth."""
+    """Of "sun", "planet" or "ring". A ring's cutter has half of its teeth."""
     stage, blank = view.stage, gears_by_role(view.stage)[role]
     internal, tool = role == "ring", blank.tool
     return Gear(
@@ -24,7 +22,7 @@ def gear_of(view: StageView, role: str) -> Gear:
         addendum=blank.addendum,
         dedendum=blank.dedendum,
         rounding=blank.root_fillet,
-        cutter_teeth=tool.teeth or (math.ceil(blank.teeth / 3) if internal else 0),
+        cutter_teeth=tool.teeth or (blank.teeth // 2 if internal else 0),
         cutter_shift=tool.profile_shift,
         protuberance=tool.protuberance,
         allowance=tool.grinding_allowance,

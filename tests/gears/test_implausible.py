@@ -54,7 +54,7 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ("lin-parker", {"stage.normal_module_mm": "2"}, ["tips end", "above the roots", "ring"]),
         ("lin-parker", LOW, ["contact ratio of 0.929", "sun", "contact ratio of 0.99", "ring"]),
         ("lin-parker", THICK, ["teeth overlap by", "sun gear mesh"]),
-        ("wind-5mw", UNDERCUT, ["sun are undercut", "below 0.2"]),
+        ("wind-5mw", UNDERCUT, ["sun: its tool undercuts"]),
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
         ("wind-5mw", {"drive.rated_torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
         ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),

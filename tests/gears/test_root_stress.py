@@ -1,10 +1,11 @@
 """Root stress of ISO 6336-3 against the fillet that a rack cuts, limits and equilibrium."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from gears.plain_gear import Gear
 from scipy.optimize import brentq
 
 from flexgear.gears.geometry import stage_geometry
@@ -15,25 +16,9 @@ from flexgear.gears.root_stress import (
     virtual_teeth,
     virtual_tooth,
 )
-from flexgear.gears.tool import PLAIN_TOOL, CutterTool, PlainTool
+from flexgear.gears.tool import CutterTool, PlainTool
 from flexgear.gears.tooth import tooth_geometry
 from flexgear.model.load import load_case
-
-
-@dataclass(frozen=True)
-class Gear:
-    """A spur rack and what is cut with it."""
-
-    teeth: int = 31
-    profile_shift: float = 0.2
-    addendum: float = 1.0
-    dedendum: float = 1.25
-    root_fillet: float = 0.3
-    normal_module: float = 5e-3
-    pressure_angle: float = math.radians(20)
-    helix_angle: float = 0.0
-    tool: PlainTool = PLAIN_TOOL
-
 
 GEARS = [
     Gear(),
@@ -118,7 +103,7 @@ def test_the_section_of_a_racks_gear_is_the_standards(gear, helix, protuberance)
 def test_a_rings_radius_is_near_that_of_the_standards_substitute_rack(teeth):
     """The edition of 2006 has a rack of tip radius ρ_fPv = ρ_fP + (x_0 + h_fP − ρ_fP)^1.95/(3.156 ·
     1.036^z_0) in the cutter's place and z_n < 0: a fit to what cutters leave."""
-    gear = Gear(teeth, 0.0, normal_module=1.0)
+    gear = Gear(teeth, 0.0, normal_module=1.0, tool=PlainTool(teeth=25))
     tooth = tooth_geometry(gear, gear, internal=True)
     assert isinstance(tooth.tool, CutterTool)
     alpha, rho = gear.pressure_angle, gear.root_fillet

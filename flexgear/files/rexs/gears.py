@@ -72,7 +72,7 @@ class GearReader:
         return found
 
     def tools(self, gears: list[Component]) -> list[Component]:
-        """Racks and cutters that made gears, or their flanks."""
+        """Racks and cutters that made gears, or their flanks, and settings of how."""
         found = []
         for flank in [*gears, *self.flanks(gears)]:
             found += self.document.references(flank, *TOOLS)
@@ -80,9 +80,10 @@ class GearReader:
                 tool = self.document.at(relation, "tool")
                 if relation.of("workpiece") == flank.id and tool is not None and tool.kind in TOOLS:
                     relation.used = True
-                    found.append(tool)
+                    settings = self.document.at(relation, "manufacturing_settings")
+                    found += [tool] if settings is None else [tool, settings]
         for tool in found:
-            tool.role = "a basic rack"
+            tool.role = "a tool"
         return found
 
     def teeth(self, gears: list[Component]) -> Datum | None:
@@ -124,9 +125,38 @@ class GearReader:
         heights["root_fillet"] = self._or_tool(None, "root_fillet", tools, rack)
         for key, datum in heights.items():
             self._coefficient(section, key, datum)
+        self._tool(section, tools, gears, root is not None)
         self._mass(section, gears, internal)
         self._blank(section, gears, internal, rack, teeth, shift)
         self.modified.read(section, stage, role, rack.base(teeth), tip)
+
+    def _tool(
+        self, section: Section, tools: list[Component], gears: list[Component], has_root: bool
+    ) -> None:
+        """What there is of the tool, in a table behind the gear's."""
+        made = self.case.section(f"{section.header[:-1]}.tool]", section)
+        cutters = [tool for tool in tools if tool.kind == "cutter_wheel_tool"]
+        teeth = number(cutters, "number_of_teeth", "none")
+        if teeth is not None:
+            made.put("teeth", round(teeth.value), teeth.source)
+            shift = number(cutters, "addendum_modification_coefficient", "none")
+            made.take("profile_shift", shift)
+            if not has_root:
+                made.take("tip_diameter_mm", number(cutters, "tip_diameter", "mm"))
+        amount = number(tools, "protuberance_amount", "mm")
+        allowance = number(tools, "machining_allowance", "mm")
+        allowance = allowance or number(self.flanks(gears), "grinding_allowance", "mm")
+        if amount is not None and amount.value > 0:
+            made.put("protuberance_mm", amount.value, amount.source)
+            made.take("protuberance_angle_deg", number(tools, "protuberance_angle", "deg"))
+        most = 0.0 if amount is None else amount.value
+        if allowance is not None and allowance.value > 0 and allowance.value <= most:
+            made.put("grinding_allowance_mm", allowance.value, allowance.source)
+        elif allowance is not None and allowance.value > 0:
+            self.case.warn(
+                f"{section.header}: {allowance.source} is more than the protuberance frees, so "
+                "it is left out: as if the root were ground, too"
+            )
 
     def _or_tool(
         self, found: Datum | None, key: str, tools: list[Component], rack: Rack

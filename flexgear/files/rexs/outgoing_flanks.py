@@ -12,7 +12,9 @@ from flexgear.files.rexs.flank_sides import FACES, WORDS, Word, outward, word_of
 from flexgear.files.rexs.ground import CROWNINGS, END_RELIEF
 from flexgear.files.rexs.writing import Outgoing, Written
 from flexgear.gears.flanks import tooth_sides
+from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import gears_by_role
+from flexgear.gears.tool import RackTool
 from flexgear.model.modifications import EndRelief, FlankModifications, Relief
 from flexgear.model.stage_view import StageView
 
@@ -47,12 +49,11 @@ class FlanksOut:
             for word in WORDS
         }
         self.model.relate("flank", gear=number, left=flanks["left"], right=flanks["right"])
-        tool = self.model.add(
-            "rack_shaped_tool",
-            addendum_coefficient_reference_profile=gear.dedendum,
-            tip_corner_radius_factor_reference_profile=gear.root_fillet,
-        )
-        settings = self.model.add("cylindrical_gear_manufacturing_settings")
+        tool = self._tool(role)
+        allowance: dict[str, Written | None] = {}
+        if gear.tool.grinding_allowance:
+            allowance["machining_allowance"] = MM * gear.tool.grinding_allowance
+        settings = self.model.add("cylindrical_gear_manufacturing_settings", "", **allowance)
         names = {word: name for (of, name), word in self.words.items() if of == part}
         for word, flank in flanks.items():
             self.model.relate(
@@ -61,6 +62,28 @@ class FlanksOut:
             given = gear.modifications.of(names[word])
             for made in self._ground(given, outward(DATUM_SIDE, half)):
                 self.model.relate("reference", origin=flank, referenced=made)
+
+    def _tool(self, role: str) -> int:
+        """The rack or cutter of a gear."""
+        gear, module = gears_by_role(self.view.stage)[role], self.view.stage.normal_module
+        tool = stage_geometry(self.view).gears[role].tool
+        sizes: dict[str, Written | None] = {
+            "tip_corner_radius_factor_reference_profile": tool.tip_radius / module
+        }
+        if gear.tool.protuberance:
+            sizes["protuberance_amount"] = MM * gear.tool.protuberance
+            sizes["protuberance_angle"] = math.degrees(gear.tool.protuberance_angle)
+        if isinstance(tool, RackTool):
+            sizes["addendum_coefficient_reference_profile"] = gear.dedendum
+            return self.model.add("rack_shaped_tool", "", **sizes)
+        return self.model.add(
+            "cutter_wheel_tool",
+            "",
+            number_of_teeth=round(tool.teeth),
+            addendum_modification_coefficient=gear.tool.profile_shift,
+            tip_diameter=2 * MM * tool.tip_circle,
+            **sizes,
+        )
 
     def _ground(self, given: FlankModifications, datum: int) -> Iterator[int]:
         """What one flank lacks; datum: +1 where z of a modification counts to the datum face."""

@@ -62,14 +62,14 @@ SCHEMA_UNITS: dict[str, str] = {
             "helix_crowning_amount_non_datum_face", "end_relief_depth_datum_face",
             "end_relief_length_datum_face", "end_relief_depth_non_datum_face",
             "end_relief_length_non_datum_face", "profile_slope", "helix_slope", "profile_twist",
-            "minimum_normal_backlash",
-            "mean_normal_backlash", "maximum_normal_backlash",
+            "minimum_normal_backlash", "mean_normal_backlash", "maximum_normal_backlash",
+            "protuberance_amount", "machining_allowance", "grinding_allowance",
         ),
         "mm",
     ),
     **dict.fromkeys(
         (
-            "helix_angle_reference_diameter", "normal_pressure_angle",
+            "helix_angle_reference_diameter", "normal_pressure_angle", "protuberance_angle",
             "rotating_angle_around_neg_u_axis",
             "operating_pressure_angle_in_the_transverse_section",
         ),

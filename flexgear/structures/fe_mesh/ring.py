@@ -65,9 +65,9 @@ class RingMeshParameters:
 
     Coefficients addendum, dedendum, root_fillet and profile_shift are multiples of the normal
     module; the sign of profile_shift is stated in gears/tooth.py. tool: what cuts it. fits:
-    (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at first_bolt_angle + 2πk/bolts on the bolt
-    circle, and named from first_bolt on. other_bolts: (number, circle diameter, diameter) of more
-    circles, without holes.
+    (z_low, z_high) of each housing fit's band, splines likewise. Bolt k is at first_bolt_angle +
+    2πk/bolts on the bolt circle, and named from first_bolt on. other_bolts: (number, circle
+    diameter, diameter) of more circles, without holes.
     """
 
     teeth: int = 93

@@ -71,6 +71,8 @@ def require_same_gears(first, second):
         assert vars(b.radii) == pytest.approx(vars(a.radii), rel=1e-12)
         for slot, tooth in a.gears.items():
             assert _numbers(b.gears[slot]) == pytest.approx(_numbers(tooth), rel=1e-12)
+            tools = b.gears[slot].tool, tooth.tool
+            assert _numbers(tools[0]) == pytest.approx(_numbers(tools[1]), rel=1e-9)
         for slot, mesh in a.gear_meshes.items():
             scale = old.normal_module * 1e-12
             assert _numbers(b.gear_meshes[slot]) == pytest.approx(
@@ -99,6 +101,26 @@ def test_round_trip(tmp_path, name):
     assert {p.member for p in found.inputs} == {
         *renamed({p.member: 0 for p in case.inputs}, case, found)
     }
+
+
+def test_tools_come_back(tmp_path):
+    """Rack with protuberance and stock, stated cutter; also where the file has no root diameter."""
+    tools = {
+        "stage.planet.tool": "{ protuberance_mm = 0.4, grinding_allowance_mm = 0.25 }",
+        "stage.ring.tool": "{ teeth = 35, profile_shift = -0.1, protuberance_mm = 0.2 }",
+    }
+    case = load_case("wind-5mw", tools)
+    require_same_gears(case, again(case, tmp_path))
+    path = tmp_path / "out.rexs"
+    lines = path.read_text("utf-8").splitlines(keepends=True)
+    path.write_text("".join(one for one in lines if '"root_diameter"' not in one), "utf-8")
+    target = tmp_path / "without_roots.toml"
+    target.write_text(case_of_document(read_rexs(path), str(path)).text, "utf-8")
+    first, second = (
+        stage_geometry(one.view(one.stages[0].name)).ring for one in (case, load_case(target))
+    )
+    assert second.root_radius == pytest.approx(first.root_radius, rel=1e-9)
+    assert second.root.section.thickness == pytest.approx(first.root.section.thickness, rel=1e-6)
 
 
 def test_modified_flanks_gravity_and_inertia_come_back(tmp_path):
