@@ -158,9 +158,9 @@ def gear_near(ax, part, colour, carrying, near):
     """Teeth of a gear near a point: outline, flanks, numbers. carrying: its flank that carries.
     Points of the flanks (2, n), mm, from tip to root, by tooth's number and flank's name."""
     gear, centre = getattr(g, part), MILLI * np.array([a if part == "planet" else 0.0, 0.0])
-    half, flanks = gear.outline(40), {}
-    bottom = polar(gear.root_radius, np.linspace(gear.fillet.end, gear.pitch_angle / 2, 5))
-    edge = MILLI * np.hstack([[half.x, half.y], bottom])
+    side, flanks = gear.profile(40, 20).T, {}
+    bottom = polar(gear.root_radius, np.linspace(gear.root.end_angle, gear.pitch_angle / 2, 5))
+    edge = MILLI * np.hstack([side, bottom])
     for tooth in range(gear.teeth):
         angle = tooth_1[part] + tooth * gear.pitch_angle
         middle = centre + MILLI * polar(gear.root_radius, angle)
@@ -170,9 +170,7 @@ def gear_near(ax, part, colour, carrying, near):
         whole = np.hstack([edge[:, ::-1] * [[1], [-1]], edge])
         ax.plot(*(centre[:, None] + turn @ whole), color=colour, lw=1)
         for name in ("sun", "ring") if part == "planet" else ("drive", "coast"):
-            flank = centre[:, None] + turn @ (
-                edge[:, : half.flank_points] * [[1], [sides[part, name]]]
-            )
+            flank = centre[:, None] + turn @ (edge[:, :41] * [[1], [sides[part, name]]])
             style = {"color": DRIVE} if name == carrying else {"color": OTHER, "ls": (0, (3, 1))}
             ax.plot(*flank, lw=2.8, **style)
             flanks[tooth + 1, name] = flank

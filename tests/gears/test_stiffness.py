@@ -76,12 +76,14 @@ def test_iso_single_stiffness_of_a_spur_pair_by_hand():
 @pytest.mark.parametrize("gear", ["sun", "ring"])
 @pytest.mark.parametrize("helix", ["0", "7.5"])
 def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
-    """ISO's q' is a fit of Weber-Banaschek results; C_M = 0.8 and C_B taken out again: 2 %."""
+    """ISO's q' is a fit of Weber-Banaschek results, good to some 5 %; C_M = 0.8 and C_B taken out
+    again. (Within 2 % with roots drawn as arcs, which were too soft.)"""
     case = load_stage("wind-5mw", {"stage.helix_angle_deg": helix})
     g = stage_geometry(case)
     split = compliance(case, g, gear, force_of(case, gear))
     peak = (1 / split.total).max() / math.cos(g.base_helix_angle) ** 2
-    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / 0.975, rel=0.03)
+    rack = 1 + 0.5 * (1.2 - (1.25 + 1.4) / 2)  # C_B of both gears' dedenda
+    assert peak == pytest.approx(iso_peak(case, gear) / 0.8 / rack, rel=0.05)
     k = 1 / split.total
     assert 0.3 < split.xi[k.argmax()] < 0.7
     for end in (k[0], k[-1]):

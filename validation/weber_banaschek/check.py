@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cut_teeth.of_case import gear_of
+from cut_teeth.shape import shape
 from matplotlib.figure import Figure
 from plane_teeth import HELD, deflection, hertz, load_at
 
@@ -33,23 +35,20 @@ def accepted(gear, part):
     return rows[gear, part]
 
 
-def profile_of(case, name):
-    return getattr(stage_geometry(case), name).outline()
-
-
-def found(case, profile, radius, half_width, held=HELD):
-    """Deflection by finite elements, the body held at so many root thicknesses."""
-    m, load = case.material, load_at(profile, radius, half_width)
-    size, depth = SIZE * case.stage.normal_module, held * profile.root_thickness
-    return deflection(profile, load, m.young_modulus, m.poisson_ratio, held=depth, size=size)
+def found(case, gear, radius, half_width, held=HELD):
+    """Deflection by finite elements of a tooth cut by brute force, the body held at so many root
+    thicknesses."""
+    m, load = case.material, load_at(gear, radius, half_width)
+    size, depth = SIZE * case.stage.normal_module, held * shape(gear).root_thickness
+    return deflection(gear, load, m.young_modulus, m.poisson_ratio, held=depth, size=size)
 
 
 @pytest.mark.parametrize("name", ["sun", "planet", "ring"])
 def test_tooth_and_foundation(name, case, results):
     """Over the flank; what is accepted holds from mid-height up."""
-    p, m = profile_of(case, name), case.material
-    radii = p.tooth.form_radius + HEIGHTS * (p.tooth.tip_radius - p.tooth.form_radius)
-    theory = tooth_compliance(p, radii, m.young_modulus, m.poisson_ratio)
+    tooth, p, m = getattr(stage_geometry(case), name), gear_of(case, name), case.material
+    radii = tooth.form_radius + HEIGHTS * (tooth.tip_radius - tooth.form_radius)
+    theory = tooth_compliance(tooth.outline(), radii, m.young_modulus, m.poisson_ratio)
     width = 0.06 * case.stage.normal_module
     fe, deeper = ([found(case, p, r, width, held) for r in radii] for held in (HELD, DEEPER))
     computed = {part: np.array([getattr(d, part) for d in fe]) for part in ("tooth", "foundation")}
@@ -81,7 +80,7 @@ def draw(p, m, compliances, file):
     axes.set(
         xlabel="height of the load on the flank (–)",
         ylabel="compliance over (1 − ν²)/E (–)",
-        title=f"z = {p.tooth.teeth}, body held {HELD:g} root thicknesses s_f below the root",
+        title=f"z = {p.teeth}, body held {HELD:g} root thicknesses s_f below the root",
     )
     axes.legend(fontsize=7, ncols=2)
     save_figure(figure, file, dpi=120)
@@ -104,8 +103,8 @@ def test_pair(gear, case):
         width = np.sqrt(8 * load * mean * (1 - m.poisson_ratio**2) / m.young_modulus / np.pi)
         total = 0.0
         for name, curvature in curvatures.items():
-            p = profile_of(case, name)
-            radius = float(np.hypot(p.tooth.base_radius, curvature))
+            p = gear_of(case, name)
+            radius = float(np.hypot(p.base_radius, curvature))
             total += found(case, p, radius, width).total
             total += hertz(load_at(p, radius, width), m.young_modulus, m.poisson_ratio)
         computed.append(total)
