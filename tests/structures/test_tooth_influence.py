@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cut_teeth.of_case import gear_of
 from plane_teeth import HELD, deflection, hertz, load_at
 
 from flexgear.gears.geometry import stage_geometry
@@ -55,7 +56,8 @@ def plane_deflection(slot, *options):
 
 def load(slot):
     tooth = GEARS.gears[slot]
-    return load_at(tooth.outline(), math.hypot(tooth.base_radius, pitch_point(slot)), HALF_WIDTH)
+    radius = math.hypot(tooth.base_radius, pitch_point(slot))
+    return load_at(gear_of(CASE, slot), radius, HALF_WIDTH)
 
 
 @pytest.mark.parametrize(("slot", "accepted"), [("sun", 0.05), ("planet", 0.05), ("ring", 0.13)])
@@ -63,8 +65,8 @@ def test_pitch_point_against_plane_contact_and_weber_banaschek(slot, accepted):
     """Against plane FE with Hertz's pressure resolved: 0.5 %. Weber's half plane under a ring's
     tooth is known to be an eighth too soft (validation/weber_banaschek)."""
     outline, found = GEARS.gears[slot].outline(), plane_deflection(slot)
-    held = HELD * outline.root_thickness
-    resolved = deflection(outline, load(slot), *STEEL, held=held, size=0.2 * MODULE).total
+    held, gear = HELD * outline.root_thickness, gear_of(CASE, slot)
+    resolved = deflection(gear, load(slot), *STEEL, held=held, size=0.2 * MODULE).total
     assert found == pytest.approx(resolved, rel=5e-3)
     radius = np.array([load(slot).radius])
     theory = tooth_compliance(outline, radius, *STEEL)
@@ -165,7 +167,7 @@ def test_middle_of_a_long_tooth_is_in_plane_strain():
     even = influence_of(wide, *STEEL)
     moved = even.matrix(*slices(even, 16)).mean(axis=1) * wide.face_width
     assert moved[7:9] == pytest.approx([per_width] * 2, rel=5e-3)
-    assert moved[0] > 1.03 * per_width  # nearer plane stress
+    assert moved[0] > 1.02 * per_width  # nearer plane stress
 
 
 def test_next_tooth_moves_less_and_farther_slices_least(influence):
@@ -219,7 +221,7 @@ def test_where_gears_of_a_case_are_held():
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("planet.bore_diameter_mm", "545"), ("sun.root_fillet", "0.6")],
+    [("planet.bore_diameter_mm", "535")],
 )
 def test_teeth_that_cannot_be_made_are_refused_by_key(key, value):
     case = load_stage("wind-5mw", {f"stage.{key}": value})
