@@ -277,7 +277,8 @@ def tooth_geometry(blank: Blank, rack: Rack, *, internal: bool = False) -> Tooth
     tool: GeneratingTool
     if internal or blank.tool.teeth is not None:
         tool = _cutter(blank, rack, internal, root)
-        root = tool.distance - out * tool.tip_circle
+        if blank.tool.tip_diameter is not None:
+            root = tool.distance - out * tool.tip_circle
     else:
         tool = _rack_tool(blank, rack)
     fitting = rounded(tool, blank.root_fillet * module)
@@ -328,7 +329,7 @@ def _cutter(blank: Blank, rack: Rack, internal: bool, root: float) -> CutterTool
     ring's flank as far up and down as planets reach, and few enough not to trim the ring's tips.
     """
     teeth = math.floor(blank.teeth / 2) if blank.tool.teeth is None else blank.tool.teeth
-    out, at = (-1.0 if internal else 1.0), transverse_angle(rack)
+    out, at = -1.0 if internal else 1.0, transverse_angle(rack)
     r, r0 = (reference_radius(z, rack) for z in (blank.teeth, teeth))
     if internal and teeth >= blank.teeth:
         raise Refusal("tool.teeth", f"{teeth} do not go into the ring's {blank.teeth}", "lower it")
