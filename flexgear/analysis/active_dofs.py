@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import (
@@ -27,7 +26,7 @@ from flexgear.analysis.vectors import (
     rounded_up,
 )
 from flexgear.coupling.action_lines import action_lines, covered
-from flexgear.coupling.compiled import FAST, INNER, PART
+from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 

@@ -12,11 +12,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from flexgear.analysis.active_dofs import channel_motion
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER, PART
+from flexgear.coupling.compiled import INNER, PART, njit
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash

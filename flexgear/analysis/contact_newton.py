@@ -22,12 +22,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.static_contact import solve_dense
 from flexgear.analysis.vectors import add_two, fill, padded, put_two, rounded_up, two_dots
-from flexgear.coupling.compiled import FAST, INNER, PART
+from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
 from flexgear.coupling.pair_data import PairData, deepest_gap

@@ -18,7 +18,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import (
@@ -29,7 +28,7 @@ from flexgear.analysis.active_dofs import (
 )
 from flexgear.analysis.contact_newton import linearise
 from flexgear.analysis.vectors import put
-from flexgear.coupling.compiled import FAST, INNER, PART
+from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import Rows
 from flexgear.coupling.neighbours import neighbour_energy
 from flexgear.coupling.pair_data import LOAD

@@ -15,11 +15,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, njit
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]

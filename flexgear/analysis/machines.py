@@ -18,12 +18,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import motions, row_value
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.system import System

@@ -25,7 +25,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
@@ -38,6 +37,7 @@ from flexgear.analysis.static_position import (
     position_work,
     solve_position,
 )
+from flexgear.coupling.compiled import njit
 from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, rows_of_pair
@@ -133,7 +133,7 @@ def _one_by_one(
     return force
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _solve_positions(laws, positions, span, train, waves, work, force):
     """Positions of a span into ``force``; the position that failed, or the end."""
     theta, known, forward = positions
@@ -160,7 +160,7 @@ def _solve_positions(laws, positions, span, train, waves, work, force):
     return span[1]
 
 
-@njit(cache=True)
+@njit()
 def _eliminated(contact, meshes, rows, n, extra, forward):
     """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
 
@@ -204,7 +204,7 @@ def _eliminated(contact, meshes, rows, n, extra, forward):
     return q0, influence, places, loaded, residual
 
 
-@njit(cache=True)
+@njit()
 def _inverse(matrix, at):
     """Inverse of matrix[at, at], scaled as forces and motions have other units; its residual."""
     s = len(at)
@@ -228,7 +228,7 @@ def _inverse(matrix, at):
     return inverse, residual
 
 
-@njit(cache=True)
+@njit()
 def _row_errors(gears, rows, pairs, theta, waves, n):
     """Errors (n, J) of all rows, m: what ``coupling.pairs`` adds to a pair's row, for every set."""
     count = waves.offset.shape[1]
@@ -257,7 +257,7 @@ def _row_errors(gears, rows, pairs, theta, waves, n):
     return errors
 
 
-@njit(cache=True)
+@njit()
 def _base(q0, influence, places, errors):
     """x_S and y_B (c, J) under errors (n, J)."""
     c, count = len(q0), errors.shape[1]
@@ -272,7 +272,7 @@ def _base(q0, influence, places, errors):
     return x
 
 
-@njit(cache=True)
+@njit()
 def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
     """Turn x_S and y_B (c, J) into forces: those of S, and 0 in B where nothing parts."""
     (c, count), rows, active = x.shape, work.rows, work.contact.active
@@ -305,7 +305,7 @@ def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
             x[a, j] = w[a]
 
 
-@njit(cache=True)
+@njit()
 def _solve_whole(places, errors, n, extra, work, out, w):
     """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
     of loaded rows."""
@@ -324,7 +324,7 @@ def _solve_whole(places, errors, n, extra, work, out, w):
         w[a] = out[places[a]] if share >= 0.0 else np.nan
 
 
-@njit(cache=True)
+@njit()
 def _complement(influence, places, loaded, rows, w, careful):
     """Let go what pulls among rows of S; w (c,): x_S and y_B before and after. Which, and whether
     that settled.

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import INNER
+from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.pair_data import PairData, extra_rows, two_rows
 
 Array = NDArray[np.float64]

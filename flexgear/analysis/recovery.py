@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.compiled import UNCOUNTED
+from flexgear.coupling.compiled import UNCOUNTED, njit
 from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces

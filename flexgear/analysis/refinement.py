@@ -18,11 +18,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import motions, row_value
-from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED
+from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, njit
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one
 PATIENCE = 4  # such steps in a row

@@ -10,11 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import SIMD, padded
-from flexgear.coupling.compiled import FAST, INNER, PART
+from flexgear.coupling.compiled import FAST, INNER, PART, njit
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flexgear.analysis.contact_newton import LawSpace, first_memory, law_space, start_guess
@@ -31,7 +30,7 @@ from flexgear.analysis.static_contact import (
     solve_set,
 )
 from flexgear.analysis.vectors import dot, fill, put
-from flexgear.coupling.compiled import INNER, PART, ZERO
+from flexgear.coupling.compiled import INNER, PART, ZERO, njit
 from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import add_neighbours, yield_to_neighbours

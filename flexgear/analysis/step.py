@@ -21,7 +21,6 @@ Steps of several sizes, each twice the one before, may take turns: see ``refinem
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from flexgear.analysis.active_dofs import (
     add_residual,
@@ -49,7 +48,7 @@ from flexgear.analysis.machines import (
 from flexgear.analysis.pair_loads import note_loads
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.vectors import add, dot, fill, put
-from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED
+from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, njit
 from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.neighbours import add_neighbours, freeze_neighbours
 from flexgear.coupling.pair_data import LOAD

@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import FAST, INNER
+from flexgear.coupling.compiled import FAST, INNER, njit
 
 CACHE_LINE = 8  # numbers of a cache line
 SIMD = 16  # numbers that a vectorised loop takes at once; what remains it takes one by one

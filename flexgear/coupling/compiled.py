@@ -21,7 +21,7 @@ import numpy as np
 UNCOMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 # a division by zero is not looked for, as in NumPy: looking costs a branch each
-UNCOUNTED: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
+UNCOUNTED: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"}
 if not UNCOMPILED:
     from flexgear.coupling.numba_setup import CAN_LEAVE_UNCOUNTED, set_up
 
@@ -31,17 +31,17 @@ if not UNCOMPILED:
 INNER = {**UNCOUNTED, "no_cpython_wrapper": True}
 FAST = {"reassoc", "contract", "nsz"}  # sums may be taken in another order: they are vectorised
 ZERO = np.int64(0)  # to pass on: every literal number would compile the function called anew
-PART = {"inline": "always"}  # becomes a part of its caller, and is not compiled by itself
+# becomes a part of its caller, and is neither compiled nor kept by itself
+PART = {"inline": "always", "cache": False}
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """numba's decorator of that name, or one that leaves functions as they are."""
     if UNCOMPILED:
         return lambda function: function
-    import numba
+    from flexgear.structures.linalg.compiled import njit as kept_njit
 
-    decorator: Callable[[Callable[..., Any]], Any] = numba.njit(**options)
-    return decorator
+    return kept_njit(**options)
 
 
 def as_read(data: Any) -> Any:

@@ -198,3 +198,25 @@ def test_garbage_is_not_collected_while_code_is_compiled_and_as_before_afterward
         assert gc.isenabled() is collects
     finally:
         gc.enable()
+
+
+NOWHERE = """
+import os, warnings
+from numba.core import caching
+caching.CacheImpl._locator_classes.clear()  # as numba does it where no folder can be written
+with warnings.catch_warnings(record=True) as heard:
+    warnings.simplefilter("always")
+    from flexgear.analysis import many_errors, transient
+    from flexgear.coupling import laws
+    from flexgear.structures.cyclic import projection
+    from flexgear.structures.linalg import elimination, tall_products
+own = [str(w.message) for w in heard if w.category.__name__ == "FlexgearWarning"]
+energy, force, _ = laws.respond(laws.LINEAR_LAW, [3.0, 0.0], __import__("numpy").ones((2, 1)))
+print(len(own), "NUMBA_CACHE_DIR" in own[0], force[0, 0])
+"""
+
+
+def test_without_a_folder_code_is_compiled_in_memory_and_it_is_said_once(tmp_path):
+    """A read-only container and a user without a home: no traceback, one line, also for workers."""
+    (tmp_path / "caller.py").write_text(NOWHERE)
+    assert ran(tmp_path) == ["1", "True", "3.0"]

@@ -61,7 +61,7 @@ def law_number(name: str) -> int:
     return names.index(name)
 
 
-@njit(cache=True)
+@njit()
 def _respond(laws, number, parameters, motion, force, tangent):
     return laws[number](parameters, motion, force, tangent)
 

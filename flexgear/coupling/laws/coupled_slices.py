@@ -93,7 +93,7 @@ def _solved(matrix, sides, n):
         side[0], side[1], side[2] = x / top[k], y / top[k], z / top[k]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _newton(share, bending, x, f, place, sides):
     """Forces f (K,) under the overlaps x (K,), from a guess in f; the number of slices that touch,
     which are in ``place``, with df/dδ of both rows in ``sides`` (K, 3) behind the last
@@ -192,7 +192,7 @@ def _coupled_slices(parameters, motion, force, tangent):
     return energy
 
 
-@njit(cache=True)
+@njit()
 def forces_of(overlap: Array, share: Array, bending: Array) -> tuple[Array, Array]:
     """Elastic forces (n, K) N of slices that overlap by (n, K) m, and the tangents (n, 2, 2) N/m of
     both rows of each pair; share (n, K): of the second row in a slice; bending (n, …): their a, d

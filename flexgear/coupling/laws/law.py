@@ -44,8 +44,10 @@ def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
     def compiled() -> Any:
         from numba import cfunc, types
 
+        from flexgear.structures.linalg.compiled import kept
+
         real = types.float64
         signature = real(real[::1], real[:, ::1], real[:, ::1], real[:, :, ::1])
-        return cfunc(signature, cache=True, error_model="numpy")(function)
+        return kept(cfunc, signature, error_model="numpy")(function)
 
     return compiled

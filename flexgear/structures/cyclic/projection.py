@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import scipy.fft
 import scipy.sparse as sp
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 from flexgear.structures.cyclic.matrices import Circulant
 from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies
+from flexgear.structures.linalg.compiled import njit
 from flexgear.structures.linalg.threads import THREADS, shared
 
 Array = NDArray[np.float64]
@@ -198,7 +198,7 @@ def _recover(
     shared(z, part, chunk=1)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(nogil=True)
 def _place(
     field: Array,
     periodic: Array,

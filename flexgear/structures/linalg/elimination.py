@@ -15,13 +15,13 @@ rows. Source of the order: Amestoy, Davis, Duff 1996, SIAM J. Matrix Anal. Appl.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from cvxopt import amd
 from numpy.typing import NDArray
 
 from flexgear.structures.linalg.cholesky import factor_in_order, to_cvxopt
+from flexgear.structures.linalg.compiled import njit
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -98,7 +98,7 @@ def _alike(pointers: Ints, rows: Ints) -> Ints:
     return np.array([*begins, len(count)], dtype=np.int64)
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+@njit(nogil=True, fastmath={"contract"})
 def forward(
     groups: Ints, pointers: Ints, rows: Ints, data: Array, x: Array
 ) -> None:  # pragma: no cover - compiled
@@ -137,7 +137,7 @@ def forward(
                         x[row, c] -= entry * x[a, c]
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+@njit(nogil=True, fastmath={"contract"})
 def backward(
     groups: Ints, pointers: Ints, rows: Ints, data: Array, x: Array
 ) -> None:  # pragma: no cover - compiled

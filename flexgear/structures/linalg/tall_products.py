@@ -6,10 +6,10 @@ so few columns BLAS spends its time on packing and on calls.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.structures.linalg.compiled import njit
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def _chunk(tall: Array) -> int:
     return max(_ROWS, _ENTRIES // max(tall.shape[1], 1))
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+@njit(nogil=True, fastmath={"contract"})
 def _gram(a: Array, b: Array) -> Array:  # pragma: no cover - compiled
     """a^T b (4, 4) of a, b (n, 4)."""
     out = np.zeros((BLOCK_OF_FOUR, BLOCK_OF_FOUR))
@@ -89,7 +89,7 @@ def _gram(a: Array, b: Array) -> Array:  # pragma: no cover - compiled
     return out
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
+@njit(nogil=True, fastmath={"contract"})
 def _combine(a: Array, b: Array, out: Array, keep: float) -> None:  # pragma: no cover - compiled
     """out <- keep out + a b of a, out (n, 4) and b (4, 4); out may be a."""
     row = np.empty(BLOCK_OF_FOUR)
