@@ -64,6 +64,7 @@ def _client(address: str) -> Iterator[Client]:
     """A caller of a cluster that has workers."""
     from distributed import Client
 
+    _require_certificates(address)
     with _silent():
         try:
             # not the default: xarray would ask it for locks, even one that never answered
@@ -72,17 +73,36 @@ def _client(address: str) -> Iterator[Client]:
             # the last one: a busy machine did not start Dask's event loop in time
             raise InputError(
                 "--scheduler", address, f"no Dask scheduler answers there ({_said(error)})",
-                "start one with `dask scheduler`, and workers with `dask worker ADDRESS`; for "
-                "tls:// Dask's configuration names the certificates (distributed.comm.tls)",
+                "start one and its workers as docs/howto/cluster.md says",
             ) from None  # fmt: skip
         with client:
             try:
                 client.wait_for_workers(1, timeout=ARRIVAL)
             except TimeoutError:
                 raise FlexgearError(
-                    f"the scheduler at {address} has no workers; start `dask worker {address}`"
+                    f"the scheduler at {address} has no workers; start some as "
+                    "docs/howto/cluster.md says"
                 ) from None
             yield client
+
+
+def _require_certificates(address: str) -> None:
+    """InputError where Dask's configuration has none to call a tls:// address with."""
+    from distributed.security import Security
+
+    if not address.startswith("tls://"):
+        return
+    try:
+        found = Security().get_connection_args("client").get("ssl_context")
+        why = "names no certificates"
+    except (OSError, ValueError, TypeError) as error:  # ssl's errors are OSErrors
+        found, why = None, f"names certificates that cannot be read ({_said(error)})"
+    if found is None:
+        raise InputError(
+            "--scheduler", address, f"Dask's configuration {why}",
+            "set distributed.comm.tls.ca-file, .client.cert and .client.key, see "
+            "docs/howto/cluster.md",
+        )  # fmt: skip
 
 
 @contextlib.contextmanager

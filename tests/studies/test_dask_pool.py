@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import math
+import shlex
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
 
+import psutil
 import pytest
 from dask.base import get_scheduler
 from dask_cluster import cluster
@@ -40,3 +47,51 @@ def test_an_address_that_cannot_be_called(address):
     with pytest.raises(InputError, match="--scheduler"):
         reach(address)
     assert get_scheduler() is None  # else files could not be written here any more
+
+
+GUIDE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
+
+
+def test_the_guide_opens_no_port_to_others(tmp_path):
+    """Its first commands, as they stand there, listen at the loopback address: tasks are pickles,
+    and Dask takes all addresses unless told otherwise."""
+    own = [x for x in GUIDE.read_text("utf-8").splitlines() if x.startswith(("dask s", "dask w"))]
+    scheduler, worker = (shlex.split(line.removesuffix("&")) for line in own[:2])
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    replaced = {"8786": port, "tcp://127.0.0.1:8786": f"tcp://127.0.0.1:{port}", "4": "1"}
+    replaced["127.0.0.1:8787"] = "127.0.0.1:0"
+    started = []
+    try:
+        for command in (scheduler, worker):
+            command = [sys.executable, "-m", *(replaced.get(word, word) for word in command)]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen(command, cwd=tmp_path, **quiet))
+            assert _waits(lambda: int(port) in {number for _, number in _listening(started)})
+        assert _waits(lambda: len(_listening(started[1:])) >= 2)
+        found = _listening(started)
+        assert {address for address, _ in found} == {"127.0.0.1"}
+    finally:
+        for process in reversed(started):
+            process.terminate()
+            process.wait(30)
+
+
+def _waits(condition):
+    """Whether it comes true within a minute."""
+    return any(condition() or time.sleep(0.2) for _ in range(300))
+
+
+def _listening(started):
+    """Addresses and ports at which processes and what they started listen."""
+    every = [psutil.Process(p.pid) for p in started]
+    every += [child for one in every for child in one.children(recursive=True)]
+    found = [c for one in every for c in one.net_connections("inet") if c.status == "LISTEN"]
+    return {(c.laddr.ip, c.laddr.port) for c in found}
+
+
+def test_certificates_are_asked_for_before_anything_is_called(monkeypatch):
+    monkeypatch.setattr("distributed.Client", None)
+    with pytest.raises(InputError, match=r"names no certificates.*client\.key"):
+        reach("tls://127.0.0.1:9")
