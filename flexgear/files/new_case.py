@@ -28,8 +28,7 @@ pressure_angle_deg = 20           # ISO 53
 helix_angle_deg = {helix:.6g}
 planet_hand = "right"             # {hand_said}
 face_width_mm = {width:.6g}           # the smallest that carries flank and root{halves}
-backlash_ring_mm = {backlash:.4g}         # 0.03 modules, as DIN 3967 gives for usual gears
-backlash_sun_mm = {backlash:.4g}
+# backlash_ring_mm and backlash_sun_mm are left out: ISO/TR 10064-2 gives them (flexgear check)
 # flank: K* = F/(b d1) (u + 1)/u up to {flank:g} N/mm², the K* form of ISO 6336-2 (Niemann/Winter);
 # root: F/(b m) Y up to {root:g} N/mm² with Y_Fa Y_Sa = {form:g}, ISO 6336-3;
 # both with {factor:g} times the load
@@ -166,7 +165,6 @@ def _text(p: Proposal) -> str:
         **{name: 1e3 * value for name, value in vars(c).items()},
         "module": 1e3 * p.module,
         "width": 1e3 * p.face_width,
-        "backlash": 0.03e3 * p.module,
         "rim": 1e3 * bolts.rim,
         "circle": 1e3 * bolts.circle,
         "bolt": 1e3 * bolts.diameter,
