@@ -1,74 +1,189 @@
-"""A case for a stage that does not exist yet, sized by rules of thumb from a few numbers."""
+"""A case for stages that do not exist yet, sized by rules of thumb from a few numbers."""
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
 from flexgear.cli.outputs import with_schema
 from flexgear.files.atomic import file_target, write_bytes
-from flexgear.files.new_case import new_case_text
-from flexgear.gears.sizing import Wanted, propose
+from flexgear.files.new_case import Rated
+from flexgear.gears.sizing import ARRANGEMENTS, Proposal, Wanted
 from flexgear.model.errors import InputError
+from flexgear.model.read import nearest
+from flexgear.studies.proposal import proposed_case
+
+RPM = math.pi / 30
+T = TypeVar("T")
 
 
 def new(
     out: Annotated[Path, typer.Argument(metavar="FILE", help="The case to write.")],
     ratio: Annotated[
-        float | None, typer.Option(help="Speed of the sun over that of the carrier.")
+        str | None, typer.Option(metavar="X[,X]", help="Ratio of each stage, the slowest first.")
     ] = None,
-    planets: Annotated[int | None, typer.Option(help="Number of planets.")] = None,
+    planets: Annotated[
+        str | None,
+        typer.Option(metavar="N[,N]", help="Planets of each stage, or of all."),
+    ] = None,
     torque: Annotated[
-        float | None, typer.Option("--torque-nm", help="Rated torque of the carrier.")
+        float | None,
+        typer.Option("--torque-nm", help="Rated torque of the slow end, driven."),
     ] = None,
     speed: Annotated[
-        float | None, typer.Option("--speed-rpm", help="Rated speed of the carrier.")
+        float | None, typer.Option("--speed-rpm", help="Rated speed of the slow end.")
     ] = None,
+    sun_torque: Annotated[
+        float | None,
+        typer.Option("--sun-torque-nm", help="Instead that of the last sun, driven."),
+    ] = None,
+    sun_speed: Annotated[
+        float | None, typer.Option("--sun-speed-rpm", help="Instead that of the last sun.")
+    ] = None,
+    arrangement: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME[,NAME]", help="planetary, star (carrier held), solar (sun held)."
+        ),
+    ] = "planetary",
     module: Annotated[
-        float | None, typer.Option("--module-mm", help="Normal module; follows if left out.")
+        str | None,
+        typer.Option("--module-mm", metavar="M[,M]", help="Normal module; follows if left out."),
     ] = None,
-    helix: Annotated[float, typer.Option("--helix-deg", help="Helix angle.")] = 0.0,
+    helix: Annotated[
+        str, typer.Option("--helix-deg", metavar="DEG[,DEG]", help="Helix angle.")
+    ] = "0",
     double: Annotated[
         bool, typer.Option("--double-helical", help="Two halves of opposite hand.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
-    """Propose a planetary stage with held ring for a ratio, torque and speed, as a commented case.
+    """Propose planetary stages for a ratio, torque and speed, as a commented case.
 
-    Asks on a terminal for what is left out. Begins the case with its schema where
-    flexgear.schema.json (flexgear schema --out) is beside it.
+    A ratio is the speed of the fast over that of the slow member: sun over carrier of a planetary
+    stage, sun over ring of a star, ring over carrier of a solar one. Several make a chain: each
+    stage's fast member drives the next one's slow member, or the other way round. Asks on a
+    terminal for what is left out.
     """
     there = file_target(out)
     if there.exists() and not force:
         raise InputError("new", str(out), "is there already", "choose a new name, or --force")
-    wanted = Wanted(
-        ratio=_asked("--ratio", "speed of the sun over that of the carrier", ratio, 4.5),
-        planets=round(_asked("--planets", "number of planets", planets, 4)),
-        torque=_asked("--torque-nm", "rated torque of the carrier, N m", torque, 1e4),
-        speed=_asked("--speed-rpm", "rated speed of the carrier, r/min", speed, 100.0)
-        * math.pi
-        / 30,
-        helix=math.radians(helix),
-        module=None if module is None else _positive("--module-mm", module) * 1e-3,
-        double_helical=double,
+    ratios = _asked_list("--ratio", "speed of the fast over that of the slow member", ratio, "4.5")
+    kinds = _each("--arrangement", [_kind(word) for word in arrangement.split(",")], len(ratios))
+    numbers = _asked_list("--planets", "number of planets", planets, "4")
+    rated = _rated(torque, speed, sun_torque, sun_speed, kinds)
+    modules = [None] if module is None else [1e-3 * m for m in _list("--module-mm", module)]
+    helices = [math.radians(angle) for angle in _list("--helix-deg", helix, least=0.0)]
+    wanted = [
+        Wanted(one, round(n), math.nan, math.nan, angle, size, double, kind)
+        for one, n, angle, size, kind in zip(
+            ratios,
+            _each("--planets", numbers, len(ratios)),
+            _each("--helix-deg", helices, len(ratios)),
+            _each("--module-mm", modules, len(ratios)),
+            kinds,
+            strict=True,
+        )
+    ]
+    text, stages = proposed_case(wanted, rated)
+    write_bytes(out, with_schema(text, there))
+    typer.echo(f"wrote {out}: {'; '.join(map(_said, stages))}; next: flexgear check {out}")
+
+
+def _rated(
+    torque: float | None,
+    speed: float | None,
+    sun_torque: float | None,
+    sun_speed: float | None,
+    kinds: Sequence[str],
+) -> Rated:
+    """Torque and speed of the slow end, or of the last sun."""
+    at_sun = sun_torque is not None or sun_speed is not None
+    if at_sun and not (torque is None and speed is None):
+        key = "--speed-rpm" if torque is None else "--torque-nm"
+        raise InputError("new", key, "stands beside that of the sun", "give both of one end")
+    if at_sun and kinds[-1] == "solar":
+        remedy = "give torque and speed of the slow end"
+        raise InputError("new", "--sun-torque-nm", "is of a sun that is held", remedy)
+    member, flag = ("last sun", "sun-") if at_sun else (ARRANGEMENTS[kinds[0]].slow, "")
+    given = (sun_torque, sun_speed) if at_sun else (torque, speed)
+    return Rated(
+        _asked(f"--{flag}torque-nm", f"rated torque of the {member}, N m", given[0], 1e4),
+        _asked(f"--{flag}speed-rpm", f"rated speed of the {member}, r/min", given[1], 100.0) * RPM,
+        at_sun,
     )
-    found = propose(wanted)
-    write_bytes(out, with_schema(new_case_text(found), there))
-    typer.echo(
-        f"wrote {out}: {found.sun}/{found.planet}/{found.ring} teeth of module "
-        f"{1e3 * found.module:g} mm, ratio {found.ratio:.4g}; next: flexgear check {out}"
+
+
+def _said(p: Proposal) -> str:
+    teeth = p.teeth
+    kind = "" if p.wanted.arrangement == "planetary" else f"{p.wanted.arrangement} of "
+    return (
+        f"{kind}{teeth.sun}/{teeth.planet}/{teeth.ring} teeth of module {1e3 * p.module:g} mm, "
+        f"ratio {p.ratio:.5g}"
     )
+
+
+def _kind(word: str) -> str:
+    """A name of ``ARRANGEMENTS``."""
+    name = word.strip()
+    if name not in ARRANGEMENTS:
+        remedy = nearest(name, list(ARRANGEMENTS))
+        raise InputError("new", "--arrangement", f"{name!r} is unknown", remedy)
+    return name
+
+
+def _each(option: str, values: Sequence[T], stages: int) -> list[T]:
+    """One value a stage; one for all may stand alone."""
+    if len(values) == 1:
+        return [*values] * stages
+    if len(values) != stages:
+        problem = f"{len(values)} values for {stages} ratios"
+        raise InputError("new", option, problem, "give one for each stage, or one for all")
+    return [*values]
+
+
+def _list(option: str, text: str, least: float = math.nan) -> list[float]:
+    """Numbers between commas, above 0, or from ``least`` on."""
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InputError("new", option, f"{text!r} is no number", "e.g. 4.2 or 4.2,5.1") from None
+    return [value if value >= least else _positive(option, value) for value in values]
+
+
+def _asked_list(option: str, about: str, given: str | None, usual: str) -> list[float]:
+    """Numbers that were given, or the answer to a question, which is asked until it has some."""
+
+    def read(text: str) -> list[float]:
+        try:
+            return _list(option, text)
+        except InputError as fault:
+            raise typer.BadParameter(fault.problem) from None
+
+    if given is None and _on_terminal(option, about):
+        answer: list[float] = typer.prompt(about, usual, value_proc=read)
+        return answer
+    return _list(option, str(given))
 
 
 def _asked(option: str, about: str, given: float | None, usual: float) -> float:
     """What was given, or the answer to a question."""
-    if given is None and not sys.stdin.isatty():
+    if given is None and _on_terminal(option, about):
+        given = typer.prompt(about, usual, type=float)
+    assert given is not None
+    return _positive(option, given)
+
+
+def _on_terminal(option: str, about: str) -> bool:
+    """Whether somebody can answer; InputError if nobody can."""
+    if not sys.stdin.isatty():
         raise InputError("new", option, "is missing", f"give the {about}")
-    return _positive(option, typer.prompt(about, usual, type=float) if given is None else given)
+    return True
 
 
 def _positive(option: str, value: float) -> float:

@@ -1,205 +1,341 @@
-"""The commented case file of a proposed stage."""
+"""The commented case file of proposed stages, alone or in series."""
 
 from __future__ import annotations
 
 import math
-import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
+from flexgear.files.case_text import CaseText, Section, Value, commented
 from flexgear.gears import surroundings as around
 from flexgear.gears.sizing import FACTOR, FLANK, FORM, ROOT, Proposal
-from flexgear.model.errors import InputError
-from flexgear.model.load import case_of_toml
 
-_TEXT = """\
-# Proposal of a stage: ratio {ratio:.4g}, {torque:.6g} N m at {speed:.5g} r/min on the carrier.
-# Every value is a rule of thumb or chosen, and says which; replace them by those of your machine.
-
-title = "Stage of ratio {ratio:.4g} for {torque:.6g} N m"
-
-[material]                        # chosen: steel
-young_modulus_gpa = 206
-poisson_ratio = 0.3
-density_kg_per_m3 = 7850
-
-[stage]
-planets = {planets}
-normal_module_mm = {module:.6g}          # {module_said}
-pressure_angle_deg = 20           # ISO 53
-helix_angle_deg = {helix:.6g}
-planet_hand = "right"             # {hand_said}
-face_width_mm = {width:.6g}           # the smallest that carries flank and root{halves}
-# backlash_ring_mm and backlash_sun_mm are left out: ISO/TR 10064-2 gives them (flexgear check)
-# flank: K* = F/(b d1) (u + 1)/u up to {flank:g} N/mm², the K* form of ISO 6336-2 (Niemann/Winter);
-# root: F/(b m) Y up to {root:g} N/mm² with Y_Fa Y_Sa = {form:g}, ISO 6336-3;
-# both with {factor:g} times the load
-
-[stage.sun]
-teeth = {sun}                        # ({sun} + {ring})/{planets} is whole: equal spacings assemble
-profile_shift = {x_sun:g}             # ISO/TR 4467: λ (u - 1)/(u + 1), λ = 0.5; x_s + x_p = 0
-
-[stage.planet]
-teeth = {planet}
-profile_shift = {x_planet:g}
-bore_diameter_mm = {bore:.4g}           # bearing seat; rim of 1.2 tooth heights, ISO 6336-3
-
-[stage.ring]
-teeth = {ring}                       # z_sun + 2 z_planet: one centre distance
-profile_shift = {x_ring:g}             # x_s + x_p = -(x_p + x_r)
-addendum = {ring_addendum:g}                 # its tip stays off the planets' root
-
-# ----------------------------------------------------------------------------------------- ring
-[ring]
-rim_thickness_mm = {rim:.4g}           # at least 3.5 modules (ISO 6336-3), and room for the bolts
-end = "-z"                        # chosen: bolted {end_said}
-
-[ring.bolts]                      # grade 10.9; friction 0.12 holds 1.5 times the torque (VDI 2230)
-number = {bolts}
-circle_diameter_mm = {circle:.6g}     # middle of the rim
-diameter_mm = {bolt:g}
-stiffness_radial_n_per_m = {bolt_across:.3g}      # chosen: friction joint, half of the axial one
-stiffness_tangential_n_per_m = {bolt_across:.3g}
-stiffness_axial_n_per_m = {bolt_axial:.3g}       # E A/l of the clamped sleeve
-stiffness_tilt_nm_per_rad = {bolt_tilt:.3g}     # chosen: axial stiffness times d²
-stiffness_twist_nm_per_rad = {bolt_twist:.3g}
-
-# -------------------------------------------------------------------------------------- carrier
-[carrier]                         # chosen: two plates round the planets, passing through the ring
-drive_side = "-z"
-plate_diameter_mm = {plate_diameter:.5g}
-plate_thickness_drive_mm = {plate:.4g}
-plate_thickness_far_mm = {plate:.4g}
-plate_gap_mm = {gap:.5g}              # width of the gears and two modules
-web_width_mm = {web_width:.4g}
-web_clearance_mm = {web_clearance:.4g}
-pin_diameter_mm = {pin:.4g}            # three quarters of the planets' bore
-hub_outer_diameter_mm = {hub:.4g}
-hub_bore_mm = {hub_bore:.4g}                # the sun's shaft passes through
-hub_length_mm = {hub_length:.4g}
-
-[carrier.seat_drive]
-diameter_mm = {seat_drive:.4g}
-width_mm = {seat_width:.4g}
-
-[carrier.seat_far]
-diameter_mm = {seat_far:.4g}
-width_mm = {seat_width:.4g}
-
-# ---------------------------------------------------------------------------------------- shaft
-[shaft]
-direction = "+z"
-
-[[shaft.sections]]                # solid; 100 N/mm² of shear at rated torque
-length_mm = {shaft_length:.5g}
-outer_diameter_mm = {shaft:.4g}
-
-[shaft.spline]                    # chosen: stiff in torsion, soft in tilt
-radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {spline_axial:.3g}{spline_said}
-tilt_nm_per_rad = {spline_tilt:.3g}
-torsion_nm_per_rad = {spline_torsion:.3g}   # chosen: a thousandth of a radian at rated torque
-
-# ------------------------------------------------------------------------------------- bearings
-[bearings.planet]                 # two rows of 16 rollers, half of Palmgren's stiffness
-radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {planet_axial:.3g}          # chosen: {planet_said}
-tilt_nm_per_rad = {tilt:.3g}         # rows at a quarter of the face from the middle
-
-[bearings.carrier_drive]          # chosen: as stiff as a planet's; locates axially
-radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {axial:.3g}
-tilt_nm_per_rad = {tilt:.3g}
-
-[bearings.carrier_far]
-radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {axial:.3g}
-tilt_nm_per_rad = {tilt:.3g}
-
-[bearings.output]                 # chosen: shaft bearing behind the spline
-radial_n_per_m = {bearing:.3g}
-axial_n_per_m = {bearing:.3g}
-tilt_nm_per_rad = {tilt:.3g}
-
-# ------------------------------------------------------------------------------------ operation
-[drive]
-rated_torque_nm = {torque:.9g}
-rated_speed_rpm = {speed:.9g}
-
-[inertia]                         # chosen: 0.05 s of rated power at both ends (or 100 discs)
-drive_kg_m2 = {drive_inertia:.4g}
-output_kg_m2 = {output_inertia:.4g}
-output_mass_kg = {output_mass:.4g}          # a disc as large as the planets' circle
-output_tilt_kg_m2 = {output_tilt:.4g}
-
-[errors]                          # about ISO 1328 quality 5, or a thousandth of the module
-ring_tooth_um = {tooth_error:.3g}
-planet_tooth_um = {tooth_error:.3g}
-sun_tooth_um = {tooth_error:.3g}
-"""
-
-_HALVES = """ in each half
-double_helical = true
-half_gap_mm = {gap:.6g}             # chosen: six modules for the tool to run out"""
+Fields = dict[str, tuple[Value, str]]  # by key: value and why
+RPM = 30 / math.pi
+RATED, ASKED = "rated", "as asked"
+TEETH = ("normal_module_mm", "face_width_mm", "profile_shift")
+AXES = {  # side of the carrier's flange, of the ring's bolts, of the sun's shaft
+    "planetary": ("-z", "-z", "+z"),
+    "star": ("-z", "+z", "-z"),
+    "solar": ("-z", "+z", "+z"),
+}
 
 
-def new_case_text(p: Proposal) -> str:
-    """The case of a proposal in the short form. InputError where nothing holds its ring, or where a
-    part is larger or smaller than a case may say."""
-    text = _text(p)
-    try:
-        case_of_toml(tomllib.loads(text), "new", "new")
-    except InputError as fault:
-        raise InputError(
-            "new", "--torque-nm",
-            f"of {p.wanted.torque:g} N m with {p.wanted.planets} planets leads to {fault.key}: "
-            f"{fault.problem}",
-            "use more planets or a lower ratio for a smaller stage",
-        ) from None  # fmt: skip
-    return text
+@dataclass(frozen=True)
+class Rated:
+    """Torque (N m) and speed (rad/s) of the driving end of stages in series: the slow member of the
+    first, or at_sun the fast member of the last."""
+
+    torque: float
+    speed: float
+    at_sun: bool = False
 
 
-def _text(p: Proposal) -> str:
-    bolts, c = around.bolting(p), around.carrier_size(p)
-    stiffness = around.bearing_stiffness(p)
-    arm, double = 0.25 * p.gear_width, p.wanted.double_helical
-    mm = {
-        **{name: 1e3 * value for name, value in vars(c).items()},
-        "module": 1e3 * p.module,
-        "width": 1e3 * p.face_width,
-        "rim": 1e3 * bolts.rim,
-        "circle": 1e3 * bolts.circle,
-        "bolt": 1e3 * bolts.diameter,
-        "seat_drive": 1e3 * min(1.1 * c.hub, 0.95 * c.plate_diameter),
-        "seat_far": 1e3 * max(0.9 * c.hub, 1.12 * c.hub_bore),
-        "seat_width": 0.5e3 * c.hub_length,
-        "shaft_length": 1e3 * (p.gear_width + 4 * c.plate),
+def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
+    """The case of stages in series, the slowest first: the fast member of each is joined to the
+    slow one of the next."""
+    first, last = stages[0], stages[-1]
+    names = ["stage"] if len(stages) == 1 else [f"stage_{k}" for k in range(1, len(stages) + 1)]
+    members = list(zip(names, stages, strict=True))
+    text = CaseText()
+    ratio = math.prod(p.ratio for p in stages)
+    torque = f"{rated.torque:.6g} N m"
+    top = text.section("")
+    top.put("kind", "train", "")
+    top.put("title", f"{_kinds(stages)} of ratio {ratio:.4g} for {torque}", "")
+    top.put("held", [f"{name}.{p.wanted.kind.held}" for name, p in members], "")
+    _put(text, "[material]", {
+        "young_modulus_gpa": (206.0, "chosen: steel"), "poisson_ratio": (0.3, ""),
+        "density_kg_per_m3": (7850.0, ""),
+    })  # fmt: skip
+    for name, p in members:
+        _stage(text, "stage" if len(stages) == 1 else "stages", name, p)
+    for (name, p), (following, q) in pairwise(members):
+        _joint(text, f"{name}.{p.wanted.kind.fast}", f"{following}.{q.wanted.kind.slow}", p)
+    slow = (f"{names[0]}.{first.wanted.kind.slow}", first, 1.0)
+    fast = (f"{names[-1]}.{last.wanted.kind.fast}", last, ratio)
+    driven, loaded = (fast, slow) if rated.at_sun else (slow, fast)
+    inertia = around.port_inertia(first)
+    _port(text, "[[inputs]]", *driven, inertia, rated)
+    _port(text, "[output]", *loaded, inertia)
+    head = [
+        f"Proposal: ratio {ratio:.5g}, {torque} at {rated.speed * RPM:.5g} r/min on {driven[0]}.",
+        "Every value is a rule of thumb or chosen, and says which; replace them by those of your "
+        "machine.",
+        f"Flanks: K* = F/(b d1) (u + 1)/u up to {FLANK:g} N/mm², the K* form of ISO 6336-2 "
+        f"(Niemann/Winter);",
+        f"roots: F/(b m) Y up to {ROOT:g} N/mm² with Y_Fa Y_Sa = {FORM:g}, ISO 6336-3; both with "
+        f"{FACTOR:g} times the load.",
+    ]
+    return commented(head) + "\n" + text.text()
+
+
+def _kinds(stages: Sequence[Proposal]) -> str:
+    kinds = [p.wanted.arrangement for p in stages]
+    if len(kinds) == 1:
+        return f"{kinds[0].capitalize()} stage"
+    return f"{' and '.join(kinds).capitalize()} stages"
+
+
+def _put(text: CaseText, header: str, fields: Fields) -> Section:
+    """A section with these fields; rated figures to nine digits, lengths to four."""
+    section = text.section(header)
+    for key, (value, why) in fields.items():
+        digits = (
+            9 if why in (RATED, ASKED) else 5 if key in TEETH else 4 if key.endswith("_mm") else 3
+        )
+        section.put(key, float(f"{value:.{digits}g}") if isinstance(value, float) else value, why)
+    return section
+
+
+def _mm(length: float) -> float:
+    return 1e3 * length
+
+
+def _stage(text: CaseText, table: str, name: str, p: Proposal) -> None:
+    stage = "[stage]" if table == "stage" else "[[stages]]"
+    named: Fields = {} if table == "stage" else {"name": (name, "")}
+    bearing, support = around.bearing_stiffness(p), around.ring_support(p)
+    carrier = around.carrier_size(p)
+    _put(text, stage, named | _gears(p))
+    _put(text, f"[{table}.errors]", _errors(p))
+    _put(text, f"[{table}.planet]", _planet(p, carrier.bore))
+    _put(text, f"[{table}.planet_bearing]", _planet_bearing(p, bearing))
+    _put(text, f"[{table}.sun]", _gear(p, 0, "ISO/TR 4467: λ (u - 1)/(u + 1) + Σ/(u + 1), λ = 0.5"))
+    _sun_shaft(text, table, p, carrier, bearing)
+    ring = _gear(p, 2, "x_p + x_r = 0: at their reference distance")
+    ring["addendum"] = (p.teeth.ring_addendum, "its tip clears the root of the planets")
+    ring["dedendum"] = (p.teeth.ring_dedendum, "its root clears the tips of the planets")
+    ring["root_fillet"] = (p.teeth.ring_fillet, "of the tool's tip, ISO 53")
+    _put(text, f"[{table}.ring]", ring)
+    _ring(text, table, p, support, bearing)
+    _carrier(text, table, p, carrier, bearing)
+
+
+def _gears(p: Proposal) -> Fields:
+    double = p.wanted.double_helical
+    fields: Fields = {
+        "planets": (p.wanted.planets, f"({p.teeth.sun} + {p.teeth.ring})/{p.wanted.planets} is "
+                    "whole: equal spacings assemble"),
+        "normal_module_mm": (
+            _mm(p.module), ASKED if p.wanted.module else "DIN 780; by flank and root",
+        ),
+        "pressure_angle_deg": (20.0, "ISO 53"),
+        "face_width_mm": (
+            _mm(p.face_width),
+            "the least that carries flank and root" + (", of each half" if double else ""),
+        ),
+    }  # fmt: skip
+    for key in ("backlash_ring_mm", "backlash_sun_mm"):
+        fields[key] = (0.03 * _mm(p.module), "0.03 modules, as DIN 3967 gives for usual gears")
+    if p.wanted.helix:
+        fields["helix_angle_deg"] = (math.degrees(p.wanted.helix), ASKED)
+        where = " in the left half (-z)" if double else "; the sun has the other"
+        fields["planet_hand"] = ("right", f"of planets and ring{where}")
+    if double:
+        fields["double_helical"] = (True, "")
+        fields["half_gap_mm"] = (_mm(p.half_gap), "chosen: six modules for the tool to run out")
+    return fields
+
+
+def _gear(p: Proposal, which: int, why: str) -> Fields:
+    teeth = (p.teeth.sun, p.teeth.planet, p.teeth.ring)[which]
+    return {"teeth": (teeth, ""), "profile_shift": (p.teeth.shifts[which], why)}
+
+
+def _planet(p: Proposal, bore: float) -> Fields:
+    return {
+        **_gear(p, 1, "the sum Σ of sun and planet fits the ring's centre distance"),
+        "bore_diameter_mm": (_mm(bore), "bearing seat; rim of 1.2 tooth heights, ISO 6336-3"),
     }
-    inertia = around.port_inertia(p)
-    output = inertia / p.ratio**2
-    return _TEXT.format(
-        **mm,
-        ratio=p.ratio, torque=p.wanted.torque, speed=p.wanted.speed * 30 / math.pi,
-        helix=math.degrees(p.wanted.helix), planets=p.wanted.planets,
-        module_said="as asked" if p.wanted.module else "DIN 780, from flank and root, see below",
-        flank=FLANK, root=ROOT, form=FORM, factor=FACTOR,
-        sun=p.sun, planet=p.planet, ring=p.ring,
-        x_sun=p.shifts[0] + 0.0, x_planet=p.shifts[1] + 0.0, x_ring=p.shifts[2] + 0.0,
-        ring_addendum=p.ring_addendum,
-        bolts=bolts.number, bolt_across=bolts.across, bolt_axial=bolts.axial,
-        bolt_tilt=bolts.tilt, bolt_twist=0.1 * bolts.tilt,
-        bearing=stiffness, axial=0.25 * stiffness, tilt=stiffness * arm**2,
-        hand_said="of planets and ring"
-        + (" in the left half (-z)" if double else "; the sun has the other"),
-        halves=_HALVES.format(gap=1e3 * p.half_gap) if double else "",
-        end_said="at the outer end of the left half, the right one mirrored"
-        if double
-        else "on the drive side",
-        planet_axial=(0.0025 if double else 0.25) * stiffness,
-        planet_said="rollers slide; halves place the planet" if double else "a quarter",
-        spline_axial=(0.01 if double else 1.0) * stiffness,
-        spline_said="  # chosen: slides; halves place the sun" if double else "",
-        spline_tilt=stiffness * arm**2, spline_torsion=1e3 * p.sun_torque,
-        drive_inertia=inertia, output_inertia=output,
-        output_mass=max(2 * output / p.center_distance**2, 0.01),
-        output_tilt=max(0.5 * output, 1e-6),
-        tooth_error=min(1.2 * math.sqrt(1e3 * p.module) + 2, 1e3 * p.module),
-    )  # fmt: skip
+
+
+def _errors(p: Proposal) -> Fields:
+    size = min(1.2 * math.sqrt(_mm(p.module)) + 2, _mm(p.module))
+    why = "about ISO 1328 quality 5, or a thousandth of the module"
+    return {f"{gear}_tooth_um": (size, why) for gear in ("ring", "planet", "sun")}
+
+
+def _arm(p: Proposal) -> float:
+    """Of rows of rollers from their middle, m."""
+    return 0.25 * p.gear_width
+
+
+def _planet_bearing(p: Proposal, bearing: float) -> Fields:
+    slides = p.wanted.double_helical
+    return {
+        "radial_n_per_m": (bearing, "two rows of 16 rollers, half of Palmgren's stiffness"),
+        "axial_n_per_m": (
+            (0.0025 if slides else 0.25) * bearing,
+            "chosen: rollers slide; halves place the planet" if slides else "chosen: a quarter",
+        ),
+        "tilt_nm_per_rad": (
+            bearing * _arm(p) ** 2,
+            "rows at a quarter of the face from its middle",
+        ),
+    }
+
+
+def _bearing(p: Proposal, bearing: float, axial: float, why: str) -> Fields:
+    return {
+        "radial_n_per_m": (bearing, why),
+        "axial_n_per_m": (axial * bearing, ""),
+        "tilt_nm_per_rad": (bearing * _arm(p) ** 2, ""),
+    }
+
+
+def _sun_shaft(
+    text: CaseText, table: str, p: Proposal, carrier: around.CarrierSize, bearing: float
+) -> None:
+    at, slides = f"{table}.sun.shaft", p.wanted.double_helical
+    _put(text, f"[{at}]", {"direction": (AXES[p.wanted.arrangement][2], "")})
+    _put(text, f"[[{at}.sections]]", {
+        "length_mm": (_mm(p.gear_width + 4 * carrier.plate), "through a plate and beyond"),
+        "outer_diameter_mm": (_mm(carrier.shaft), "solid; 100 N/mm² of shear at rated torque"),
+    })  # fmt: skip
+    where = "; its end is held" if p.wanted.kind.held == "sun" else ""
+    _put(text, f"[{at}.spline]", {
+        "radial_n_per_m": (bearing, f"chosen: stiff in torsion{where}"),
+        "axial_n_per_m": (
+            (0.01 if slides else 1.0) * bearing,
+            "chosen: slides; halves place the sun" if slides else "",
+        ),
+        "tilt_nm_per_rad": (bearing * _arm(p) ** 2, ""),
+        "torsion_nm_per_rad": (p.sun_torque / around.TWIST, _twist()),
+    })  # fmt: skip
+
+
+def _twist() -> str:
+    return f"chosen: {1e3 * around.TWIST:g} mrad at rated torque"
+
+
+def _ring(
+    text: CaseText,
+    table: str,
+    p: Proposal,
+    support: around.Bolting | around.Splined,
+    bearing: float,
+) -> None:
+    at, double = f"{table}.ring.fe", p.wanted.double_helical
+    rim: Fields = {"rim_thickness_mm": (_mm(support.rim), _rim(support))}
+    if isinstance(support, around.Bolting):
+        why = "chosen" + ("; the right half is mirrored" if double else "")
+        end = "-z" if double else AXES[p.wanted.arrangement][1]
+        _put(text, f"[{at}]", {**rim, "end": (end, why)})
+        _put(text, f"[{at}.bolts]", _bolts(support))
+    else:
+        _put(text, f"[{at}]", rim)
+        _put(text, f"[[{at}.splines]]", {
+            "z_mm": (0.0, "chosen: outer spline over most of the face"),
+            "half_width_mm": (_mm(support.half_width), ""),
+            "stiffness_radial_n_per_m": (support.across, "chosen: its flanks centre it"),
+            "stiffness_axial_n_per_m": (support.across, "chosen: a snap ring"),
+            "stiffness_tilt_nm_per_rad": (support.tilt, ""),
+            "stiffness_torsion_nm_per_rad": (support.torsion, "chosen: 0.5 mrad at rated torque"),
+        })  # fmt: skip
+    if p.wanted.kind.held == "ring":
+        return
+    hub = around.ring_hub(p, support.rim)
+    side = 1.0 if AXES[p.wanted.arrangement][1] == "+z" else -1.0
+    _put(text, f"[{table}.ring.hub]", {
+        "mass_kg": (hub.mass, "chosen: a flange a third as wide as the gears"),
+        "inertia_kg_m2": (hub.inertia, ""), "tilt_inertia_kg_m2": (hub.tilt_inertia, ""),
+        "z_mm": (side * _mm(hub.z), ""),
+    })  # fmt: skip
+    _put(text, f"[{table}.ring.hub.bearing]", _bearing(p, bearing, 0.5, "chosen: as a planet's"))
+
+
+def _rim(support: around.Bolting | around.Splined) -> str:
+    if isinstance(support, around.Bolting):
+        return "3 to 3.5 modules (full by ISO 6336-3), with room for the bolts"
+    return "chosen: three modules"
+
+
+def _bolts(b: around.Bolting) -> Fields:
+    held = "friction 0.12 holds 1.5 times the torque (VDI 2230)"
+    if b.friction < 1.0:
+        held = f"friction holds {100 * b.friction:.0f} % of the torque, fitted pins the rest"
+    return {
+        "number": (b.number, f"grade 10.9; {held}"),
+        "circle_diameter_mm": (_mm(b.circle), "middle of the rim"),
+        "diameter_mm": (_mm(b.diameter), ""),
+        "stiffness_radial_n_per_m": (b.across, "chosen: friction joint, half of the axial one"),
+        "stiffness_tangential_n_per_m": (b.across, ""),
+        "stiffness_axial_n_per_m": (b.axial, "E A/l of the clamped sleeve"),
+        "stiffness_tilt_nm_per_rad": (b.tilt, "chosen: axial stiffness times d²"),
+        "stiffness_twist_nm_per_rad": (0.1 * b.tilt, ""),
+    }
+
+
+def _carrier(
+    text: CaseText, table: str, p: Proposal, c: around.CarrierSize, bearing: float
+) -> None:
+    held = p.wanted.kind.held == "carrier"
+    flange = _bearing(p, 2 * bearing, 1.0, "chosen: a flange bolted to the housing")
+    flange["torsion_nm_per_rad"] = (p.carrier_torque / around.TWIST, _twist())
+    located = _bearing(p, bearing, 0.25, "chosen: as a planet's; locates axially")
+    _put(text, f"[{table}.carrier.bearing_drive]", flange if held else located)
+    _put(text, f"[{table}.carrier.bearing_far]", _bearing(p, bearing, 0.25, "chosen"))
+    _put(text, f"[{table}.carrier.fe]", {
+        "drive_side": (AXES[p.wanted.arrangement][0], "chosen: two plates round the planets"),
+        "plate_diameter_mm": (_mm(c.plate_diameter), "encloses the pins, passes through the ring"),
+        "plate_thickness_drive_mm": (_mm(c.plate), "half of a pin's diameter"),
+        "plate_thickness_far_mm": (_mm(c.plate), ""),
+        "plate_gap_mm": (_mm(c.gap), "width of the gears and two modules"),
+        "web_width_mm": (_mm(c.web_width), ""),
+        "web_clearance_mm": (_mm(c.web_clearance), ""),
+        "pin_diameter_mm": (_mm(c.pin), "three quarters of the planets' bore"),
+        "hub_outer_diameter_mm": (_mm(c.hub), ""),
+        "hub_bore_mm": (_mm(c.hub_bore), "the sun's shaft has room"),
+        "hub_length_mm": (_mm(c.hub_length), ""),
+    })  # fmt: skip
+    seats = {
+        "drive": min(1.1 * c.hub, 0.95 * c.plate_diameter),
+        "far": max(0.9 * c.hub, 1.12 * c.hub_bore),
+    }
+    for side, diameter in seats.items():
+        _put(text, f"[{table}.carrier.fe.seat_{side}]", {
+            "diameter_mm": (_mm(diameter), ""), "width_mm": (_mm(0.5 * c.hub_length), ""),
+        })  # fmt: skip
+
+
+def _joint(text: CaseText, first: str, second: str, p: Proposal) -> None:
+    """Between two stages; a sun's shaft has its spline in series."""
+    torque, bearing = p.wanted.torque / p.ratio, around.bearing_stiffness(p)
+    _put(text, "[[joints]]", {
+        "first": (first, ""), "second": (second, ""),
+        **_bearing(p, bearing, 0.25, "chosen: a flange"),
+        "torsion_nm_per_rad": (torque / around.TWIST, _twist()),
+    })  # fmt: skip
+
+
+def _port(
+    text: CaseText,
+    header: str,
+    member: str,
+    stage: Proposal,
+    ratio: float,
+    slow_inertia: float,
+    rated: Rated | None = None,
+) -> None:
+    """A port of the train; ratio: its speed over that of the slow end, without sign; rated: of the
+    driving one."""
+    inertia = slow_inertia / ratio**2
+    fields: Fields = {"member": (member, "")}
+    if rated is not None:
+        fields["torque_nm"] = (rated.torque, RATED)
+        fields["speed_rpm"] = (rated.speed * RPM, RATED)
+    fields["inertia_kg_m2"] = (inertia, "chosen: 0.05 s of rated power, or less")
+    if member.endswith(".sun"):
+        size = stage.center_distance
+        fields["mass_kg"] = (
+            max(2 * inertia / size**2, 0.01),
+            "a disc as large as the planets' circle",
+        )
+        fields["tilt_inertia_kg_m2"] = (max(0.5 * inertia, 1e-6), "")
+        _put(text, header, fields)
+        bearing = _bearing(stage, around.bearing_stiffness(stage), 1.0, "chosen: shaft bearing")
+        _put(text, f"{header.replace('[[', '[').replace(']]', ']')[:-1]}.bearing]", bearing)
+        return
+    _put(text, header, fields)

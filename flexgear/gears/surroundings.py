@@ -1,4 +1,4 @@
-"""What a proposed stage stands in: rim and bolts, carrier, shaft, bearings, inertias; SI."""
+"""What a proposed stage stands in: rim and its supports, carrier, shaft, bearings, inertias; SI."""
 
 from __future__ import annotations
 
@@ -7,23 +7,28 @@ from dataclasses import dataclass
 
 from flexgear.gears.bearing_stiffness import roller_bearing_stiffness
 from flexgear.gears.sizing import Proposal
-from flexgear.model.errors import InputError
 
-STEEL = 2.06e11  # Pa
+STEEL, DENSITY = 2.06e11, 7850.0  # Pa, kg/m³
 BOLTS = {  # nominal diameter: stress area, m (ISO 724, ISO 898-1)
-    4e-3: 8.78e-6, 5e-3: 14.2e-6, 6e-3: 20.1e-6, 8e-3: 36.6e-6, 10e-3: 58.0e-6, 12e-3: 84.3e-6,
-    16e-3: 157e-6, 20e-3: 245e-6, 24e-3: 353e-6, 30e-3: 561e-6, 36e-3: 817e-6, 42e-3: 1121e-6,
-    48e-3: 1473e-6, 56e-3: 2030e-6, 64e-3: 2676e-6, 72e-3: 3460e-6, 90e-3: 5590e-6, 100e-3: 6990e-6,
+    5e-3: 14.2e-6, 6e-3: 20.1e-6, 8e-3: 36.6e-6, 10e-3: 58.0e-6, 12e-3: 84.3e-6, 16e-3: 157e-6,
+    20e-3: 245e-6, 24e-3: 353e-6, 30e-3: 561e-6, 36e-3: 817e-6, 42e-3: 1121e-6, 48e-3: 1473e-6,
+    56e-3: 2030e-6, 64e-3: 2676e-6, 72e-3: 3460e-6,
 }  # fmt: skip
 CLAMP = 0.65 * 940e6  # Pa, preload of grade 10.9 over the stress area (VDI 2230)
-FRICTION, SAFETY, MOST_BOLTS = 0.12, 1.5, 96
+FRICTION, SAFETY = 0.12, 1.5
+LEAST_BOLTS, MOST_BOLTS = 8, 40
+RIM, THICKEST_RIM = 3.0, 3.5  # modules: 3.5 and more are full by ISO 6336-3
+BOLTED_RIM = 2.2  # diameters of a bolt in the middle of the rim
+SPACING = 3.0  # diameters between bolts, for the wrench
 SHEAR = 1e8  # Pa, in the sun's shaft
+TWIST = 1e-3  # rad at rated torque of splines and of flanges that hold
 SECONDS = 0.05  # rated power times this is the kinetic energy of what hangs on a port
 
 
 @dataclass(frozen=True)
 class Bolting:
-    """Bolts on their circle in the middle of the rim outside the root circle; m, N/m, N m/rad."""
+    """Bolts on their circle in the middle of the rim; m, N/m, N m/rad. friction: share of the
+    ring's torque that it holds with safety; pins take the rest."""
 
     number: int
     diameter: float
@@ -32,28 +37,74 @@ class Bolting:
     axial: float
     across: float
     tilt: float
+    friction: float
 
 
-def bolting(p: Proposal) -> Bolting:
-    """The thinnest bolts whose friction carries the ring's torque with safety 1.5 (VDI 2230).
+@dataclass(frozen=True)
+class Splined:
+    """Outer spline over most of the face; m, N/m, N m/rad."""
 
-    They stand in a rim of 3.5 modules or more, from where on it is full by ISO 6336-3, that leaves
-    the helix of the teeth room to fade towards the straight bolts. Of a double-helical stage those
-    of one half.
-    """
-    root = p.ring * p.transverse_module + 2 * (1.25 - p.shifts[2]) * p.module
-    torque = (p.wanted.torque - p.sun_torque) / p.wanted.halves
+    rim: float
+    half_width: float
+    across: float
+    tilt: float
+    torsion: float
+
+
+def ring_support(p: Proposal) -> Bolting | Splined:
+    """How the ring, or one half of it, is held by a rim of 3 to 3.5 modules: by the thinnest bolts
+    in it, 8 to 40, whose friction carries the torque with safety 1.5 (VDI 2230), by the thickest
+    with fitted pins beside where none do, by an outer spline where no bolt has room."""
+    torque, best = p.ring_torque / p.wanted.halves, None
     for diameter, area in BOLTS.items():
-        fading = 0.6 * p.face_width * math.tan(p.wanted.helix)
-        rim = max(3.5 * p.module, 2.2 * diameter, 2.4 * (fading + 0.6 * diameter))
-        circle = root + rim
-        needed = math.ceil(SAFETY * torque / (FRICTION * CLAMP * area * circle / 2))
-        number = max(needed, 8)
-        if number <= MOST_BOLTS and number * 2.8 * diameter <= math.pi * circle:
-            clamped = math.pi / 4 * 3 * diameter**2  # a sleeve twice as wide as the bolt
-            axial = STEEL * clamped / p.face_width
-            return Bolting(number, diameter, circle, rim, axial, 0.5 * axial, axial * diameter**2)
-    raise InputError("new", "--torque-nm", "is more than bolts can hold", "use fewer planets")
+        rim = max(RIM * p.module, BOLTED_RIM * diameter)
+        if rim > THICKEST_RIM * p.module * (1 + 1e-9):
+            break
+        rim = max(rim, _fading_rim(p, diameter))
+        circle = p.root_diameter("ring") + rim
+        most = min(MOST_BOLTS, math.floor(math.pi * circle / (SPACING * diameter)))
+        each = FRICTION * CLAMP * area * circle / 2 / SAFETY
+        number = min(max(math.ceil(torque / each), LEAST_BOLTS), most)
+        axial = STEEL * math.pi / 4 * 3 * diameter**2 / p.face_width  # sleeve of two diameters
+        share = min(number * each / torque, 1.0)
+        best = Bolting(
+            number, diameter, circle, rim, axial, 0.5 * axial, axial * diameter**2, share
+        )
+        if share == 1.0:
+            break
+    return best or _splined(p, torque)
+
+
+def _fading_rim(p: Proposal, bolt: float) -> float:
+    """Least rim in whose mesh the helix of the teeth fades towards straight bolts, m."""
+    return 2.4 * (0.6 * p.face_width * math.tan(p.wanted.helix) + 0.6 * bolt) * bool(p.wanted.helix)
+
+
+def _splined(p: Proposal, torque: float) -> Splined:
+    rim = max(RIM * p.module, 1.2e-3)
+    half_width = 0.4 * p.face_width
+    torsion = 2 * torque / TWIST
+    across = 0.3 * torsion / (0.5 * p.root_diameter("ring") + rim) ** 2
+    return Splined(rim, half_width, across, across * half_width**2, torsion)
+
+
+@dataclass(frozen=True)
+class Hub:
+    """What a ring that turns is held on: a flange a third as wide as the gear; SI. z: of its
+    centre from the middle of the gear."""
+
+    mass: float
+    inertia: float
+    tilt_inertia: float
+    z: float
+
+
+def ring_hub(p: Proposal, rim: float) -> Hub:
+    """Hub of a ring with that rim, m."""
+    radius, width = 0.5 * p.root_diameter("ring") + rim, p.gear_width / 3
+    mass = DENSITY * math.pi * radius**2 * width
+    tilt = mass * (radius**2 / 4 + width**2 / 12)
+    return Hub(mass, 0.5 * mass * radius**2, tilt, 0.5 * (p.gear_width + width))
 
 
 @dataclass(frozen=True)
@@ -77,10 +128,10 @@ def carrier_size(p: Proposal) -> CarrierSize:
     """Two plates round the planets: pins fill the planets' bore but for the bearing, the plates
     enclose the pins and pass through the ring, webs take most of the room between planets."""
     m, a = p.module, p.center_distance
-    root = p.planet * p.transverse_module - 2 * (1.25 - p.shifts[1]) * m
+    root = p.root_diameter("planet")
     bore = min(0.7 * root, root - 5.4 * m)  # ISO 6336-3: the rim is full from 1.2 tooth heights on
     pin = 0.75 * bore
-    through = p.ring * p.transverse_module - 2 * (1 + p.shifts[2]) * m - 2 * m
+    through = p.ring_tip_diameter - 2 * m
     plate = max(min(2 * (a + 0.8 * pin), through), 2 * (a + 0.6 * pin))
     shaft = (16 * p.sun_torque / (math.pi * SHEAR)) ** (1 / 3)
     hub_bore = min(1.15 * shaft, 1.6 * (a - 0.55 * pin))
@@ -117,7 +168,8 @@ def bearing_stiffness(p: Proposal) -> float:
 
 
 def port_inertia(p: Proposal) -> float:
-    """Polar inertia at the carrier whose energy is the rated power of 0.05 s, but at most that of a
-    hundred steel discs as large as the ring, kg m²."""
-    disc = 0.5 * math.pi * 7850.0 * p.gear_width * (0.5 * p.ring * p.transverse_module) ** 4
+    """Polar inertia at the slow member whose energy is the rated power of 0.05 s, but at most that
+    of a hundred steel discs as large as the ring, kg m²."""
+    radius = 0.5 * p.teeth.ring * p.transverse_module
+    disc = 0.5 * math.pi * DENSITY * p.gear_width * radius**4
     return min(2 * SECONDS * p.wanted.torque / p.wanted.speed, 100 * disc)

@@ -51,8 +51,8 @@ def _tips(view: StageView, g: StageGeometry) -> Iterator[str]:
         for (tooth, mate), (part, other) in zip(
             pair, (("planet", role), (role, "planet")), strict=True
         ):
-            reach, form = lowest_contact(tooth, mate, gear_mesh.working_angle), tooth.form_radius
-            radius = math.hypot(tooth.base_radius, reach)
+            form = tooth.form_radius
+            radius = lowest_radius(tooth, mate, gear_mesh.working_angle)
             if tooth.outward * (form - radius) <= 0.0:
                 continue
             part, other = view.part(part), view.part(other)
@@ -67,7 +67,7 @@ def _tips(view: StageView, g: StageGeometry) -> Iterator[str]:
                     f"{ratio:.3f} with what is there"
                 )
                 continue
-            proud = float(tooth.root.proud(radius))
+            proud = proud_of_tip(tooth, mate, gear_mesh.working_angle)
             if proud > NOTHING * view.stage.normal_module:
                 yield (
                     f"{where}: its root stands {_um(proud)} µm proud; lower {other}.addendum, or "
@@ -98,6 +98,20 @@ def lowest_contact(tooth: ToothGeometry, mate: ToothGeometry, working_angle: flo
     if tooth.internal:
         return mate.tangent_distance(tooth, working_angle) + tip
     return max(tip - between if mate.internal else between - tip, 0.0)
+
+
+def lowest_radius(tooth: ToothGeometry, mate: ToothGeometry, working_angle: float) -> float:
+    """Radius at which the mate's tip touches a flank, m."""
+    return math.hypot(tooth.base_radius, lowest_contact(tooth, mate, working_angle))
+
+
+def proud_of_tip(tooth: ToothGeometry, mate: ToothGeometry, working_angle: float) -> float:
+    """By how much the root stands beyond the involute where the mate's tip reaches, 0 where that is
+    involute or freed, m."""
+    radius = lowest_radius(tooth, mate, working_angle)
+    if tooth.root.freed or tooth.outward * (tooth.form_radius - radius) <= 0.0:
+        return 0.0
+    return float(tooth.root.proud(radius))
 
 
 def trimmed(ring: ToothGeometry) -> float:

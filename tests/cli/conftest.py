@@ -12,9 +12,7 @@ from flexgear.cli.entry import run
 def flexgear(capsys, monkeypatch):
     """Function: arguments -> (exit code, stdout, stderr)."""
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
-    # cores run other tests
-    monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)
-    monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 1)
+    monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)  # cores run other tests
 
     def call(*arguments):
         code = run([str(a) for a in arguments])

@@ -14,8 +14,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.modified_flanks import FlankReader
 from flexgear.files.rexs.stages import FoundStage

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from flexgear.files.rexs.case_text import Value
+from flexgear.files.case_text import Value
 from flexgear.files.rexs.document import SAME, Component, Datum, Document, number, text
 from flexgear.files.rexs.flank_sides import FACES
 from flexgear.model.flank_table import LARGEST as LARGEST_M

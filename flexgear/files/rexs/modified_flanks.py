@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, text
 from flexgear.files.rexs.flank_sides import (
     DATUM,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
+from flexgear.files.case_text import CaseText
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.case_text import CaseText
 from flexgear.files.rexs.document import Datum, Document
 from flexgear.files.rexs.loads import (
     SAME,

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
+from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
-from flexgear.files.rexs.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, flag, number, text
 from flexgear.files.rexs.members import Member, axial_place
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from flexgear.files.case_text import CaseText, Section, commented
 from flexgear.files.rexs.assembly import Assembly
-from flexgear.files.rexs.case_text import CaseText, Section, commented
 from flexgear.files.rexs.document import Component, Document, flag, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.left_out import left_out

@@ -5,8 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from flexgear.files.rexs.document import Datum
+import numpy as np
+
+if TYPE_CHECKING:
+    from flexgear.files.rexs.document import Datum
 
 Value = float | int | str | bool | list[float] | list[str]
 _KEPT = ("[stages.carrier]",)  # sections that a case needs though nothing stands in them
@@ -103,15 +107,17 @@ class CaseText:
 
 
 def toml(value: Value) -> str:
-    """A value as TOML; floats with all their digits, whole ones without a point."""
+    """A value as TOML; floats with all their digits, large and small ones with an exponent, others
+    that are whole without a point."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (int, str)):
         return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
     if isinstance(value, list):
         return f"[{', '.join(toml(v) for v in value)}]"
-    whole = value == int(value) and abs(value) < 1e6
-    return str(int(value)) if whole else repr(float(value))
+    if value and not 1e-4 <= abs(value) < 1e6:
+        return str(np.format_float_scientific(value, trim="-", exp_digits=1))
+    return str(int(value)) if value == int(value) else repr(float(value))
 
 
 def commented(lines: list[str]) -> str:

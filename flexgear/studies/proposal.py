@@ -1,0 +1,69 @@
+"""Proposals of stages put together to a case that can be computed and leaves nothing to doubt."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
+
+from flexgear.coupling.workable import require_workable
+from flexgear.files.new_case import Rated, new_case_text
+from flexgear.gears.implausible import implausible
+from flexgear.gears.power_flow import power_flow
+from flexgear.gears.sizing import Proposal, Wanted, proposals
+from flexgear.model.errors import InputError
+from flexgear.model.load import case_of_toml
+
+TRIED = 12  # tooth numbers of a stage, the best first
+
+
+def proposed_case(wanted: Sequence[Wanted], rated: Rated) -> tuple[str, list[Proposal]]:
+    """Text of the case of stages in series, the slowest first, and the stages.
+
+    wanted: their torques and speeds follow from ``rated`` and the ratios. InputError where a stage
+    has no tooth numbers, or leads to a case that ``check`` refuses or doubts.
+    """
+    torque, speed = rated.torque, rated.speed
+    stages: list[Proposal] = []
+    for one in reversed(wanted) if rated.at_sun else wanted:
+        if rated.at_sun:
+            stage = _sound(replace(one, torque=torque * one.ratio, speed=speed / one.ratio))
+            torque, speed = torque * stage.ratio, speed / stage.ratio
+            stages.insert(0, stage)
+        else:
+            stage = _sound(replace(one, torque=torque, speed=speed))
+            torque, speed = torque / stage.ratio, speed * stage.ratio
+            stages.append(stage)
+    text = new_case_text(stages, rated)
+    fault = _fault(text)
+    if fault is not None:
+        raise fault
+    return text, stages
+
+
+def _sound(wanted: Wanted) -> Proposal:
+    """The first proposal that ``check`` takes without a doubt."""
+    fault: InputError | None = None
+    for found in islice(proposals(wanted), TRIED):
+        fault = _fault(new_case_text([found], Rated(wanted.torque, wanted.speed)))
+        if fault is None:
+            return found
+    assert fault is not None  # there is a proposal, or ``proposals`` said why not
+    raise InputError(
+        "new", "--torque-nm",
+        f"of {wanted.torque:.4g} N m with {wanted.planets} planets leads to {fault.key}: "
+        f"{fault.problem}",
+        "use more planets or a lower ratio for a smaller stage",
+    ) from None  # fmt: skip
+
+
+def _fault(text: str) -> InputError | None:
+    """Why the case cannot be computed, or what of it can hardly be meant."""
+    try:
+        case = case_of_toml(tomllib.loads(text), "new", "new")
+        require_workable(case)
+    except InputError as fault:
+        return fault
+    doubts = implausible(case, power_flow(case))
+    return InputError("new", "check", doubts[0], "change what is asked for") if doubts else None
