@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.coupling.pair_data import PairData, gap_columns
 
 Array = NDArray[np.float64]
 
@@ -17,21 +17,22 @@ Array = NDArray[np.float64]
 class GapSets:
     """Gaps of slices of J sets beside those of the pair data.
 
-    amounts: (J, M, B) m of B ways to grind flanks; unit: (B, K, T, n) m/m, what an amount adds to
+    amounts: (J, M, B) m of B ways to grind flanks; factors: (2, B, K, T, n) of an amount and of its
+    square, m/m and 1/m, in what it adds to
     the gaps of the n slices in the tables of ``PairData``.
     """
 
     amounts: Array
-    unit: Array
+    factors: Array
 
     def pairs(self, base: PairData, j: int) -> PairData:
         """Pair data with a table for every gear mesh, as planets differ."""
         own, slices = base.table, base.slice_table[base.table]
         for m, count in enumerate(base.slices):
-            gaps = slice(OF_LINE + 2 * count, OF_LINE + 3 * count)
-            slices[m, :, gaps] += np.tensordot(
-                self.amounts[j, m], self.unit[:, own[m], :, :count], axes=1
-            )
+            for power, factor in enumerate(self.factors, 1):
+                slices[m, :, gap_columns(count)] += np.tensordot(
+                    self.amounts[j, m] ** power, factor[:, own[m], :, :count], axes=1
+                )
         return base._replace(
             table=np.arange(len(own), dtype=own.dtype),
             table_start=base.table_start[own],

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
 from flexgear.coupling.laws.coupled_slices import forces_of
-from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.coupling.pair_data import OF_LINE, PairData, narrowing_columns
 from flexgear.gears.slices import Line, line_ends
 
 Array = NDArray[np.float64]
@@ -23,7 +23,8 @@ class LineLoads:
 
     force N, elastic; z m, middle of a slice along the face; path m, path coordinate there;
     line_load N/m of the face (per length along z, NaN where a contact line has no length); gap m
-    between the unloaded flanks there; width m along z.
+    between the unloaded flanks there; width m along z; narrowing: half width of the contact of
+    modified flanks over that of involutes', at the mean line load of the gear mesh.
     ends: (t, M, slots, 2) m of the contact line along z. approach, tilt: (t, M, slots) m and m/m,
     how far the bodies have closed along N at z = 0 and its slope along z, errors not counted.
     tangent: (t, M, slots, 2, 2) N/m of the pair's two rows under its load.
@@ -35,6 +36,7 @@ class LineLoads:
     line_load: Array
     gap: Array
     width: Array
+    narrowing: Array
     ends: Array
     approach: Array
     tilt: Array
@@ -52,9 +54,9 @@ def line_loads(result: Equilibrium | Transient) -> LineLoads | None:
     def empty(*more: int) -> Array:
         return np.full((*shape, *more), np.nan)
 
-    force, z, path, line_load, gap, width = (empty(most) for _ in range(6))
+    force, z, path, line_load, gap, width, narrowing = (empty(most) for _ in range(7))
     of_pairs = empty(2), empty(), empty(), empty(2, 2)
-    out = LineLoads(force, z, path, line_load, gap, width, *of_pairs)
+    out = LineLoads(force, z, path, line_load, gap, width, narrowing, *of_pairs)
     for m, count in enumerate(pairs.slices):
         if count:
             _of_gear_mesh(result, pairs, m, int(count), out)
@@ -89,6 +91,8 @@ def _of_gear_mesh(
     out.force[slices], out.z[slices], out.gap[slices] = force, z, gap
     out.path[slices], out.width[slices] = s[:, None] + pairs.slope[m] * z, width[:, None]
     out.line_load[slices] = force / width[:, None]
+    narrowing = values[:, narrowing_columns(pairs, m)]
+    out.narrowing[slices] = narrowing if narrowing.any() else 1.0
     out.ends[place], out.tangent[place] = np.column_stack([low, high]), tangent
     out.approach[place], out.tilt[place] = approach - turned * centre, turned
 

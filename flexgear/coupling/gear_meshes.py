@@ -372,6 +372,8 @@ def _of_slices(slices: Slices) -> Array:
     columns = [whole, slices.z, slices.stiffness, slices.gap]
     if bending is not None:
         columns += [bending.scale, bending.limit, bending.lower]
+    if slices.narrowing is not None:
+        columns.append(slices.narrowing)
     return np.hstack(columns)
 
 

@@ -72,7 +72,8 @@ class PairData(NamedTuple):
     slice_table: Array  # (K, T, OF_LINE + 3 n) of contact lines in slices: radius of gyration m,
     # whole stiffness N/m, B of both rows and those of the next two lines (8) m/N, then z m of all,
     # stiffness N/m and gap m, and where they bend each other what ``laws.coupled_slices`` takes
-    # besides; n: of the set; 0 wide where no pair has slices
+    # besides; of modified flanks then ``narrowing_columns``; n: of the set; 0 wide where no pair
+    # has slices
     gear_tooth0: IntArray  # (M,)
     gear_step: IntArray  # (M,)
     gear_teeth: IntArray  # (M,)
@@ -121,15 +122,30 @@ def two_rows(data: PairData, count: int) -> tuple[int, int, int]:
     return count, len(data.s0) if rows_of_pair(data) == 2 else 0, data.slots
 
 
+def gap_columns(count: int) -> slice:
+    """Columns of a table of slices that are their gaps; count: of a line."""
+    return slice(OF_LINE + 2 * count, OF_LINE + 3 * count)
+
+
+def slice_gaps(data: PairData) -> Array:
+    """Gaps (K, T, n) m of slices over all tables, 0 where a table has none."""
+    found = np.zeros((*data.slice_table.shape[:2], int(data.slices.max(initial=0))))
+    for table, count in set(zip(data.table.tolist(), data.slices.tolist(), strict=True)):
+        found[table, :, :count] = data.slice_table[table, :, gap_columns(count)]
+    return found
+
+
 def deepest_gap(data: PairData) -> Array:
     """Largest gap (M,) of a slice, m; 0 where pairs have none."""
-    deepest = np.zeros(len(data.s0))
-    for m, (table, own) in enumerate(zip(data.table, data.slices, strict=True)):
-        if own:
-            deepest[m] = max(
-                0.0, data.slice_table[table, :, OF_LINE + 2 * own : OF_LINE + 3 * own].max()
-            )
-    return deepest
+    return slice_gaps(data)[data.table].max(axis=(1, 2), initial=0.0)
+
+
+def narrowing_columns(data: PairData, m: int) -> slice:
+    """Columns of a table of slices that are half widths of contacts over those of Hertz's at the
+    mean line load, of gear mesh m; zeros, or none, where its flanks are involutes."""
+    count = int(data.slices[m])
+    first = OF_LINE + 3 * count + int(data.bent[m]) * (2 * count + count * (count + 1) // 2)
+    return slice(first, first + count)
 
 
 def extra_rows(data: PairData) -> int:

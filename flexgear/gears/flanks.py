@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.geometry import PER_PAIR_MODELS
-from flexgear.gears.modifications import Flank, Gap, PairGap, gaps_of, pair_gap
+from flexgear.gears.modifications import Flank, Gap, gaps_of
+from flexgear.gears.profile_contact import FlankPair
 from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
@@ -105,16 +106,16 @@ def modified_flanks(
     return [flank for flank in gear_flanks(view, half) if flank.gaps]
 
 
-def pair_gaps(
+def flank_pairs(
     view: StageView, paths: Mapping[str, GearMeshPath], mirrored: bool
-) -> dict[str, PairGap | None]:
-    """Gap of the pairs of every kind of gear mesh, None where both flanks are involutes.
+) -> dict[str, FlankPair | None]:
+    """Flanks that meet in every kind of gear mesh, None where both are involutes.
 
     mirrored: whether the half is the mirror image of what the case
     says. Raises InputError where the model of the gear mesh follows no pair along its path.
     """
     flanks = {(one.part, one.name): one for one in gear_flanks(view, paths)}
-    out: dict[str, PairGap | None] = {}
+    out: dict[str, FlankPair | None] = {}
     for kind, path in paths.items():
         planet, gear = (
             flanks[part, flank_name(part, path)]
@@ -131,14 +132,12 @@ def pair_gaps(
     return out
 
 
-def _of_pair(path: GearMeshPath, planet: GearFlank, gear: GearFlank, mirrored: bool) -> PairGap:
+def _of_pair(path: GearMeshPath, planet: GearFlank, gear: GearFlank, mirrored: bool) -> FlankPair:
     sign = -1.0 if mirrored else 1.0
-    return pair_gap(
-        [
-            (lambda rho, z: planet.gap(rho, sign * z), lambda s: path.off_path.rolls(s)[0]),
-            (lambda rho, z: gear.gap(rho, sign * z), lambda s: path.off_path.rolls(s)[1]),
-        ],
-        path.slope,
+    return FlankPair(
+        lambda rho, z: planet.gap(rho, sign * z),
+        lambda rho, z: gear.gap(rho, sign * z),
+        path.off_path,
     )
 
 

@@ -85,14 +85,11 @@ class TipEdge:
     def gap(self, distance: Array) -> Array:
         """What the mate, turned to touch the tip, rolls off on its base circle, m; ∞ where the tip
         has left the mate's tooth, below zero where tips foul each other."""
-        mate, sign = self.mate, self.mate.outward
+        mate = self.mate
         radius, angle = self._seen_from_mate(distance)
-        alpha = mate.pressure_angle(radius)
-        rolled = self.mate_roll - sign * np.asarray(distance)
-        base = mate.base_radius
-        gap = sign * (base * angle - rolled + base * involutes(alpha))
+        gap = _parted(mate, radius, angle, self.mate_roll - mate.outward * np.asarray(distance))
         gap -= mate.root.proud(radius)
-        return np.where(sign * (radius - mate.tip_radius) > 0, np.inf, gap)
+        return np.where(mate.outward * (radius - mate.tip_radius) > 0, np.inf, gap)
 
     def tilt(self, distance: Array) -> Array:
         """ε, from the line of action to the normal at the touch, rad."""
@@ -147,22 +144,40 @@ class TipEdge:
 
     def _tip(self, distance: Array) -> tuple[Array, Array]:
         """P in the frame of this end."""
-        arm, roll = self.tooth.base_radius, self.tip_roll
-        psi = self.tooth.outward * np.asarray(distance, dtype=float) / arm
-        x = roll * np.cos(psi) + arm * np.sin(psi)
-        return x, arm * (np.cos(psi) - 1.0) - roll * np.sin(psi)
+        return _turned_by(self.tooth, self.tip_roll, distance)
 
     def _seen_from_mate(self, distance: Array) -> tuple[Array, Array]:
         """R and A of the tip edge."""
-        x, y = self._tip(distance)
-        base = self.mate.base_radius
-        if self.mate.internal:
-            along, across = x + self.offset, y + base
-        elif self.tooth.internal:
-            along, across = x - self.offset, y + base
-        else:
-            along, across = self.offset - x, base - y
-        return np.hypot(along, across), np.arctan2(along, across)
+        return _seen(self.tooth, self.mate, self.offset, self.tip_roll, distance)
+
+
+def _turned_by(tooth: ToothGeometry, roll: Array | float, distance: Array) -> tuple[Array, Array]:
+    """P of a point at ``roll`` on a flank so far beyond where it touches on the path, m."""
+    arm = tooth.base_radius
+    psi = tooth.outward * np.asarray(distance, dtype=float) / arm
+    x = roll * np.cos(psi) + arm * np.sin(psi)
+    return x, arm * (np.cos(psi) - 1.0) - roll * np.sin(psi)
+
+
+def _seen(
+    tooth: ToothGeometry, mate: ToothGeometry, offset: float, roll: Array | float, distance: Array
+) -> tuple[Array, Array]:
+    """R and A of such a point from its mate's centre."""
+    x, y = _turned_by(tooth, roll, distance)
+    base = mate.base_radius
+    if mate.internal:
+        along, across = x + offset, y + base
+    elif tooth.internal:
+        along, across = x - offset, y + base
+    else:
+        along, across = offset - x, base - y
+    return np.hypot(along, across), np.arctan2(along, across)
+
+
+def _parted(mate: ToothGeometry, radius: Array, angle: Array, rolled: Array) -> Array:
+    """Gap of the module's head between involutes; rolled: ρ_m', m."""
+    alpha, base = mate.pressure_angle(radius), mate.base_radius
+    return np.asarray(mate.outward * (base * angle - rolled + base * involutes(alpha)))
 
 
 OfEdge = Callable[[TipEdge | None, Array], Array]
@@ -224,8 +239,24 @@ class OffPath:
 
         return (
             self._with_ends(s, lambda s: s, flank, tip),
-            self._with_ends(s, self._gear_roll, tip, flank),
+            self._with_ends(s, self.gear_roll, tip, flank),
         )
+
+    def parted(self, s: Array, planet: Array, gear: Array) -> Array:
+        """How far along N a point of one flank is from the other, m, both involutes, at path
+        coordinates s; planet, gear: roll lengths of the point and where it would touch, of which
+        that one is taken whose tip is the nearer one. Any one shape."""
+        out = np.empty_like(s)
+        of_planet = s > 0.5 * (self.s_lo + self.s_hi)
+        for mine, tooth, mate, roll, sense in (
+            (of_planet, self.planet, self.gear, planet, 1.0),
+            (~of_planet, self.gear, self.planet, gear, -1.0),
+        ):
+            at, point = s[mine], roll[mine]
+            touch = point if sense > 0 else self._path_of(point)
+            seen = _seen(tooth, mate, self.offset, point, sense * (at - touch))
+            out[mine] = _parted(mate, *seen, at if sense < 0 else self.gear_roll(at))
+        return self.cos_base_helix * out
 
     def span(self, approach: float) -> tuple[float, float]:
         """Path coordinates between which gaps are at most ``approach`` along N (m)."""
@@ -233,12 +264,17 @@ class OffPath:
         before, after = (0.0 if e is None else e.reach(allowed) for e in (self.before, self.after))
         return self.s_lo - before, self.s_hi + after
 
-    def _gear_roll(self, s: Array | float) -> Array:
+    def gear_roll(self, s: Array | float) -> Array:
+        """Roll length on the gear's flank at path coordinates, m."""
         return np.asarray(self.offset + s if self.gear.internal else self.offset - s)
+
+    def _path_of(self, gear_roll: Array) -> Array:
+        """Path coordinates of roll lengths on the gear's flank, m."""
+        return gear_roll - self.offset if self.gear.internal else self.offset - gear_roll
 
     def _edge(self, tooth: ToothGeometry, mate: ToothGeometry, s: float) -> TipEdge | None:
         """The tip edge of ``tooth`` at the end s of the path."""
-        of_gear = float(self._gear_roll(s))
+        of_gear = float(self.gear_roll(s))
         roll, on_mate = (of_gear, s) if tooth is self.gear else (s, of_gear)
         true = tooth.roll_length(tooth.tip_radius)
         if on_mate <= 0.0 or abs(roll - true) > SAME_LENGTH * true:

@@ -31,11 +31,11 @@ from flexgear.gears.contact import (
     gear_mesh_path,
     planetary_paths,
 )
-from flexgear.gears.flanks import pair_gaps
+from flexgear.gears.flanks import flank_pairs
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
-from flexgear.gears.laws import mean_stiffness, pair_law
-from flexgear.gears.modifications import PairGap, mean_gap
-from flexgear.gears.slices import Line, Slices, cut
+from flexgear.gears.laws import line_load, mean_stiffness, pair_law
+from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
+from flexgear.gears.slices import Line, cut
 from flexgear.gears.stiffness import Law
 from flexgear.gears.waves import stiffness_wave
 
@@ -105,49 +105,82 @@ def _half_paths(
         kind: replace(path, carries=kind.endswith("_coast") != forward)
         for kind, path in paths.items()
     }
-    gaps = pair_gaps(view, paths, mirrored=side == "left")
-    if view.gear_mesh.model == "face_load":
+    flanks = flank_pairs(view, paths, mirrored=side == "left")
+    if view.gear_mesh.model in PER_PAIR_MODELS:
+        by_pairs = _in_slices if view.gear_mesh.model == "face_load" else _as_springs
         return {
-            kind: replace(path, slices=_cut(view, path, laws[role], forces[role], gaps[kind]))
+            kind: by_pairs(view, g, path, laws[role], forces[role], flanks[kind])
             for kind, path in paths.items()
             for role in (kind.removesuffix("_coast"),)
         }
-    if view.gear_mesh.model in PER_PAIR_MODELS:
-        grids = {k: _mean_gap(p, laws[k.removesuffix("_coast")], gaps[k]) for k, p in paths.items()}
-        return {kind: replace(path, gap_grid=grids[kind]) for kind, path in paths.items()}
     waves = {role: _wave(view, g, role, forces[role]) for role in g.gear_meshes}
     return {k: replace(path, wave=waves[k.removesuffix("_coast")]) for k, path in paths.items()}
 
 
-def _cut(
-    view: StageView, path: GearMeshPath, law: Law, force: float, gap: PairGap | None
-) -> Slices:
-    """Slices of a path's pairs; tips touch off the path where the gap is below ``DEEPEST`` times
-    the approach of one pair that carries all of ``force``, N."""
+def _in_slices(
+    view: StageView,
+    g: StageGeometry,
+    path: GearMeshPath,
+    law: Law,
+    force: float,
+    flanks: FlankPair | None,
+) -> GearMeshPath:
+    """A path with slices of its pairs; tips touch off the path where the gap is below ``DEEPEST``
+    times the approach of one pair that carries all of ``force``, N."""
     options, span = view.gear_mesh, (path.s_lo, path.s_hi)
     if not options.path_only:
         stiffness = float(law(np.array([0.5]))[0]) * 2.0 * path.half_face
         span = path.off_path.span(DEEPEST * abs(force) / stiffness)
 
-    def whole(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
-        s = np.clip(s, *span)  # rounding aside, lines end there
-        lacks = np.zeros(np.shape(s)) if gap is None else gap(s, z)
-        return lacks if options.path_only else np.asarray(path.off_path.gap(s) + lacks)
+    def gap(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+        return path.off_path.gap(np.clip(s, *span))  # rounding aside, lines end there
 
     line = Line((path.s_lo, path.s_hi), span, path.slope, path.half_face)
-    return cut(law, line, options.slices, whole)
+    slices = cut(law, line, options.slices, None if options.path_only else gap)
+    if flanks is not None:
+        profile = _profile(view, g, path, force, flanks, span)
+        slices = slices.ground(profile, law, line)
+    return replace(path, slices=slices)
 
 
-def _mean_gap(path: GearMeshPath, law: Law, gap: PairGap | None) -> NDArray[np.float64]:
-    if gap is None:
-        return path.gap_grid
-    ends, whole = (path.s_lo, path.s_hi), gap
+def _as_springs(
+    view: StageView,
+    g: StageGeometry,
+    path: GearMeshPath,
+    law: Law,
+    force: float,
+    flanks: FlankPair | None,
+) -> GearMeshPath:
+    """A path whose pairs are one spring each, with the mean gap of modified flanks."""
+    if flanks is None:
+        return path
+    ends = (path.s_lo, path.s_hi)
+    line = Line(ends, ends, path.slope, path.half_face)
+    slices = cut(law, line, PLACES)
+    ground = slices.ground(_profile(view, g, path, force, flanks, ends), law, line)
+    before, after = slices.stiffness.sum(axis=1), ground.stiffness.sum(axis=1)
+    share = np.divide(after, before, out=np.ones_like(after), where=before > 0.0)
+    return replace(
+        path,
+        k_grid=path.k_grid * np.interp(path.s_grid, slices.s, share),
+        zc_grid=np.interp(path.s_grid, slices.s, ground.centre),
+        gap_grid=np.interp(path.s_grid, slices.s, ground.mean_gap),
+    )
 
-    def within(s: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
-        return whole(np.clip(s, *ends), z)  # rounding aside, lines end there
 
-    slices = cut(law, Line(ends, ends, path.slope, path.half_face), PLACES, within)
-    return np.interp(path.s_grid, slices.s, mean_gap(slices))
+def _profile(
+    view: StageView,
+    g: StageGeometry,
+    path: GearMeshPath,
+    force: float,
+    flanks: FlankPair,
+    span: tuple[float, float],
+) -> ProfileContact:
+    """Contact across the profile of modified flanks, at the mean line load."""
+    material, role = view.material, path.kind.removesuffix("_coast")
+    pressed = 2.0 * (1.0 - material.poisson_ratio**2) / (math.pi * material.young_modulus)
+    load = line_load(view, g, role, force)
+    return profile_contact(flanks, span, path.half_face, pressed, load)
 
 
 def _wave(view: StageView, g: StageGeometry, role: str, force: float) -> NDArray[np.float64]:

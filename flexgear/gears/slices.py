@@ -11,17 +11,20 @@ what is left of the midpoint rule is of second order in 1/K. Off the path k' is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.profile_contact import ProfileContact
 from flexgear.gears.stiffness import Law, pair_stiffness
 
 Array = NDArray[np.float64]
 Gap = Callable[[Array, Array], Array]
 GRID = 2001
+STIFFEST = 0.5  # least compliance of ground flanks over that of involutes
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,9 @@ class Slices:
     is missing. centre, radius: (S,) m of the stiffness along z, its centre and its radius of
     gyration. on_path: (S,) N/m, stiffness of what of the line is on the path of contact. span: path
     coordinates between which a point of a line may touch, m. bending: None where slices are springs
-    beside each other; else stiffness is their nominal share of that of the line.
+    beside each other; else stiffness is their nominal share of that of the line. profile: contact
+    of modified flanks across the profile, narrowing (S, K): half widths of contacts over those of
+    Hertz's at the mean line load; None of involutes.
     """
 
     s: Array
@@ -62,11 +67,58 @@ class Slices:
     on_path: Array
     span: tuple[float, float]
     bending: Bending | None = None
+    profile: ProfileContact | None = None
+    narrowing: Array | None = None
 
     @property
     def count(self) -> int:
         """K."""
         return int(self.z.shape[1])
+
+    @property
+    def mean_gap(self) -> Array:
+        """Gap (S,) m of pairs that are one spring, F = ∫ k' (δ − h) dz = k (δ − h̄): the mean by
+        stiffness, exact while all of a line touches; 0 where a line holds nothing."""
+        total = self.stiffness.sum(axis=1)
+        weighted = (self.stiffness * self.gap).sum(axis=1)
+        return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0)
+
+    def ground(self, profile: ProfileContact, law: Law, line: Line) -> Slices:
+        """The same lines on modified flanks, whose gaps ``profile`` knows in the place of these;
+        law, line: as of ``cut``.
+
+        Slices have the stiffness of where they touch, and yield by the secant c of ``profile``
+        more, k' → k'/(1 + k' c cos β_b).
+        """
+        place = np.clip(self.s[:, None] + line.slope * self.z, *self.span)  # lines end there
+        gap = profile.gap_at(place, self.z)
+        if not profile.turns:
+            return replace(self, gap=gap)
+
+        def there(s: Array) -> Array:
+            return law(np.clip((s - line.path[0]) / (line.path[1] - line.path[0]), 0.0, 1.0))
+
+        moved = profile.path_moved(place, self.z)
+        stiffness = self.stiffness * there(place + moved) / there(place)
+        wide = self.width > 0.0
+        per_width = np.divide(stiffness, self.width, out=np.zeros_like(self.z), where=wide)
+        more = per_width * profile.at(profile.secant, place, self.z)
+        stiffness /= np.maximum(1.0 + more * math.cos(math.atan(line.slope)), STIFFEST)
+        before, k = self.stiffness.sum(axis=1), stiffness.sum(axis=1)
+        held = k > 0.0
+        centre = np.divide((stiffness * self.z).sum(axis=1), k, out=self.centre.copy(), where=held)
+        spread = (stiffness * (self.z - centre[:, None]) ** 2).sum(axis=1)
+        radius = np.sqrt(np.divide(spread, k, out=np.zeros_like(k), where=held))
+        return replace(
+            self,
+            stiffness=stiffness,
+            gap=gap,
+            centre=centre,
+            radius=np.where(self.radius > 0.0, radius, 0.0),
+            on_path=self.on_path * np.divide(k, before, out=np.ones_like(k), where=held),
+            profile=profile,
+            narrowing=profile.at(profile.narrowing, place, self.z),
+        )
 
 
 @dataclass(frozen=True)
@@ -81,7 +133,7 @@ class Line:
 
 
 def cut(law: Law, line: Line, count: int, gap: Gap | None = None) -> Slices:
-    """Slices of contact lines; law: k'(ξ) N/m² over the path; gap: of both flanks at (path
+    """Slices of contact lines; law: k'(ξ) N/m² over the path; gap: of involutes at (path
     coordinate, z), any shape, m."""
     (low, high), reach = line.span, abs(line.slope) * line.half_face
     s = np.linspace(low - reach, high + reach, GRID)

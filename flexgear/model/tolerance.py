@@ -60,6 +60,15 @@ class SizeDistribution(Section):
     high: Length | None = Field(default=None, ge=-LARGEST, le=LARGEST)
 
     @property
+    def usual(self) -> tuple[float, float]:
+        """Ends of what is mostly drawn, two standard deviations on either side; m."""
+        if self.distribution == "uniform":
+            assert self.low is not None and self.high is not None
+            return self.low, self.high
+        mean, reach = self.mean or 0.0, 2.0 * (self.standard_deviation or 0.0)
+        return (0.0 if self.distribution == "rayleigh" else mean - reach), mean + reach
+
+    @property
     def largest(self) -> float:
         """Largest size that can be drawn, but for tails beyond 8 standard deviations; m."""
         ends = [abs(x) for x in (self.low, self.high) if x is not None]

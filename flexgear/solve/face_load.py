@@ -127,6 +127,7 @@ def _pressure(model: Model, found: LineLoads) -> Array:
         radius = relative_radius(planet, gear, internal=internal) / pairs.cos_b[m]
         load = np.nan_to_num(found.line_load[:, m]) * pairs.cos_b[m]
         pressure = line_contact(body, body, radius).pressure(np.maximum(load, 0.0))
+        pressure /= found.narrowing[:, m]
         largest[:, m] = np.nan_to_num(pressure).max(axis=(1, 2))
     return largest
 

@@ -1,16 +1,19 @@
 """A proposal of flank modifications: helix slope, crowning and tip relief of the planets' flanks.
 
-Gaps of slices are linear in amounts, so that each amount is one table of gaps, made once: with
+Gaps of slices are linear in amounts of the lead, and nearly of second order in those of relief,
+which turns the flank (``gears.profile_contact``). So each amount is a table of gaps or two, made
+once: with
 
-    g = g_0 + Σ_i p_i g_i
+    g = g_0 + Σ_i p_i g_i + p_i² q_i
 
 every trial is a series of equilibria over a gear-mesh cycle and nothing else. The search is
-Nelder and Mead's (SciPy): the largest line load is the largest of many, and has kinks.
+Nelder and Mead's (SciPy): the largest line load is the largest of many, and has kinks. What is
+proposed is put together anew, so that its figures are those of the case with its keys.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.coupling.pair_data import PairData, gap_columns, slice_gaps
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.modifications import Relief
@@ -33,6 +36,7 @@ from flexgear.solve.model import Model, assemble, rated_rotations
 
 Array = NDArray[np.float64]
 Aim = Literal["line-load", "transmission-error"]
+LEAD = ("helix_slope", "lead_crowning", "end_relief")  # turn no flank across its profile
 UNIT = 1e-6  # m: amounts are whole micrometres
 POSITIONS = 12  # of a gear-mesh cycle
 TRIALS = 60  # series of equilibria for each amount
@@ -114,7 +118,7 @@ def propose_modifications(
     trial = _Trial(model, angles, tuple(shares), own)
     flat = trial.data(model.system.pairs, shares[0])
     amounts = _amounts(case, stage, flat, relief)
-    tables = [_table(model, stage, a) for a in amounts]
+    tables = [_factors(model, stage, a) for a in amounts]
     start = np.array([a.start for a in amounts]) / UNIT
     least = np.array([-np.inf if a.signed else -a.base / UNIT for a in amounts])
     scale = max(float(np.abs(start).max()), 5.0)
@@ -136,7 +140,7 @@ def propose_modifications(
     if cost(best) > cost(np.zeros_like(best)):
         best = np.zeros_like(best)
     progress("flanks", 1.0)
-    ground = _gaps(model.system.pairs, tables, best)
+    ground = _assembled(model, stage, amounts, best)
     return Proposal(
         amounts={a.key: a.base + float(x) * UNIT for a, x in zip(amounts, best, strict=True)},
         reliefs={a.section: _relief(case, stage, a) for a in amounts if a.name == "tip_relief"},
@@ -221,28 +225,61 @@ def _relief(case: Case, stage: str, amount: Amount) -> Relief:
     return has or Relief(amount=UNIT, length=own.normal_module, form="parabolic")
 
 
-def _table(model: Model, stage: str, amount: Amount) -> Array:
-    """What one micrometre more of an amount adds to the tables of slices."""
-    more: object = amount.base + UNIT
-    if amount.name == "tip_relief":
-        more = _relief(model.case, stage, amount).model_copy(update={"amount": more})
-    return change_of_tables(model, f"stages.{stage}.{amount.section}", more)
+def _value(case: Case, stage: str, amount: Amount, added: float) -> object:
+    """What the section of an amount says with so much more, m."""
+    if amount.name != "tip_relief":
+        return amount.base + added
+    return _relief(case, stage, amount).model_copy(update={"amount": amount.base + added})
 
 
-def change_of_tables(model: Model, key: str, value: object) -> Array:
-    """What another value of a key of the case adds to the tables of slices, (K, T, …)."""
-    ground = assemble(
-        model.case.with_(**{key: value}), bodies=model.bodies, variants=model.system.variants
-    )
-    return np.asarray(ground.system.pairs.slice_table - model.system.pairs.slice_table)
+def _assembled(model: Model, stage: str, amounts: Sequence[Amount], added: Array) -> PairData:
+    """Pairs of the model with flanks ground by so much more, µm."""
+    keys = {
+        f"stages.{stage}.{a.section}": _value(model.case, stage, a, float(x) * UNIT)
+        for a, x in zip(amounts, added, strict=True)
+    }
+    return _ground(model, **keys)
+
+
+def _factors(model: Model, stage: str, amount: Amount) -> Array:
+    """``gap_factors`` of what is added to an amount."""
+    key = f"stages.{stage}.{amount.section}"
+
+    def said(total: float) -> object:
+        return _value(model.case, stage, amount, total - amount.base)
+
+    return gap_factors(model, key, said, amount.base, max(2.0 * abs(amount.start), UNIT))
+
+
+def gap_factors(
+    model: Model, key: str, value: Callable[[float], object], base: float, most: float
+) -> Array:
+    """Factors (2, K, T, n) of an amount and of its square, m/m and 1/m, in what it adds to the gaps
+    of slices; value: of a key of the case, by the whole amount, m; most: that is mostly added."""
+    before = slice_gaps(model.system.pairs)
+
+    def by(added: float) -> Array:
+        return (slice_gaps(_ground(model, **{key: value(base + added)})) - before) / added
+
+    far = by(most)
+    if key.rpartition(".")[2] in LEAD:
+        return np.stack([far, np.zeros_like(far)])
+    near = by(0.5 * most)
+    square = (far - near) / (0.5 * most)
+    return np.stack([near - 0.5 * most * square, square])
+
+
+def _ground(model: Model, **keys: object) -> PairData:
+    """Pairs of the model with other values of keys of the case."""
+    case = model.case.with_(**keys)
+    return assemble(case, bodies=model.bodies, variants=model.system.variants).system.pairs
 
 
 def _gaps(pairs: PairData, tables: Sequence[Array], amounts: Array) -> PairData:
     """The pairs with gaps of amounts, µm; only columns of gaps change."""
     table = pairs.slice_table.copy()
-    for m, count in enumerate(pairs.slices):
-        if count and int(pairs.table[m]) not in pairs.table[:m]:
-            own = slice(OF_LINE + 2 * count, OF_LINE + 3 * count)
-            for change, p in zip(tables, amounts, strict=True):
-                table[pairs.table[m], :, own] += p * change[pairs.table[m], :, own]
+    for number, count in set(zip(pairs.table.tolist(), pairs.slices.tolist(), strict=True)):
+        for factors, p in zip(tables, UNIT * amounts, strict=True):
+            for power, factor in enumerate(factors, 1):
+                table[number, :, gap_columns(count)] += p**power * factor[number, :, :count]
     return pairs._replace(slice_table=table)

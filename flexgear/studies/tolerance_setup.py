@@ -13,19 +13,20 @@ from flexgear.analysis.error_sets import ErrorSets, GapSets
 from flexgear.analysis.line_loads import line_loads
 from flexgear.analysis.many_errors import ErrorStudy, error_study, gear_mesh_forces
 from flexgear.coupling.gear_meshes import GearMeshLabel
-from flexgear.coupling.pair_data import OF_LINE, PairData
+from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.system import System
 from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.tolerance import SizeDistribution
 from flexgear.results.labelled_dataset import GearMeshName, GroupName, groups_of
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent
 from flexgear.solve.face_load import along_face, largest_line_load, sections
 from flexgear.solve.model import Model, assemble, rated_rotations
-from flexgear.studies.modify import UNIT, change_of_tables
+from flexgear.studies.modify import UNIT, gap_factors
 from flexgear.studies.tolerance_samples import (
     DrawnError,
     Values,
@@ -57,7 +58,7 @@ class ToleranceSetup:
 
     names (G,) of gear meshes, both flanks as one; sign (M, G): +1 of the flank that carries rated
     torque, −1 of the other; pairs: pair data of a case that has every error; variant: what bends;
-    unit (B, K, T, n): of ``GapSets``, of the B drawn modifications.
+    ground (2, B, K, T, n): factors of ``GapSets``, of the B drawn modifications.
     """
 
     case: Case
@@ -70,7 +71,7 @@ class ToleranceSetup:
     sign: Array
     groups: tuple[Group, ...]
     variant: str
-    unit: Array
+    ground: Array
 
     @property
     def shared(self) -> tuple[GearMeshName, ...]:
@@ -122,7 +123,7 @@ def tolerance_setup(case: Case, progress: Progress = silent) -> ToleranceSetup:
         sign=sign,
         groups=groups,
         variant=put.variant,
-        unit=_unit_gaps(put, drawn),
+        ground=_ground(put, drawn),
     )
 
 
@@ -146,9 +147,9 @@ def sets_of(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     """Errors of samples and gaps of their flanks; seeds: of the pitch deviations, by sample."""
     cases = [with_sample(setup.case, values, j, own) for j, own in enumerate(seeds)]
     sets = error_sets(cases, setup.paths, setup.labels, setup.pairs)
-    if not len(setup.unit):
+    if not setup.ground.size:
         return sets
-    return replace(sets, gaps=GapSets(_amounts(setup, values), setup.unit))
+    return replace(sets, gaps=GapSets(_amounts(setup, values), setup.ground))
 
 
 def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]]) -> Batch:
@@ -180,20 +181,18 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     )
 
 
-def _unit_gaps(put: Model, drawn: Sequence[DrawnError]) -> Array:
-    """``GapSets.unit`` of the drawn modifications, in their order."""
-    pairs, found = put.system.pairs, []
+def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
+    """``GapSets.factors`` of the drawn modifications, in their order."""
+    found = []
     for error in drawn:
         if error.ground is None:
             continue
-        key = f"stages.{error.stage or put.case.stages[0].name}.{error.ground.key}"
-        change = change_of_tables(put, key, error.ground.with_amount(error.ground.base + UNIT))
-        gaps = np.zeros((*change.shape[:2], int(pairs.slices.max())))
-        for table, count in set(zip(pairs.table.tolist(), pairs.slices.tolist(), strict=True)):
-            own = change[table, :, OF_LINE + 2 * count : OF_LINE + 3 * count]
-            gaps[table, :, :count] = own / UNIT
-        found.append(gaps)
-    return np.array(found)
+        key, base = error.ground.key, error.ground.base
+        assert isinstance(error.distribution, SizeDistribution)
+        most = max(UNIT, *(abs(end - base) for end in error.distribution.usual))
+        key = f"stages.{error.stage or put.case.stages[0].name}.{key}"
+        found.append(gap_factors(put, key, error.ground.with_amount, base, most))
+    return np.stack(found, axis=1) if found else np.zeros(0)
 
 
 def _amounts(setup: ToleranceSetup, values: Values) -> Array:

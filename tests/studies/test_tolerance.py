@@ -19,6 +19,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.line_loads import line_loads
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
+from flexgear.coupling.pair_data import slice_gaps
 from flexgear.gears.face_load import factor_along
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError
 from flexgear.model.load import load_case
@@ -315,7 +316,8 @@ def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
 
 
 def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
-    """Gaps of slices of every gear mesh: what all planets have alike, and what planet 3 has."""
+    """Gaps of slices of every gear mesh: what all planets have alike, and what planet 3 has. Relief
+    turns flanks, by more than in proportion to its amount."""
     at, names = "tolerance.modifications", {}
     keys = {
         "gear_mesh.model": "face_load", "gear_mesh.slices": "3",
@@ -350,6 +352,6 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
     third = [m for m, label in enumerate(setup.labels) if label.planet == 2]
     assert len(third) == 4
     for m in range(len(setup.labels)):
-        one, other = found.slice_table[found.table[m]], known.slice_table[known.table[m]]
-        same = np.allclose(one, other, rtol=1e-6, atol=1e-12)
+        one, other = (slice_gaps(p)[p.table[m]] for p in (found, known))
+        same = np.allclose(one, other, rtol=0.0, atol=0.2e-6)
         assert same == (m in third or setup.labels[m].kind not in ("ring", "sun_coast"))

@@ -34,7 +34,7 @@ def table(given: FlankModifications, flank: Flank) -> Gap | None:
 
     def gap(rho_at: Array, z_at: Array) -> Array:
         points = np.broadcast_arrays(np.clip(rho_at, rho[0], rho[-1]), np.clip(z_at, z[0], z[-1]))
-        return np.asarray(between(np.stack(points, axis=-1)))
+        return np.asarray(between(np.stack(points, axis=-1))).reshape(points[0].shape)
 
     return gap
 

@@ -20,7 +20,13 @@ from flexgear.gears.weber_banaschek import middle_depth
 from flexgear.model.stage_view import StageView
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.of_case import tooth_influence
-from flexgear.structures.tooth_influence.tip_edge import AtTip, at_tip, roll_along, tip_ends
+from flexgear.structures.tooth_influence.tip_edge import (
+    LEAST_SLOPE,
+    AtTip,
+    at_tip,
+    roll_along,
+    tip_ends,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -72,6 +78,9 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
             bodies.append(_to_middle(view, own.tooth, own.roll))
             continue
         flank, roll = own.of(influence), own.roll
+        if (profile := slices.profile) is not None:
+            centre = profile.at(profile.centre, _touches(path, slices), slices.z)
+            roll = roll_along(own.tooth, roll, centre if member else -centre)
         for tip in at_tips:
             inward = tip.inward if tip.member == member else -tip.inward
             roll = roll_along(own.tooth, roll, inward)
@@ -87,6 +96,10 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     contact = line_contact(bodies[0], bodies[1], radius)
     for tip in at_tips:
         contact = contact.softer(tip.alpha, tip.beta)
+    if profile is not None:
+        on, z = _touches(path, slices), slices.z
+        more = profile.at(profile.alpha, on, z), profile.at(profile.beta, on, z)
+        contact = contact.softer(more[0], np.maximum(more[1], -LEAST_SLOPE * contact.beta))
     scale, limit = contact.of_slice(width / cos)
     return PairBending(
         flexibility=_at(slices.s[some], flexibility, slices.s),
@@ -105,7 +118,7 @@ def _at_tips(
         return []
     on, members = _touches(path, slices), (planet, gear)
     return [
-        at_tip(end, members, path.cos_base_helix, line_load).at(on)
+        at_tip(end, members, path.cos_base_helix, line_load, slices.profile).at(on)
         for end in tip_ends(path, slices)
     ]
 

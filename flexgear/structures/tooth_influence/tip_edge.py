@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.hertz import ContactBody, LineContact, line_contact, relative_radius
 from flexgear.gears.off_path import TipEdge
+from flexgear.gears.profile_contact import ProfileContact
 from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.structures.tooth_influence.edge_layer import EdgeLayer, edge_layer
@@ -90,9 +91,11 @@ def at_tip(
     members: tuple[ToothInfluence, ToothInfluence],
     cos_base_helix: float,
     line_load: float,
+    profile: ProfileContact | None = None,
 ) -> AtTip:
     """From well inside the path to where the tip ceases to touch; members: planet and gear;
-    line_load: the mean one, N/m of contact line."""
+    line_load: the mean one, N/m of contact line; profile: of modified flanks, which touch further
+    in, or as if further out."""
     edge, influences = end.edge, (members[end.member], members[1 - end.member])
     depth = float(np.ravel(influences[0].contact_body(np.array([edge.tip_roll])).depth)[0])
     inside = INSIDE * depth * edge.tooth.base_radius / edge.tip_roll
@@ -103,7 +106,12 @@ def at_tip(
     gears = rolls if end.member == 0 else rolls[::-1]
     internal = edge.tooth.internal or edge.mate.internal
     radius = relative_radius(*gears, internal=internal) / cos_base_helix
-    apex = cos_base_helix * edge.apex(d)
+    apex = edge.apex(d)
+    if profile is not None:
+        s = end.s + math.copysign(1.0, end.last - end.s) * d
+        place = profile.at(profile.place, s, np.zeros_like(s))
+        apex -= place if end.member == 0 else -place
+    apex = cos_base_helix * apex
     hertz = line_contact(own, mate, radius)
     least = (NARROWEST * depth) ** 2 / float(np.min(hertz.spread))
     loads = max(line_load, least) * np.array([1.0, LESS])
