@@ -71,7 +71,7 @@ def _tips(view: StageView, g: StageGeometry) -> Iterator[str]:
             if proud > NOTHING * view.stage.normal_module:
                 yield (
                     f"{where}: its root stands {_um(proud)} µm proud; lower {other}.addendum, or "
-                    f"raise {part}.dedendum (1.4 with root_fillet 0.39, ISO 53 profile D)"
+                    f"raise {part}.dedendum (1.4 with a tip radius of 0.39, ISO 53 profile D)"
                 )
 
 
