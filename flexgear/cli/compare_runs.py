@@ -9,10 +9,11 @@ import typer
 
 from flexgear.cli.display import progress
 from flexgear.cli.outputs import claim_file
-from flexgear.cli.pictures import Sheet, drawn_side
+from flexgear.cli.pictures import Sheet, drawn_side, imported
 from flexgear.cli.run_folder import Folder, complete, read_folder
 from flexgear.model.errors import InputError
 from flexgear.results.origin import Origin
+from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views.report import Side, write_report
 
 PAGE = Path("comparison.html")
@@ -29,9 +30,12 @@ def compare_runs(
         raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
     names = " against ".join(one.case.name for one in found)
     claim_file(target, Origin(names), force)
-    with tempfile.TemporaryDirectory(prefix="flexgear-") as place:
+    with (
+        EarlyWorkers(True, imported) as workers,
+        tempfile.TemporaryDirectory(prefix="flexgear-") as place,
+    ):
         sides = [
-            _side(one, folder, Path(place) / str(k), quiet)
+            _side(one, Sheet(folder, Path(place) / str(k)), workers, quiet)
             for k, (one, folder) in enumerate(zip(found, folders, strict=True))
         ]
         write_report(target, names, names, sides, interactive)
@@ -47,7 +51,7 @@ def _folder(name: str) -> Path:
     return Path(name)
 
 
-def _side(content: Folder, folder: Path, place: Path, quiet: bool) -> Side:
-    """One run's side of the page, its pictures drawn below ``place``."""
-    with complete(folder), progress(quiet) as report:
-        return drawn_side(content, Sheet(folder, place), report)[0]
+def _side(content: Folder, sheet: Sheet, workers: EarlyWorkers, quiet: bool) -> Side:
+    """One run's side of the page."""
+    with complete(sheet.source), progress(quiet) as report:
+        return drawn_side(content, sheet, report, workers)[0]

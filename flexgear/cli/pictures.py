@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,11 @@ from flexgear.cli.display import Report
 from flexgear.cli.planned_pictures import drawings_plan, stages_plan
 from flexgear.cli.report_page import place_of, side_of
 from flexgear.cli.run_folder import Folder, RingFolder, read_folder
+from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.wording import said
 from flexgear.results.stage_part import with_spread
-from flexgear.studies.job_pool import run_jobs
+from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import charts, displacements, histories, loads, star, style
 from flexgear.views.interactive import panels_of
 from flexgear.views.report import Picture as Shown
@@ -27,6 +27,7 @@ from flexgear.views.report import Side, write_report
 from flexgear.views.select import thinned
 
 ANIMATION = "ring_star_turning"
+DPI = 150  # of pictures, which are as wide as a page
 MOST_SHOWN = 50_000  # samples of a torque drop in a picture
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
@@ -51,36 +52,36 @@ class Sheet:
     folder: Path
 
 
-def draw(content: Folder, sheet: Sheet, report: Report, interactive: bool = True) -> list[str]:
+def draw(
+    content: Folder, sheet: Sheet, report: Report, workers: EarlyWorkers, interactive: bool = True
+) -> list[str]:
     """Draw the pictures and write the report; returns what was left out and why."""
-    side, notes = drawn_side(content, sheet, report)
+    side, notes = drawn_side(content, sheet, report, workers)
     title = content.case.title or content.case.name
     write_report(sheet.folder / "report.html", title, content.case.name, [side], interactive)
     report("pictures", 1.0)
     return notes
 
 
-def drawn_side(content: Folder, sheet: Sheet, report: Report) -> tuple[Side, list[str]]:
+def drawn_side(
+    content: Folder, sheet: Sheet, report: Report, workers: EarlyWorkers
+) -> tuple[Side, list[str]]:
     """Draw the pictures: their side of the report, and what was left out and why."""
-    plan, renders = _plan(content), _rendered(content)
-    bodies = [*renders, *_swinging(content), *_animated(content)]
-    names = [*bodies, *plan]
-    made: dict[str, Picture] = {}
     report("pictures", 0.0)
-    _known[sheet.source] = content
+    made: dict[str, Picture] = {}
+    _known[sheet] = own = Pictures(content, sheet.folder)
     try:
-        with closing(run_jobs(_picture, sheet, names)) as outcomes:
-            for k, outcome in outcomes:
-                # what another process could not draw fails here again, with its own error
-                made[names[k]] = outcome.value or _drawn(content, sheet.folder, names[k])
-                report("pictures", len(made) / (len(names) + 1))
+        for k, outcome in workers.completed(_picture, sheet, own.names):
+            # what another process could not draw fails here again, with its own error
+            made[own.names[k]] = outcome.value or own.picture(own.names[k])
+            report("pictures", len(made) / (len(own.names) + 1))
     finally:
-        del _known[sheet.source]
-    ordered = {name: made[name] for name in (*plan, *bodies)}
-    notes = [p.caption for p in ordered.values() if p.path is None][:1]
-    if content.rings and not renders:
+        del _known[sheet]
+    ordered = [(name, made[name]) for name in (*own.plan, *own.bodies)]
+    notes = [p.caption for _, p in ordered if p.path is None][:1]
+    if content.rings and not own.renders:
         notes = ["no 3D renders: ring and carrier are rigid"]
-    shown = [_shown(name, one) for name, one in ordered.items() if one.path is not None]
+    shown = [_shown(name, one) for name, one in ordered if one.path is not None]
     return side_of(content.case, content.flow, content.summary, shown, notes), notes
 
 
@@ -89,51 +90,86 @@ def _shown(name: str, picture: Picture) -> Shown:
     return Shown(name, section, picture.caption, sentence, picture.path, picture.panels)
 
 
-_known: dict[Path, Folder] = {}  # runs that this process draws, by folder
+@dataclass(frozen=True)
+class Pictures:
+    """All pictures of a run, by file name. place: the folder that gets them below "pictures"."""
+
+    content: Folder
+    place: Path
+
+    @property
+    def names(self) -> list[str]:
+        """Of all, those that take longest first."""
+        return [*self.bodies, *self.plan]
+
+    @property
+    def bodies(self) -> list[str]:
+        """Of those that are more than one figure."""
+        return [*self.renders, *self.swings, *self.animations]
+
+    @cached_property
+    def plan(self) -> dict[str, tuple[str, Draw]]:
+        """Figures: caption and how to make them."""
+        content = self.content
+        plan: dict[str, tuple[str, Draw]] = {}
+        for ring in content.rings:
+            made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
+            said = f"{ring.name}: " if ring.before else ""
+            said += "left half: " if ring.stage.stage.double_helical else ""
+            plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
+        drawings = drawings_plan(content.case, content.flow)
+        return drawings | plan | stages_plan(content.flow, content.datasets)
+
+    @cached_property
+    def renders(self) -> dict[str, str]:
+        """Bodies by the names of their 3D renders."""
+        return _rendered(self.content)
+
+    @cached_property
+    def swings(self) -> dict[str, str]:
+        """Bodies by the names of the pictures of their mode shapes."""
+        return _swinging(self.content)
+
+    @cached_property
+    def animations(self) -> dict[str, RingFolder]:
+        """Flexible stages by the names of their animations."""
+        return _animated(self.content)
+
+    def picture(self, name: str) -> Picture:
+        """Draw one."""
+        folder = self.place / "pictures"
+        folder.mkdir(parents=True, exist_ok=True)
+        if name in self.animations:
+            return _animate(self.animations[name], folder, name)
+        if name in self.renders:
+            return _render(self.content, folder, name)
+        if name in self.swings:
+            return _swing(self.content, folder, name)
+        caption, make = self.plan[name]
+        figure = make()
+        path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
+        return Picture(path, caption, panels_of(figure))
+
+
+_known: dict[Sheet, Pictures] = {}  # runs that this process draws
 
 
 def _picture(sheet: Sheet, name: str) -> Picture:
     """The picture of a name, in whatever process; it reads the run once."""
-    if sheet.source not in _known:
-        _known[sheet.source] = read_folder(sheet.source)
-    return _drawn(_known[sheet.source], sheet.folder, name)
+    if sheet not in _known:
+        _known[sheet] = Pictures(read_folder(sheet.source), sheet.folder)
+    return _known[sheet].picture(name)
 
 
-def _drawn(content: Folder, place: Path, name: str) -> Picture:
-    """Draw the picture of a name below ``place``."""
-    folder = place / "pictures"
-    folder.mkdir(parents=True, exist_ok=True)
-    animated = _animated(content)
-    if name in animated:
-        return _animate(animated[name], folder, name)
-    if name in _rendered(content):
-        return _render(content, folder, name)
-    if name in _swinging(content):
-        return _swing(content, folder, name)
-    caption, make = _plan(content)[name]
-    figure = make()
-    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
-    return Picture(path, caption, panels_of(figure))
-
-
-def _plan(content: Folder) -> dict[str, tuple[str, Draw]]:
-    """Figures by file name: caption and how to make them."""
-    plan: dict[str, tuple[str, Draw]] = {}
-    for ring in content.rings:
-        made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
-        said = f"{ring.name}: " if ring.before else ""
-        said += "left half: " if ring.stage.stage.double_helical else ""
-        plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
-    return (
-        drawings_plan(content.case, content.flow)
-        | plan
-        | stages_plan(content.flow, content.datasets)
-    )
+def imported() -> None:
+    """What a worker does before there is anything to draw: this module is there, and so is all that
+    3D renders need."""
+    from flexgear.views import animation, render, scenes  # noqa: F401
 
 
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     """Figures of one flexible stage by name."""
-    steady, equilibria, outline = content.runs("transient"), content.equilibria, content.outline
+    steady, equilibria, outline = content.runs("transient"), content.equilibria, _outline(content)
     name, first = next(iter(steady.items()))
     planets = content.stage.stage.planets
     teeth = content.stage.ring_gear.teeth
@@ -208,6 +244,20 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     return plan
 
 
+def _outline(content: RingFolder) -> star.StageOutline:
+    """Circles that stand for the gears."""
+    g = stage_geometry(content.run.case.view(content.name))
+    fe_carrier = "carrier" in content.stage.fe_parts
+    return star.StageOutline(
+        ring_radius=g.ring.reference_radius,
+        sun_radius=g.sun.reference_radius,
+        planet_radius=g.planet.reference_radius,
+        center_distance=g.center_distance,
+        planet_angles=tuple(content.stage.stage.planet_angles),
+        pin_radius=content.stage.carrier.pin_diameter / 2 if fe_carrier else None,
+    )
+
+
 def _spread(runs: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     return {name: with_spread(data) for name, data in runs.items()}
 
@@ -251,7 +301,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["displacement"].to_numpy(),
         title=f"{_said(content, body)}, equilibrium at {torque * factor:g} {unit}",
     )
-    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
+    path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
     scene = body_scene(
         field["point"].to_numpy(),
         field["cell"].to_numpy(),
@@ -290,7 +340,7 @@ def _swing(content: Folder, folder: Path, name: str) -> Picture:
     ]
     title = f"{_said(content, body)}, {labels[0]}; as if its largest were 1 mm"
     figure = render_deformed(points, cells, 1e-3 * shapes[0], title=title)
-    path = style.save_figure(figure, folder / f"{name}.png", dpi=150)
+    path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
     scene = mode_scene(points, cells, shapes, labels, triangles_of_each(len(content.fields))[1])
     return Picture(path, f"{_said(content, body)} in the lowest natural modes that move it", scene)
 
@@ -312,10 +362,10 @@ def _animate(content: RingFolder, folder: Path, name: str) -> Picture:
     path = animate_star(
         turn["tooth_displacement"],
         turn["carrier_angle"].to_numpy(),
-        content.outline,
+        _outline(content),
         folder / f"{name}.gif",
         dpi=90,
         frames_per_second=12,
     )
     shown = turn["tooth_displacement"].to_numpy(), turn["carrier_angle"].to_numpy()
-    return Picture(path, "The star turns with the carrier", star_scene(*shown, content.outline))
+    return Picture(path, "The star turns with the carrier", star_scene(*shown, _outline(content)))

@@ -22,7 +22,6 @@ from flexgear.cli.outputs import (
     save_or_rescue,
     without_pictures,
 )
-from flexgear.cli.pictures import Sheet, draw
 from flexgear.cli.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.files.atomic import staged_folder, write_json
 from flexgear.results.dataset import save
@@ -33,6 +32,7 @@ from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
 from flexgear.solve.verdicts import WARNING, plain_warnings, verdicts
+from flexgear.studies.early_workers import EarlyWorkers
 
 
 def run(
@@ -50,7 +50,11 @@ def run(
     folder = Path("results") / found.name if out is None else out
     claim_folder(folder, RUN, origin_of_case(found, "run"), force)
     watch = Stopwatch()
-    with staged_folder(folder, earlier(RUN)) as stage, progress(quiet) as report:
+    with (
+        EarlyWorkers(pictures, ready_to_draw) as workers,
+        staged_folder(folder, earlier(RUN)) as stage,
+        progress(quiet) as report,
+    ):
         with watch.stage("bodies"):
             bodies = reduced_bodies(found, report)
         result = run_all(found, report, watch, bodies=bodies, place=stage)
@@ -61,7 +65,7 @@ def run(
             save_or_rescue(lambda place: _save(result, place, report), stage)
         if pictures:
             with watch.stage("pictures"), without_pictures(lost):
-                notes = draw(content, Sheet(stage, stage), report, interactive)
+                notes = _draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
     warn([*(summary["warnings"] if as_json else plain_warnings(summary)), *notes])
@@ -94,6 +98,27 @@ def _show(title: str, summary: dict[str, Any]) -> None:
             typer.echo(f"  {'':<{width}}    {text}")
 
 
+def ready_to_draw() -> None:
+    """Import what draws; commands that draw nothing, or not yet, do without."""
+    from flexgear.cli import pictures
+
+    pictures.imported()
+
+
+def _draw(
+    content: Folder,
+    source: Path,
+    place: Path,
+    report: Report,
+    workers: EarlyWorkers,
+    interactive: bool,
+) -> list[str]:
+    """Pictures and report of the run in the folder ``source``; what was left out and why."""
+    from flexgear.cli.pictures import Sheet, draw
+
+    return draw(content, Sheet(source, place), report, workers, interactive)
+
+
 def _save(result: Run, stage: Path, report: Report) -> None:
     datasets = {**result.datasets, **{f"{FIELDS}{n}": d for n, d in result.fields.items()}}
     for k, (name, data) in enumerate(datasets.items()):
@@ -119,11 +144,12 @@ def render(
     claim_folder(target, PICTURES, origin_of_case(case), force)
     notes: list[str] = []
     with (
+        EarlyWorkers(True, ready_to_draw) as workers,
         complete(folder),
         staged_folder(target, earlier(PICTURES)) as stage,
         progress(quiet) as report,
     ):
-        notes = draw(content, Sheet(folder, stage), report, interactive)
+        notes = _draw(content, folder, stage, report, workers, interactive)
     for note in notes:
         typer.echo(f"flexgear: {note}", err=True)
     typer.echo(f"drew {case.name} into {target}")

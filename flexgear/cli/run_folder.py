@@ -12,21 +12,17 @@ from typing import Any
 import xarray as xr
 from pydantic import ValidationError
 
-from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case, case_of_dict
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.stage_view import StageView
-from flexgear.results.dataset import load
-from flexgear.results.dataset_file import open_lazily
+from flexgear.results.dataset_file import reopened
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
-from flexgear.views.star import StageOutline
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
-_AT_ONCE = 32 * MEGABYTE  # of a dataset that is read whole; of larger ones what a picture wants
 
 
 @dataclass(frozen=True)
@@ -82,20 +78,6 @@ class RingFolder:
         """Equilibria over one revolution without manufacturing errors."""
         return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)
 
-    @property
-    def outline(self) -> StageOutline:
-        """Circles that stand for the gears."""
-        g = stage_geometry(self.run.case.view(self.name))
-        fe_carrier = "carrier" in self.stage.fe_parts
-        return StageOutline(
-            ring_radius=g.ring.reference_radius,
-            sun_radius=g.sun.reference_radius,
-            planet_radius=g.planet.reference_radius,
-            center_distance=g.center_distance,
-            planet_angles=tuple(self.stage.stage.planet_angles),
-            pin_radius=self.stage.carrier.pin_diameter / 2 if fe_carrier else None,
-        )
-
 
 def read_folder(folder: Path) -> Folder:
     """Case, datasets and summary of a run; InputError where it is none, or damaged."""
@@ -104,7 +86,7 @@ def read_folder(folder: Path) -> Folder:
     if lost:
         raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
     try:
-        data = {f.stem: _dataset(f) for f in sorted(folder.glob("*.nc"))}
+        data = {f.stem: reopened(f) for f in sorted(folder.glob("*.nc"))}
         whole = case_of_dict(tuples_of(case))
         flow = power_flow(whole)
     except ValidationError as error:
@@ -118,10 +100,6 @@ def read_folder(folder: Path) -> Folder:
         {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
         summary,
     )
-
-
-def _dataset(file: Path) -> xr.Dataset:
-    return load(file) if file.stat().st_size <= _AT_ONCE else open_lazily(file)
 
 
 @contextmanager

@@ -127,8 +127,6 @@ def _gears(p: Proposal) -> Fields:
             "the least that carries flank and root" + (", of each half" if double else ""),
         ),
     }  # fmt: skip
-    for key in ("backlash_ring_mm", "backlash_sun_mm"):
-        fields[key] = (0.03 * _mm(p.module), "0.03 modules, as DIN 3967 gives for usual gears")
     if p.wanted.helix:
         fields["helix_angle_deg"] = (math.degrees(p.wanted.helix), ASKED)
         where = " in the left half (-z)" if double else "; the sun has the other"

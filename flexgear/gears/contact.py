@@ -189,7 +189,7 @@ def planetary_paths(
     sun = sun_side(g, gamma)
     sigma0 = float((sun_tooth_angle(g, sun) + phi)[0])
     # coast flanks are drive flanks of the stage mirrored in y = 0; ring and sun are thinned there
-    ring_coast = ring_start(g, -phi) + stage.backlash_ring / cos_bb
+    ring_coast = ring_start(g, -phi) + g.ring_mesh.allowance / cos_bb
     gamma_coast = _coast_planet_tooth(g, gamma, ring_coast)
     sun_coast = sun_side(g, -gamma_coast)
 

@@ -118,6 +118,24 @@ def stage_errors(
     return {key: _errors_of(stage, e, path, pitch[key]) for key, path in paths.items()}
 
 
+def errors_closing(drive: PairErrors, coast: PairErrors, half_face: float) -> Array:
+    """The most (N,) m that errors close of the backlash of a gear mesh, from those of both flanks:
+    what turns gears or moves them along the teeth they touch closes one flank and opens the other.
+    """
+    phasors = [e.runout_amplitude * np.exp(1j * e.runout_phase) for e in (drive, coast)]
+    teeth = [e.gear_tooth.max() + e.planet_tooth.max(axis=1) for e in (drive, coast)]
+    return np.asarray(
+        drive.offset
+        + coast.offset
+        + np.abs(phasors[0] + phasors[1]).sum(axis=1)
+        + np.abs(drive.harmonic_amplitude)
+        + np.abs(coast.harmonic_amplitude)
+        + np.abs(drive.slope + coast.slope) * half_face
+        + teeth[0]
+        + teeth[1]
+    )
+
+
 def _errors_of(
     stage: Stage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
 ) -> PairErrors:

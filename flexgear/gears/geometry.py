@@ -19,13 +19,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from flexgear.gears.backlash import backlash_allowance
 from flexgear.gears.radii import StageRadii, gears_by_role, is_overridden, stage_radii
 from flexgear.gears.tooth import ToothGeometry, tooth_geometry
 from flexgear.model.section import Refusal
 
 if TYPE_CHECKING:
     from flexgear.model.member import MatedGear, PlanetGear
-    from flexgear.model.stage import Stage
     from flexgear.model.stage_view import StageView
 
 PER_PAIR_MODELS = ("per_pair", "face_load", "lumped")
@@ -35,7 +35,8 @@ NO_PLAY = 1e-7  # modules of overlap that are rounding
 @dataclass(frozen=True)
 class GearMeshGeometry:
     """One gear mesh: working transverse pressure angle (rad), path of contact on the planet's
-    line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m)."""
+    line of action s_lo…s_hi (m), base pitch (m), contact ratios, normal backlash (m), and its part
+    that teeth of ring or sun are thinner by (``backlash``), m."""
 
     working_angle: float
     s_lo: float
@@ -44,6 +45,7 @@ class GearMeshGeometry:
     transverse_contact_ratio: float
     overlap_ratio: float
     backlash: float
+    allowance: float
 
     @property
     def total_contact_ratio(self) -> float:
@@ -191,16 +193,17 @@ def _gear_mesh(
     stage, planet = view.stage, gears["planet"]
     angle = radii.ring_angle if role == "ring" else radii.sun_angle
     pitch, ratio = planet.base_pitch, given_contact_ratio(view, role)
+    allowance = backlash_allowance(view, role, radii.center_distance)
     low, high = planet.path_of_contact(gears[role], angle)
     if is_overridden(stage):
-        backlash = _asked_backlash(stage, role)
+        backlash = allowance
         if high - low < pitch:
             if ratio is None:
                 ratio = _least_ratio(view, role, (high - low) / pitch)
             low = high = radii.planet * math.tan(angle)
     else:
         _require_contact(view, gears, role, radii)
-        backlash = _backlash(view, gears, role, radii)
+        backlash = _backlash(view, gears, role, radii, allowance)
     if ratio is not None:
         middle, half = 0.5 * (low + high), 0.5 * ratio * pitch
         low, high = middle - half, middle + half
@@ -214,6 +217,7 @@ def _gear_mesh(
         * math.sin(stage.helix_angle)
         / (math.pi * stage.normal_module),
         backlash=backlash,
+        allowance=allowance,
     )
 
 
@@ -284,10 +288,6 @@ def bottom_clearance(
     )
 
 
-def _asked_backlash(stage: Stage, role: str) -> float:
-    return stage.backlash_ring if role == "ring" else stage.backlash_sun
-
-
 def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii) -> float:
     """Normal play that thicknesses leave on the working circles, m; below 0 where teeth overlap."""
     gear, planet = gears[role], gears["planet"]
@@ -298,14 +298,18 @@ def inherent_backlash(gears: Mapping[str, ToothGeometry], role: str, radii: Stag
 
 
 def _backlash(
-    view: StageView, gears: Mapping[str, ToothGeometry], role: str, radii: StageRadii
+    view: StageView,
+    gears: Mapping[str, ToothGeometry],
+    role: str,
+    radii: StageRadii,
+    allowance: float,
 ) -> float:
-    """Normal play left by thicknesses at the working circles, plus what the case asks for, m."""
+    """Normal play left by thicknesses at the working circles, plus the allowance, m."""
     module = view.stage.normal_module
-    backlash = _asked_backlash(view.stage, role) + inherent_backlash(gears, role, radii)
+    backlash = allowance + inherent_backlash(gears, role, radii)
     if backlash < -NO_PLAY * module:
         raise view.refuse(
             view.part(role), f"teeth overlap by {-1e6 * backlash:.1f} µm at this distance",
             f"raise backlash_{role}_mm or change the centre distance",
         )  # fmt: skip
-    return max(backlash, 0.0)
+    return backlash if backlash > NO_PLAY * module else 0.0

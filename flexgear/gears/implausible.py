@@ -15,6 +15,7 @@ import numpy as np
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.bearing_stiffness import roller_bearing_stiffness
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch
+from flexgear.gears.errors import errors_closing, stage_errors
 from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import (
     StageGeometry,
@@ -22,6 +23,7 @@ from flexgear.gears.geometry import (
     inherent_backlash,
     stage_geometry,
 )
+from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.root_stress import largest_root_stress
 from flexgear.gears.stage_flow import StageFlow
@@ -57,6 +59,7 @@ def _of_stage(case: Case, flow: PowerFlow, stage: StageFlow) -> Iterator[str]:
     g = stage_geometry(view)
     yield from _places(view, g)
     yield from _teeth(view, g)
+    yield from _backlash(view, g, stage)
     yield from _stress(view, g, stage)
     yield from _shaft(view, stage)
     yield from _bearings(view, stage)
@@ -96,6 +99,23 @@ def _places(view: StageView, g: StageGeometry) -> Iterator[str]:
         else:
             continue
         yield f"{problem} in the {name}; check module, centre distance and base diameters"
+
+
+def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[str]:
+    """Errors that close the backlash, where contact is one-sided."""
+    if view.gear_mesh.contact_law == "linear":
+        return
+    paths = stage_paths(view, stage.gear_mesh_forces)
+    errors, side = stage_errors(view, paths), view.stage.sides[0]
+    for role, gear_mesh in g.gear_meshes.items():
+        drive, coast = errors[role, side], errors[f"{role}_coast", side]
+        closed = float(errors_closing(drive, coast, 0.5 * view.stage.face_width).max())
+        if closed > gear_mesh.backlash:
+            yield (
+                f"errors of manufacture close up to {1e6 * closed:.4g} µm of a backlash of "
+                f"{1e6 * gear_mesh.backlash:.4g} µm in the {_mesh(view, role)}: both flanks carry "
+                "there; raise the backlash, or lower the errors"
+            )
 
 
 def _mesh(view: StageView, role: str) -> str:

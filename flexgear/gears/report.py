@@ -7,12 +7,14 @@ flow's.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexgear.gears.backlash import backlash_source
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
+from flexgear.gears.errors import PairErrors, errors_closing, stage_errors
 from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.flanks import GearFlank, modified_flanks
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
@@ -48,27 +50,29 @@ def case_report(case: Case) -> Report:
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     """Sections "assembly", the gears, and "sun_gear_mesh", "ring_gear_mesh" (parallel stage:
     "gear_mesh"), "missing_on_flanks" where some are no involutes, and "not_modelled" with the sizes
-    of what gear-mesh models leave out. Lengths of gears are
-    diameters; stiffness is along the 3D normal and, in a double-helical stage, of one half, as face
-    width and contact ratios are; forces as in ``stage_paths``. Stresses are nominal, without load
-    factors."""
+    of what gear-mesh models leave out. Lengths of gears are diameters; stiffness is along the 3D
+    normal and, in a double-helical stage, of one half, as face width and contact ratios are; what
+    errors close of the backlash is that of the planet where they close most; forces as in
+    ``stage_paths``. Stresses are nominal, without load factors."""
     g, paths, stage = stage_geometry(view), stage_paths(view, forces), view.stage
     report: Report = {"assembly": _assembly(view, g)}
     for role, gear in g.gears.items():
         report[view.part(role)] = _gear(gear, getattr(g.radii, role))
     side = "left" if stage.double_helical else ""
     stresses = stage_root_stress(view, g, forces)
+    errors = stage_errors(view, paths) if view.gear_mesh.contact_law == "one-sided" else {}
     for role in g.gear_meshes:
         name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
-        report[name] = _gear_mesh(view, g, role, paths[role, side])
+        flanks = [errors[kind, side] for kind in (role, f"{role}_coast") if errors]
+        report[name] = _gear_mesh(view, g, role, paths[role, side], flanks)
         if forces[role]:
             pressure = pitch_point_pressure(view, g, role, forces[role])
             report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6
         for (of, part), found in stresses.items():
             if of == role:
                 report[name] |= _root(view.part(part), found)
-    flanks = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
-    report |= {"missing_on_flanks": flanks} if flanks else {}
+    missing = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
+    report |= {"missing_on_flanks": missing} if missing else {}
     return report | {"not_modelled": left_out(view, forces)}
 
 
@@ -128,7 +132,14 @@ def _tool(gear: ToothGeometry) -> dict[str, Any]:
     return rows
 
 
-def _gear_mesh(view: StageView, g: StageGeometry, role: str, path: GearMeshPath) -> dict[str, Any]:
+def _gear_mesh(
+    view: StageView,
+    g: StageGeometry,
+    role: str,
+    path: GearMeshPath,
+    errors: Sequence[PairErrors],
+) -> dict[str, Any]:
+    """errors: of the drive and the coast flank, where backlash is between them."""
     gear_mesh = g.gear_meshes[role]
     start = (path.s0 - path.s_lo) / path.base_pitch
     rows: dict[str, Any] = {
@@ -139,6 +150,8 @@ def _gear_mesh(view: StageView, g: StageGeometry, role: str, path: GearMeshPath)
         "base_pitch_mm": 1e3 * path.base_pitch,
         "path_of_contact_mm": [1e3 * path.s_lo, 1e3 * path.s_hi],
         "backlash_um": 1e6 * path.backlash,
+        "backlash_by": backlash_source(view, role),
+        **_closed(errors, path.half_face),
         "place_of_first_pair_in_pitches": _share(start[0]),
     }
     if view.stage.kind == "planetary":
@@ -152,6 +165,14 @@ def _gear_mesh(view: StageView, g: StageGeometry, role: str, path: GearMeshPath)
     if not g.overridden:
         rows["iso_single_stiffness_n_per_mm_um"] = iso_peak(view, role) / 1e9
     return rows
+
+
+def _closed(errors: Sequence[PairErrors], half_face: float) -> dict[str, float]:
+    if not errors:
+        return {}
+    drive, coast = errors
+    most = errors_closing(drive, coast, half_face).max()
+    return {"errors_close_up_to_um": 1e6 * float(most)}
 
 
 def _root(gear: str, found: RootStress) -> dict[str, Any]:

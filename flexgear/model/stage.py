@@ -65,8 +65,8 @@ class Stage(Section):
     center_distance: Length | None = Field(default=None, ge=1e-3, le=5.0)
     planet_positions: tuple[Angle, ...] | None = None
     allow_unassemblable: bool = False
-    backlash_ring: Length = Field(default=0.0, ge=0.0, le=0.02)
-    backlash_sun: Length = Field(default=0.0, ge=0.0, le=0.02)
+    backlash_ring: Length | None = Field(default=None, ge=0.0, le=0.02)
+    backlash_sun: Length | None = Field(default=None, ge=0.0, le=0.02)
     ring_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
     sun_pressure_angle: Angle | None = Field(default=None, ge=math.radians(5), le=math.radians(45))
     position: Angle = 0.0

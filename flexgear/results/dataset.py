@@ -1,31 +1,26 @@
 """Labelled datasets, saved with the parameters that made them.
 
-`save` and `load` go through netCDF (HDF5), whose library may be called by one thread at a time: what
-writes or opens a file holds `FILES`. Angles and times are kept in double precision; arrays
+`save` and `load` go through netCDF (HDF5). Angles and times are kept in double precision; arrays
 with more than one axis are stored in single precision (1e-7 of the value) and compressed.
 """
 
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
-import os
-import sys
-import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import netCDF4
+import h5py
 import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import FlexgearError
+from flexgear.results.netcdf import Encoding, NewFile, read
 from flexgear.results.version import version
 
-FILES = threading.RLock()
 
 
 def provenance(
@@ -53,24 +48,18 @@ def save(data: xr.Dataset, path: PathLike) -> Path:
     return write_netcdf(data, path, encoding_of(data))
 
 
-def write_netcdf(
-    data: xr.Dataset, path: PathLike, encoding: dict[str, dict[str, Any]] | None = None
-) -> Path:
+def write_netcdf(data: xr.Dataset, path: PathLike, encoding: Encoding | None = None) -> Path:
     """Write netCDF as ``save`` does, stored as said."""
-    with atomic_file(path) as draft, FILES, system_errors():
-        file = opened(draft, "w")
-        try:
-            data.dump_to_store(xr.backends.NetCDF4DataStore(file), encoding=encoding)
-        finally:
-            file.close()
+    with atomic_file(path) as draft:
+        NewFile(draft, data, encoding or {}, {}).close()
     return Path(path)
 
 
-def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+def encoding_of(data: xr.Dataset) -> Encoding:
     """How variables are stored: compressed, with more than one axis in single precision."""
     return {
-        str(name): {"zlib": True, "complevel": 1, "shuffle": True}
-        | ({"dtype": "float32"} if v.ndim > 1 and v.dtype == np.float64 else {})
+        str(name): {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+        | ({"dtype": "f4"} if v.ndim > 1 and v.dtype == np.float64 else {})
         for name, v in data.data_vars.items()
         if v.ndim > 0
     }
@@ -78,29 +67,8 @@ def encoding_of(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def load(path: PathLike) -> xr.Dataset:
     """Read a dataset into memory; one clear line where that is not possible."""
-    with readable(path), FILES, opened(path) as file:
-        return xr.open_dataset(xr.backends.NetCDF4DataStore(file)).load()
-
-
-def opened(path: PathLike, mode: Literal["r", "w"] = "r") -> netCDF4.Dataset:
-    """The file as the library has it, which knows no names that are no text."""
-    name = os.fspath(path)
-    if name.isprintable() or sys.platform != "linux":
-        return netCDF4.Dataset(name, mode)
-    handle = os.open(path, os.O_RDONLY if mode == "r" else os.O_RDWR | os.O_CREAT, 0o666)
-    try:
-        return netCDF4.Dataset(f"/proc/self/fd/{handle}", mode)
-    finally:
-        os.close(handle)
-
-
-@contextlib.contextmanager
-def system_errors() -> Iterator[None]:
-    """OSError where the library cannot write, of which it says no reason."""
-    try:
-        yield
-    except RuntimeError as error:
-        raise OSError(errno.EIO, f"the disk refused to be written ({error})") from error
+    with readable(path), h5py.File(path) as file:
+        return read(file, whole=True)
 
 
 @contextlib.contextmanager
@@ -110,7 +78,7 @@ def readable(path: PathLike) -> Iterator[None]:
         raise FlexgearError(f"cannot read {path}: there is no such file")
     try:
         yield
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FlexgearError(
             f"cannot read {path}: not a netCDF file of flexgear ({line})"

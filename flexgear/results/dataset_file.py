@@ -1,7 +1,7 @@
 """A dataset on disk that grows with time, sample by sample.
 
-xarray writes it once without samples, with all labels, units and encodings; the variables over time
-are then lengthened. What is read back is what ``dataset.save`` would have written of the whole.
+It is made at once with all labels, units and encodings, and room for all samples. What is read back
+is what ``dataset.save`` would have written of the whole.
 """
 
 from __future__ import annotations
@@ -12,15 +12,18 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
-from flexgear.results.dataset import FILES, encoding_of, opened, readable, system_errors
+from flexgear.results.dataset import encoding_of, load, readable
+from flexgear.results.netcdf import NewFile, read
 from flexgear.results.sinks import TIME, Coming, histories, sample_size
 
 CHUNK = 2**18  # bytes that are compressed together
+WHOLE = 2**25  # bytes of a file that is read whole
 
 
 @contextlib.contextmanager
@@ -37,11 +40,15 @@ def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetF
             file.close()
 
 
+def reopened(path: PathLike) -> xr.Dataset:
+    """A dataset read whole, or lazily where it is large."""
+    return load(path) if Path(path).stat().st_size <= WHOLE else open_lazily(path)
+
+
 def open_lazily(path: PathLike) -> xr.Dataset:
     """A dataset whose variables, time too, are read from the file each time they are wanted."""
-    with readable(path), FILES:
-        store = xr.backends.NetCDF4DataStore(opened(path))
-        data = xr.open_dataset(store, cache=False, create_default_indexes=False)
+    with readable(path):
+        data = read(h5py.File(path), whole=False)
         for label in {*map(str, data.dims)} & {*map(str, data.coords)} - {TIME}:
             data = data.set_xindex(label)
         return data
@@ -62,42 +69,35 @@ class DatasetFile:
         pattern = chosen(coming.pattern, self._names)
         self._refuse_too_much(Coming(pattern, coming.samples))
         over_time = histories(pattern)
-        encoding = encoding_of(pattern)
+        encoding = dict(encoding_of(pattern))
         for name, variable in over_time.items():
             if not sample_size(variable):  # of a train without planets, supports
                 continue
             rows = max(1, min(coming.samples, CHUNK // sample_size(variable)))
             shape = tuple(rows if d == TIME else n for d, n in variable.sizes.items())
-            encoding[name] = {**encoding.get(name, {}), "chunksizes": shape}
-        with FILES:
-            self._file = opened(self._path, "w")
-            store = xr.backends.NetCDF4DataStore(self._file)
-            pattern.dump_to_store(store, encoding=encoding, unlimited_dims=[TIME])
-            self._file.set_auto_maskandscale(False)
-            self._kept = {name: self._file.variables[name].dtype for name in over_time}
+            encoding[name] = {**encoding.get(name, {}), "chunks": shape}
+        self._file = NewFile(self._path, pattern, encoding, {TIME: coming.samples})
+        self._kept = {name: self._file.dtype(name) for name in over_time}
 
     def append(self, data: xr.Dataset) -> None:
         """Write some samples more."""
         before, self._samples = self._samples, self._samples + data.sizes[TIME]
-        with FILES, system_errors():
-            for name, dtype in self._kept.items():
-                values = data.variables[name].to_numpy().astype(dtype)
-                self._file.variables[name][before : self._samples] = values
+        for name, dtype in self._kept.items():
+            values = data.variables[name].to_numpy().astype(dtype)
+            self._file.put(name, values, slice(before, self._samples))
 
     def finish(self, last: xr.Dataset) -> None:
         """Write what is known only now."""
-        with FILES, system_errors():
-            for name, variable in last.data_vars.items():
-                self._file.variables[str(name)][...] = variable.to_numpy()
-            self._file.setncatts(last.attrs)
-            self.close()
+        for name, variable in last.data_vars.items():
+            self._file.put(str(name), variable.to_numpy())
+        self._file.set_attributes(last.attrs)
+        self.close()
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""
         if self._file is not None:
             file, self._file = self._file, None
-            with FILES, system_errors():
-                file.close()
+            file.close()
 
     def _refuse_too_much(self, coming: Coming) -> None:
         free = shutil.disk_usage(self._path.parent).free

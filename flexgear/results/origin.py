@@ -66,14 +66,17 @@ def origin_of(path: Path) -> Origin | None:
 
 
 def _of_dataset(path: Path) -> Origin | None:
-    from flexgear.results.dataset import FILES, opened  # only where there is a dataset
+    import h5py  # only where there is a dataset
 
-    with FILES, opened(path) as data:
-        names = {"title", "case", "parameters"} & {*data.ncattrs()}
-        attrs = {name: data.getncattr(name) for name in names}
+    with h5py.File(path) as data:
+        attrs = {name: _plain(data.attrs[name]) for name in ("title", "case", "parameters")}
     if not str(attrs["title"]).startswith("flexgear "):
         return None
     return Origin(str(attrs["case"]), _text(json.loads(attrs["parameters"]).get("source", "")))
+
+
+def _plain(value: Any) -> Any:
+    return value.decode() if isinstance(value, bytes) else value
 
 
 def _of_json(path: Path) -> Origin | None:

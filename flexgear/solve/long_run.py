@@ -31,7 +31,7 @@ from flexgear.analysis.transient import (
 )
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
-from flexgear.results.dataset_file import dataset_file, open_lazily
+from flexgear.results.dataset_file import dataset_file, reopened
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
@@ -70,14 +70,13 @@ class TimedRun:
 def shelved(
     place: Path | None, name: str, run: Callable[[DatasetSink | None], TimedRun]
 ) -> TimedRun:
-    """A run whose samples go to the file ``name``.nc of a folder, to be read when they are wanted;
-    None: into memory."""
+    """A run whose samples go to the file ``name``.nc of a folder; None: into memory."""
     if place is None:
         return run(None)
     path = place / f"{name}.nc"
     with dataset_file(path) as sink:
         found = run(sink)
-    return replace(found, data=open_lazily(path))
+    return replace(found, data=reopened(path))
 
 
 @dataclass(frozen=True)

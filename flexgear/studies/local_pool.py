@@ -12,17 +12,17 @@ import contextlib
 import multiprocessing
 import os
 import pickle
-import signal
 import threading
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from loky.process_executor import BrokenProcessPool, ProcessPoolExecutor
 
+from flexgear.studies.early_workers import deaf_children, silenced
 from flexgear.studies.outcome import DIED, Outcome, on_one_thread
 
 S = TypeVar("S")
@@ -100,7 +100,7 @@ class _Workers:
         self, worker: ProcessPoolExecutor, job: bytes
     ) -> tuple[Future[Outcome[Any]], ProcessPoolExecutor]:
         """A run begun on a worker, or on another in its place where it was lost meanwhile."""
-        with _deaf_children():
+        with deaf_children():
             while True:
                 try:
                     return worker.submit(_run, job), worker
@@ -108,20 +108,6 @@ class _Workers:
                     self._pools.remove(worker)
                     worker.shutdown()
                     worker = self.start()
-
-
-@contextlib.contextmanager
-def _deaf_children() -> Iterator[None]:
-    """Processes that start meanwhile do not hear Ctrl-C, from their first instruction on; this one
-    hears it afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 # --- on a worker ---------------------------------------------------------------------------------
@@ -133,11 +119,8 @@ def _prepare(common: bytes, parent: Connection) -> None:
     """At a worker's start. parent: a pipe that has an end when the parent has."""
     global _common
     _common = common
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    silenced()
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    with open(os.devnull, "r+b") as nowhere:  # what libraries print; outcomes say what went wrong
-        for stream in range(3):
-            os.dup2(nowhere.fileno(), stream)
 
 
 def _end_with(parent: Connection) -> None:

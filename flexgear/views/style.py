@@ -199,7 +199,11 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], dpi: float = 200.0
         raise FlexgearError(f"cannot write picture {target}: use the suffix .png, .svg or .pdf")
     stamp: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {})
     with atomic_file(target) as temporary:
-        figure.savefig(temporary, format=kind, dpi=dpi, metadata=stamp)
+        if kind == "png":  # savefig draws twice where there is a layout: for it, then with it
+            figure.dpi = dpi
+            FigureCanvasAgg(figure).print_png(temporary)
+        else:
+            figure.savefig(temporary, format=kind, dpi=dpi, metadata=stamp)
     return target
 
 

@@ -75,14 +75,13 @@ def envelope(x: Array, y: Array, most: int) -> tuple[Array, Array]:
         return x, y
     pieces = max(1, most // 2)
     step = -(-x.size // pieces)
-    at = []
-    for start in range(0, x.size, step):
-        piece = y[start : start + step]
-        if np.isfinite(piece).any():
-            ends = {start + int(np.nanargmin(piece)), start + int(np.nanargmax(piece))}
-            at += sorted(ends)
-        else:
-            at.append(start)
+    rows = -(-x.size // step)
+    padded = np.full(rows * step, np.nan)
+    padded[: x.size] = np.where(np.isfinite(y), y, np.nan)
+    piece = padded.reshape(rows, step)
+    least = np.where(np.isnan(piece), np.inf, piece).argmin(axis=1)  # 0 where there is no number
+    largest = np.where(np.isnan(piece), -np.inf, piece).argmax(axis=1)
+    at = np.unique(np.arange(rows) * step + [least, largest])
     return x[at], y[at]
 
 
@@ -230,7 +229,15 @@ def numbers(values: Any) -> Array:
 
 def listed(values: Array) -> list[float | None]:
     """Numbers to five digits; None where there is none, which plotly leaves out."""
-    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in np.asarray(values, float)]
+    v = np.asarray(values, float)
+    known = np.isfinite(v)
+    size = np.where(known & (v != 0.0), np.abs(v), 1.0)
+    places = DIGITS - 1 - np.floor(np.log10(size)).astype(int)  # behind the point
+    up, down = (10.0 ** np.clip(sign * places, 0, 300) for sign in (1, -1))
+    rounded: list[float | None] = (np.round(v * up / down) * down / up).tolist()
+    if not known.all():
+        rounded = [x if is_known else None for x, is_known in zip(rounded, known, strict=True)]
+    return rounded
 
 
 def _is_colour(value: Any) -> bool:

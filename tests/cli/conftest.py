@@ -12,7 +12,9 @@ from flexgear.cli.entry import run
 def flexgear(capsys, monkeypatch):
     """Function: arguments -> (exit code, stdout, stderr)."""
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", lambda stage, *_: cheap_stage(stage))
-    monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)  # cores run other tests
+    # cores run other tests
+    monkeypatch.setattr("flexgear.studies.job_pool.STARTING", math.inf)
+    monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 1)
 
     def call(*arguments):
         code = run([str(a) for a in arguments])

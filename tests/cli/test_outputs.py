@@ -231,7 +231,7 @@ def test_names_that_lead_elsewhere(flexgear, mine, monkeypatch, name):
 
 def test_a_dataset_of_another_program_or_a_damaged_one_is_nobody_s(flexgear, mine):
     out = mine.parent / "own.nc"
-    xr.Dataset({"a": ("x", [1.0, 2.0])}, attrs={"title": "mine"}).to_netcdf(out, engine="netcdf4")
+    xr.Dataset({"a": ("x", [1.0, 2.0])}, attrs={"title": "mine"}).to_netcdf(out, engine="h5netcdf")
     refused(flexgear("static", mine, "-q", "--out", out), "no result of mine")
     out.write_bytes(out.read_bytes()[:1000])
     refused(flexgear("static", mine, "-q", "--out", out), "no result of mine")

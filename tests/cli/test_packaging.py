@@ -29,4 +29,4 @@ def test_imports_are_dependencies():
     asked = [*project["dependencies"], *extras["video"]]
     names = {re.split(r"[><=\[ ]", line)[0] for line in asked}
     assert third_party() - names == set()
-    assert names - third_party() == set()
+    assert names - third_party() == {"h5netcdf"}  # for users who open results with xarray

@@ -6,13 +6,15 @@ import pytest
 from report_pages import OF_RUNS, require_sound
 from stage_samples import cheap_stage, missing_the_promise
 
-from flexgear.cli import pictures, run_commands, run_folder
+from flexgear.cli import pictures, run_commands
 from flexgear.cli.entry import run
 from flexgear.model.errors import FlexgearError
+from flexgear.results import dataset_file
 from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
 from flexgear.solve.bodies import StageBodies
+from flexgear.solve.verdicts import plain_warnings
 from flexgear.studies.outcome import Outcome
 
 FAST = [
@@ -55,7 +57,7 @@ def test_run_writes_results_and_summary(finished):
     assert code == 0
     summary = json.loads((out / "summary.json").read_text())
     assert len(said) == 1
-    assert said == summary["warnings"]
+    assert said == plain_warnings(summary)
     assert lacking(summary) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0
@@ -65,7 +67,7 @@ def test_run_writes_results_and_summary(finished):
     assert [p.name for p in out.parent.iterdir()] == ["mine"]  # no stage left behind
 
 
-@pytest.mark.parametrize("broken", ["run_commands.draw", "pictures.run_jobs"])
+@pytest.mark.parametrize("broken", ["run_commands._draw", "pictures.write_report"])
 def test_pictures_that_fail_cost_no_results(monkeypatch, tmp_path, capsys, broken):
     """Whatever the drawing does, a bug of its own included: the work before it is not lost."""
 
@@ -90,7 +92,7 @@ def test_a_finished_folder_is_read_again(content):
 
 
 def test_large_datasets_are_read_piece_by_piece(finished, content, monkeypatch):
-    monkeypatch.setattr(run_folder, "_AT_ONCE", 0)
+    monkeypatch.setattr(dataset_file, "WHOLE", 0)
     name = "torque_step_2e6"
     pieces = run_commands.read_folder(finished[0]).datasets[name]
     assert not pieces.variables["pair_load"]._in_memory
@@ -101,11 +103,11 @@ def test_large_datasets_are_read_piece_by_piece(finished, content, monkeypatch):
 def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monkeypatch, tmp_path):
     (tmp_path / "summary.json").write_text("older")
 
-    def broken(content, sheet, report, interactive):
-        (sheet.folder / "half.png").write_text("half a picture")
+    def broken(content, source, place, *_):
+        (place / "half.png").write_text("half a picture")
         raise FlexgearError("cannot draw")
 
-    monkeypatch.setattr(run_commands, "draw", broken)
+    monkeypatch.setattr(run_commands, "_draw", broken)
     code, _, err = flexgear("render", finished[0], "--quiet", "--out", tmp_path)
     assert code == 1
     assert err == "flexgear: cannot draw\n"
@@ -116,37 +118,37 @@ def test_pictures_that_fail_leave_an_older_folder_alone(flexgear, finished, monk
 def test_any_process_draws_a_run_from_its_folder(finished, content, tmp_path, monkeypatch):
     """Pictures of a process that reads the folder are those of the one that has the run."""
     monkeypatch.setattr(pictures, "_known", {})
+    sheet = pictures.Sheet(finished[0], tmp_path / "there")
     for name in ("load_sharing", "torque_step_2e6_energy"):
-        there = pictures._picture(pictures.Sheet(finished[0], tmp_path / "there"), name)
-        here = pictures._drawn(content, tmp_path / "here", name)
+        there = pictures._picture(sheet, name)
+        here = pictures.Pictures(content, tmp_path / "here").picture(name)
         assert there.caption == here.caption
         assert there.path.read_bytes() == here.path.read_bytes()
-    assert list(pictures._known) == [finished[0]]  # read once
+    assert list(pictures._known) == [sheet]  # read once
 
 
 def test_what_another_process_could_not_draw_is_drawn_here(
     finished, content, tmp_path, monkeypatch
 ):
-    def lost(function, sheet, names):
-        yield from ((k, Outcome(None, "its process died")) for k in range(len(names)))
+    class Lost:
+        def completed(self, function, sheet, names):
+            yield from ((k, Outcome(None, "its process died")) for k in range(len(names)))
 
     drawn = []
-    monkeypatch.setattr(pictures, "run_jobs", lost)
     monkeypatch.setattr(
-        pictures,
-        "_drawn",
-        lambda content, place, name: drawn.append(name) or pictures.Picture(None, name),
+        pictures.Pictures,
+        "picture",
+        lambda self, name: drawn.append(name) or pictures.Picture(None, name),
     )
     sheet = pictures.Sheet(finished[0], tmp_path)
-    pictures.drawn_side(content, sheet, lambda *_: None)
+    pictures.drawn_side(content, sheet, lambda *_: None, Lost())
     assert {"ring_3d", "ring_star", "ring_star_turning", "load_sharing"} <= set(drawn)
     assert pictures._known == {}
 
 
 @pytest.mark.slow
 def test_pictures_and_report(flexgear, finished, tmp_path, monkeypatch):
-    monkeypatch.setattr("flexgear.studies.job_pool.STARTING", 0.0)  # all but the first elsewhere
-    monkeypatch.setattr("flexgear.studies.job_pool.processors", lambda: 2)
+    monkeypatch.setattr("flexgear.studies.early_workers.processors", lambda: 2)
     out = tmp_path / "drawn"
     code, text, _ = flexgear("render", finished[0], "--quiet", "--out", out)
     assert code == 0

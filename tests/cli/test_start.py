@@ -12,7 +12,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.workable import RIGID, stand_ins
 from flexgear.model.load import load_case
 
-SOLVES = {"numba", "xarray", "pandas", "netCDF4", "skfem", "gmsh", "meshio", "cvxopt"}
+SOLVES = {"numba", "xarray", "pandas", "h5py", "skfem", "gmsh", "meshio", "cvxopt"}
 SHOWS = {"matplotlib", "pyvista", "plotly", "PIL", "jinja2"}
 MODEL = {"numpy", "scipy", "pydantic", "flexgear.model.case", "flexgear.gears"}
 

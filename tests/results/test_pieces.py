@@ -1,9 +1,9 @@
 """Transients in files are summed up piece by piece: same figures, no variable is read whole."""
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from xarray.backends.netCDF4_ import NetCDF4ArrayWrapper
 
 from flexgear.results import pieces as pieces_module
 from flexgear.results.contact_share import contact_share
@@ -28,14 +28,14 @@ def small_pieces(monkeypatch):
 @pytest.fixture
 def reads(monkeypatch):
     """Bytes of all that is read from files, read by read."""
-    found, read = [], NetCDF4ArrayWrapper._getitem
+    found, read = [], h5py.Dataset.__getitem__
 
     def watched(variable, key):
         values = read(variable, key)
         found.append(np.asarray(values).nbytes)
         return values
 
-    monkeypatch.setattr(NetCDF4ArrayWrapper, "_getitem", watched)
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", watched)
     return found
 
 

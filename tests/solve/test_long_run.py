@@ -150,7 +150,7 @@ def test_what_is_said_before_is_what_comes(train):
     assert sum(sizes) == coming.samples == 4500
     assert last.attrs["steps"] == 4500
     data = simulate(train, duration=4500 * STEP).data
-    single = [n for n, how in encoding_of(data).items() if how.get("dtype") == "float32"]
+    single = [n for n, how in encoding_of(data).items() if how.get("dtype") == "f4"]
     size = {str(n): v.nbytes for n, v in data.variables.items() if "time" in v.dims}
     assert coming.size == sum(b // 2 if n in single else b for n, b in size.items())
 

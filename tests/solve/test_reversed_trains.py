@@ -23,10 +23,16 @@ TRUE_TEETH = [n for n in BUNDLED if n != "lin-parker"]
 
 
 def with_law(name, law, model=None, stages=None, **more):
-    """A bundled train with the contact law, and the model, in some or all of its stages."""
-    count = len(load_case(name).stages)
-    at = ["stage"] if count == 1 else [f"stages.{i}" for i in stages or range(count)]
+    """A bundled train with the contact law, and the model, in some or all of its stages; without
+    backlash where it says none, so that no planet is free between its flanks."""
+    bare = load_case(name).stages
+    numbers = list(stages or range(len(bare)))
+    at = ["stage"] if len(bare) == 1 else [f"stages.{i}" for i in numbers]
     keys = {f"{s}.gear_mesh.contact_law": law for s in at}
+    for s, i in zip(at, numbers, strict=True):
+        roles = ("sun", "ring") if bare[i].kind == "planetary" else ("sun",)
+        left_out = [k for k in roles if getattr(bare[i], f"backlash_{k}") is None]
+        keys |= {f"{s}.backlash_{k}_mm": "0" for k in left_out}
     keys |= {f"{s}.gear_mesh.model": model for s in at if model}
     return load_case(name, {**keys, **more})
 

@@ -8,12 +8,12 @@ from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.gears import GearReader, Rack
 from flexgear.files.rexs.stages import FoundStage
+from flexgear.gears.backlash import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
 
 AGREES = 1e-3  # modules, or rad, by which redundant values of a file may be rounded
 _NO_SHIFT = 1e-6
-_NO_BACKLASH = 1e-9  # modules
 GEAR_DATA = ("cylindrical_stage_gear_data", "stage_gear_data")
 
 
@@ -43,7 +43,8 @@ class StageWriter:
         else:
             self._direction(section, stage)
         shifts = self._shifts(stage, rack, teeth, distance)
-        self._backlash(section, stage, rack, _wanted(stage, rack, teeth, distance), shifts)
+        wanted = _wanted(stage, rack, teeth, distance)
+        self._backlash(section, stage, rack, wanted, shifts, distance)
         for role in stage.roles:
             self._gear(stage, role, rack, teeth[role], shifts[role])
         return rack
@@ -263,10 +264,12 @@ class StageWriter:
         rack: Rack,
         wanted: dict[str, float | None],
         shifts: dict[str, Datum],
+        distance: Datum | None,
     ) -> None:
         """Normal backlash that is asked for beside what thicknesses leave at the centre distance,
 
-        2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself.
+        2 m_n sin α_n (Σx without backlash − Σx), which a case has by itself. What the file does
+        not say is left to the case's rule (``backlash``).
         """
         for role, meshes in stage.meshes.items():
             total = self._total_backlash([mesh.stage for mesh in meshes])
@@ -277,12 +280,11 @@ class StageWriter:
             key = f"backlash_{role}_mm"
             if total is not None and total.value - left >= -AGREES * rack.module:
                 asked = max(total.value - left, 0.0)
-                if asked > _NO_BACKLASH * rack.module:
-                    section.put(key, asked, f"{total.source}, less what profile shifts leave")
-            elif left < -_NO_BACKLASH * rack.module:
-                self.case.assume(
-                    section, key, -left, "at the centre distance of the file teeth overlap by that"
-                )
+                section.put(key, asked, f"{total.source}, less what profile shifts leave")
+            elif left < -AGREES * rack.module and distance is not None:
+                least = 1e3 * least_backlash(1e-3 * distance.value, 1e-3 * rack.module)
+                why = f"teeth overlap by {-left:.4g} mm at the file's centre distance; and {RULE}"
+                self.case.assume(section, key, least - left, why)
 
     def _total_backlash(self, stages: list[Component]) -> Datum | None:
         mean = number(stages, "mean_normal_backlash", "mm")

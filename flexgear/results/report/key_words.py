@@ -44,6 +44,8 @@ _WORDS = {
     "contact_ratio": ("total contact ratio", ""),
     "path_of_contact_mm": ("path of contact, ends from the planet's base tangent point", ""),
     "backlash_um": ("normal backlash", ""),
+    "backlash_by": ("teeth thinned for it by", ""),
+    "errors_close_up_to_um": ("closed of it by errors of manufacture, at most", ""),
     "place_of_first_pair_in_pitches": ("first pair of planet 1, from the start of the path", _PITCHES),
     "phase_of_planets_in_pitches": ("phases of the planets against planet 1", _PITCHES),
     "stiffness": ("model of the stiffness", ""),

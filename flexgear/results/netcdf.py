@@ -1,0 +1,252 @@
+"""netCDF-4 files, written and read through HDF5 alone.
+
+A netCDF-4 file is an HDF5 file in which axes are dimension scales (netCDF-4 file format
+specification, Unidata). Of xarray's engines h5netcdf looks every axis of every variable up again and
+again (half a second for a file of a run, of which there are twenty), and the netCDF library in C ends
+the process with a fault where two threads use it, if only to let go of files. h5py may be used by
+any thread. What is written here, both engines read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+Encoding = Mapping[str, Mapping[str, Any]]
+BARE = "This is a netCDF dimension but not a netCDF variable."
+COORDINATES = "coordinates"  # attribute that names those beside the axes
+OF_THE_FORMAT = {
+    "CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates",
+    "_nc3_strict", "_NCProperties", "_FillValue", COORDINATES,
+}  # fmt: skip
+WIDE = ("v110", "v114")  # versions of HDF5 whose attributes may be longer than 64 kB
+
+
+class NewFile:
+    """A new file with a dataset, open for more.
+
+    path: a file that exists is emptied. encoding: dtype and keywords of ``h5py.Group
+    .create_dataset`` by variable. long: axes whose variables get so many places, and no values yet.
+    """
+
+    def __init__(
+        self, path: Path, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]
+    ) -> None:
+        self._disk = _Disk(path)
+        self._file = h5py.File(self._disk, "w", libver=WIDE, track_order=True)
+        try:
+            _fill(self._file, data, encoding, long)
+        except BaseException:
+            self._close()
+            raise
+
+    def dtype(self, name: str) -> np.dtype[Any]:
+        """Of a variable, as it is stored."""
+        return self._file[name].dtype  # type: ignore[no-any-return]
+
+    def put(self, name: str, values: NDArray[Any], rows: slice | None = None) -> None:
+        """Values of a variable, or some rows of it along its first axis. OSError where the disk refuses."""
+        self._file[name][... if rows is None else rows] = values
+        self._disk.require()
+
+    def set_attributes(self, attrs: Mapping[Any, Any]) -> None:
+        """More attributes of the dataset."""
+        set_attributes(self._file, attrs)
+
+    def close(self) -> None:
+        """No more is to come. OSError where the disk refused."""
+        self._close()
+        self._disk.require()
+
+    def _close(self) -> None:
+        self._file.close()
+        self._disk.close()
+
+
+class _Disk:
+    """What HDF5 writes to. It does not hear that the disk refuses, as it would try again when the
+    process ends, and end it with a fault; ``require`` says so."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = open(path, "w+b", buffering=0)  # noqa: SIM115 (closed by ``close``)
+        self._error: OSError | None = None
+        self.read, self.readinto, self.tell = (
+            self._file.read, self._file.readinto, self._file.tell,
+        )  # fmt: skip
+        self.close = self._file.close
+
+    def require(self) -> None:
+        if self._error is not None:
+            raise self._error
+
+    def write(self, data: Any) -> int:
+        view = memoryview(data).cast("B")
+        written = 0
+        while written < len(view) and self._error is None:
+            try:
+                written += self._file.write(view[written:])
+            except OSError as error:
+                self._error = error
+        return len(view)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self._file.seek(offset, whence)
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self._error = self._error or error
+            return size or 0
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+
+def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]) -> None:
+    sizes = {str(d): long.get(str(d), n) for d, n in data.sizes.items()}
+    auxiliary = [str(c) for c, v in data.coords.items() if v.dims != (c,)]
+    attached: set[str] = set()
+    for k, (dim, size) in enumerate(sizes.items()):
+        scale = (
+            _stored(file, dim, data.variables[dim], sizes, encoding, long)
+            if dim in data.variables
+            else file.create_dataset(dim, (size,), ">f4", track_order=True)
+        )
+        scale.make_scale(dim if dim in data.variables else f"{BARE} {size:9d}")
+        scale.attrs["_Netcdf4Dimid"] = np.int32(k)
+    for name in [n for n in map(str, data.variables) if n not in sizes]:
+        variable = data.variables[name]
+        stored = _stored(file, name, variable, sizes, encoding, long)
+        for k, axis in enumerate(variable.dims):
+            stored.dims[k].attach_scale(file[str(axis)])
+        if name not in data.coords:
+            labels = [c for c in auxiliary if {*data.coords[c].dims} <= {*variable.dims}]
+            attached.update(labels)
+            set_attributes(stored, {COORDINATES: " ".join(labels)} if labels else {})
+    others = [c for c in auxiliary if c not in attached]
+    set_attributes(file, {COORDINATES: " ".join(others)} if others else {})
+    set_attributes(file, data.attrs)
+
+
+def _stored(
+    file: h5py.File,
+    name: str,
+    variable: xr.Variable,
+    sizes: Mapping[str, int],
+    encoding: Encoding,
+    long: Mapping[str, int],
+) -> h5py.Dataset:
+    """A variable with its attributes, and its values where its axes are not long."""
+    values, options = variable.to_numpy(), dict(encoding.get(name, {}))
+    text, truth = values.dtype.kind in "UO", values.dtype.kind == "b"
+    dtype = h5py.string_dtype() if text else options.pop("dtype", "i1" if truth else values.dtype)
+    shape = tuple(sizes[str(d)] for d in variable.dims)
+    if set(long) & {*map(str, variable.dims)}:
+        stored = file.create_dataset(name, shape, dtype, track_order=True, **options)
+    else:
+        content = values.astype(object) if text else values.astype(dtype)
+        stored = file.create_dataset(
+            name, data=content, dtype=dtype, track_order=True, **(options if content.size else {})
+        )
+    set_attributes(stored, {**variable.attrs, **({"dtype": "bool"} if truth else {})})
+    return stored
+
+
+def set_attributes(place: h5py.File | h5py.Dataset, attrs: Mapping[Any, Any]) -> None:
+    """Attributes as netCDF has them: text, lists of text, numbers as vectors."""
+    for name, value in attrs.items():
+        if isinstance(value, str):
+            text = value.encode()
+            kind = h5py.string_dtype("utf-8", len(text)) if text else None
+            content = np.array(text, dtype=kind) if text else h5py.Empty(np.dtype("S1"))
+            place.attrs.create(name, content)
+        elif np.asarray(value).dtype.kind in "UO":
+            place.attrs.create(name, [str(v) for v in value], dtype=h5py.string_dtype())
+        else:
+            place.attrs.create(name, np.atleast_1d(value))
+
+
+def read(file: h5py.File, whole: bool) -> xr.Dataset:
+    """The dataset of a file. whole: in memory; else values are read, by slices, each time they are
+    wanted, as long as the file is open, and axes that are read so have no index."""
+    variables: dict[str, xr.Variable] = {}
+    coordinates = set(_text(file.attrs.get(COORDINATES, "")).split())
+    for name, stored in file.items():
+        if isinstance(stored, h5py.Dataset) and not _is_bare(stored):
+            coordinates.update(_text(stored.attrs.get(COORDINATES, "")).split())
+            variables[name] = xr.Variable(
+                _dims(file, name, stored), _values(stored, whole), dict(_attributes(stored))
+            )
+    axes = {name for name, v in variables.items() if v.dims == (name,)}
+    coords = {n: v for n, v in variables.items() if n in axes | coordinates}
+    rest = {n: v for n, v in variables.items() if n not in coords}
+    if whole:
+        return xr.Dataset(rest, coords, dict(_attributes(file)))
+    return xr.Dataset(rest, xr.Coordinates(coords, indexes={}), dict(_attributes(file)))
+
+
+def _is_bare(stored: h5py.Dataset) -> bool:
+    return _text(stored.attrs.get("NAME", "")).startswith(BARE)
+
+
+def _dims(file: h5py.File, name: str, stored: h5py.Dataset) -> tuple[str, ...]:
+    """Axes of a variable: those of the scales that it refers to; a scale is its own."""
+    scales = [refs[0] for refs in stored.attrs.get("DIMENSION_LIST", ())]
+    return tuple(_name(file, scale) for scale in scales) or (name,) * stored.ndim
+
+
+def _name(file: h5py.File, reference: Any) -> str:
+    return str(h5py.h5r.get_name(reference, file.id).decode().lstrip("/"))
+
+
+class _Stored(BackendArray):  # type: ignore[misc]
+    """Numbers of a file that is open, read by slices."""
+
+    def __init__(self, stored: h5py.Dataset) -> None:
+        self._stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.BASIC, self._stored.__getitem__
+        )
+
+
+def _values(stored: h5py.Dataset, whole: bool) -> Any:
+    if h5py.check_string_dtype(stored.dtype) is not None:
+        text: NDArray[Any] = np.asarray(stored.asstr()[()])
+        return text.astype(str)
+    if _text(stored.attrs.get("dtype", "")) == "bool":
+        return stored[()].astype(bool)
+    if stored.dtype.kind not in "iuf":
+        raise ValueError(f"{stored.name} holds neither numbers nor text")
+    return stored[()] if whole else indexing.LazilyIndexedArray(_Stored(stored))
+
+
+def _attributes(place: h5py.File | h5py.Dataset) -> Iterator[tuple[str, Any]]:
+    for name, value in place.attrs.items():
+        if name in OF_THE_FORMAT or (name == "dtype" and _text(value) == "bool"):
+            continue
+        if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":
+            texts = [_text(v) for v in value.ravel()]
+            yield name, texts[0] if len(texts) == 1 else texts
+        elif isinstance(value, str | bytes | h5py.Empty):
+            yield name, _text(value)
+        else:
+            yield name, value[0] if np.size(value) == 1 and np.ndim(value) else value
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, h5py.Empty):
+        return ""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode() if isinstance(value, bytes) else str(value)

@@ -1,0 +1,97 @@
+"""netCDF files as other programs have them: what is written here they read, and the other way."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexgear.results.netcdf import NewFile, read
+
+SMALL = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+
+
+@pytest.fixture
+def data():
+    """All kinds of variables, axes and attributes that results have."""
+    rng = np.random.default_rng(3)
+    return xr.Dataset(
+        {
+            "force": (("time", "gear_mesh"), rng.normal(size=(7, 3)), {"units": "N", "missing": ""}),
+            "tooth": (("time", "gear_mesh", "slot"), rng.integers(0, 99, (7, 3, 2)).astype("i2")),
+            "factor": ((), 1.25, {"long_name": "Übersetzung µ"}),
+            "loaded": ("gear_mesh", np.array([True, False, True])),
+            "none": (("time", "nothing"), np.zeros((7, 0))),
+            "failure": ("gear_mesh", np.array(["", "größer als 1", "a, b"])),
+            "gap": ("time", np.where(np.arange(7) % 2, np.nan, 1.0)),
+        },
+        coords={
+            "time": ("time", np.linspace(0, 1, 7), {"units": "s"}),
+            "gear_mesh": ["stage ring 1", "stage sun 2", "Größe"],
+            "planet": ("gear_mesh", np.array([1, 2, 3])),
+            "angle": ("time", np.linspace(0, 3, 7)),
+            "case": "mine",
+        },
+        attrs={
+            "title": "flexgear µ", "empty": "", "count": 3, "share": 0.1,
+            "parameters": "x" * 200_000, "names": ["a", "b c"], "vector": np.array([1.0, 2.0]),
+        },
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_others_read_what_is_written(data, tmp_path, engine):
+    if engine == "netcdf4":
+        pytest.importorskip("netCDF4")
+    encoding = {"force": {**SMALL, "dtype": "f4"}, "tooth": SMALL}
+    NewFile(tmp_path / "a.nc", data, encoding, {}).close()
+    expected = data.assign(force=data["force"].astype("f4"))
+    with xr.open_dataset(tmp_path / "a.nc", engine=engine) as found:
+        xr.testing.assert_identical(found.load().drop_attrs(), expected.drop_attrs())
+        assert list(found.sizes) == list(data.sizes)
+        for name, value in data.attrs.items():
+            np.testing.assert_array_equal(found.attrs[name], value)
+        assert found["force"].attrs == data["force"].attrs
+        assert found["factor"].attrs == data["factor"].attrs
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_what_others_write_is_read(data, tmp_path, whole):
+    data.to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "a.nc") as file:
+        found = read(file, whole).load()
+    if not whole:
+        found = found.set_xindex("time").set_xindex("gear_mesh")
+    xr.testing.assert_identical(found, data)
+    assert list(map(type, found.attrs.values())) == list(map(type, found.attrs.values()))
+
+
+def test_values_stay_in_the_file_until_they_are_wanted(data, tmp_path, monkeypatch):
+    """Samples at even or odd distances are read as one slice."""
+    NewFile(tmp_path / "a.nc", data, {}, {}).close()
+    keys, take = [], h5py.Dataset.__getitem__
+    with h5py.File(tmp_path / "a.nc") as file:
+        found = read(file, whole=False)
+        monkeypatch.setattr(
+            h5py.Dataset, "__getitem__", lambda self, key: keys.append(key) or take(self, key)
+        )
+        some = found["force"].isel(time=[1, 2, 5], gear_mesh=[0, 2]).to_numpy()
+    np.testing.assert_array_equal(some, data["force"].to_numpy()[[1, 2, 5]][:, [0, 2]])
+    assert len(keys) == 1 and all(isinstance(k, slice) for k in keys[0])
+
+
+def test_room_for_samples_that_come_later(data, tmp_path):
+    empty = data.isel(time=slice(0, 0))
+    file = NewFile(tmp_path / "a.nc", empty, {"force": SMALL}, {"time": 7})
+    for name in (n for n, v in data.variables.items() if "time" in v.dims):
+        for part in (slice(0, 4), slice(4, 7)):
+            file.put(name, data[name].to_numpy()[part], part)
+    file.close()
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as found:
+        xr.testing.assert_identical(found.load(), data)
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
+    with h5py.File(tmp_path / "a.nc", "w") as file:
+        file.create_dataset("a", data=np.zeros(2, dtype=[("x", float)]))
+    with h5py.File(tmp_path / "a.nc") as file, pytest.raises(ValueError, match="neither numbers"):
+        read(file, whole=True)

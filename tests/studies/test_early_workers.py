@@ -1,0 +1,88 @@
+"""Workers made before they are needed: what they answer, and that they end."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from flexgear.studies import early_workers
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
+SCRIPT = """
+import os, sys, time
+from test_early_workers import answers
+from flexgear.studies import early_workers
+early_workers.processors = lambda: 3
+with early_workers.EarlyWorkers(True, dict) as workers:
+    print(*[p.pid for p in workers._processes], flush=True)
+    if sys.argv[1:]:
+        time.sleep(60)
+    found = dict(workers.completed(answers, "at", list(range(40))))
+    print(len({o.value.split()[1] for o in found.values() if o.value}), flush=True)
+    for k, outcome in sorted(found.items()):
+        print(k, (outcome.value or outcome.message).split()[0], flush=True)
+"""
+
+
+def answers(shared, job):
+    """Where a job was done; the seventh fails, and the ninth ends the worker that has it."""
+    if job == 7:
+        raise ValueError("seven")
+    if job == 9 and os.environ.get("PARENT") != str(os.getpid()):
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.01)
+    return f"{shared}{job} {os.getpid()}"
+
+
+def script(*arguments):
+    folders = [os.path.dirname(__file__), *filter(None, sys.path)]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
+    code = "import os; os.environ['PARENT'] = str(os.getpid())\n" + SCRIPT
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], env=env, stdout=subprocess.PIPE, text=True
+    )
+
+
+def gone(pids):
+    """Whether no process of these is there but as what its parent has not yet asked for."""
+    stats = [Path(f"/proc/{pid}/stat") for pid in pids]
+    return all(not s.exists() or s.read_text().rpartition(")")[2].split()[0] == "Z" for s in stats)
+
+
+@linux
+def test_every_job_is_answered_whatever_becomes_of_workers():
+    """By two workers and this process; a job that takes a worker with it is done here."""
+    with script() as process:
+        pids, processes, *lines = process.stdout.read().splitlines()
+    assert process.returncode == 0
+    assert len(pids.split()) == 2 and int(processes) >= 2
+    assert len(lines) == 40
+    found = dict(line.split() for line in lines)
+    assert all(found[str(k)] == f"at{k}" for k in range(40) if k != 7)
+    assert found["7"] == "an"  # an internal error, in one line
+    assert gone(pids.split())
+
+
+@linux
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGINT"])
+def test_workers_end_with_their_parent(name):
+    with script("waits") as process:
+        pids = process.stdout.readline().split()
+        assert len(pids) == 2 and not gone(pids)
+        process.send_signal(getattr(signal, name))
+        process.wait(10)
+    end = time.monotonic() + 10
+    while not gone(pids) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert gone(pids)
+
+
+def test_one_processor_works_alone(monkeypatch):
+    monkeypatch.setattr(early_workers, "processors", lambda: 1)
+    with early_workers.EarlyWorkers(True, dict) as workers:
+        found = dict(workers.completed(pow, 2, [1, 2, 3]))
+    assert {k: outcome.value for k, outcome in found.items()} == {0: 2, 1: 4, 2: 8}
