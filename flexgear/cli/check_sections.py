@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from flexgear.coupling.build import build_system
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.coupling.port_machines import machine_words
+from flexgear.coupling.workable import system_of_stand_ins
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
@@ -19,6 +22,7 @@ from flexgear.results.report.key_words import row_of
 from flexgear.results.report.wording import said
 from flexgear.solve.angles import StageMotion, stage_motions
 
+ROUNDING = 1e-9
 Sections = dict[str, dict[str, Any]]
 
 
@@ -30,6 +34,7 @@ def derived(case: Case) -> Sections:
         **case_report(case),
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
+        **_rayleigh(case),
         "system": _system(case),
         "case": {"name": case.name, "content_hash": case.content_hash()},
     }
@@ -104,6 +109,33 @@ def _direction(case: Case, stage: StageFlow) -> float:
     tangential += abs(stage.ring_gear_mesh_force) * math.cos(radii.ring_angle)
     sense = math.copysign(1.0, -stage.planet_bearing_tangential)
     return math.atan2(sense * tangential, outward - inward)
+
+
+def _rayleigh(case: Case) -> Sections:
+    """What Rayleigh damping, which is that of springs and masses, does not act on: rotations of
+    gears against each other that nothing but teeth resists."""
+    if case.damping.kind != "rayleigh":
+        return {}
+    system = system_of_stand_ins(case)
+    loose = system.rigid.shape[1] - system.rolling.shape[1]
+    if not loose:
+        return {}
+    moves = {
+        body.name: np.abs(system.rigid[system.slice_of(body.name)]).max(initial=0.0)
+        for body in system.bodies
+    }
+    turning = [name for name, size in moves.items() if size > ROUNDING * max(moves.values())]
+    ratios = {stage.name: stage.gear_mesh.damping_ratio for stage in case.stages}
+    key = "gear_mesh.damping_ratio"
+    acts = ", ".join(f"{name}.{key} = {ratio:g}" for name, ratio in ratios.items())
+    return {
+        "rayleigh_damping": {
+            "rayleigh_acts_on": "what bearings, supports, shafts and bodies give way",
+            "rayleigh_leaves_undamped": f"{loose} motion{'s' * (loose > 1)} in which only teeth "
+            f"hold {', '.join(turning)} against each other",
+            "damping_there": f"that of the teeth alone, {acts}",
+        }
+    }
 
 
 def _system(case: Case) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.drive import TorqueDrops
-from flexgear.model.machine import machines_of
+from flexgear.model.machine import machines_of, series_of
 from flexgear.model.solver import MOST_REFINED, Solver
 
 STEPS = 40  # a period of the band's top in steady running
@@ -49,8 +49,9 @@ class Pace:
 
     gear_mesh: highest gear mesh frequency; orders: wanted of it; resonance: lowest own frequency
     f_E of a gear mesh; band: up to which the modes must answer; settling: after a jump; start_up:
-    left out of what is steady; modes_to, modes_accuracy: None where not asked for; reasons: why, by
-    name of a derived value.
+    left out of what is steady; modes_to, modes_accuracy: None where not asked for; series: members
+    whose machine or load follows one, and the step under it; reasons: why, by name of a derived
+    value.
     """
 
     gear_mesh: float
@@ -59,6 +60,7 @@ class Pace:
     band: float
     time_step: float
     step_time_step: float
+    series_time_step: float
     shortest_time_step: float
     longest_time_step: float
     output_interval: float
@@ -67,6 +69,7 @@ class Pace:
     modes_to: float | None
     modes_accuracy: float | None
     reduction_limit: float
+    series: tuple[str, ...]
     reasons: dict[str, str]
 
     @property
@@ -89,6 +92,8 @@ class Pace:
             "start_up_s": self.start_up,
             "reduction_limit_hz": self.reduction_limit,
         }
+        if self.series:
+            found["series_time_step_s"] = self.series_time_step
         if self.modes_accuracy is not None:
             found["modes_accuracy"] = self.modes_accuracy
         return found
@@ -113,7 +118,7 @@ def case_pace(case: Case) -> Pace:
         own, frame = flow.stage(stage.name), StageFrame(0, -1)
         sets += stage_sets(case, number, own, frame, blocks, bending=False)
     highest = max(stage.gear_mesh_frequency for stage in flow.stages)
-    return _pace(highest, sets, case.solver)
+    return _pace(highest, sets, case.solver, series_of(case))
 
 
 def timed_drops(case: Case) -> TorqueDrops:
@@ -160,6 +165,7 @@ def _pace(
     gear_mesh: float,
     sets: Iterable[GearMeshSet],
     solver: Solver,
+    series: tuple[str, ...],
 ) -> Pace:
     resonance, orders = min(own_frequency(s) for s in sets), solver.gear_mesh_orders
     wanted, reasons = orders * gear_mesh, {}
@@ -180,6 +186,13 @@ def _pace(
     longest = chosen("longest_time_step", LONGEST * step, f"{LONGEST} steps of steady running")
     least = min(longest, max(step / SHORTEST, longest / 2**MOST_REFINED))
     shortest = chosen("shortest_time_step", least, f"1/{SHORTEST} step of steady running")
+    fine = chosen(
+        "step_time_step", min(step, 1 / (FINE_STEPS * band)), f"1/{FINE_STEPS} of a period {top}"
+    )
+    in_series = step if solver.time_step is not None and solver.step_time_step is None else fine
+    if series:
+        key = "time_step" if in_series == step else "step_time_step"
+        reasons["series_time_step"] = f"{key}, under what {' and '.join(series)} follows"
     accuracy = solver.modes_accuracy
     if solver.modes_to is None and accuracy is None:
         accuracy = ACCURACY
@@ -193,8 +206,8 @@ def _pace(
         resonance=resonance,
         band=band,
         time_step=step,
-        step_time_step=chosen("step_time_step", min(step, 1 / (FINE_STEPS * band)),
-                              f"1/{FINE_STEPS} of a period {top}"),
+        step_time_step=fine,
+        series_time_step=in_series,
         shortest_time_step=shortest,
         longest_time_step=longest,
         output_interval=chosen("output_interval", 1 / (SAMPLES * band),
@@ -204,6 +217,7 @@ def _pace(
         modes_to=solver.modes_to,
         modes_accuracy=accuracy,
         reduction_limit=chosen("reduction_limit", band, "the band of the modes"),
+        series=series,
         reasons=reasons,
     )  # fmt: skip
 
@@ -228,6 +242,15 @@ def too_coarse(pace: Pace, solver: Solver) -> list[str]:
         notes.append(
             f"solver.time_step_s = {pace.time_step:.4g} is too coarse: {why}; at most "
             f"{1 / least:.3g} s, or leave it out"
+        )
+    finest = FINE_STEPS * pace.band
+    if pace.series and solver.step_tolerance == 0.0 and pace.series_time_step * finest > 1 + EVEN:
+        key = "time_step_s" if solver.step_time_step is None else "step_time_step_s"
+        notes.append(
+            f"solver.{key} = {pace.series_time_step:.4g} is taken under the series that "
+            f"{' and '.join(pace.series)} follows, and is too coarse for what changes there as "
+            f"fast as the band's top of {pace.band:.5g} Hz; at most {1 / finest:.3g} s, or leave "
+            "it out"
         )
     least = ENOUGH_SAMPLES * pace.wanted
     if pace.output_interval * least > 1 + EVEN:

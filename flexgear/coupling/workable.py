@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.build import build_system
-from flexgear.coupling.system import Variant
+from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.kinematics import longest_time_step
 from flexgear.gears.paths import require_assembly, stage_paths
@@ -38,7 +38,6 @@ def require_workable(case: Case) -> None:
     with spoken(case):
         flow = power_flow(case)
         _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
-        bodies = {}
         for stage in case.stages:
             if not stage.is_flexible:
                 forces = flow.stage(stage.name).gear_mesh_forces
@@ -46,10 +45,19 @@ def require_workable(case: Case) -> None:
                 continue
             with inside(case, stage):
                 _require_stage(case.view(stage.name))
-                bodies[stage.name] = stand_ins(case.view(stage.name))
         for stage in case.stages:
             _require_influences(case.view(stage.name))
-        build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
+        system_of_stand_ins(case)
+
+
+def system_of_stand_ins(case: Case) -> System:
+    """The coupled train with rigid bodies in the place of those that bend."""
+    bodies = {}
+    for stage in case.stages:
+        if stage.is_flexible:
+            with inside(case, stage):
+                bodies[stage.name] = stand_ins(case.view(stage.name))
+    return build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
 
 
 def _require_steps(case: Case, frequency: float) -> None:

@@ -71,6 +71,11 @@ class TimeHistory(Section):
         return self
 
     @property
+    def is_series(self) -> bool:
+        """Whether it may change fast anywhere."""
+        return self.kind in ("ramp", "csv")
+
+    @property
     def values(self) -> tuple[float, ...]:
         """Torques or speeds at ``times``."""
         return self.torques if self.followed == "torque" else self.speeds

@@ -111,6 +111,14 @@ def machines_of(case: Case) -> tuple[Machine | None, ...]:
     return (*found, case.output.machine or brake)
 
 
+def series_of(case: Case) -> tuple[str, ...]:
+    """Members whose machine or load follows a series of a case."""
+    ports = zip(case.ports, machines_of(case), strict=True)
+    members = [port.member for port, machine in ports if machine is not None and machine.is_series]
+    members += [load.member for load in case.loads if load.is_history]
+    return tuple(dict.fromkeys(members))
+
+
 def check_machines(case: Case) -> None:
     """Each end has one machine, and one end at least follows a torque or a law."""
     if not case.inputs:

@@ -49,7 +49,7 @@ class Ends:
     @property
     def steep(self) -> bool:
         """Whether one of them may change fast anywhere."""
-        steep = any(one is not None and one.kind in ("ramp", "csv") for one in self.machines)
+        steep = any(one is not None and one.is_series for one in self.machines)
         return steep or any(load.is_history for load in self.loads)
 
     def drive(self, jumps: tuple[float, ...]) -> Drive:

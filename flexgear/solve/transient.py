@@ -98,14 +98,15 @@ def stepping_of(
 ) -> Stepping:
     """Steps and samples of a run, for ``usual_duration`` unless given; drive: see ``simulate``.
 
-    Near a jump of a torque steps are fine until it has settled, in a given series everywhere.
+    Near a jump of a torque steps are fine until it has settled, in a given series everywhere,
+    unless the case says how long a step is.
     """
     pace, ends = case_pace(case), ends_of(case, flow, drive)
     span = usual_duration(case, flow) if duration is None else duration
     jumps = tuple(t for t in ends.jumps if 0 <= t < span)
     windows = [FineWindow(t, min(t + pace.settling, span), pace.step_time_step) for t in jumps]
-    if ends.steep:
-        windows = [FineWindow(0.0, span, pace.step_time_step)]
+    if ends.steep and pace.series_time_step < pace.time_step:
+        windows = [FineWindow(0.0, span, pace.series_time_step)]
     return Stepping(
         duration=span,
         time_step=pace.time_step,

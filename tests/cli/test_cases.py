@@ -3,10 +3,15 @@
 import json
 import math
 
+import numpy as np
 import pytest
+from two_gears import GEARS
 
+from flexgear.cli.check_sections import derived
+from flexgear.coupling.build import build_system
+from flexgear.coupling.modal import modal_system
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case, load_stage
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
 
 
@@ -22,6 +27,25 @@ def test_check_prints_what_follows_from_the_case(flexgear):
         "largest misfit of a sun tooth                               0 pitches\n",
     ):
         assert words in out
+
+
+def test_rayleigh_damping_says_what_it_leaves_to_the_teeth(tmp_path):
+    """Pinion and gear turn, and roll on each other in one of these two motions. No rotation of
+    them, rolling or not, meets a damping force; their bearings do."""
+    path = tmp_path / "gears.toml"
+    path.write_text(GEARS.format(model="constant", law="linear", damping=0.1, speed=10, backlash=0))
+    assert "rayleigh_damping" not in derived(load_case(path))
+    case = load_case(path, {"damping.kind": '"rayleigh"', "damping.beta_s": "1e-4"})
+    rows = derived(case)["rayleigh_damping"]
+    left = rows["rayleigh_leaves_undamped"]
+    assert left.startswith("1 motion ") and "stage_1.pinion, stage_1.gear" in left
+    assert "stage_1.gear_mesh.damping_ratio = 0.1" in rows["damping_there"]
+    modal = modal_system(build_system(case))
+    system, phi = modal.system, modal.modes
+    matrix = system.mass @ (phi * system.damping.rate(modal.omega)) @ phi.T @ system.mass
+    turns = [system.node_rows(name, name)[5] for name in ("stage_1.pinion", "stage_1.gear")]
+    assert np.abs(matrix @ np.transpose(turns)).max() < 1e-12 * np.abs(matrix).max()
+    assert np.abs(matrix).max() > 0
 
 
 def test_torques_of_a_star_stand_beside_the_members_that_they_act_on(flexgear):

@@ -13,7 +13,9 @@ from flexgear.coupling.pace import (
     timed_drops,
     too_coarse,
 )
+from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
+from flexgear.solve.transient import stepping_of
 
 SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
 
@@ -68,6 +70,35 @@ def test_what_is_too_coarse_is_named(key, value, named):
 def test_what_is_asked_for_may_be_less():
     case = small(solver__output_interval_s=1e-4, solver__gear_mesh_orders=2)
     assert too_coarse(case_pace(case), case.solver) == []
+
+
+RAMP = {"drive__kind": "ramp", "drive__times_s": "[0, 0.01]", "drive__torques_nm": "[300, 200]"}
+
+
+def windows(case):
+    return stepping_of(case, power_flow(case), 0.02).windows
+
+
+def test_a_series_is_run_with_the_step_that_is_asked_for():
+    """Left out, it is that after a jump; a time step of the case holds everywhere, and what it is
+    too coarse for is said. The longest step after a jump, where it is given, holds under series."""
+    derived = case_pace(small(**RAMP))
+    assert derived.series_time_step == derived.step_time_step < derived.time_step
+    assert [w.time_step for w in windows(small(**RAMP))] == [derived.step_time_step]
+    asked = small(**RAMP, solver__time_step_s=1e-6)
+    assert case_pace(asked).series_time_step == 1e-6 and not windows(asked)
+    (line,) = too_coarse(case_pace(asked), asked.solver)
+    assert "solver.time_step_s = 1e-06 is taken under the series that stage.carrier" in line
+    assert case_pace(asked).figures["series_time_step_s"] == 1e-6
+    both = small(**RAMP, solver__time_step_s=1e-6, solver__step_time_step_s=2e-7)
+    assert [w.time_step for w in windows(both)] == [2e-7]
+    assert too_coarse(case_pace(both), both.solver) == []
+
+
+def test_without_a_series_nothing_is_said_of_one():
+    pace = case_pace(small(solver__time_step_s=1e-6))
+    assert pace.series == () and "series_time_step_s" not in pace.figures
+    assert too_coarse(pace, small(solver__time_step_s=1e-6).solver) == []
 
 
 def test_drops_last_until_the_speed_is_back_but_no_longer_than_a_turn():
