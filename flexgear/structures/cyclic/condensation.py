@@ -1,7 +1,7 @@
 r"""Static condensation of a body of equal sectors; `Condensation`'s counterpart.
 
-Constraint modes are never held. With Psi_t the motion of the body under its periodic ties, the
-others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
+Constraint modes are held only where few large sectors meet. With Psi_t the motion of the body under
+its periodic ties, the others free, Y = the solution under C^T and H, G as in `cyclic/solver.py`,
 
     Psi = Psi_t [I 0] + Y N,   N = G^{-1} [-H I],
     K_bb = [K_t 0; 0 0] + [-H I]^T G^{-1} [-H I],
@@ -40,6 +40,7 @@ from flexgear.structures.cyclic.solver import CyclicSolver
 from flexgear.structures.cyclic.ties import SectorTies, sector_ties
 from flexgear.structures.fem import FeModel, Interface
 from flexgear.structures.linalg.elimination import Elimination, minimum_degree_order
+from flexgear.structures.linalg.tall_products import dot
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
@@ -83,6 +84,15 @@ class CyclicCondensation:
     def motion(self) -> SectorMotion:
         """What a sector's ends move."""
         return sector_motion(self.solver, self.ties, self.fe_mass, self.recovered)
+
+    @property
+    def has_short_borders(self) -> bool:
+        """Whether a sector's ends move in fewer ways than constraint modes have sectors' columns.
+
+        So it is with teeth. Where few large sectors meet, as those of carriers, fields of all
+        constraint modes are made sooner than ``motion``.
+        """
+        return self.solver.ends < self.interface.size * self.sectors.count
 
     def shifted(self, sigma: float) -> CyclicSolver:
         """Solver with K - sigma M in place of K."""
@@ -153,8 +163,13 @@ class CyclicCondensation:
             for block in self.blocks(len(coupling)):
                 load = self.fe_mass.product(self._form(modes[:, block]))
                 coupling[block] = -self.solver.reactions(load).T
-        own = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
-        return own, coupling
+        if self.has_short_borders:
+            own = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
+            return own, coupling
+        psi = self.constraint_motion(np.eye(self.interface.size))
+        recovery[:] = self.dofs_of(psi, len(recovery))
+        own = dot(psi, self.mass_product(psi))
+        return 0.5 * (own + own.T), coupling
 
     def field_of(self, dofs: Array) -> Array:
         """A field (d, k) from dof vectors (3N, k)."""

@@ -36,7 +36,9 @@ def cyclic_modes(
     condensation: CyclicCondensation, count: int, progress: Callable[[float], None]
 ) -> Eigenpairs:
     """The `count` lowest modes with the interface held, and its reactions to M Phi beside them."""
-    shift, solver = _shifted(condensation, count)
+    shift, solver = 0.0, condensation.solver
+    if condensation.has_short_borders:  # else it spares fewer steps than it costs
+        shift, solver = _shifted(condensation, count)
     found = _from_shift(condensation, count, shift, solver, progress)
     if shift and (1 / found.values < shift).sum() != min(modes_below(solver), count):
         return _from_shift(condensation, count, 0.0, condensation.solver, progress)

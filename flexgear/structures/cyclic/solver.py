@@ -38,7 +38,7 @@ from flexgear.structures.cyclic.ties import SectorTies
 from flexgear.structures.linalg.elimination import Elimination
 from flexgear.structures.linalg.inverses import balanced_inverse, scaled_inverse
 from flexgear.structures.linalg.tall_products import times
-from flexgear.structures.linalg.threads import CHUNK, shared
+from flexgear.structures.linalg.threads import CHUNK, THREADS, shared
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -84,6 +84,11 @@ class CyclicSolver:
     def harmonics(self) -> int:
         """Number of sector problems."""
         return len(self.border_harmonics)
+
+    @property
+    def ends(self) -> int:
+        """Ways in which a sector's ends move, see `shapes`."""
+        return 2 * self._b + self._t + self._v
 
     def solve(self, load: Array, q: Array | None = None) -> tuple[Array, Array]:
         """Fields x (3n, z, k) under loads g, and rho (6 nodes, k); q (6 nodes, k) or zero."""
@@ -339,7 +344,7 @@ class CyclicSolver:
             beyond[:, columns] = x[inside.stop :]
             pieces[sectors.start] = sectors, x
 
-        shared(self.count, part, chunk=max(1, CHUNK // k))
+        shared(self.count, part, self._chunk(k))
         return list(pieces.values()), pulled
 
     def _ends(self, run: Pass) -> Array:
@@ -381,5 +386,9 @@ class CyclicSolver:
 
             shared(len(pieces), each, chunk=1)
         else:
-            shared(self.count, part, chunk=max(1, CHUNK // k))
+            shared(self.count, part, self._chunk(k))
         return out.reshape(self._n, self.count, k)
+
+    def _chunk(self, k: int) -> int:
+        """Sectors under k load vectors each that a thread takes at a time."""
+        return max(1, min(CHUNK // k, self.count // THREADS))

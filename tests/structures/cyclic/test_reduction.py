@@ -46,7 +46,13 @@ def toothed():
     return model, interface_of(model, ties), 24
 
 
-@pytest.fixture(scope="module", params=[plain, toothed])
+def few_sectors():
+    """As carriers have them: borders as large as their sectors, and few nodes."""
+    model, interface = plain_ring(teeth=5, radial=3, axial=4)
+    return model, interface, 5
+
+
+@pytest.fixture(scope="module", params=[plain, toothed, few_sectors])
 def pair(request):
     """The same body reduced as a whole and by sectors."""
     model, interface, sectors = request.param()
@@ -80,6 +86,11 @@ def test_paths_are_named(pair):
     assert whole.body.report["path"] == "general: sectors not asked for"
     assert by_sectors.body.report["path"].startswith("cyclic: ")
     assert by_sectors.body.report["solver"] == "cyclic"
+
+
+def test_both_kinds_of_borders_are_tried(pair):
+    by_sectors = pair[3].condensation
+    assert by_sectors.has_short_borders == (by_sectors.sectors.count > 5)
 
 
 def test_solves_agree(pair):
