@@ -23,7 +23,7 @@ class CheapBody:
     positions: np.ndarray
     mass: np.ndarray
     stiffness: np.ndarray
-    recover: object = None
+    inner: object = None
     report: dict = field(default_factory=dict)
     rim: object = None
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from coupled import make_bodies
 
-from flexgear.coupling.workable import stand_ins
 from flexgear.model.load import load_case
 from flexgear.solve.bodies import StageBodies
 from flexgear.solve.model import assemble
+from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_motion
+from flexgear.structures.parts import rigid_part
 from flexgear.structures.reduced import ReducedBody
 
 REPORT = {
@@ -53,7 +56,8 @@ def stiff_stage(case) -> StageBodies:
     """Ring and carrier of the size of any case, with what a run asks of reduced bodies: nodes that
     hang together by K = k S (I − R R⁺) S, which leaves their rigid motions free of force; they are
     so stiff that no frequency of theirs is below any band."""
-    parts = (None if b is None else reduced(_hung_together(b)) for b in stand_ins(case))
+    bodies = (rigid_part(case, p) if p in case.fe_parts else None for p in ("ring", "carrier"))
+    parts = (None if b is None else reduced(_hung_together(b)) for b in bodies)
     return StageBodies(
         *(b and b.with_(report={**b.report, "frequency_limit_hz": 1e6}) for b in parts)
     )
@@ -64,14 +68,17 @@ def bodies_of(stage) -> StageBodies:
     return (cheap_stage if stage.case.name == "wind-5mw" else stiff_stage)(stage)
 
 
-def _hung_together(body: ReducedBody) -> ReducedBody:
+def _hung_together(body: Body) -> Body:
+    """The mass shared by the nodes, each a ball about as far across as the body's nodes reach."""
     reach = np.abs(body.positions).max()
     weight = np.tile([1, 1, 1, *3 * [0.1 * reach]], len(body.positions))
     turning = np.broadcast_to(np.eye(6)[3:], (len(body.positions), 3, 6))
     motion = np.concatenate([rigid_motion(body.positions), turning], axis=1).reshape(-1, 6)
     motion = weight[:, None] * motion
     rest = np.eye(len(motion)) - motion @ np.linalg.pinv(motion)
-    return body.with_(stiffness=2e11 * reach * weight[:, None] * rest * weight)
+    each = body.mass[0, 0] / len(body.positions)
+    mass = np.diag(np.tile(each * np.array([1, 1, 1, *3 * [0.1 * reach**2]]), len(body.positions)))
+    return replace(body, mass=mass, stiffness=2e11 * reach * weight[:, None] * rest * weight)
 
 
 VERTICES = [6 * node + axis for node in range(8) for axis in range(3)]

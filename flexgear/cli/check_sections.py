@@ -10,7 +10,7 @@ import numpy as np
 from flexgear.coupling.build import build_system
 from flexgear.coupling.pace import case_pace, pace_sections
 from flexgear.coupling.port_machines import machine_words
-from flexgear.coupling.workable import system_of_stand_ins
+from flexgear.coupling.workable import rigid_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
@@ -116,7 +116,7 @@ def _rayleigh(case: Case) -> Sections:
     gears against each other that nothing but teeth resists."""
     if case.damping.kind != "rayleigh":
         return {}
-    system = system_of_stand_ins(case)
+    system = rigid_system(case)
     loose = system.rigid.shape[1] - system.rolling.shape[1]
     if not loose:
         return {}

@@ -94,8 +94,9 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     angles = np.linspace(0, period, positions, endpoint=False)
     figures: dict[str, dict[str, Any]] = {}
     with progress(quiet) as report:
-        bodies = reduced_bodies(case, report)
-        warn(reduction_warnings(case, bodies, dict.fromkeys(bodies, Variant())))
+        bends = dict.fromkeys(case.flexible_stages, Variant())
+        bodies = reduced_bodies(case, report, bends)
+        warn(reduction_warnings(case, bodies, bends))
         parts = inside.bending_parts
         choices = list(itertools.product((True, False), repeat=len(parts)))
         for k, choice in enumerate(choices):

@@ -46,7 +46,8 @@ from flexgear.structures.shaft import BeamSection, beam_element
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 Array = NDArray[np.float64]
-Reduced = tuple[ReducedBody | None, ReducedBody | None]  # ring, carrier; None where lumped
+Part = ReducedBody | Body | None  # reduced, rigid, or None: lumped, or rigid by the case's sizes
+Reduced = tuple[Part, Part]  # ring, carrier
 
 
 def build_system(
@@ -58,8 +59,8 @@ def build_system(
 ) -> System:
     """Couple all bodies of a case.
 
-    flexible: by name of a stage with FE bodies its reduced ring and carrier (also used, as rigid
-    bodies with the same mass, by rigid variants); variants: which of its components bend;
+    flexible: by name of a stage with FE bodies its reduced ring and carrier; what is rigid follows
+    from the case's sizes; variants: which of its components bend;
     stiffening: of those of all stages; bending: see ``stage_sets``. Raises InputError where the
     case has no single rated state or a body is loose.
     """
@@ -156,10 +157,11 @@ def _rims(
 ) -> dict[str, RimFlexibility]:
     """What teeth of FE rings that bend yield along the face, by the stages where it counts."""
     softer = 1.0 / (stiffening or Stiffening()).ring
+    bent = {n: ring for n, (ring, *_) in flexible.items() if variants.get(n, Variant()).ring}
     return {
         name: ring.rim.softer(softer)
-        for name, (ring, *_) in flexible.items()
-        if ring is not None and ring.rim is not None and variants.get(name, Variant()).ring
+        for name, ring in bent.items()
+        if ring is not None and not isinstance(ring, Body) and ring.rim is not None
     }
 
 

@@ -18,11 +18,12 @@ from flexgear.model.member import CarrierMember, GearMember, RingGear
 from flexgear.model.stage import Form, Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
+from flexgear.structures.parts import elastic_part, rigid_part
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, shaft_body
 
 Array = NDArray[np.float64]
-Reduced = Mapping[str, ReducedBody]  # "ring", "carrier": FE bodies of a stage
+Reduced = Mapping[str, ReducedBody | Body]  # "ring", "carrier": reduced, or rigid
 RIM_MODULES = 4.0  # rim of a ring outside its root circle where none is given, in modules
 
 
@@ -78,8 +79,9 @@ def stage_members(
 ) -> list[Member]:
     """All bodies of a stage: members, planets, then hub and what hangs behind the sun's spline.
 
-    reduced: its FE bodies; variant: what of it bends. Names are "<stage>.ring", "<stage>.planet_1",
-    …; a sun on a shaft is "<stage>.shaft". FlexgearError where an FE body is missing.
+    reduced: its FE bodies; variant: what of it bends; rigid ones that are not given are those of
+    ``rigid_part``. Names are "<stage>.ring", "<stage>.planet_1", …; a sun on a shaft is
+    "<stage>.shaft". FlexgearError where an FE body that bends is missing.
     """
     view, variant = case.view(stage.name), variant or Variant()
     stiffening, out = stiffening or Stiffening(), []
@@ -88,12 +90,12 @@ def stage_members(
         if form == "lumped":
             out += _lumped(case, stage, part)
             continue
+        name = "shaft" if form == "beam" else part
         if form == "beam":
-            name, body = "shaft", sun_shaft(view)
+            body = sun_shaft(view) if variant.shaft else rigid_variant(sun_shaft(view))
         else:
-            name, body = part, _fe_body(stage, part, reduced or {})
+            body = _fe_body(view, part, (reduced or {}).get(part), getattr(variant, part))
         body = stiffened(body, getattr(stiffening, name))
-        body = body if getattr(variant, name) else rigid_variant(body)
         body = replace(body, name=f"{stage.name}.{name}")
         out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
     return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
@@ -157,20 +159,12 @@ def sun_shaft(view: StageView) -> Body:
     )
 
 
-def _fe_body(stage: Stage, part: str, reduced: Reduced) -> Body:
-    """A reduced finite-element body as a body of the system."""
-    found = reduced.get(part)
-    if found is None:
-        raise FlexgearError(f"the reduced {part} of stage {stage.name} is missing")
-    return Body(
-        name=part,
-        node_names=tuple(found.node_names),
-        positions=np.asarray(found.positions),
-        mass=found.mass,
-        stiffness=found.stiffness,
-        node_map=np.eye(6 * len(found.node_names), found.mass.shape[0]),
-        recover=found.recover,
-    )
+def _fe_body(view: StageView, part: str, body: ReducedBody | Body | None, bends: bool) -> Body:
+    if not bends:
+        return body if isinstance(body, Body) else rigid_part(view, part)
+    if body is None or isinstance(body, Body):
+        raise FlexgearError(f"the reduced {part} of stage {view.name} is missing")
+    return elastic_part(body)
 
 
 def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:

@@ -1,17 +1,14 @@
 """What cannot work is said before any work: gears, generators of FE meshes, supports.
 
 Every command asks ``require_workable`` first. Nothing is checked here that the work itself does not
-check: the coupled system is built from the same code on rigid stand-ins of ring and carrier, whose
-rigid motions are those of the finite-element bodies.
+check: the coupled system is built from the same code on rigid rings and carriers, whose rigid
+motions are those of the finite-element bodies.
 """
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from flexgear.coupling.build import build_system
 from flexgear.coupling.system import System, Variant
@@ -23,13 +20,10 @@ from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.ring import Ring
-from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView, inside, spoken
 from flexgear.structures.fe_mesh import require_generated
-from flexgear.structures.halves import whole_ring
-from flexgear.structures.reduced import ReducedBody
+from flexgear.structures.parts import rigid_part
 
-Array = NDArray[np.float64]
 RIGID = Variant(False, False, False)
 
 
@@ -47,16 +41,18 @@ def require_workable(case: Case) -> None:
                 _require_stage(case.view(stage.name))
         for stage in case.stages:
             _require_influences(case.view(stage.name))
-        system_of_stand_ins(case)
+        rigid_system(case)
 
 
-def system_of_stand_ins(case: Case) -> System:
-    """The coupled train with rigid bodies in the place of those that bend."""
+def rigid_system(case: Case) -> System:
+    """The coupled train with its flexible bodies made rigid by the case's sizes."""
     bodies = {}
     for stage in case.stages:
         if stage.is_flexible:
             with inside(case, stage):
-                bodies[stage.name] = stand_ins(case.view(stage.name))
+                view = case.view(stage.name)
+                sized = {part: rigid_part(view, part, own=False) for part in view.fe_parts}
+                bodies[stage.name] = sized.get("ring"), sized.get("carrier")
     return build_system(case, bodies, dict.fromkeys(bodies, RIGID), bending=False)
 
 
@@ -101,71 +97,3 @@ def _require_influences(view: StageView) -> None:
         from flexgear.structures.tooth_influence import require_influences  # half of the package
 
         require_influences(view)
-
-
-def stand_ins(view: StageView) -> tuple[ReducedBody | None, ReducedBody | None]:
-    """Ring and carrier of a stage as rigid bodies of the size of the case; None where lumped."""
-    return (
-        _ring_stand_in(view) if "ring" in view.fe_parts else None,
-        _carrier_stand_in(view) if "carrier" in view.fe_parts else None,
-    )
-
-
-def _ring_stand_in(view: StageView) -> ReducedBody:
-    geometry, width = stage_geometry(view), view.stage.face_width
-    nodes = {
-        **_circle("tooth_{:03d}", view.ring_gear.teeth, geometry.ring.reference_radius),
-        **{support.node: support.place for support in ring_supports(view.ring, width)},
-    }
-    inner = geometry.ring.root_radius
-    outer = inner + view.ring.rim_thickness
-    mass = view.material.density * math.pi * (outer**2 - inner**2) * width
-    return whole_ring(view, _stand_in("ring", nodes, mass))
-
-
-def _carrier_stand_in(view: StageView) -> ReducedBody:
-    c, side = view.carrier, 1.0 if view.carrier.drive_side == "+z" else -1.0
-    drive = 0.5 * c.plate_gap + c.plate_thickness_drive
-    far = 0.5 * (c.plate_gap + c.seat_far.width) + c.plate_thickness_far
-    radius = stage_geometry(view).center_distance
-    nodes = {
-        "drive": (0.0, 0.0, side * (drive + c.hub_length)),
-        "bearing_drive": (0.0, 0.0, side * (drive + 0.5 * c.seat_drive.width)),
-        "bearing_far": (0.0, 0.0, -side * far),
-        **{
-            f"pin_{i + 1}": (radius * math.cos(phi), radius * math.sin(phi), 0.0)
-            for i, phi in enumerate(view.stage.planet_angles)
-        },
-    }
-    plates = math.pi * (c.plate_diameter / 2) ** 2 * 2 * c.plate_thickness_drive
-    return _stand_in("carrier", nodes, view.material.density * plates)
-
-
-def _circle(
-    name: str, number: int, radius: float, z: float = 0.0, first: float = 0.0
-) -> dict[str, tuple[float, float, float]]:
-    angles = first + 2 * math.pi * np.arange(number) / max(number, 1)
-    return {
-        name.format(k + 1): (radius * math.cos(a), radius * math.sin(a), z)
-        for k, a in enumerate(angles)
-    }
-
-
-def _stand_in(name: str, nodes: dict[str, tuple[float, float, float]], mass: float) -> ReducedBody:
-    """The mass shared by the nodes, each a ball about as far across as the body's nodes reach."""
-    positions = np.array(list(nodes.values()))
-    each, reach = mass / len(positions), np.abs(positions).max()
-    node = each * np.array([1, 1, 1, *3 * [0.1 * reach**2]])
-    size = 6 * len(positions)
-    return ReducedBody(
-        name=name,
-        node_names=tuple(nodes),
-        positions=positions,
-        mass=np.diag(np.tile(node, len(positions))),
-        stiffness=np.zeros((size, size)),
-        n_modes=0,
-        report={},
-        points=np.zeros((0, 3)),
-        cells=np.zeros((0, 8), dtype=np.int64),
-        recovery=np.zeros((0, size), dtype=np.float32),
-    )

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
+
+import psutil  # type: ignore[import-untyped]
 
 from flexgear.coupling.pace import case_pace
 from flexgear.coupling.stage_meshes import bend_each_other
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.case import Case
-from flexgear.model.errors import InputError, echo
+from flexgear.model.errors import FlexgearError, InputError, echo
 from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.halves import whole_ring
+from flexgear.structures.interfaces import carrier_supports, ring_supports
+from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence, with_rim
 
 Progress = Callable[[str, float], None]
+_BYTES = {"quick": 1e9, "standard": 2e9, "fine": 4e9}  # that two generated bodies take to reduce
 
 
 def silent(stage: str, fraction: float) -> None:
@@ -26,7 +33,7 @@ def silent(stage: str, fraction: float) -> None:
 
 
 class StageBodies(NamedTuple):
-    """Reduced FE bodies of a stage, None where the member is lumped."""
+    """Reduced FE bodies of a stage, None where the member is lumped or rigid."""
 
     ring: ReducedBody | None
     carrier: ReducedBody | None
@@ -41,29 +48,68 @@ Bodies = Mapping[str, StageBodies]
 
 
 def stage_bodies(
-    view: StageView, progress: Progress = silent, limit_hz: float | None = None
+    view: StageView,
+    progress: Progress = silent,
+    limit_hz: float | None = None,
+    bends: Variant | None = None,
 ) -> StageBodies:
     """FE mesh, assembly and reduction of ring and carrier, or both from the cache.
 
-    limit_hz: frequency up to which they are compared with the unreduced bodies.
+    limit_hz: frequency up to which they are compared with the unreduced bodies; bends: what of the
+    stage does, nothing else is made; by default all that can.
     """
-    found: dict[str, ReducedBody | None] = dict.fromkeys(StageBodies._fields)
-    for part, reduce in (("ring", ring_body), ("carrier", carrier_body)):
-        if part in view.fe_parts:
-            found[part] = reduce(view, named(part, progress), limit_hz)
-    if found["ring"] is not None:
-        found["ring"] = whole_ring(view, with_rim(view, found["ring"]))
-    return StageBodies(**found)
+    bends = bends or Variant()
+
+    def ring(report: Progress) -> ReducedBody:
+        body = with_rim(view, ring_body(view, report, limit_hz))
+        if body.rim is None:  # else shapes of teeth are in the gear mesh
+            body = body.on_loaded_patches(ring_supports(view, body))
+        return whole_ring(view, body)
+
+    def carrier(report: Progress) -> ReducedBody:
+        body = carrier_body(view, report, limit_hz)
+        at = slice(0, body.interface_dofs)
+        return body.on_loaded_patches(carrier_supports(view, body, body.stiffness[at, at]))
+
+    makers = {"ring": ring, "carrier": carrier}
+    wanted = {p: make for p, make in makers.items() if p in view.fe_parts and getattr(bends, p)}
+    roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
+    found = _made(wanted, progress, len(wanted) if roomy else 1)
+    return StageBodies(found.get("ring"), found.get("carrier"))
 
 
-def reduced_bodies(case: Case, progress: Progress = silent) -> dict[str, StageBodies]:
-    """Ring and carrier of every flexible stage by its name; influences of teeth go to the cache."""
-    found = {}
+def _made(
+    wanted: Mapping[str, Callable[[Progress], ReducedBody]], progress: Progress, at_once: int
+) -> dict[str, ReducedBody]:
+    """All that is wanted; so many threads of them, as half of the work runs in one thread."""
+    stop = threading.Event()
+
+    def watched(stage: str, share: float) -> None:
+        if stop.is_set():
+            raise FlexgearError("interrupted")
+        progress(stage, share)
+
+    with single_threaded_blas(), ThreadPoolExecutor(max(at_once, 1)) as pool:
+        waiting = {part: pool.submit(make, named(part, watched)) for part, make in wanted.items()}
+        try:
+            return {part: future.result() for part, future in waiting.items()}
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def reduced_bodies(
+    case: Case, progress: Progress = silent, bends: Mapping[str, Variant] | None = None
+) -> dict[str, StageBodies]:
+    """Rings and carriers that bend of every flexible stage by its name; influences of teeth go to
+    the cache. bends: what does by stage; by default what the case says."""
+    found, bends = {}, variants_of(case) if bends is None else bends
     for own in case.stages:
         _make_influences(case.view(own.name), named(own.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if case.is_short else named(name, progress)
-        found[name] = stage_bodies(stage, report, reduction_limit(case, name))
+        found[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
     return found
 
 

@@ -34,13 +34,16 @@ def gauge_rows(case: Case, system: System, bodies: Bodies) -> GaugeRows:
         gauges = view.ring_gear.gauges
         if not gauges:
             continue
+        names += [f"{view.name}.{gauge.name}" for gauge in gauges]
+        if ring is None:
+            strain.append(np.zeros((len(gauges), system.size)))
+            continue
         found = Surface(ring).strain([gauge_ray(view, gauge) for gauge in gauges])
         rows = found.along([gauge.direction for gauge in gauges])
         for i in np.flatnonzero(np.isnan(rows).any(axis=1)):
             raise view.refuse(
                 f"ring.gauges.{i}", "lies beside the FE mesh", "compare its place with the ring's"
             )
-        names += [f"{view.name}.{gauge.name}" for gauge in gauges]
         strain.append(_placed(system, view, rows))
     return GaugeRows(names, np.vstack(strain))
 
@@ -50,16 +53,23 @@ def rim_stress_rows(case: Case, system: System, bodies: Bodies) -> Array:
     at mid-face, Pa, in the order of the tooth nodes; not a number where a ring has no FE mesh."""
     stress = [np.zeros((0, system.size))]
     for view, ring in _rings(case, bodies):
+        if ring is None:
+            stress.append(np.zeros((_teeth(system, view), system.size)))
+            continue
         stress.append(_placed(system, view, _rim(view.material, ring, view.ring_gear.teeth)))
     return np.vstack(stress)
 
 
-def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody]]:
-    """Stages with an FE ring, and its body."""
-    for stage, view in case.flexible_stages.items():
-        ring = bodies[stage].ring if stage in bodies else None
-        if ring is not None:
-            yield view, ring
+def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody | None]]:
+    """Stages with an FE ring, and its body; None where it is rigid."""
+    for stage, view in case.fe_ring_stages.items():
+        yield view, bodies[stage].ring if stage in bodies else None
+
+
+def _teeth(system: System, view: StageView) -> int:
+    """Tooth nodes of a stage's ring."""
+    names = system.body(f"{view.name}.ring").node_names
+    return sum(name.startswith("tooth_") for name in names)
 
 
 def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:

@@ -165,7 +165,7 @@ def assemble(
     bodies: Bodies | None = None,
     variants: Mapping[str, Variant] | None = None,
 ) -> Model:
-    """Couple all bodies of a case.
+    """Couple all bodies of a case. Those that are rigid are neither meshed nor reduced.
 
     rigid: "ring", "carrier", "shaft" of all flexible stages, "stage_1.ring" of one, or "all";
     bodies: of flexible stages, made (or read from the cache) if not given; variants: what bends by
@@ -175,7 +175,7 @@ def assemble(
     bends = variants_of(case, rigid) if variants is None else variants
     if bodies is None:
         require_workable(case)
-        bodies = reduced_bodies(case, progress)
+        bodies = reduced_bodies(case, progress, bends)
     return model_of(case, build_system(case, bodies, bends), bodies)
 
 

@@ -13,7 +13,6 @@ from flexgear.solve.bodies import reduction_limit
 from flexgear.structures.estimate import PROMISED
 from flexgear.structures.reduced import ReducedBody
 
-_FINER = {"quick": "standard", "standard": "fine"}
 _OTHER_TIE = {"root": "flank", "flank": "root"}
 
 
@@ -79,13 +78,9 @@ def _fault(report: Mapping[str, Any]) -> str:
 
 def _remedy(view: StageView, name: str) -> str:
     """What makes the error smaller, or shows how little it matters."""
-    part, ways = getattr(view, name), []
-    if part.fe_mesh == "file":
-        ways.append("refine its FE mesh")
-    elif finer := _FINER.get(view.solver.fidelity):
-        ways.append(f'set solver.fidelity = "{finer}"')
+    ways = []
     if name == "ring":
-        ways.append(f'try {view.written("ring.fe.tie")} = "{_OTHER_TIE[part.tie]}"')
+        ways.append(f'try {view.written("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"')
     key = view.written(f"{name}.fe.flexible")
     ways.append(f"compare with {key} = false to see how much its bending matters")
     return ", or ".join(ways)

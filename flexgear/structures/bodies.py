@@ -8,7 +8,6 @@ by a transformation that returns a new body.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,8 +25,8 @@ class Body:
 
     name: component name; node_names: (n,) names; positions: (n, 3) m in the body's frame;
     mass: (d, d); stiffness: (d, d), SI; node_map: (6 n, d), node motion = node_map @ q;
-    recover: coordinates (d,) or (d, k) -> displacement of the FE vertices (p, 3[, k]), or None
-    for a body without FE mesh; rigid: whether the six coordinates are those of a rigid body.
+    rigid: whether the six coordinates are those of a rigid body; means (6 n, d): mean motion of
+    what its nodes are tied to, where the nodes move otherwise (`patch_shapes`).
     """
 
     name: str
@@ -36,8 +35,8 @@ class Body:
     mass: Array
     stiffness: Array
     node_map: Array
-    recover: Callable[[Array], Array] | None = None
     rigid: bool = False
+    means: Array | None = None
 
     @property
     def size(self) -> int:
@@ -46,11 +45,18 @@ class Body:
 
     def node(self, name: str) -> Array:
         """Rows (6, d) of the node map that belong to one named node."""
+        return self.node_map[self._rows(name)]
+
+    def mean(self, name: str) -> Array:
+        """Rows (6, d) of the mean motion of what a named node is tied to."""
+        return (self.node_map if self.means is None else self.means)[self._rows(name)]
+
+    def _rows(self, name: str) -> slice:
         try:
             i = self.node_names.index(name)
         except ValueError:
             raise FlexgearError(f"{self.name}: there is no node {name!r}") from None
-        return self.node_map[6 * i : 6 * i + 6]
+        return slice(6 * i, 6 * i + 6)
 
     @property
     def spin(self) -> Array:
@@ -108,13 +114,12 @@ def rigid_variant(body: Body) -> Body:
     nodes = rigid_rows(body.positions)
     transform = np.zeros((body.size, 6))
     transform[: len(nodes)] = nodes
-    recover = body.recover
     return replace(
         body,
         mass=transform.T @ body.mass @ transform,
         stiffness=np.zeros((6, 6)),
         node_map=body.node_map @ transform,
-        recover=None if recover is None else (lambda q: recover(transform @ q)),
+        means=None if body.means is None else body.means @ transform,
         rigid=True,
     )
 

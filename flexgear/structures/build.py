@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from flexgear.structures.fe_mesh import (
     ring_groups,
     ring_of_case,
 )
+from flexgear.structures.fem import Interface
 from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.given import given_carrier, given_ring
 from flexgear.structures.interfaces import (
@@ -39,16 +40,23 @@ from flexgear.structures.interfaces import (
     ring_supports,
 )
 from flexgear.structures.linalg.threads import single_threaded_blas
+from flexgear.structures.patch_responses import (
+    LoadedPatch,
+    loaded_patches,
+    nodes_beside,
+    shapes_of,
+)
+from flexgear.structures.patch_shapes import OF_PINS, OF_TEETH
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
     AnyCondensation,
     Progress,
-    Reduction,
     condense,
     reduce,
     silent,
 )
 from flexgear.structures.store import cached, content_key, is_kept
+from flexgear.structures.tooth_shapes import ToothLine
 
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
@@ -139,30 +147,33 @@ def _carrier_key(view: StageView) -> str:
 
 
 def _reduce_ring(view: StageView, progress: Progress) -> ReducedBody:
+    ring, teeth, width = view.ring, view.ring_gear.teeth, view.stage.face_width
     clock = _Clock()
     progress("ring: FE mesh", 0.0)
     fe_mesh = ring_of_case(view)
     clock.lap("fe_mesh")
     model = _model(view, fe_mesh)
     interface = ring_interface(view, model)
+    radius, rate = stage_geometry(view).ring.reference_radius, _helix_rate(view)
+    lines = {
+        f"tooth_{j + 1:03d}": ToothLine(2 * np.pi * j / teeth, radius, rate, width)
+        for j in range(teeth)
+    }
+    skin = [f"tooth_{part}" for part in dict.fromkeys((ring.tie, "flank", "backflank"))]
+    averaging = ring.tie_kind == "averaging"
+    patches = loaded_patches(model, lines, skin, OF_TEETH) if averaging else []
     clock.lap("ties")
-    modes, repeats = view.ring.fixed_interface_modes, view.ring_gear.teeth
-    reduction = reduce(model, interface, modes, progress, "ring", sectors=_sectors(view, repeats))
-    clock.lap("reduction")
     supports = ring_supports(view, interface)
-    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(view.ring_gear.teeth))
-    teeth = view.ring_gear.teeth
+    flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(teeth))
     probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
-    loads = probe_loads.tooth_lines(model, probed, view.stage.face_width) if flank else []
-    return _estimated(
-        reduction,
-        supports,
-        loads,
-        clock,
-        progress,
-        view.solver.reduction_limit,
-        tie=view.ring.tie,
-        tie_kind=view.ring.tie_kind,
+    loads = probe_loads.tooth_lines(model, probed, width) if flank else []
+    clock.lap("probe_loads")
+    body = _Unreduced("ring", model, interface, patches, loads, _sectors(view, teeth))
+    modes, limit = ring.fixed_interface_modes, view.solver.reduction_limit
+    return _reduced(
+        *(body, modes, lambda _: supports, limit, clock, progress),
+        tie=ring.tie,
+        tie_kind=ring.tie_kind,
         fidelity=view.solver.fidelity,
     )
 
@@ -174,58 +185,66 @@ def _reduce_carrier(view: StageView, progress: Progress) -> ReducedBody:
     clock.lap("fe_mesh")
     model = _model(view, fe_mesh)
     interface = carrier_interface(view, model)
-    clock.lap("ties")
-    modes, repeats = view.carrier.fixed_interface_modes, view.stage.planets
-    reduction = reduce(
-        model, interface, modes, progress, "carrier", sectors=_sectors(view, repeats)
-    )
-    clock.lap("reduction")
-    supports = carrier_supports(view, interface, reduction.condensation.stiffness)
     angles = np.asarray(view.stage.planet_angles)
-    loads = probe_loads.pin_pressures(model, view.stage.planets, angles)
-    return _estimated(
-        reduction,
-        supports,
-        loads,
-        clock,
-        progress,
-        view.solver.reduction_limit,
+    radius, width = stage_geometry(view).center_distance, view.stage.gear_width
+    lines = {f"pin_{i + 1}": ToothLine(float(a), radius, 0.0, width) for i, a in enumerate(angles)}
+    patches = loaded_patches(model, lines, ["pin"], OF_PINS)
+    clock.lap("ties")
+    loads = probe_loads.pin_pressures(model, len(angles), angles)
+    clock.lap("probe_loads")
+    body = _Unreduced("carrier", model, interface, patches, loads, _sectors(view, len(angles)))
+    modes, limit = view.carrier.fixed_interface_modes, view.solver.reduction_limit
+    return _reduced(
+        body,
+        modes,
+        lambda stiffness: carrier_supports(view, interface, stiffness),
+        *(limit, clock, progress),
         tie="surface",
         tie_kind="averaging",
         fidelity=view.solver.fidelity,
     )
 
 
-def _model(view: StageView, fe_mesh: FeMesh) -> UnassembledModel:
-    """The body; what its matrices are wanted for decides how much of them is assembled."""
-    m = view.material
-    return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+@dataclass(frozen=True, eq=False)
+class _Unreduced:
+    """A body with its ties, the patches of its loaded nodes and the loads of its static check."""
+
+    name: str
+    model: UnassembledModel
+    interface: Interface
+    patches: Sequence[LoadedPatch]
+    loads: Sequence[probe_loads.ProbeLoad]
+    sectors: tuple[int, ...]
 
 
-def _sectors(view: StageView, repeats: int) -> tuple[int, ...]:
-    """Numbers of sectors to try for a body with so many teeth or pins."""
-    return sector_counts(repeats) if view.solver.cyclic == "auto" else ()
-
-
-def _estimated(
-    reduction: Reduction,
-    supports: NDArray[np.float64],
-    loads: Sequence[probe_loads.ProbeLoad],
+def _reduced(
+    unreduced: _Unreduced,
+    modes: int,
+    supports_on: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    wanted_hz: float | None,
     clock: _Clock,
     progress: Progress,
-    wanted_hz: float | None,
     **options: Any,
 ) -> ReducedBody:
     """The reduced body with the loads of its static check, frequency estimates in the report.
 
-    Frequencies are compared up to half the highest fixed-interface one, beyond which that basis is
-    not made for, or to wanted_hz if that is higher.
+    supports_on: K_bb -> S. Frequencies are compared up to half the highest fixed-interface one,
+    beyond which that basis is not made for, or to wanted_hz if that is higher.
     """
+    model, patches = unreduced.model, unreduced.patches
+    beside = nodes_beside(model, patches) if patches else None
+    reduction = reduce(
+        *(model, unreduced.interface, modes, progress, unreduced.name, unreduced.sectors, beside)
+    )
+    clock.lap("reduction")
     progress("static check", 0.0)
     highest = float(reduction.body.report.get("fixed_interface_frequency_max_hz") or 0.0)
     limit = max(_JUDGED * highest, wanted_hz or 0.0)
+    supports = supports_on(reduction.condensation.stiffness)
     with single_threaded_blas():
-        body = estimate.probed(reduction, loads)
+        body = estimate.probed(reduction, unreduced.loads, patches)
+        if patches:
+            body = body.with_(patches=shapes_of(reduction, patches))
         frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
     clock.lap("estimates")
     report = {
@@ -239,6 +258,21 @@ def _estimated(
         "seconds": clock.laps,
     }
     return body.with_(report=report)
+
+
+def _helix_rate(view: StageView) -> float:
+    return RingMeshParameters.from_case(view).helix_rate
+
+
+def _model(view: StageView, fe_mesh: FeMesh) -> UnassembledModel:
+    """The body; what its matrices are wanted for decides how much of them is assembled."""
+    m = view.material
+    return UnassembledModel(fe_mesh, m.young_modulus, m.poisson_ratio, m.density)
+
+
+def _sectors(view: StageView, repeats: int) -> tuple[int, ...]:
+    """Numbers of sectors to try for a body with so many teeth or pins."""
+    return sector_counts(repeats) if view.solver.cyclic == "auto" else ()
 
 
 def _judged(

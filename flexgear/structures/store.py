@@ -24,10 +24,15 @@ from numpy.typing import NDArray
 from flexgear.files.stage import private_folder, remove_stale
 from flexgear.model.errors import FlexgearWarning
 from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
+from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "9"  # part of every key: raise it when entries or the numerics behind them change
-_ARRAYS = ("positions", "mass", "stiffness", "points", "cells", "recovery", "probe_loads")
+FORMAT = "13"  # part of every key: raise it when entries or the numerics behind them change
+_ARRAYS = (
+    *("positions", "mass", "stiffness", "points", "cells", "recovery"),
+    *("probe_loads", "probe_shapes"),
+)
+_PATCHES = ("motion", "flexibility")  # arrays of the shapes of loaded patches
 
 
 def content_key(**content: Any) -> str:
@@ -73,10 +78,13 @@ def save(body: ReducedBody, entry: Path) -> None:
         draft = stage / "entry"
         draft.mkdir()
         checksums = {}
-        for name in _ARRAYS:
+        arrays = {name: getattr(body, name) for name in _ARRAYS}
+        if body.patches is not None:
+            arrays |= {f"patch_{name}": getattr(body.patches, name) for name in _PATCHES}
+        for name, array in arrays.items():
             with (draft / f"{name}.npy").open("wb") as stream:
                 summed = _Summed(stream)
-                np.save(summed, getattr(body, name))
+                np.save(summed, array)
             checksums[name] = summed.checksum
         header = {
             **_identity(entry),
@@ -85,6 +93,7 @@ def save(body: ReducedBody, entry: Path) -> None:
             "n_modes": body.n_modes,
             "probe_cases": body.probe_cases,
             "report": body.report,
+            "first_patch": None if body.patches is None else body.patches.first,
             "checksums": checksums,
         }
         text = json.dumps(header, indent=1, default=float)
@@ -108,7 +117,7 @@ def load(entry: Path) -> ReducedBody | None:
         if any(header[name] != value for name, value in _identity(entry).items()):
             raise ValueError("it is another body's")
         arrays: dict[str, NDArray[Any]] = {}
-        for name in _ARRAYS:
+        for name in header["checksums"]:
             path = entry / f"{name}.npy"
             if _checksum(path) != header["checksums"][name]:
                 raise ValueError(f"the checksum of {path.name} is wrong")
@@ -119,6 +128,10 @@ def load(entry: Path) -> ReducedBody | None:
         with contextlib.suppress(OSError):
             remove(entry)
         return None
+    patches = None
+    if header["first_patch"] is not None:
+        shapes = (arrays.pop(f"patch_{name}") for name in _PATCHES)
+        patches = PatchShapes(header["first_patch"], *shapes)
     return ReducedBody(
         name=header["name"],
         node_names=tuple(header["node_names"]),
@@ -126,6 +139,7 @@ def load(entry: Path) -> ReducedBody | None:
         probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
         report=header["report"],
         rim=None,
+        patches=patches,
         **arrays,
     )
 

@@ -10,7 +10,6 @@ from flexgear.analysis.equilibrium import equilibrium
 from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
-from flexgear.coupling.workable import stand_ins
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_stage
 
@@ -49,7 +48,7 @@ def circle(end, factor=1.0):
 
 def rigid_state(case):
     """Recovered equilibrium at rated torque of all rigid bodies on the case's springs."""
-    modal = modal_system(stage_system(case, stand_ins(case), RIGID))
+    modal = modal_system(stage_system(case, (None, None), RIGID))
     return Recovery(equilibrium(modal, 0.1, TORQUE))
 
 

@@ -148,9 +148,31 @@ class CarrierMeshParameters:
         return self.plate_gap if 0.0 < rest < 0.05 * self.pin_diameter else width
 
     @property
+    def hub_diameter(self) -> float:
+        """That of the hub, m, without a small step to the seat: it would only make slivers."""
+        step = abs(self.hub_outer_diameter - self.seat_drive_diameter) / 2.0
+        return (
+            self.seat_drive_diameter
+            if step < 0.1 * self.plate_thickness
+            else self.hub_outer_diameter
+        )
+
+    @property
     def plate_thickness(self) -> float:
         """Mean of both plates, m."""
         return (self.plate_thickness_drive + self.plate_thickness_far) / 2.0
+
+    @property
+    def seat_heights(self) -> dict[str, float]:
+        """z of the end face "drive" and of the middles of the bearing seats, m."""
+        side = 1.0 if self.drive_side == "+z" else -1.0
+        plate = self.plate_gap / 2.0 + self.plate_thickness_drive
+        far = self.plate_gap / 2.0 + self.plate_thickness_far
+        return {
+            "drive": side * (plate + self.hub_length),
+            "bearing_drive": side * (plate + self.seat_drive_width / 2.0),
+            "bearing_far": -side * (far + self.seat_far_width / 2.0),
+        }
 
     @property
     def angles(self) -> Array:

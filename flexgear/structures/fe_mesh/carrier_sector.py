@@ -61,9 +61,7 @@ def _solids(occ: ModuleType, p: CarrierMeshParameters, phi: float) -> list[int]:
         made = occ.revolve([(2, face)], 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, phi)
         return next(entity for entity in made if entity[0] == 3)
 
-    hub, seat_drive = p.hub_outer_diameter / 2.0, p.seat_drive_diameter / 2.0
-    if abs(hub - seat_drive) < 0.1 * p.plate_thickness:
-        hub = seat_drive  # a small step would only make slivers
+    hub, seat_drive = p.hub_diameter / 2.0, p.seat_drive_diameter / 2.0
     z_seat, z_end = z_drive - p.seat_drive_width, z_drive - p.hub_length
     seat_far, z_seat_far = p.seat_far_diameter / 2.0, z_far + p.seat_far_width
     solids = [

@@ -131,25 +131,30 @@ class FeMesh:
         """
         return float(self.corner_jacobians()[1].min())
 
-    def cell_volumes(self) -> Array:
-        """V = ∫ det(dx/dξ) dξ (m,) m³; 2x2x2 Gauss points are exact for a trilinear cell."""
+    def quadrature(self) -> tuple[Array, Array]:
+        """Points (m, q, 3) m and weights (m, q) m³ of ∫ … dV, exact for x xᵀ in a cell with plane
+        faces: 2x2x2 Gauss points of a trilinear cell, four of a tetrahedron."""
         corners = self.points[self.vtk_cells]
         if self.kind == "tet":
             e1, e2, e3 = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
-            return np.einsum("ij,ij->i", np.cross(e1, e2), e3) / 6.0
+            volume = np.einsum("ij,ij->i", np.cross(e1, e2), e3) / 6.0
+            near = (1.0 - 1.0 / np.sqrt(5.0)) / 4.0
+            shares = np.full((4, 4), near) + (1.0 - 4.0 * near) * np.eye(4)
+            return shares @ corners, np.repeat(volume[:, None] / 4.0, 4, axis=1)
         signs = np.array(
             [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]]
             + [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
             dtype=float,
         )
-        total = np.zeros(len(corners))
-        for xi in signs / np.sqrt(3.0):
-            factor = 1.0 + signs * xi
-            gradient = np.stack(
-                [signs[:, i] * factor.prod(axis=1) / factor[:, i] / 8.0 for i in range(3)], axis=1
-            )
-            total += np.linalg.det(np.einsum("mvi,vj->mij", corners, gradient))
-        return total
+        factor = 1.0 + signs[:, None] * signs / np.sqrt(3.0)  # (points, vertices, 3)
+        shapes = factor.prod(axis=2) / 8.0
+        gradient = signs * factor.prod(axis=2)[..., None] / factor / 8.0
+        jacobian = np.einsum("qvi,mvj->mqij", gradient, corners)
+        return shapes @ corners, np.linalg.det(jacobian)
+
+    def cell_volumes(self) -> Array:
+        """V = ∫ dV (m,) m³."""
+        return np.asarray(self.quadrature()[1].sum(axis=1))
 
     def volume(self) -> float:
         """Volume of the body, m³."""

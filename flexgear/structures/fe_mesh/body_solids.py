@@ -1,0 +1,96 @@
+"""Ring and carrier as solids in closed form: what they weigh, without a mesh of them.
+
+The same bodies as ``ring.py`` and ``carrier.py`` mesh, with true circles and flanks.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.gears.tooth import ToothGeometry
+from flexgear.structures.fe_mesh.carrier import CarrierMeshParameters
+from flexgear.structures.fe_mesh.carrier_web import Web
+from flexgear.structures.fe_mesh.fe_mesh import FeMesh
+from flexgear.structures.fe_mesh.ring import RingMeshParameters
+from flexgear.structures.kinematics import rotation
+from flexgear.structures.solids import EMPTY, Solid, cylinder, prism
+
+Array = NDArray[np.float64]
+
+_POINTS = 24  # of a flank, of a fillet with its land, of an arc of a web
+
+
+def ring_solid(p: RingMeshParameters) -> Solid:
+    """The ring about its centre; the helix turns sections and changes no area."""
+    half = p.face_width / 2.0
+    out = cylinder(p.outer_radius, -half, half) - prism(_tooth_spaces(p.tooth), -half, half)
+    if p.bolt_holes:
+        for angle in p.first_bolt_angle + 2.0 * pi * np.arange(p.bolts) / p.bolts:
+            place = p.bolt_circle_diameter / 2.0 * np.array([np.cos(angle), np.sin(angle)])
+            out = out - cylinder(p.bolt_diameter / 2.0, -half, half, tuple(place))
+    return out
+
+
+def carrier_solid(p: CarrierMeshParameters) -> Solid:
+    """The carrier about the middle between its plates."""
+    gap, bore = p.plate_gap / 2.0, p.hub_bore / 2.0
+    drive, far = -gap - p.plate_thickness_drive, gap + p.plate_thickness_far
+    seat, end = drive - p.seat_drive_width, drive - p.hub_length
+    rounds = [
+        (p.hub_diameter, end, seat),
+        (p.seat_drive_diameter, seat, drive),
+        (p.plate_diameter, drive, -gap),
+        (p.plate_diameter, gap, far),
+        (p.seat_far_diameter, far, far + p.seat_far_width),
+    ]
+    out = EMPTY
+    for diameter, low, high in rounds:
+        out = out + (cylinder(diameter / 2.0, low, high) - cylinder(bore, low, high))
+    for angle in p.angles:
+        place = (p.center_distance * np.cos(angle), p.center_distance * np.sin(angle))
+        out = out + cylinder(p.pin_diameter / 2.0, -gap, gap, place)
+        out = out - cylinder(p.pin_bore / 2.0, drive, far, place)
+    halves, order, which = p.half_gaps
+    for pin, kind in zip(order, which, strict=True):
+        middle = p.angles[pin] + halves[kind]
+        turned = _web_outline(p.web(halves[kind])) @ rotation(middle)[:2, :2].T
+        out = out + prism(turned, -gap, gap)
+    return out.mirrored() if p.drive_side == "+z" else out
+
+
+def mesh_solid(fe_mesh: FeMesh) -> Solid:
+    """The cells of an FE mesh."""
+    points, weights = fe_mesh.quadrature()
+    return Solid(
+        float(weights.sum()),
+        np.einsum("mq,mqi->i", weights, points),
+        np.einsum("mq,mqi,mqj->ij", weights, points, points),
+    )
+
+
+def _tooth_spaces(tooth: ToothGeometry) -> Array:
+    """Corners (n, 2) of what teeth of a ring leave free inside, counter-clockwise, m."""
+    side = tooth.profile(_POINTS, _POINTS)
+    tip = np.linspace(-1.0, 1.0, _POINTS)[1:-1] * np.arctan2(side[0, 1], side[0, 0])
+    radius, angle = np.hypot(*side.T), np.arctan2(side[:, 1], side[:, 0])
+    radius = np.concatenate([radius[::-1], np.full(len(tip), tooth.tip_radius), radius])
+    angle = np.concatenate([-angle[::-1], tip, angle])
+    around = angle + tooth.pitch_angle * np.arange(tooth.teeth)[:, None]
+    out = radius[:, None] * np.stack([np.cos(around), np.sin(around)], axis=2)
+    return out.reshape(-1, 2)
+
+
+def _web_outline(web: Web) -> Array:
+    """Corners (n, 2) of a web on the x axis, counter-clockwise, m."""
+    half = web.half_thickness(web.start)
+    pin = web.center_distance * np.array([np.cos(web.phi), -np.sin(web.phi)])
+    on_edge = web.edge * np.array([np.cos(web.edge_angle), -np.sin(web.edge_angle)])
+    first, last = np.array([web.start, -half]) - pin, on_edge - pin
+    turn = np.linspace(np.arctan2(first[1], first[0]), np.arctan2(last[1], last[0]), _POINTS)
+    arc = pin + web.arc_radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    edge = np.linspace(-web.edge_angle, web.edge_angle, _POINTS)[1:-1]
+    across = web.edge * np.column_stack([np.cos(edge), np.sin(edge)])
+    return np.concatenate([arc, across, arc[::-1] * np.array([1.0, -1.0])])

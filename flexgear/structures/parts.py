@@ -1,0 +1,79 @@
+"""Ring and carrier of a case as bodies of the coupled system: reduced, or rigid by their sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexgear.model.stage_view import StageView
+from flexgear.structures.bodies import Body, rigid_variant
+from flexgear.structures.fe_mesh import (
+    CarrierMeshParameters,
+    FeMesh,
+    RingMeshParameters,
+    carrier_of_case,
+    ring_of_case,
+)
+from flexgear.structures.fe_mesh.body_solids import carrier_solid, mesh_solid, ring_solid
+from flexgear.structures.given import given_carrier, given_ring
+from flexgear.structures.halves import PLACE, SIDES, node_of_half, whole_ring
+from flexgear.structures.kinematics import rigid_rows
+from flexgear.structures.nodes import carrier_nodes, ring_nodes
+from flexgear.structures.reduced import ReducedBody
+
+Array = NDArray[np.float64]
+
+
+def elastic_part(reduced: ReducedBody) -> Body:
+    """A reduced body: its node dofs come first."""
+    nodes = 6 * len(reduced.node_names)
+    return Body(
+        name=reduced.name,
+        node_names=tuple(reduced.node_names),
+        positions=np.asarray(reduced.positions),
+        mass=reduced.mass,
+        stiffness=reduced.stiffness,
+        node_map=np.eye(nodes, reduced.mass.shape[0]),
+        means=None if reduced.inner is None else reduced.inner[:nodes],
+    )
+
+
+def rigid_part(view: StageView, part: str, own: bool = True) -> Body:
+    """The "ring" (both halves of a double-helical one) or "carrier" of a stage, rigid.
+
+    Coordinates are the rigid motion of the frame's origin. A generated body is that of the case's
+    sizes, one with a file of FE mesh or matrices that of the file; own: False takes the case's
+    sizes for these, too, and reads no file.
+    """
+    source = view.ring.fe_mesh if part == "ring" else view.carrier.fe_mesh
+    if own and source == "reduced":
+        given = whole_ring(view, given_ring(view)) if part == "ring" else given_carrier(view)
+        return rigid_variant(elastic_part(given))
+    fe_mesh: FeMesh | None = None
+    if own and source == "file":
+        fe_mesh = ring_of_case(view) if part == "ring" else carrier_of_case(view)
+    if part == "ring":
+        nodes = ring_nodes(view, fe_mesh)
+        solid = ring_solid(RingMeshParameters.from_case(view))
+    else:
+        nodes = carrier_nodes(view, fe_mesh)
+        solid = carrier_solid(CarrierMeshParameters.from_case(view))
+    solid = solid if fe_mesh is None else mesh_solid(fe_mesh)
+    if part == "ring" and view.stage.double_helical:
+        lift = np.array([0.0, 0.0, view.stage.half_offset])
+        solid = solid.shifted(-lift) + solid.mirrored().shifted(lift)
+        halves = {
+            "left": {name: place - lift for name, place in nodes.items()},
+            "right": {name: place * PLACE + lift for name, place in nodes.items()},
+        }
+        nodes = {node_of_half(n, side): x for side in SIDES for n, x in halves[side].items()}
+    positions = np.array(list(nodes.values()))
+    return Body(
+        name=part,
+        node_names=tuple(nodes),
+        positions=positions,
+        mass=solid.rigid_mass(view.material.density),
+        stiffness=np.zeros((6, 6)),
+        node_map=rigid_rows(positions),
+        rigid=True,
+    )

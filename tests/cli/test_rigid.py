@@ -1,0 +1,40 @@
+"""--rigid: what does not bend is neither meshed nor reduced."""
+
+import json
+
+import pytest
+from stage_samples import cheap_stage
+
+from flexgear.model.load import load_stage
+from flexgear.solve import bodies
+from flexgear.structures import parts
+
+STAGE_BODIES = bodies.stage_bodies
+
+
+def refused(*_, **__):
+    raise AssertionError("nothing of a rigid body is meshed or reduced")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("static", "--rigid", "all"),
+        ("static", "--rigid", "ring"),
+        ("static", "--set", "ring.flexible=false", "--rigid", "carrier"),
+        ("modes", "--rigid", "all"),
+        ("simulate", "--rigid", "all", "--duration-s", "0.002"),
+    ],
+)
+def test_commands_mesh_and_reduce_only_what_bends(flexgear, monkeypatch, arguments):
+    carrier = cheap_stage(load_stage("wind-5mw")).carrier
+    for name in ("ring_of_case", "carrier_of_case"):
+        monkeypatch.setattr(parts, name, refused)
+    monkeypatch.setattr(bodies, "stage_bodies", STAGE_BODIES)
+    monkeypatch.setattr(bodies, "ring_body", refused)
+    made = arguments[1:] == ("--rigid", "ring")
+    monkeypatch.setattr(bodies, "carrier_body", (lambda *_: carrier) if made else refused)
+    code, text, _ = flexgear(arguments[0], "wind-5mw", *arguments[1:], "--json", "-q")
+    assert code == 0
+    if arguments[0] == "static":
+        assert 1.0 < json.loads(text)["0 deg"]["load_sharing"] < 1.2
