@@ -60,7 +60,6 @@ def ring_support(p: Proposal) -> Bolting | Splined:
         rim = max(RIM * p.module, BOLTED_RIM * diameter)
         if rim > THICKEST_RIM * p.module * (1 + 1e-9):
             break
-        rim = max(rim, _fading_rim(p, diameter))
         circle = p.root_diameter("ring") + rim
         most = min(MOST_BOLTS, math.floor(math.pi * circle / (SPACING * diameter)))
         each = FRICTION * CLAMP * area * circle / 2 / SAFETY
@@ -73,11 +72,6 @@ def ring_support(p: Proposal) -> Bolting | Splined:
         if share == 1.0:
             break
     return best or _splined(p, torque)
-
-
-def _fading_rim(p: Proposal, bolt: float) -> float:
-    """Least rim in whose mesh the helix of the teeth fades towards straight bolts, m."""
-    return 2.4 * (0.6 * p.face_width * math.tan(p.wanted.helix) + 0.6 * bolt) * bool(p.wanted.helix)
 
 
 def _splined(p: Proposal, torque: float) -> Splined:

@@ -27,7 +27,7 @@ from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "13"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "14"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = (
     *("positions", "mass", "stiffness", "points", "cells", "recovery"),
     *("probe_loads", "probe_shapes"),

@@ -4,8 +4,8 @@ Frame: origin at the ring's centre and mid-face, z the axis of rotation; the mid
 (0-based) is at the angle 2πj/z_r at z = 0; patches are numbered from 1 (tooth_root_001 is j = 0).
 
 Helix: a point (r, θ, z) of the section moves to θ + κ z f(r), κ = h tan β/r_ref, h = +1 for a
-right-hand ring. f = 1 from the tooth's tip to the root circle and falls as 1 - 3t² + 2t³ to 0 at
-the inside of the bolts, so that bolt axes and holes are straight.
+right-hand ring. f = 1, for the rim is a body of revolution; with bolt holes only from the tooth's
+tip to the root circle, falling as 1 - 3t² + 2t³ to 0 at the inside of the straight holes.
 
 Patches
   tooth_flank_NNN      involute flank on the -θ side: the one planets press when the carrier
@@ -56,6 +56,8 @@ _DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number
 }
 _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
 _BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
+_PITCH_LAYERS = {"quick": 2, "standard": 3, "fine": 4}  # n in which the helix turns by a pitch:
+# their chords leave it by r (2π/z)²/(8 n²), 0.6 of a module over z for two
 _GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
@@ -153,6 +155,11 @@ class RingMeshParameters:
         return sign * tan(self.helix_angle) / self.tooth.reference_radius
 
     @property
+    def advance(self) -> float:
+        """|κ| b z/(2π): pitches by which the helix turns over the face width."""
+        return abs(self.helix_rate) * self.face_width / self.tooth.pitch_angle
+
+    @property
     def bands(self) -> list[tuple[str, Band]]:
         """Bands of the outer cylinder by the names of their groups."""
         fits = [(f"fit_{k}", band) for k, band in enumerate(self.fits, 1)]
@@ -160,16 +167,16 @@ class RingMeshParameters:
 
     @property
     def straight_radius(self) -> float:
-        """Radius beyond which the section is not twisted, m: inside the bolts.
+        """Radius beyond which the section is not twisted, m: inside bolt holes, whose axes are
+        straight; without any, the rim is a body of revolution and all of it may be twisted."""
+        if not self.has_holes:
+            return np.inf
+        return self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
 
-        Without holes the helix may reach between close bolts, for nothing of them is meshed.
-        """
-        if self.bolts == 0:
-            return self.outer_radius
-        inside = self.bolt_circle_diameter / 2.0 - _BLOCK * self.bolt_diameter / 2.0
-        if self.bolt_holes:
-            return inside
-        return max(inside, self.tooth.root_radius + 0.35 * self.rim_thickness)
+    @property
+    def has_holes(self) -> bool:
+        """Whether there are bolts whose holes are meshed."""
+        return self.bolt_holes and self.bolts > 0
 
     def check(self) -> None:
         """Raise InputError, naming the key and the remedy, if no ring can be made."""
@@ -189,12 +196,6 @@ class RingMeshParameters:
                 f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
                 "the rim is counted outside the root circle; give at least one module",
             )
-        if abs(self.helix_rate) * width > tooth.pitch_angle * 3.0:
-            reject(
-                "stage.helix_angle",
-                "the helix advances more than three teeth over the face width",
-                "lower the helix angle or the face width",
-            )
         if self.bolts:
             radius, hole = self.bolt_circle_diameter / 2.0, self.bolt_diameter / 2.0
             room = self.straight_radius - tooth.root_radius
@@ -205,12 +206,12 @@ class RingMeshParameters:
                     f"{tooth.root_radius * 2e3:.0f} mm",
                     "raise it or lower the bolts' diameter",
                 )
-            if abs(self.helix_rate) * width / 2.0 * radius > room:
+            if self.has_holes and abs(self.helix_rate) * width / 2.0 * radius > room:
                 reject(
-                    "ring.bolts.circle_diameter",
+                    "ring.bolts.holes",
                     f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
-                    "root and the bolts, whose axes are straight",
-                    "raise it, or lower the face width or the helix angle",
+                    "root and the holes, whose axes are straight",
+                    "leave the holes out, or raise circle_diameter",
                 )
             if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
                 reject(
@@ -235,7 +236,7 @@ class RingMeshParameters:
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
                 )
-        if self.bolts and self.bolt_holes:  # whether there is room for them shows in the section
+        if self.has_holes:  # whether there is room for them shows in the section
             _section(self, _DIVISIONS[self.fidelity][0])
 
 
@@ -244,6 +245,7 @@ def ring_fe_mesh(p: RingMeshParameters) -> FeMesh:
     p.check()
     divisions, least_layers = _DIVISIONS[p.fidelity]
     section = _section(p, divisions)
+    least_layers = max(least_layers, ceil(_PITCH_LAYERS[p.fidelity] * p.advance))
     z = layer_positions(p.face_width, p.fits + p.splines, least_layers)
     return _extrude(p, section, z)
 
@@ -271,7 +273,7 @@ def layer_positions(face_width: float, bands: tuple[Band, ...], least: int) -> A
 
 def _section(p: RingMeshParameters, divisions: SectionDivisions) -> RingSection:
     growth = _GROWTH[p.fidelity]
-    if not (p.bolt_holes and p.bolts):
+    if not p.has_holes:
         return toothed_section(p.tooth, p.outer_radius, divisions, growth)
     below = replace(divisions, rim=max(divisions.rim // 2, 1))
     return with_bolt_holes(
@@ -285,16 +287,18 @@ def _section(p: RingMeshParameters, divisions: SectionDivisions) -> RingSection:
     )
 
 
-def _fading(p: RingMeshParameters, radius: Array) -> Array:
-    """f(r): 1 to the root circle, 0 from the straight radius on, C¹ between."""
+def _twist(p: RingMeshParameters, radius: Array) -> Array:
+    """κ f(r), rad/m: f = 1 to the root circle, 0 from the straight radius on, C¹ between."""
+    if not p.has_holes:
+        return np.full_like(radius, p.helix_rate)
     root = p.tooth.root_radius
     t = np.clip((radius - root) / (p.straight_radius - root), 0.0, 1.0)
-    return 1.0 - 3.0 * t**2 + 2.0 * t**3
+    return p.helix_rate * (1.0 - 3.0 * t**2 + 2.0 * t**3)
 
 
 def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
     n, layers = len(section.radius), len(z) - 1
-    twist = p.helix_rate * _fading(p, section.radius)
+    twist = _twist(p, section.radius)
     angle = section.angle[None, :] + twist[None, :] * z[:, None]
     points = np.stack(
         [
