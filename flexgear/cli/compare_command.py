@@ -32,7 +32,8 @@ from flexgear.solve.angles import lead_angles
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import assemble
 from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.solve.run import is_static, models_of
+from flexgear.solve.run import models_of
+from flexgear.solve.run_transients import is_static
 from flexgear.solve.static import static
 from flexgear.studies.compare import against as side_by_side
 from flexgear.studies.compare import compare_sharing

@@ -83,22 +83,19 @@ def labelled_dataset(
     """
     fixed: dict[str, Sequence[Any]] = {"dof": DOFS, "axis": AXES, "direction": DIRECTIONS}
     every = {**_gear_mesh_labels(gear_meshes), **fixed, **labels}
-    data = xr.Dataset(
-        {name: _variable(name, sample_dim, value) for name, value in arrays.items()},
-        coords={sample_dim: coordinate(sample_dim, sample_dim, samples)},
-        attrs=dict(attrs),
-    )
-    ticks = {str(d): _ticks(str(d), n, every) for d, n in data.sizes.items() if d != sample_dim}
-    data = data.assign_coords({d: coordinate(d, d, v) for d, v in ticks.items()})
+    variables = {name: _variable(name, sample_dim, value) for name, value in arrays.items()}
+    sizes = {str(d): n for v in variables.values() for d, n in v.sizes.items() if d != sample_dim}
+    coords = {sample_dim: coordinate(sample_dim, sample_dim, samples)}
+    coords |= {d: coordinate(d, d, _ticks(d, n, every)) for d, n in sizes.items()}
     beside: dict[str, dict[str, Sequence[Any]]] = {
         "gear_mesh": _beside_gear_mesh(gear_meshes),
         "group": _beside_group(gear_meshes),
         **{dim: {n: labels[n] for n in names if n in labels} for dim, names in BESIDE.items()},
     }
     for dim, columns in beside.items():
-        if dim in data.dims:
-            data = data.assign_coords({n: coordinate(n, dim, v) for n, v in columns.items()})
-    return data
+        if dim in sizes:
+            coords |= {n: coordinate(n, dim, v) for n, v in columns.items()}
+    return xr.Dataset(variables, coords, dict(attrs))
 
 
 def _gear_mesh_labels(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:

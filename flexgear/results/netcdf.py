@@ -113,8 +113,13 @@ class _Disk:
 
 def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[str, int]) -> None:
     sizes = {str(d): long.get(str(d), n) for d, n in data.sizes.items()}
-    auxiliary = [str(c) for c, v in data.coords.items() if v.dims != (c,)]
+    auxiliary = {
+        str(c): {*data.variables[c].dims}
+        for c in data.coords
+        if data.variables[c].dims != (c,)
+    }
     attached: set[str] = set()
+    coords = {*map(str, data.coords)}
     for k, (dim, size) in enumerate(sizes.items()):
         scale = (
             _stored(file, dim, data.variables[dim], sizes, encoding, long)
@@ -128,8 +133,8 @@ def _fill(file: h5py.File, data: xr.Dataset, encoding: Encoding, long: Mapping[s
         stored = _stored(file, name, variable, sizes, encoding, long)
         for k, axis in enumerate(variable.dims):
             stored.dims[k].attach_scale(file[str(axis)])
-        if name not in data.coords:
-            labels = [c for c in auxiliary if {*data.coords[c].dims} <= {*variable.dims}]
+        if name not in coords:
+            labels = [c for c, dims in auxiliary.items() if dims <= {*variable.dims}]
             attached.update(labels)
             set_attributes(stored, {COORDINATES: " ".join(labels)} if labels else {})
     others = [c for c in auxiliary if c not in attached]

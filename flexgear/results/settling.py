@@ -72,13 +72,12 @@ def window_edges(span: float, start: float | None = None) -> Array:
     return np.asarray(np.arange(WINDOWS) * (span / WINDOWS), dtype=np.float64)
 
 
-def cut(data: xr.Dataset, edges: Array) -> Iterator[tuple[int, xr.Dataset]]:
-    """The pieces of a chunk of samples, each with the number of its window."""
-    time = data[TIME].to_numpy()
+def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
+    """The pieces of a chunk of samples at times (t,), each with the number of its window."""
     number = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, None)
     for k in np.unique(number):
         first, last = np.searchsorted(number, [k, k + 1])
-        yield int(k), data.isel({TIME: slice(int(first), int(last))})
+        yield int(k), slice(int(first), int(last))
 
 
 class WindowedRanges:
@@ -94,8 +93,8 @@ class WindowedRanges:
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
-        for k, piece in cut(data, self._edges):
-            self._parts.setdefault(k, Ranges(self._watched)).append(piece)
+        for k, piece in cut(data.variables[TIME].to_numpy(), self._edges):
+            self._parts.setdefault(k, Ranges(self._watched)).append(data.isel({TIME: piece}))
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""

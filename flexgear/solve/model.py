@@ -45,7 +45,7 @@ class Model:
     rated: Array
     ideal: bool = False
     made: ModalSystem | None = None
-    roots: RootTables | None = None
+    with_errors: Model | None = None  # of a model without: gauges, rims and roots are those of it
 
     @property
     def variant(self) -> str:
@@ -113,22 +113,28 @@ class Model:
     @cached_property
     def gauges(self) -> GaugeRows:
         """What gives the strain of the rings' gauges; InputError for one beside its ring."""
+        if self.with_errors is not None:
+            return self.with_errors.gauges
         return gauge_rows(self.case, self.system, self.bodies)
 
     @cached_property
     def rim_stress(self) -> Array:
         """Rows (z, d) that give the stress of the rings' rims over their teeth, Pa."""
+        if self.with_errors is not None:
+            return self.with_errors.rim_stress
         return rim_stress_rows(self.case, self.system, self.bodies)
 
     @cached_property
     def root_tables(self) -> RootTables:
         """What gives the stress in tooth roots."""
-        return self.roots or RootTables(self.case, self.flow, self.bodies)
+        if self.with_errors is not None:
+            return self.with_errors.root_tables
+        return RootTables(self.case, self.flow, self.bodies)
 
     @cached_property
     def outputs(self) -> dict[str, Output]:
         """Of what results give at every sample, as far as it is known: see ``Recovery``."""
-        return {}
+        return {} if self.with_errors is None else self.with_errors.outputs
 
     @property
     def has_errors(self) -> bool:
@@ -138,7 +144,7 @@ class Model:
     def without_errors(self) -> Model:
         """The same with perfect gears and pins: errors enter no matrix, only the gear meshes."""
         clean, made = self._ideal_system, replace(self.modal, system=self._ideal_system)
-        return replace(self, system=clean, ideal=True, made=made, roots=self.root_tables)
+        return replace(self, system=clean, ideal=True, made=made, with_errors=self)
 
     @cached_property
     def _ideal_system(self) -> System:

@@ -1,18 +1,14 @@
 """The whole job over one case: modes, equilibria, load sharing, transients, torque drops.
 
-Runs of different variants share nothing but constant data and go side by side in threads; the
-compiled time step lets go of the interpreter lock.
+Transients go on in threads, while all else is worked out.
 """
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +20,8 @@ from flexgear.coupling.pace import too_coarse
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.model.errors import FlexgearError
 from flexgear.results.face_load import edge_warnings, face_figures
 from flexgear.results.settling import window_of
-from flexgear.results.sinks import DatasetSink
 from flexgear.results.summary import (
     build_summary,
     finite,
@@ -42,7 +36,6 @@ from flexgear.solve.deformed import bending_bodies, deformed
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
 from flexgear.solve.linear import why_not_linear
-from flexgear.solve.long_run import TimedRun, shelved
 from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes, usual_limit
@@ -51,7 +44,6 @@ from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.solve.resonance import resonance_figures
 from flexgear.solve.run_figures import (
     bodies_summary,
-    depth_name,
     drops_summary,
     flow_summary,
     residual_of_run,
@@ -59,15 +51,11 @@ from flexgear.solve.run_figures import (
     transient_summary,
     unsettled_lines,
 )
+from flexgear.solve.run_transients import dataset_name, drop_name, transients
 from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
 from flexgear.solve.static import static
-from flexgear.solve.transient import (
-    compile_transient,
-    constant_drive,
-    cut_short,
-    simulate,
-    torque_drop,
-)
+from flexgear.solve.transient import cut_short
+from flexgear.structures.linalg.threads import single_threaded_blas
 
 WORKERS = 2
 POSITIONS = 24  # equilibria over one gear-mesh cycle of the slowest stage
@@ -134,17 +122,6 @@ def _fields(own: Model, ideal: Model) -> dict[str, xr.Dataset]:
     }
 
 
-def is_static(model: Model) -> bool:
-    """Whether the train rolls in one equilibrium: linear, none turning, no errors, no histories."""
-    system = model.system
-    return (
-        why_not_linear(system) is None
-        and not model.has_errors
-        and not np.any(system.pairs.load_angle >= 0)
-        and not np.any(system.pairs.load_told >= 0)
-    )
-
-
 def run(
     case: Case,
     progress: Progress = silent,
@@ -164,25 +141,26 @@ def run(
     first = next(iter(models.values()))
     ideal = first.without_errors() if case.flexible_stages else first
     datasets: dict[str, xr.Dataset] = {}
-    with watch.stage("modes"):
-        progress("modes", 0.0)
-        limit = usual_limit(first)
-        datasets["modes"] = modes(first, limit_hz=limit)
-        progress("modes", 0.5)
-        datasets["campbell"] = campbell(first, limit_hz=limit)
-        progress("modes", 1.0)
-    with watch.stage("equilibria"):
-        found, fields = _equilibria(models, ideal, progress)
-        datasets |= found
-        cycles, face_load = _face_load(models, datasets, progress)
-        datasets |= cycles
-    with watch.stage("load_sharing"):
-        sharing = _sharing(models, progress)
-    datasets |= sharing
-    with watch.stage("transients"):
-        runs, drops = _transients(models, progress, workers, place)
-    datasets |= {_name("transient", label): one.data for label, one in runs.items()}
-    datasets |= {_drop_name(*key): one.data for key, one in drops.items()}
+    with single_threaded_blas(), transients(models, progress, workers, place) as ended:
+        with watch.stage("modes"):
+            progress("modes", 0.0)
+            limit = usual_limit(first)
+            datasets["modes"] = modes(first, limit_hz=limit)
+            progress("modes", 0.5)
+            datasets["campbell"] = campbell(first, limit_hz=limit)
+            progress("modes", 1.0)
+        with watch.stage("equilibria"):
+            found, fields = _equilibria(models, ideal, progress)
+            datasets |= found
+            cycles, face_load = _face_load(models, datasets, progress)
+            datasets |= cycles
+        with watch.stage("load_sharing"):
+            sharing = _sharing(models, progress)
+        datasets |= sharing
+        with watch.stage("transients"):  # what of them goes on after all else
+            runs, drops = ended()
+    datasets |= {dataset_name("transient", label): one.data for label, one in runs.items()}
+    datasets |= {drop_name(*key): one.data for key, one in drops.items()}
     own = next(iter(runs.values()))
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
@@ -279,13 +257,13 @@ def _face_load(
     empty where no stage has it."""
     cycles, figures = {}, {}
     for label, model in models.items():
-        even = datasets.get(_name("equilibrium", label))
+        even = datasets.get(dataset_name("equilibrium", label))
         if model.ideal or even is None or not sliced_stages(model):
             continue
         found = figures[label] = face_figures(even)
         for stage in sliced_stages(model):
             data = gear_mesh_cycles(model, stage, progress)
-            cycles[_name(f"gear_mesh_cycles_{stage}", label)] = data
+            cycles[dataset_name(f"gear_mesh_cycles_{stage}", label)] = data
             for flank, one in cycle_figures(data).items():
                 found.setdefault(flank, {}).update(one)
     return cycles, figures
@@ -306,24 +284,13 @@ def _positions(model: Model) -> NDArray[np.float64]:
     return one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
 
 
-def _name(what: str, label: str) -> str:
-    """File name of a dataset: "transient", "transient_rigid", "transient_without_errors"."""
-    if label.endswith("without errors"):
-        return f"{what}_without_errors"
-    return f"{what}_rigid" if label == "rigid" else what
-
-
-def _drop_name(torque: float, label: str) -> str:
-    return _name(f"torque_step_{depth_name(torque)}", label)
-
-
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:
     """Quasi-static load sharing by stage and variant."""
     found = {}
     for label, model in variants.items():
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, progress=progress)
-            found[_name(f"sharing_{stage}", label)] = data
+            found[dataset_name(f"sharing_{stage}", label)] = data
     return found
 
 
@@ -334,59 +301,3 @@ def _shared(sharing: Mapping[str, xr.Dataset], label: str) -> dict[str, Any]:
         for data in sharing.values()
         if data.attrs["variant"] == label
     }
-
-
-def _transients(
-    models: Mapping[str, Model], progress: Progress, workers: int, place: Path | None
-) -> tuple[dict[str, TimedRun], dict[tuple[float, str], TimedRun]]:
-    """A transient of each variant in which anything moves, and the torque drops of those with
-    errors; the longest first, ``workers`` at a time."""
-    stop = threading.Event()
-
-    def watched(stage: str, share: float) -> None:
-        if stop.is_set():
-            raise FlexgearError("interrupted")
-        progress(stage, share)
-
-    own = next(iter(models))
-    case = models[own].case
-    torques = case.drive.steps.torques
-    compile_transient(models[own], energy=bool(torques))
-    jobs: dict[Any, tuple[str, Callable[[DatasetSink | None], TimedRun]]] = {}
-    for label, model in models.items():
-        if label == own or not is_static(model):
-            job = partial(
-                _steady, model, progress=watched, label=f"transient, {label}",
-                energy=label == own and bool(case.flexible_stages) and not torques,
-            )  # fmt: skip
-            jobs[label] = (_name("transient", label), job)
-        for torque in () if model.ideal else torques:
-            name = _drop_name(torque, label)
-            job = partial(
-                _drop, model, torque, energy=label == own, progress=watched,
-                label=f"torque drop to {depth_name(torque)}, {label}",
-            )  # fmt: skip
-            jobs[torque, label] = (name, job)
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        waiting: dict[Any, Future[TimedRun]] = {
-            key: pool.submit(shelved, place, name, job) for key, (name, job) in jobs.items()
-        }
-        try:
-            found = {key: future.result() for key, future in waiting.items()}
-        except BaseException:
-            stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-    return (
-        {key: one for key, one in found.items() if isinstance(key, str)},
-        {key: one for key, one in found.items() if not isinstance(key, str)},
-    )
-
-
-def _steady(model: Model, sink: DatasetSink | None, **options: Any) -> TimedRun:
-    """Steady running: the drive at its rated torque, whatever its history."""
-    return simulate(model, drive=constant_drive(), sink=sink, **options)
-
-
-def _drop(model: Model, torque: float, sink: DatasetSink | None, **options: Any) -> TimedRun:
-    return torque_drop(model, torque, sink=sink, **options)

@@ -227,11 +227,12 @@ class _Sharing:
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
-        for window, piece in cut(data, self._edges):
+        force = self._sense * data.variables["gear_mesh_force"].to_numpy()
+        for window, piece in cut(data.variables["time"].to_numpy(), self._edges):
             for _ in range(self._open, window):
                 self._found.close_window()
             self._open = window
-            self._found.append(self._sense * piece["gear_mesh_force"].to_numpy())
+            self._found.append(force[piece])
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""

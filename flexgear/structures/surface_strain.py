@@ -86,7 +86,8 @@ class Surface:
     def meeting(self, ray: Ray) -> tuple[NDArray[np.int64], Array, Array] | None:
         """Vertices (3,), their weights (3,) and the base (3, 3) where a ray meets the surface."""
         towards = np.array([math.cos(ray.angle), math.sin(ray.angle), 0.0])
-        corners = np.asarray(self.body.points)[self.triangles]
+        near = self._near(towards, ray.z)
+        corners = np.asarray(self.body.points)[self.triangles[near]]
         a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         normal = np.cross(a, b)
         across = normal @ towards
@@ -107,7 +108,22 @@ class Surface:
         along = np.cross([0.0, 0.0, 1.0], outward)
         along /= np.linalg.norm(along)
         base = np.array([along, np.cross(outward, along), outward])
-        return self.triangles[k], np.array([1.0 - v[k] - w[k], v[k], w[k]]), base
+        return self.triangles[near[k]], np.array([1.0 - v[k] - w[k], v[k], w[k]]), base
+
+    @cached_property
+    def _spheres(self) -> tuple[Array, Array]:
+        """Centres (t, 3) of spheres about the triangles, and their radii (t,) with a margin."""
+        corners = np.asarray(self.body.points)[self.triangles]
+        centers = corners.mean(axis=1)
+        radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
+        return centers, (1.0 + 4 * _EDGE) * radii
+
+    def _near(self, towards: Array, z: float) -> NDArray[np.int64]:
+        """Triangles whose spheres the line of a ray from the height z meets."""
+        centers, radii = self._spheres
+        x, y = centers[:, 0], centers[:, 1]
+        sideways = x * towards[1] - y * towards[0]
+        return np.flatnonzero(sideways**2 + (centers[:, 2] - z) ** 2 <= radii**2)
 
     def strain(self, rays: Sequence[Ray]) -> SurfaceStrain:
         """At the points that the rays meet; not a number at those that meet none."""

@@ -5,7 +5,8 @@ from train_contexts import bundled, mixed, one_stage
 
 from flexgear.model.load import load_case
 from flexgear.solve.modes import usual_limit
-from flexgear.solve.run import is_static, models_of
+from flexgear.solve.run import models_of
+from flexgear.solve.run_transients import is_static
 from flexgear.studies.compare import against, compare_sharing
 
 

@@ -34,7 +34,11 @@ _ROOT = {
 }
 ROUNDING = 1e-9
 NOISE = 1e-6  # of a load or an energy: less is rounding of the solver
-TIMES = {"bodies": "meshing and reduction", "coupled_systems": "coupling"}
+TIMES = {
+    "bodies": "meshing and reduction",
+    "coupled_systems": "coupling",
+    "transients": "transients, after all that is worked out beside them",
+}
 
 
 def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
@@ -287,7 +291,7 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("frequencies looked at, up to", one.get("frequency_limit_hz"), "Hz"),
         ]
         yield Table("accuracy", f"reduction of {words(name)}", rows)
-    times = summary["timing_s"].items()  # single transients go side by side within "transients"
+    times = summary["timing_s"].items()  # single transients go side by side
     whole = {name: value for name, value in times if not name.startswith("transient_")}
     rows = [Row(TIMES.get(name, words(name)), value, "s") for name, value in whole.items()]
     yield Table("accuracy", "wall time", rows)
