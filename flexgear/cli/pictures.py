@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -17,7 +18,8 @@ from flexgear.cli.report_page import place_of, side_of
 from flexgear.cli.run_folder import Folder, RingFolder, read_folder
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.wording import said
+from flexgear.results.report.wording import said, window_words
+from flexgear.results.settling import settled, window_of
 from flexgear.results.stage_part import with_spread
 from flexgear.studies.early_workers import EarlyWorkers
 from flexgear.views import charts, displacements, histories, loads, star, style
@@ -29,6 +31,7 @@ from flexgear.views.select import thinned
 ANIMATION = "ring_star_turning"
 DPI = 150  # of pictures, which are as wide as a page
 MOST_SHOWN = 50_000  # samples of a torque drop in a picture
+TITLE = 85  # characters in a line of a title
 TEETH_SHOWN = 5  # tooth pitches in a picture of pair loads
 
 
@@ -147,6 +150,7 @@ class Pictures:
             return _swing(self.content, folder, name)
         caption, make = self.plan[name]
         figure = make()
+        _title(figure, caption)
         path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
         return Picture(path, caption, panels_of(figure))
 
@@ -167,14 +171,23 @@ def imported() -> None:
     from flexgear.views import animation, render, scenes  # noqa: F401
 
 
+def _title(figure: Any, caption: str) -> None:
+    """The caption above a picture that is looked at alone, with what the picture says itself."""
+    said = figure.get_suptitle()
+    lines = [*textwrap.wrap(caption, TITLE), *([said] if said and said not in caption else [])]
+    figure.suptitle("\n".join(lines), fontsize=9, weight="bold")
+
+
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     """Figures of one flexible stage by name."""
-    steady, equilibria, outline = content.runs("transient"), content.equilibria, _outline(content)
+    runs, equilibria, outline = content.runs("transient"), content.equilibria, content.outline
+    window = window_words(window_of(next(iter(runs.values()))).figures)
+    steady = {label: settled(data) for label, data in runs.items()}
     name, first = next(iter(steady.items()))
     planets = content.stage.stage.planets
     teeth = content.stage.ring_gear.teeth
     angle = float(first["carrier_angle"][first.sizes["time"] // 2])
-    window = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
+    close = (angle, angle + TEETH_SHOWN * 2 * np.pi / teeth)
     two = equilibria.isel(position=_nearest(equilibria, [0.0, np.pi / planets]))
     at = two["carrier_angle"].to_numpy()
     orders = content.figures["radial_harmonics_um"]
@@ -192,35 +205,35 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
             lambda: charts.radial_harmonics([1e-6 * v for v in orders], planets),
         ),
         "tooth_node_1": (
-            "Displacement of ring tooth node 1",
+            f"Displacement of ring tooth node 1, {window}",
             lambda: displacements.tooth_node_displacement(steady),
         ),
         "tooth_displacement_map": (
-            "x displacement of all tooth nodes",
+            f"x displacement of all tooth nodes, {window}",
             lambda: displacements.tooth_displacement_map(first),
         ),
         "ring_tooth_loads": (
-            "Load of the ring's tooth pairs against the stiffness split (dashed)",
-            lambda: loads.pair_loads(steady, "ring", window=window, split=name),
+            f"Load of the ring's tooth pairs, {TEETH_SHOWN} pitches; dashed: by stiffness alone",
+            lambda: loads.pair_loads(steady, "ring", window=close, split=name),
         ),
         "sun_tooth_loads": (
-            "Load of the sun's tooth pairs against the stiffness split (dashed)",
-            lambda: loads.pair_loads(steady, "sun", window=window, split=name),
+            f"Load of the sun's tooth pairs, {TEETH_SHOWN} pitches; dashed: by stiffness alone",
+            lambda: loads.pair_loads(steady, "sun", window=close, split=name),
         ),
         "engagement_map": (
-            "Engaged ring teeth and their pair stiffness",
+            f"Engaged ring teeth and their pair stiffness, {window}",
             lambda: loads.engagement_map(first),
         ),
         "sun_displacement": (
-            "Displacement of the sun",
+            f"Displacement of the sun, axes of the carrier, {window}",
             lambda: displacements.sun_displacement(steady),
         ),
         "planet_displacement": (
-            "Displacement of planet 1",
+            f"Displacement of planet 1, its own axes, {window}",
             lambda: displacements.planet_displacement(steady),
         ),
         "load_sharing": (
-            "Load sharing in steady running",
+            f"Load sharing in time, {window}",
             lambda: histories.load_sharing(_spread(steady)),
         ),
     }
@@ -238,7 +251,7 @@ def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
         account = next(iter(drop.values()))
         if "energy_kinetic" in account:
             plan[f"torque_step_{depth}_energy"] = (
-                f"Energy account, torque drop to {said(float(depth), 'N m')}",
+                f"Energy balance, torque drop to {said(float(depth), 'N m')}",
                 partial(charts.energy_balance, account),
             )
     return plan
@@ -338,8 +351,8 @@ def _swing(content: Folder, folder: Path, name: str) -> Picture:
         f"mode {int(mode)}, {said(float(hz), 'Hz')}"
         for mode, hz in zip(field["mode"], field["frequency"], strict=True)
     ]
-    title = f"{_said(content, body)}, {labels[0]}; as if its largest were 1 mm"
-    figure = render_deformed(points, cells, 1e-3 * shapes[0], title=title)
+    title = f"{_said(content, body)} in {labels[0]}"
+    figure = render_deformed(points, cells, shapes[0], title=title, relative=True)
     path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
     scene = mode_scene(points, cells, shapes, labels, triangles_of_each(len(content.fields))[1])
     return Picture(path, f"{_said(content, body)} in the lowest natural modes that move it", scene)

@@ -15,7 +15,9 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
+from flexgear.results.report.wording import window_words
 from flexgear.results.root_stress import root_figures
+from flexgear.results.settling import settled, window_of
 from flexgear.results.spectrum import force_spectra
 from flexgear.results.tooth_pattern import (
     ToothPattern,
@@ -23,7 +25,6 @@ from flexgear.results.tooth_pattern import (
     gear_pattern,
     planet_pattern,
 )
-from flexgear.solve.transient import settled
 from flexgear.views import face_load_charts, gear_mesh_charts, mode_charts, sharing_charts
 from flexgear.views.campbell_chart import campbell_chart
 from flexgear.views.flank_drawing import flank_drawing
@@ -34,6 +35,7 @@ from flexgear.views.spectrum_chart import spectrum_chart
 from flexgear.views.stage_drawing import front_drawing, section_drawing
 
 MOST_SHOWN = 4000  # samples of a transient in a picture
+MOST_READ = 1_000_000  # samples of a transient that a picture reads, the last ones
 CYCLES_SHOWN = 12  # gear-mesh cycles of a stage in its close-up
 
 
@@ -140,41 +142,82 @@ def _face_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
 
 
 def _transient_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
-    """Forces, spectra, sharing, displacements and gauges of the transient after start-up."""
+    """Forces, spectra, sharing, displacements and gauges of the transient in its window."""
     plan: Plan = {}
-    rest = settled(data["transient"])
-    whole = _thinned(rest)
+    transient = data["transient"]
+    window = window_words(window_of(transient).figures)
     for stage in flow.stages:
+        of, name = _of(stage.name), stage.name
         if stage.gear_mesh_frequency:
-            plan[f"transient_forces_{stage.name}"] = (
-                f"Gear-mesh forces{_of(stage.name)} in the transient, "
-                f"its last {CYCLES_SHOWN} gear-mesh cycles",
-                partial(sharing_charts.gear_mesh_forces, _close_up(rest, stage)),
+            plan[f"transient_forces_{name}"] = (
+                f"Gear-mesh forces{of} in time, the last {CYCLES_SHOWN} gear-mesh cycles",
+                partial(_forces, transient, stage),
             )
-            plan[f"spectrum_{stage.name}"] = (
-                f"Spectrum of the gear-mesh forces{_of(stage.name)}, planet 1, "
-                f"gear-mesh frequency {stage.gear_mesh_frequency:.5g} Hz",
-                partial(_spectrum, rest, stage),
+            plan[f"spectrum_{name}"] = (
+                f"Spectrum of the gear-mesh forces{of}, planet 1, gear-mesh frequency "
+                f"{stage.gear_mesh_frequency:.5g} Hz, {window}",
+                partial(_spectrum, transient, stage),
             )
-    if rest.sizes.get("group", 0):
-        plan["transient_sharing"] = (
-            "Load sharing in the transient after start-up",
-            partial(sharing_charts.sharing_chart, whole),
-        )
+        if stage.kind == "planetary" and _shares(transient, name):
+            plan[f"transient_sharing_{name}"] = (
+                f"Load sharing{of} in time, {window}",
+                partial(_sharing, transient, name),
+            )
     plan["transient_displacements"] = (
-        "Displacement of central members in the transient",
-        partial(sharing_charts.displacements_chart, whole),
+        f"Displacement of central members in time, {window}",
+        partial(_displacements, transient),
     )
-    if "gauge_strain" in whole:
+    if "gauge_strain" in transient:
         plan["equilibrium_gauges"] = (
             "Strain of the gauges, equilibria",
             partial(gauges_chart, data["equilibrium"]),
         )
         plan["transient_gauges"] = (
-            "Strain of the gauges in the transient after start-up",
-            partial(gauges_chart, whole),
+            f"Strain of the gauges in time, {window}",
+            partial(_gauges, transient),
         )
     return plan
+
+
+def _of_stage(data: xr.Dataset, stage: str) -> xr.Dataset:
+    """The gear meshes of one stage."""
+    return data.isel(gear_mesh=np.flatnonzero(data["stage"].to_numpy() == stage))
+
+
+def _shares(data: xr.Dataset, stage: str) -> bool:
+    """Whether a stage has planets that share a load."""
+    return any(str(g).split(" ")[0] == stage for g in data["group"].to_numpy())
+
+
+def _forces(data: xr.Dataset, stage: StageFlow) -> Any:
+    """Chart of a stage's gear-mesh forces in its last cycles."""
+    end = float(data.variables["time"][-1])
+    near = between(data, end - CYCLES_SHOWN / stage.gear_mesh_frequency)
+    return sharing_charts.gear_mesh_forces(_of_stage(near, stage.name))
+
+
+def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
+    """Chart of one stage's spectra."""
+    return spectrum_chart(force_spectra(settled(data), stage.name, stage.gear_mesh_frequency))
+
+
+def _sharing(data: xr.Dataset, stage: str) -> Any:
+    """Chart of a stage's load sharing in the settled window."""
+    own = _of_stage(settled(data, MOST_READ), stage)
+    return sharing_charts.sharing_chart(own[["planet_load_factor"]].load())
+
+
+def _displacements(data: xr.Dataset) -> Any:
+    """Chart of how central members move in the settled window."""
+    rest = settled(data, MOST_READ)[["body_displacement"]].sel(dof=["ux", "uy"])
+    return sharing_charts.displacements_chart(rest.load())
+
+
+def _gauges(data: xr.Dataset) -> Any:
+    """Chart of the gauges, of as many samples as it can show."""
+    rest = settled(data)
+    step = max(1, rest.sizes["time"] // MOST_SHOWN)
+    return gauges_chart(rest.isel(time=slice(None, None, step)))
 
 
 def _rows_of_teeth(data: xr.Dataset, stage: str) -> Plan:
@@ -193,21 +236,3 @@ def _rows_of_teeth(data: xr.Dataset, stage: str) -> Plan:
 
 def _teeth_chart(pattern: Callable[..., ToothPattern], data: xr.Dataset, *which: str) -> Any:
     return tooth_rows_chart(pattern(data, *which))
-
-
-def _thinned(data: xr.Dataset) -> xr.Dataset:
-    """As many samples as a picture can show, in memory."""
-    return data.isel(time=slice(None, None, max(1, data.sizes["time"] // MOST_SHOWN))).load()
-
-
-def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
-    """Chart of one stage's spectra."""
-    return spectrum_chart(force_spectra(data, stage.name, stage.gear_mesh_frequency))
-
-
-def _close_up(data: xr.Dataset, stage: StageFlow) -> xr.Dataset:
-    """One stage in its last gear-mesh cycles, in memory."""
-    own = np.flatnonzero(data["stage"].to_numpy() == stage.name)
-    end = float(data["time"][-1])
-    near = between(data, end - CYCLES_SHOWN / stage.gear_mesh_frequency)
-    return near.isel(gear_mesh=own).load()

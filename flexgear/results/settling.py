@@ -23,6 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from flexgear.results.pieces import between
 from flexgear.results.sinks import TIME, Coming, Ranges
 
 Array = NDArray[np.float64]
@@ -78,6 +79,12 @@ def cut(time: Array, edges: Array) -> Iterator[tuple[int, slice]]:
     for k in np.unique(number):
         first, last = np.searchsorted(number, [k, k + 1])
         yield int(k), slice(int(first), int(last))
+
+
+def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
+    """The samples of a transient in its settled window; at most so many, the last ones."""
+    rest = between(data, window_of(data).start)
+    return rest if most is None else rest.isel({TIME: slice(-most, None)})
 
 
 class WindowedRanges:

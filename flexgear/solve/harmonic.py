@@ -12,11 +12,11 @@ from flexgear.analysis.harmonic import SteadyState
 from flexgear.model.errors import FlexgearError
 from flexgear.results.group_sharing import sharing_coefficients
 from flexgear.results.labelled_dataset import groups_of, labelled_dataset, variable
+from flexgear.results.settling import settled
 from flexgear.solve.angles import lead_speed, samples_of_stage, stage_motions
 from flexgear.solve.dataset import body_rows, result_attrs, result_labels
 from flexgear.solve.linear import steady_harmonics, why_not_linear
 from flexgear.solve.model import Model
-from flexgear.solve.transient import settled
 
 Array = NDArray[np.float64]
 CHUNK = 20_000  # times at once

@@ -20,7 +20,7 @@ from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
 from flexgear.results.pieces import between, ranges_of
 from flexgear.results.root_stress import root_figures
-from flexgear.results.settling import window_of
+from flexgear.results.settling import settled, window_of
 from flexgear.results.summary import (
     distance_summary,
     drop_summary,
@@ -34,7 +34,7 @@ from flexgear.solve.angles import stage_motions
 from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.static import UNLOADED
-from flexgear.solve.transient import settled, train_histories
+from flexgear.solve.transient import train_histories
 
 
 def depth_name(torque: float) -> str:

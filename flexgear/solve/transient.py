@@ -21,8 +21,7 @@ from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.results.group_sharing import SharingCoefficients
 from flexgear.results.labelled_dataset import coordinate, variable
-from flexgear.results.pieces import between
-from flexgear.results.settling import Settling, Window, cut, window_edges, window_of
+from flexgear.results.settling import Settling, Window, cut, window_edges
 from flexgear.results.sinks import Coming, DatasetSink, Gathered, Several
 from flexgear.results.summary import axis_distance
 from flexgear.solve.angles import stage_motions
@@ -258,12 +257,6 @@ def compile_transient(model: Model, *, energy: bool = False) -> None:
             sink=Collector(),
             track_energy=account,
         )
-
-
-def settled(data: xr.Dataset, most: int | None = None) -> xr.Dataset:
-    """The samples of a transient in its settled window; at most so many, the last ones."""
-    rest = between(data, window_of(data).start)
-    return rest if most is None else rest.isel(time=slice(-most, None))
 
 
 def train_histories(data: xr.Dataset) -> xr.Dataset:

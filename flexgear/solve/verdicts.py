@@ -16,7 +16,7 @@ from flexgear.results.report.headlines import headlines, titled_by_stage
 from flexgear.results.report.parts import Level, Verdict
 from flexgear.results.report.sharing import DEFINITION, sharing_title, sharings
 from flexgear.results.report.tables import stage_figures
-from flexgear.results.report.wording import factor, said, window_words, words
+from flexgear.results.report.wording import factor, number, said, window_words, words
 from flexgear.solve.reduction_warnings import PROMISED
 from flexgear.solve.resonance import resonance_verdict
 
@@ -103,7 +103,7 @@ def _forces(summary: Summary) -> Iterator[Verdict]:
                 away = max(away, abs(abs(force["mean_n"]) / expected - 1.0))
         level: Level = "good" if away <= AGREES else "watch" if away <= STRAYS else "bad"
         beside = "as the power flow gives" if level == "good" else (
-            f"up to {said(away, 'share')} beside those of the power flow")  # fmt: skip
+            f"up to {_percent(away)} beside those of the power flow")  # fmt: skip
         figure = ", ".join(
             f"{_part(group)} {said(abs(force['mean_n']), 'N')}".strip()
             for group, force in groups.items()
@@ -197,8 +197,8 @@ def _solver_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
         error = one.get("static_error")
         if error is not None:
             level = "good" if error <= PROMISED else "watch"
-            figure = said(error, "share")
-            promised = said(PROMISED, "share")
+            figure = _percent(error)
+            promised = _percent(PROMISED)
             sentence = f"Static error beside the full FE mesh; up to {promised} is promised."
             yield (
                 Verdict(level, f"Reduced {words(name)}", figure, sentence),
@@ -207,12 +207,17 @@ def _solver_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
     residual = summary["energy_residual"]
     if residual is not None:
         level = "good" if residual <= BALANCED else "watch" if residual <= UNBALANCED else "bad"
-        figure = said(residual, "share") if residual >= NEGLIGIBLE else said(NEGLIGIBLE, "share")
+        figure = _percent(max(residual, NEGLIGIBLE))
         sentence = "Of the energy in motion that work and losses do not account for."
         verdict = Verdict(level, "Energy balance", figure, sentence)
         below = "less than " if residual < NEGLIGIBLE else ""
         yield verdict, f"{below}{figure} of the energy is not accounted for"
     yield from _mode_checks(summary)
+
+
+def _percent(share: float) -> str:
+    """Of an estimate: two digits."""
+    return f"{number(100.0 * share, 2)} %"
 
 
 def _mode_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
@@ -224,12 +229,12 @@ def _mode_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
         level: Level = "watch" if estimate is None else "good"
         kept = f"{system['kept_modes']} up to {said(system['modes_limit_hz'], 'Hz')}"
         verdict = Verdict(level, "Modes kept", kept, f"They do not cover the band of {upto}.")
-        error = said(estimate, "share")
+        error = "–" if estimate is None else _percent(estimate)
         yield verdict, f"modes that are left out err by at most {error} up to {upto}"
     difference = summary["harmonic"].get("largest_difference")
     if difference is not None:
         level = "good" if difference <= AGREES else "watch"
-        figure = said(max(difference, NEGLIGIBLE), "share")
+        figure = _percent(max(difference, NEGLIGIBLE))
         sentence = "Of the largest force, by which the harmonic solution and the transient differ."
         below = "less than " if difference < NEGLIGIBLE else ""
         within = f"harmonic solution and transient differ by {below}{figure} of the largest force"

@@ -25,12 +25,13 @@ ENERGY_LABELS = {
     "brake_work": "work of the brake",
     "damping_work": "work of structural damping",
     "pair_damping_work": "work of tooth-pair damping",
-    "parametric_work": "work of changing pairs",
+    "parametric_work": "work of tooth stiffness that changes",
     "load_work": "work of weight and loads",
     "kinetic": "kinetic energy",
     "elastic": "elastic energy, bodies",
     "pair_elastic": "elastic energy, tooth pairs",
 }
+NOTHING_LEFT = 1e-4  # of the peak elastic energy: a smaller residual is not drawn
 LEAVING = ("brake_work", "damping_work", "pair_damping_work")
 STORED = ("kinetic", "elastic", "pair_elastic")
 ENERGY_COLOURS = {
@@ -144,7 +145,10 @@ def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
     changes = {t: (-1 if t in LEAVING else 1) * (v - v[0]) for t, v in changes.items()}
     outer = [t for t in terms if t in ("input_work", "brake_work")]
     groups = [g for g in (outer, [t for t in terms if t not in outer]) if g]
-    rows = len(groups) + int(residual)
+    left, peak = residual_energy(changes), _peak_elastic(dataset, changes)
+    small = peak > 0 and float(np.abs(left).max()) <= NOTHING_LEFT * peak
+    shown = residual and not small
+    rows = len(groups) + int(shown)
     figure, axes = panels(rows, 1, height_mm=26 + 42 * rows, sharex=True)
     for ax, group in zip(axes[:, 0], groups, strict=False):
         largest = max(float(np.max(np.abs(changes[t]))) for t in group)
@@ -157,8 +161,13 @@ def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
             ax.plot(time, changes[term] * factor, line, color=colour, label=label)
         ax.axhline(0, color=NEUTRAL, lw=0.7)
         ax.set_ylabel(f"change since\nthe start ({unit})")
-    if residual:
-        draw_residual(axes[-1, 0], dataset, time, changes)
+    if shown:
+        draw_residual(axes[-1, 0], time, left, peak)
+    elif residual:
+        axes[-1, 0].set_title(
+            f"balanced to {100 * NOTHING_LEFT:g} % of the largest elastic energy",
+            weight="normal", fontsize=8,
+        )  # fmt: skip
     axes[-1, 0].set_xlabel("time (s)")
     axes[-1, 0].set_xlim(time[0], time[-1])
     figure.align_ylabels(axes[:, 0])
@@ -166,13 +175,14 @@ def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
     return figure
 
 
-def draw_residual(
-    axes: Axes, dataset: xr.Dataset, time: FloatArray, changes: Mapping[str, FloatArray]
-) -> None:
-    """Residual in percent of the peak elastic energy (J where there is none)."""
-    left = residual_energy(changes)
+def _peak_elastic(dataset: xr.Dataset, changes: Mapping[str, FloatArray]) -> float:
+    """Largest elastic energy of bodies and tooth pairs, J."""
     elastic = [np.asarray(dataset[f"energy_{t}"]) for t in STORED[1:] if t in changes]
-    peak = float(np.max(sum(elastic))) if elastic else 0.0
+    return float(np.max(sum(elastic))) if elastic else 0.0
+
+
+def draw_residual(axes: Axes, time: FloatArray, left: FloatArray, peak: float) -> None:
+    """Residual in percent of the peak elastic energy (J where there is none)."""
     axes.plot(time, 100 * left / peak if peak > 0 else left, color=DEFORMED_COLOUR, lw=1.0)
     axes.axhline(0, color=NEUTRAL, lw=0.7)
     axes.set_ylabel("residual (% of\npeak elastic)" if peak > 0 else "residual (J)")

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from flexgear.model.errors import FlexgearError
+from flexgear.views.dense import draw, say_envelope
 from flexgear.views.histories import finish, layer
 from flexgear.views.loads import finish_x
 from flexgear.views.select import (
@@ -50,7 +51,8 @@ def three_directions(
     for i, (name, dataset) in enumerate(runs.items()):
         at, values = abscissa(dataset, x), pick(dataset) * MICRO
         for k, ax in enumerate(axes[:, 0]):
-            ax.plot(at, values[:, k], color=colours[name], **layer(i))
+            if draw(ax, at, values[:, k], colours[name], **layer(i)):
+                say_envelope(ax)
             if mark_peaks and i == 0 and np.isfinite(values[:, k]).any():
                 peak = float(values[np.nanargmax(np.abs(values[:, k])), k])
                 ax.set_title(
@@ -87,9 +89,8 @@ def tooth_node_displacement(
         one = field.isel(tooth=tooth - 1).transpose(leading_dim(dataset), "axis")
         return np.asarray(one, dtype=float)
 
-    return three_directions(
-        cut(runs, x, window), pick, f"Ring tooth node {tooth}", ("X", "Y", "Z"), x, True
-    )
+    title = f"Displacement of ring tooth node {tooth}"
+    return three_directions(cut(runs, x, window), pick, title, ("X", "Y", "Z"), x, True)
 
 
 def sun_displacement(runs: Runs, x: str = "carrier_angle", window: Window | None = None) -> Figure:
@@ -100,7 +101,7 @@ def sun_displacement(runs: Runs, x: str = "carrier_angle", window: Window | None
         return np.asarray(field, dtype=float)[:, :3]
 
     return three_directions(
-        cut(runs, x, window), pick, "Sun displacement (carrier axes)", AXES, x, True
+        cut(runs, x, window), pick, "Displacement of the sun, axes of the carrier", AXES, x, True
     )
 
 
@@ -137,7 +138,7 @@ def planet_displacement(
     return three_directions(
         cut(runs, x, window),
         lambda dataset: relative_planet_motion(dataset, planet, center_distance),
-        f"Planet {planet} displacement",
+        f"Displacement of planet {planet}, its own axes",
         ("x, radial", "y, tangential", "z, axial"),
         x,
         True,

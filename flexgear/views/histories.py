@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flexgear.model.units import RPM
+from flexgear.views.dense import draw, say_envelope
 from flexgear.views.loads import finish_x
 from flexgear.views.select import Runs, Window, abscissa, as_runs, planet_count, variable, windowed
 from flexgear.views.style import (
@@ -35,12 +36,27 @@ def layer(index: int) -> dict[str, Any]:
     return {"lw": 1.1 if index == 0 else 2.0, "zorder": 3.0 - 0.1 * index}
 
 
-def over_runs(axes: Axes, runs: Mapping[str, xr.Dataset], x: str, name: str, factor: float) -> None:
-    """Draw variable ``name`` (one value a sample) of each run in its colour; NaN leaves a gap."""
-    colours = variant_colours(runs)
+def over_runs(
+    axes: Axes,
+    runs: Mapping[str, xr.Dataset],
+    x: str,
+    name: str,
+    factor: float,
+    envelope: bool = True,
+) -> None:
+    """Draw variable ``name`` (one value a sample) of each run in its colour; NaN leaves a gap.
+
+    envelope: in its place, where there are more oscillations than a picture shows.
+    """
+    colours, dense = variant_colours(runs), False
     for i, (run, dataset) in enumerate(runs.items()):
         values = np.asarray(variable(dataset, name), dtype=float) * factor
-        axes.plot(abscissa(dataset, x), values, color=colours[run], **layer(i))
+        if envelope:
+            dense |= draw(axes, abscissa(dataset, x), values, colours[run], **layer(i))
+        else:
+            axes.plot(abscissa(dataset, x), values, color=colours[run], **layer(i))
+    if dense:
+        say_envelope(axes)
 
 
 def span(runs: Mapping[str, xr.Dataset], x: str) -> tuple[float, float]:
@@ -117,7 +133,7 @@ def load_sharing(
     top.set_ylabel("load sharing factor $K_γ$ (–)")
     missing = any(bool(np.isnan(np.asarray(d["load_sharing"])).any()) for d in chosen.values())
     if missing:
-        top.set_title("gaps: mesh force below 3 % of rated", fontsize=8, weight="normal")
+        top.set_title("gaps: gear-mesh force below 3 % of rated", fontsize=8, weight="normal")
     if spread:
         over_runs(axes[1, 0], chosen, x, "planet_force_spread", 1.0)
         axes[1, 0].set_ylabel("(max − min) / rated mean\nof the planets' forces (–)")
@@ -132,18 +148,18 @@ def torque_drop(runs: Runs, window: Window | None = None, gear_mesh: str = "ring
     figure, axes = panels(5, 1, height_mm=190, sharex=True, height_ratios=[0.7, 1, 1, 1, 1])
     torque, speed, force, sharing, spread = axes[:, 0]
     torque_panel(torque, chosen, "time")
-    over_runs(speed, chosen, "time", "carrier_speed", RPM)
+    over_runs(speed, chosen, "time", "carrier_speed", RPM, False)
     speed.set_ylabel("carrier speed\n(r/min)")
     means = {
         name: d.assign(mean_force=variable(d, f"{gear_mesh}_gear_mesh_force").mean("planet"))
         for name, d in chosen.items()
     }
-    over_runs(force, means, "time", "mean_force", KILO)
+    over_runs(force, means, "time", "mean_force", KILO, False)
     force.axhline(0, color=NEUTRAL, lw=0.7)
-    force.set_ylabel(f"mean {gear_mesh} mesh\nforce (kN)")
-    over_runs(sharing, chosen, "time", "load_sharing", 1.0)
+    force.set_ylabel(f"mean {gear_mesh} gear-\nmesh force (kN)")
+    over_runs(sharing, chosen, "time", "load_sharing", 1.0, False)
     sharing.set_ylabel("load sharing\nfactor $K_γ$ (–)")
-    over_runs(spread, chosen, "time", "planet_force_spread", 1.0)
+    over_runs(spread, chosen, "time", "planet_force_spread", 1.0, False)
     spread.set_ylabel("force spread /\nrated mean (–)")
     figure.align_ylabels(axes[:, 0])
     finish(figure, spread, chosen, "time")
@@ -162,7 +178,7 @@ def planet_forces(
         force = np.asarray(variable(dataset, f"{gear_mesh}_gear_mesh_force"), dtype=float)
         planets = max(planets, force.shape[1])
         for i in range(force.shape[1]):
-            ax.plot(abscissa(dataset, x), force[:, i] * KILO, color=planet_colour(i + 1), lw=1.0)
+            draw(ax, abscissa(dataset, x), force[:, i] * KILO, planet_colour(i + 1), lw=1.0)
         ax.set_title(name)
         ax.set_ylabel(f"{gear_mesh} mesh\nforce (kN)")
     finish_x(axes[-1, 0], x, planets, *span(chosen, x))

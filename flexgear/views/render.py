@@ -35,6 +35,7 @@ from flexgear.views.style import (
     unit_of_length,
 )
 
+PER_CENT = 1e-4  # m, drawn as 100 µm: 100 % of a displacement without size
 VTK_CELLS = {4: 10, 8: 12}  # tetrahedron, hexahedron
 VIEWS: Mapping[str, tuple[FloatArray, FloatArray]] = {  # direction towards the eye, up
     "iso": (np.array([0.45, -0.85, 0.95]), np.array([0.0, 0.0, 1.0])),
@@ -193,13 +194,15 @@ def render_deformed(
     scale_bar: float | None = None,
     outline: bool = True,
     window_size: tuple[int, int] = (1500, 1100),
+    relative: bool = False,
 ) -> Figure:
     """Deformed body: ``points`` (n, 3) m, ``cells`` (m, 8) or (m, 4), ``displacement`` (n, 3) m.
 
     Cells are numbered as in `FeMesh` (scikit-fem's order, not VTK's).
     ``view``: iso, axial, side or back. ``limits_um``: colour range (default 0 … largest).
     ``scale_bar``: length in m (default a round share of the picture). The dark lines are the
-    undeformed outline.
+    undeformed outline. relative: the displacement has no size of its own, as that of a mode;
+    colours are then per cent of the largest.
     """
     points = np.asarray(points, dtype=float)
     displacement = np.asarray(displacement, dtype=float)
@@ -207,18 +210,24 @@ def render_deformed(
         raise FlexgearError(
             f"cannot render: displacement {displacement.shape} does not fit points {points.shape}"
         )
+    if relative:
+        displacement = displacement * (PER_CENT / np.linalg.norm(displacement, axis=1).max())
     factor = exaggeration or deformation_exaggeration(points, displacement)
     largest = float(np.max(np.linalg.norm(displacement, axis=1), initial=0.0)) * MICRO
     limits = limits_um or (0.0, largest or 1.0)
     shot = snapshot(points, cells, displacement, factor, limits, view, window_size, outline)
-    return framed(shot, title, factor, largest, limits, scale_bar)
+    size = f"displacement {factor_text(factor)}, largest {largest:.1f} µm"
+    said, label = size, "displacement magnitude (µm)"
+    if relative:
+        said, label = "drawn as large as can be seen", "displacement (% of the largest)"
+    head = "; ".join([said, "dark lines: undeformed"])
+    return framed(shot, f"{title}\n{head}" if title else head, label, limits, scale_bar)
 
 
 def framed(
     shot: Snapshot,
     title: str,
-    factor: float,
-    largest: float,
+    label: str,
     limits: tuple[float, float],
     scale_bar: float | None,
 ) -> Figure:
@@ -228,16 +237,9 @@ def framed(
     ax = figure.subplots()
     ax.imshow(shot.pixels, interpolation="antialiased")
     ax.set_axis_off()
-    head = f"{title}\n" if title else ""
-    ax.set_title(
-        f"{head}displacement {factor_text(factor)}, largest {largest:.1f} µm;"
-        " dark lines: undeformed",
-        fontsize=9,
-    )
+    ax.set_title(title, fontsize=9)
     colours = ScalarMappable(Normalize(*limits), SEQUENTIAL_MAP)
-    figure.colorbar(
-        colours, ax=ax, label="displacement magnitude (µm)", shrink=0.75, pad=0.01, aspect=26
-    )
+    figure.colorbar(colours, ax=ax, label=label, shrink=0.75, pad=0.01, aspect=26)
     draw_scale_bar(ax, shot, scale_bar)
     draw_triad(ax, shot)
     return figure

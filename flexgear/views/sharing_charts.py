@@ -7,7 +7,7 @@ or time. Modes have charts of their own in ``mode_charts``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from flexgear.model.errors import FlexgearError
 from flexgear.model.units import RPM
 from flexgear.views.campbell_chart import campbell_chart
+from flexgear.views.dense import close_up, draw, is_dense, orbit, say_envelope
 from flexgear.views.mode_charts import modes_chart
 from flexgear.views.select import variable
 from flexgear.views.style import (
@@ -31,6 +32,7 @@ from flexgear.views.style import (
     panels,
     planet_colour,
     styled,
+    text_only,
 )
 
 if TYPE_CHECKING:
@@ -62,32 +64,57 @@ GAP = 1.5  # of the usual step: a longer one is a gap, not a line
 def sharing_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     """Load factor K_γ = N F / ΣF of every planet, a panel for each stage and kind of gear mesh."""
     rows = _groups(data, "planet_load_factor")
-    figure, axes = _stacked(len(rows))
-    for ax, (title, part) in zip(axes[:, 0], rows.items(), strict=True):
-        said = _planet_lines(ax, data, part, 1.0, x)
-        ax.axhline(1.0, color=NEUTRAL, lw=0.7, zorder=1)
-        top = float(np.nanmax(part.to_numpy(), initial=1.0))
-        ax.set_title(f"{title}: largest {top:.3f}{said}")
-        ax.set_ylabel("$K_γ$ (–)")
-        _least_span(ax, 0.01)
-    return _finished(figure, axes, data, x, rows)
+
+    def title(part: xr.DataArray) -> str:
+        return f"largest {float(np.nanmax(part.to_numpy(), initial=1.0)):.3f}"
+
+    return _planets_chart(data, x, rows, 1.0, "$K_γ$ (–)", title, lambda _: 1.0)
 
 
 @styled
 def gear_mesh_forces(data: xr.Dataset, x: str | None = None) -> Figure:
     """Normal force of every planet (kN), a panel for each stage and kind of gear mesh."""
     rows = _groups(data, "gear_mesh_force")
-    figure, axes = _stacked(len(rows))
-    for ax, (title, part) in zip(axes[:, 0], rows.items(), strict=True):
-        said = _planet_lines(ax, data, part, KILO, x)
-        mean = float(part.mean()) * KILO
-        ax.axhline(mean, color=NEUTRAL, lw=0.7, zorder=1)
-        ax.set_title(
-            f"{title}: mean {mean:.4g} kN, largest {float(part.max()) * KILO:.4g} kN{said}"
-        )
-        ax.set_ylabel("force (kN)")
-        _least_span(ax, 0.01)
-    return _finished(figure, axes, data, x, rows)
+
+    def title(part: xr.DataArray) -> str:
+        mean, most = KILO * float(part.mean()), KILO * float(part.max())
+        return f"mean {mean:.4g} kN, largest {most:.4g} kN"
+
+    return _planets_chart(
+        data, x, rows, KILO, "force (kN)", title, lambda part: KILO * float(part.mean())
+    )
+
+
+def _planets_chart(
+    data: xr.Dataset,
+    x: str | None,
+    rows: Mapping[str, xr.DataArray],
+    factor: float,
+    label: str,
+    title: Callable[[xr.DataArray], str],
+    middle: Callable[[xr.DataArray], float],
+) -> Figure:
+    """A line a planet in a panel for each of ``rows``; where there are more oscillations than a
+    picture shows their envelopes, and beside them a close-up where the value is largest."""
+    every = np.column_stack([part.to_numpy() for part in rows.values()])
+    dense = is_dense(every)
+    near = {str(next(iter(rows.values())).dims[0]): close_up(every)} if dense else {}
+    figure, axes = _stacked(len(rows), 2 if dense else 1)
+    every_alike = True
+    for row, (name, part) in zip(axes, rows.items(), strict=True):
+        alike = _planet_lines(row[0], data, part, factor, x, dense)
+        every_alike = every_alike and bool(alike)
+        row[0].set_title(f"{name}:{chr(10) if dense else ' '}{title(part)}{alike}")
+        row[0].set_ylabel(label)
+        if dense:
+            _planet_lines(row[1], data.isel(near), part.isel(near), factor, x, False)
+            row[1].set_title(
+                "closer, where it is largest", weight="normal", fontsize=8, loc="right"
+            )
+        for ax in row:
+            ax.axhline(middle(part), color=NEUTRAL, lw=0.7, zorder=1)
+            _least_span(ax, 0.01)
+    return _finished(figure, axes, data, x, {} if every_alike else rows)
 
 
 @styled
@@ -98,16 +125,20 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     """
     stages = _moving(data)
     if not stages:
-        return _said_only("all central members stay on their axes")
+        return text_only("all central members stay on their axes")
     figure, axes = panels(len(stages), 2, height_mm=14 + 62 * len(stages), width_ratios=[1, 2])
     at, label = _abscissa(data, x)
     for row, (stage, motion) in zip(axes, stages.items(), strict=True):
         _orbit(row[0], motion)
-        row[0].set_title(_said(stage))
+        row[0].set_title(", ".join(filter(None, (_said(stage), "orbit"))))
+        dense = False
         for name, way in motion.items():
             part, _, half = name.partition("_")
             times, line = _broken(data, x, np.hypot(way[:, 0], way[:, 1]))
-            row[1].plot(times, line, HALVES.get(half, "-"), color=MEMBER_COLOURS[part], lw=1.0)
+            colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
+            dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
+        if dense:
+            say_envelope(row[1])
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
@@ -166,7 +197,9 @@ def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
         members = [m for m, k in enumerate(keys) if k == key]
         if name == "planet_load_factor" and len(members) < 2:
             continue  # a parallel stage has nothing to share
-        title = " ".join(filter(None, (_said(stage), side, f"{kind} gear mesh")))
+        parallel = not any(k[0] == stage and k[1] == "ring" for k in keys)
+        of = "gear mesh" if parallel else f"{kind} gear mesh"
+        title = " ".join(filter(None, (_said(stage), side, of)))
         out[title] = field.isel(gear_mesh=members)
     if not out:
         raise FlexgearError("cannot draw: no stage has more than one planet")
@@ -174,16 +207,25 @@ def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def _planet_lines(
-    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, x: str | None
+    ax: Axes, data: xr.Dataset, part: xr.DataArray, factor: float, x: str | None, envelope: bool
 ) -> str:
-    """A line a planet; one for all where they are alike, which is said for the title."""
+    """A line a planet, or its envelope; one for all where they are alike, which is said for the
+    title."""
+
+    def line(values: FloatArray, colour: str, width: float) -> None:
+        at, y = _broken(data, x, values)
+        if envelope:
+            draw(ax, at, y, colour, fill=False, lw=width)
+        else:
+            ax.plot(at, y, color=colour, lw=width)
+
     values = part.to_numpy() * factor
     spread = float(np.nanmax(np.ptp(values, axis=1), initial=0.0))
     if values.shape[1] > 1 and spread < ALIKE * float(np.nanmax(np.abs(values), initial=0.0)):
-        ax.plot(*_broken(data, x, values.mean(axis=1)), color="black", lw=1.2)
+        line(values.mean(axis=1), "black", 1.2)
         return ", all planets alike"
     for k, planet in enumerate(part["planet"].to_numpy()):
-        ax.plot(*_broken(data, x, values[:, k]), color=planet_colour(int(planet)), lw=1.0)
+        line(values[:, k], planet_colour(int(planet)), 1.0)
     return ""
 
 
@@ -213,8 +255,10 @@ def _broken(data: xr.Dataset, x: str | None, values: FloatArray) -> tuple[FloatA
     return np.insert(at, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 
-def _stacked(count: int) -> tuple[Figure, Any]:
-    return panels(count, 1, height_mm=18 + (58 if count == 1 else 36 * count), sharex=True)
+def _stacked(count: int, columns: int) -> tuple[Figure, Any]:
+    height = 18 + (58 if count == 1 else 36 * count)
+    ratios = [2, 1][:columns]
+    return panels(count, columns, height_mm=height, sharex="col", width_ratios=ratios)
 
 
 def _finished(
@@ -222,13 +266,15 @@ def _finished(
 ) -> Figure:
     """Common abscissa and the legend of planets."""
     last = axes[-1, 0]
-    last.set_xlabel(_abscissa(data, x)[1])
-    at = _abscissa(data, x)[0]
+    at, label = _abscissa(data, x)
     if len(at) > 1:
         last.set_xlim(at.min(), at.max())
+    for ax in axes[-1]:
+        ax.set_xlabel(label)
     figure.align_ylabels(axes[:, 0])
     planets = sorted({int(p) for part in rows.values() for p in part["planet"].to_numpy()})
-    _planet_legend(figure, planets)
+    if len(planets) > 1:
+        _planet_legend(figure, planets)
     return figure
 
 
@@ -251,18 +297,10 @@ def _moving(data: xr.Dataset) -> dict[str, dict[str, FloatArray]]:
     return stages
 
 
-def _said_only(text: str) -> Figure:
-    """A picture that says why there is nothing in it."""
-    figure, axes = panels(1, 1, height_mm=30)
-    axes[0, 0].set_axis_off()
-    axes[0, 0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0, 0].transAxes)
-    return figure
-
-
 def _orbit(ax: Axes, motion: Mapping[str, FloatArray]) -> None:
     """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
     part = max(motion, key=lambda n: (n in ("sun", "pinion"), np.abs(motion[n]).max()))
-    way, colour = motion[part], MEMBER_COLOURS[part.split("_")[0]]
+    way, colour = orbit(motion[part]), MEMBER_COLOURS[part.split("_")[0]]
     ax.plot(way[:, 0], way[:, 1], color=colour, lw=0.8)
     ax.plot(*way[0], "o", color=colour, ms=3)
     reach = 1.1 * float(np.abs(way).max())

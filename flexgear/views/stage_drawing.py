@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.gears.tooth import ToothGeometry
@@ -25,6 +27,7 @@ from flexgear.views.style import NEUTRAL, FloatArray, new_figure, panels, planet
 MILLI = 1e3
 POINTS = 10  # of a flank, and of a root
 STEEL, CARRIER, SHAFT = "#D5DAE1", "#BFE3D0", "#F3D9B8"
+BOLT, HIDDEN, BEARING = "#BB5566", "#009E73", "#0072B2"
 LINE: dict[str, Any] = {"ec": "#30343B", "lw": 0.6}
 Box = tuple[float, float, float, float, str]  # z from, z to, r from, r to, colour
 
@@ -56,6 +59,7 @@ def front_drawing(view: StageView) -> Figure:
     ax.set_xlabel("X (mm)")
     ax.set_ylabel("Y (mm)")
     ax.set_title(f"centre distance {MILLI * g.center_distance:.1f} mm")
+    _legend(figure, view, front=True)
     return figure
 
 
@@ -71,7 +75,7 @@ def section_drawing(view: StageView) -> Figure:
     for left, right, inner, outer in _bearing_boxes(view):
         z = MILLI * np.array([left, right, right, left, left, right, np.nan, left, right])
         r = MILLI * np.array([inner, inner, outer, outer, inner, outer, np.nan, outer, inner])
-        ax.plot(z, r, color="#0072B2", lw=1.0)
+        ax.plot(z, r, color=BEARING, lw=1.0)
     for circle in view.ring.bolt_circles if view.stage.form("ring") == "fe" else ():
         half, stage = view.stage.face_width / 2, view.stage
         sign = 1.0 if view.ring.bolted_end(circle) == "+z" else -1.0
@@ -81,13 +85,44 @@ def section_drawing(view: StageView) -> Figure:
         for bolt in (
             (z - stage.half_offset, stage.half_offset - z) if stage.double_helical else (z,)
         ):
-            ax.plot(MILLI * bolt, r, color="#BB5566", lw=1.0)
+            ax.plot(MILLI * bolt, r, color=BOLT, lw=1.0)
     ax.axhline(0.0, color=NEUTRAL, ls="-.", lw=0.8)
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.set_xlabel("z (mm)")
     ax.set_ylabel("distance from the axis (mm)")
+    _legend(figure, view, front=False)
     return figure
+
+
+def _legend(figure: Figure, view: StageView, front: bool) -> None:
+    """What the colours are, of what the stage has."""
+    planetary, body = view.stage.kind == "planetary", _fe_carrier(view)
+    sun, planet = ("sun and ring", "planet") if planetary else ("pinion", "gear")
+    handles: list[Any] = [
+        Patch(fc=STEEL, label=sun, **LINE),
+        Patch(fc=(planet_colour(1), 0.35), label=planet, **LINE),
+    ]
+    if body is not None and front:
+        handles += [
+            Patch(fc=CARRIER, label="pin of the carrier", **LINE),
+            Line2D([], [], color=HIDDEN, ls="--", lw=0.8, label="plates and hub of the carrier"),
+        ]
+    if body is not None and not front:
+        handles += [
+            Patch(fc=CARRIER, label="carrier and pin", **LINE),
+            Line2D([], [], color=BEARING, marker="x", lw=1.0, label="bearing of the carrier"),
+        ]
+    if not front and any(True for _ in _shaft_boxes(view)):
+        handles.append(Patch(fc=SHAFT, label="shaft of the sun", **LINE))
+    if view.stage.form("ring") == "fe" and any(True for _ in view.ring.bolt_circles):
+        handles.append(
+            Patch(fc=BOLT, label="bolt", **LINE) if front
+            else Line2D([], [], color=BOLT, lw=1.0, label="bolt")
+        )  # fmt: skip
+    if not front:
+        handles.append(Line2D([], [], color=NEUTRAL, ls="-.", lw=0.8, label="axis"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
 
 
 def gear_outline(gear: ToothGeometry, rotation: float) -> FloatArray:
@@ -136,7 +171,7 @@ def _bolts(ax: Axes, view: StageView) -> None:
         for k in range(circle.number):
             at = circle.first_angle + 2 * math.pi * k / circle.number
             centre = circle.circle_diameter / 2 * np.array([math.cos(at), math.sin(at)])
-            _circle(ax, centre, circle.diameter / 2, fill="#BB5566")
+            _circle(ax, centre, circle.diameter / 2, fill=BOLT)
 
 
 def _carrier_circles(ax: Axes, view: StageView) -> None:
@@ -146,7 +181,7 @@ def _carrier_circles(ax: Axes, view: StageView) -> None:
     turn = np.linspace(0, 2 * np.pi, 121)
     for diameter in (body.plate_diameter, body.hub_outer_diameter):
         radius = MILLI * diameter / 2
-        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color="#009E73", ls="--", lw=0.8)
+        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=HIDDEN, ls="--", lw=0.8)
 
 
 def _gear_boxes(view: StageView) -> Iterator[Box]:

@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from flexgear.model.errors import FlexgearError
 from flexgear.views.style import (
@@ -36,6 +36,8 @@ from flexgear.views.style import (
     planet_colour,
     styled,
 )
+
+MILLIMETRES = FuncFormatter(lambda metres, _: f"{1e3 * metres:g}".replace("-", "−"))
 
 
 @dataclass(frozen=True)
@@ -143,8 +145,10 @@ def square(axes: Axes, reach: float) -> None:
     step = nice_number(0.7 * reach)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    axes.set_xlabel("X (m)")
-    axes.set_ylabel("Y (m)")
+    axes.xaxis.set_major_formatter(MILLIMETRES)
+    axes.yaxis.set_major_formatter(MILLIMETRES)
+    axes.set_xlabel("X (mm)")
+    axes.set_ylabel("Y (mm)")
 
 
 @styled

@@ -125,6 +125,14 @@ def panels(
     return figure, axes
 
 
+def text_only(text: str) -> Figure:
+    """A picture that says why there is nothing in it."""
+    figure, axes = panels(1, 1, height_mm=30)
+    axes[0, 0].set_axis_off()
+    axes[0, 0].text(0.5, 0.5, text, ha="center", va="center", transform=axes[0, 0].transAxes)
+    return figure
+
+
 def planet_colour(planet: int) -> str:
     """Colour of planet number ``planet`` (1-based)."""
     return PLANET_COLOURS[(planet - 1) % len(PLANET_COLOURS)]

@@ -162,7 +162,7 @@ def test_run_and_compare(flexgear, tmp_path):
     assert summary["kind"] == "train"
     assert {p.stem for p in (out / "pictures").iterdir()} >= {
         "power_flow", "modes", "campbell", "sharing_stage", "transient_forces_stage",
-        "transient_sharing", "transient_displacements",
+        "transient_sharing_stage", "transient_displacements",
     }  # fmt: skip
     content = read_folder(out)
     assert content.case.content_hash() == summary["content_hash"]

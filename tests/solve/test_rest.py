@@ -9,12 +9,13 @@ from trains import stage_train
 
 from flexgear.model.load import load_case
 from flexgear.results.quantities import MISSING
+from flexgear.results.settling import settled
 from flexgear.results.summary import torque_step_summary
 from flexgear.solve.campbell import campbell
 from flexgear.solve.modes import modes
 from flexgear.solve.run import run
 from flexgear.solve.static import position_figures, static
-from flexgear.solve.transient import settled, simulate
+from flexgear.solve.transient import simulate
 from flexgear.studies.compare import compare_sharing
 
 LAWS = ("linear", "one-sided")

@@ -11,10 +11,10 @@ from flexgear.coupling.pace import ACCURACY
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.load import load_case
 from flexgear.results.energy_balance import energy_residual
-from flexgear.results.settling import SHARE
+from flexgear.results.settling import SHARE, settled
 from flexgear.solve.harmonic import fitted_amplitudes, harmonic_data, train_harmonic
 from flexgear.solve.static import static
-from flexgear.solve.transient import settled, simulate, usual_duration
+from flexgear.solve.transient import simulate, usual_duration
 
 
 def with_(train, **solver):

@@ -40,7 +40,7 @@ def test_star_states_its_exaggeration_and_units(outline, field):
     angles = np.array([TENTH, FIFTH])
     figure = star.ring_star(field(angles), angles, outline)
     assert "× 2\u2009000" in figure.get_suptitle()
-    assert [ax.get_xlabel() for ax in figure.axes] == ["X (m)", "X (m)"]
+    assert [ax.get_xlabel() for ax in figure.axes] == ["X (mm)", "X (mm)"]
     assert "2π/5" in figure.axes[1].get_title(loc="left")
 
 
