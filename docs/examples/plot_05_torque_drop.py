@@ -7,6 +7,7 @@ The torque of the drive falls to a tenth for a fiftieth of a second; tooth pairs
 
 import flexgear as fg
 from flexgear.views.sharing_charts import gear_mesh_forces
+from flexgear.views.style import save_figure
 
 drop = {
     "drive.kind": "steps",
@@ -17,3 +18,4 @@ case = fg.load_case("lin-parker", {**drop, "stage.gear_mesh.contact_law": "one-s
 run = fg.transient(fg.assemble(case), duration=0.05)
 print(f"least force of a gear mesh: {run.gear_mesh_force.min().item():.0f} N")
 figure = gear_mesh_forces(run)
+print("wrote", save_figure(figure, "torque_drop.png"))

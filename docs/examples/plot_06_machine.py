@@ -9,6 +9,7 @@ steps from full torque to half of it.
 import matplotlib.pyplot as plt
 
 import flexgear as fg
+from flexgear.views.style import save_figure
 
 settings = {
     "drive.kind": "steps", "drive.times_s": "[0, 0.05]", "drive.torques_nm": "[100, 50]",
@@ -22,3 +23,5 @@ axes[0].plot(run.time, 9.5493 * run.port_speed.isel(port=-1))
 axes[0].set_ylabel("carrier (r/min)")
 axes[1].plot(run.time, run.port_torque.isel(port=-1))
 axes[1].set(xlabel="time (s)", ylabel="generator (N m)")
+print(f"carrier after 0.3 s: {9.5493 * run.port_speed.isel(port=-1)[-1].item():.2f} r/min")
+print("wrote", save_figure(figure, "machine.png"))

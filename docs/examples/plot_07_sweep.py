@@ -8,9 +8,11 @@ Any key of a case over values: here the natural frequencies over the planets' be
 import numpy as np
 
 import flexgear as fg
+from flexgear.views.style import save_figure
 from flexgear.views.sweep_charts import sweep_chart
 
 values = np.geomspace(2e7, 5e9, 9)
 study = fg.sweep("lin-parker", {"stage.planet_bearing.radial_n_per_m": values}, workers=1)
 print(list(study.data_vars))
 figure = sweep_chart(study, "frequency")
+print("wrote", save_figure(figure, "sweep.png"))

@@ -7,6 +7,7 @@ likely which load sharing is.
 """
 
 import flexgear as fg
+from flexgear.views.style import save_figure
 from flexgear.views.tolerance_charts import tolerance_chart
 
 case = fg.load_case("herringbone", {
@@ -16,3 +17,4 @@ case = fg.load_case("herringbone", {
 study = fg.tolerance(case, workers=1)
 print(study.load_sharing_max.quantile(0.95, "sample").values)
 figure = tolerance_chart(study)
+print("wrote", save_figure(figure, "tolerance.png"))

@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 
 import flexgear as fg
 from flexgear.gears.bearing_life import planet_bearing_life_hours
+from flexgear.views.style import save_figure
 
 rating = {"stage.planet_bearing.dynamic_rating_kn": "18", "stage.planet_bearing.rolling": "roller"}
 torques = [60, 80, 100, 130, 170]
@@ -19,3 +20,6 @@ for torque in torques:
 figure, axes = plt.subplots(layout="constrained")
 axes.loglog(torques, hours, "o-")
 axes.set(xlabel="torque of the sun (N m)", ylabel="L10h of a planet bearing (h)")
+for torque, life in zip(torques, hours, strict=True):
+    print(f"{torque:4d} N m: L10h = {life:8.0f} h")
+print("wrote", save_figure(figure, "bearing_life.png"))

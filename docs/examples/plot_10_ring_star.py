@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import flexgear as fg
+from flexgear.views.style import save_figure
 
 case = fg.load_case("stage.toml", {"solver.fidelity": "quick"})
 static = fg.static(fg.assemble(case), np.radians([0.0, 15.0]))
@@ -31,3 +32,4 @@ for k, angle in enumerate((0, 15)):
     axes.plot(around, np.append(inward, inward[0]) + 10, label=f"carrier at {angle}°")
 axes.set_title("radial displacement of the teeth, 10 µm added")
 axes.legend(loc="lower left")
+print("wrote", save_figure(figure, "ring_star.png"))

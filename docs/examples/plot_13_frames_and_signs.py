@@ -21,6 +21,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.views.stage_drawing import gear_outline, section_drawing
+from flexgear.views.style import save_figure
 
 case = fg.load_case("wind-5mw")
 view, flow = case.view(), power_flow(case).stages[0]
@@ -103,6 +104,9 @@ label(
 turning(ax, 0.11, np.radians(-60), np.radians(-150), SUN)
 label(ax, (0, -0.16), r"$T_s < 0$ of the load" "\n" r"on the sun, $\omega_s > 0$", SUN, (0, -6))
 _ = ax.set(xlim=(-1.02, 1.36), ylim=(-1.02, 1.2), xlabel="X (m)", ylabel="Y (m)", aspect="equal")
+torque = {member.partition(".")[2]: t for member, t in power_flow(case).torque.items()}
+print("torques from outside, kN m:", {part: round(t / 1e3) for part, t in torque.items()})
+print("wrote", save_figure(figure, "frames.png"))
 
 # %%
 # Sides and faces
@@ -135,6 +139,7 @@ label(
 )
 arrow(ax, (900, 0), (200, 0), "black")
 label(ax, (1100, 0), "z", shift=(10, 0))
+print("wrote", save_figure(figure, "sides_and_faces.png"))
 
 # %%
 # Flanks, numbers and pressure angle at the ring
@@ -227,6 +232,8 @@ for part, tooth, name, text, (x, y) in (
 ):
     colour = DRIVE if name in ("drive", "ring") else OTHER
     note(ax, pitch + [x, y], flanks[part][tooth, name][:, -3], text, colour)
+print(f"ring: working pressure angle {np.degrees(at_ring.alpha):.2f}°")
+print("wrote", save_figure(figure, "flanks_at_the_ring.png"))
 
 # %%
 # Flanks, numbers and pressure angle at the sun
@@ -243,6 +250,8 @@ for part, tooth, name, text, (x, y) in (
 ):
     colour = DRIVE if name in ("drive", "sun") else OTHER
     note(ax, pitch + [x, y], flanks[part][tooth, name][:, -3], text, colour)
+print(f"sun: working pressure angle {np.degrees(at_sun.alpha):.2f}°")
+print("wrote", save_figure(figure, "flanks_at_the_sun.png"))
 
 # %%
 # Helix
@@ -268,3 +277,5 @@ for ax, (name, turn), colour in zip(axes, turns.items(), (SUN, PLANET, RING), st
     hand = "right" if turn > 0 else "left"
     ax.set(title=f"{name}: {hand}-handed", xlabel="r φ (mm)", xlim=(-100, 262), ylim=1.15 * z)
 _ = axes[0].set_ylabel("z (mm)")
+print({name: "right-handed" if turn > 0 else "left-handed" for name, turn in turns.items()})
+print("wrote", save_figure(figure, "helix.png"))

@@ -52,7 +52,7 @@ def test_a_close_up_holds_some_cycles_about_the_largest_value():
 
 
 def test_an_orbit_is_round_where_samples_are_few():
-    """Eight samples a turn: their polygon comes to 0.924 of the radius, the orbit to 1 % at its ends."""
+    """Eight samples a turn: their polygon comes to 0.924 of the radius, the orbit to 1 % of it."""
     angle = 2 * np.pi * np.arange(60 * 8) / 8
     way = np.column_stack([np.cos(angle), np.sin(angle)])
     found = orbit(way)
