@@ -193,6 +193,20 @@ def reduce(
         name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
         for name, body in bodies.items()
     }
-    present(f"{found.name}: reductions, {_fidelity(found)}", figures, as_json)
+    rows = figures if as_json else {name: _told(one) for name, one in figures.items()}
+    present(f"{found.name}: reductions, {_fidelity(found)}", rows, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")
+
+
+SHOWN = (  # of a reduction: the rest is for programs
+    "fe_dofs", "interface_dofs", "fixed_interface_modes", "fixed_interface_frequency_max_hz", "tie",
+    "static_error", "static_error_cases", "frequency_error", "frequency_limit_hz",
+    "frequency_error_on_these_supports",
+)  # fmt: skip
+
+
+def _told(report: dict[str, Any]) -> dict[str, Any]:
+    """What a person looks at: sizes, errors beside the full FE mesh, and the time it took."""
+    rows = {key: report[key] for key in SHOWN if key in report}
+    return {**rows, "time_s": sum(report.get("seconds", {}).values())}

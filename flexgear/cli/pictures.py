@@ -180,7 +180,7 @@ def _title(figure: Any, caption: str) -> None:
 
 def _ring_plan(content: RingFolder) -> dict[str, tuple[str, Draw]]:
     """Figures of one flexible stage by name."""
-    runs, equilibria, outline = content.runs("transient"), content.equilibria, content.outline
+    runs, equilibria, outline = content.runs("transient"), content.equilibria, _outline(content)
     window = window_words(window_of(next(iter(runs.values()))).figures)
     steady = {label: settled(data) for label, data in runs.items()}
     name, first = next(iter(steady.items()))

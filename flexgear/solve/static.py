@@ -13,6 +13,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.results.face_load import face_figures
+from flexgear.results.group_sharing import without_rounding
 from flexgear.results.labelled_dataset import coordinate
 from flexgear.results.root_stress import root_extremes
 from flexgear.results.summary import CENTRAL, displacement_summary
@@ -54,7 +55,8 @@ def static(
 
 def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position of a dataset of equilibria, in the units their names end in."""
-    force, factor = data["gear_mesh_force"].to_numpy(), data["planet_load_factor"].to_numpy()
+    force = without_rounding(data["gear_mesh_force"].to_numpy(), float(np.abs(model.rated).max()))
+    factor = data["planet_load_factor"].to_numpy()
     groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
     at = {g: [g == one for one in groups] for g in dict.fromkeys(groups)}
     figures: dict[str, Any] = {
@@ -102,7 +104,7 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]
         size = size if size > least else 0.0
         out[name] = {
             "force_n": size,
-            "direction_deg": math.degrees(math.atan2(y, x)) if size else 0.0,
+            "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
             "axial_n": z if abs(z) > UNLOADED * size else 0.0,
         }
         stage = model.case.stage(name.partition(".")[0])

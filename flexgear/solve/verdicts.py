@@ -14,7 +14,13 @@ from typing import Any
 
 from flexgear.results.report.headlines import headlines, titled_by_stage
 from flexgear.results.report.parts import Level, Verdict
-from flexgear.results.report.sharing import DEFINITION, sharing_title, sharings
+from flexgear.results.report.sharing import (
+    DEFINITION,
+    groups_of,
+    own_variant,
+    sharing_title,
+    sharings,
+)
 from flexgear.results.report.tables import stage_figures
 from flexgear.results.report.wording import factor, number, said, window_words, words
 from flexgear.solve.reduction_warnings import PROMISED
@@ -85,7 +91,10 @@ def _sharing(summary: Summary) -> Iterator[Verdict]:
     if found:
         yield Verdict("note", "Definition", "", DEFINITION)
     else:
-        yield Verdict("note", "Load sharing", "–", "No planets share a load in this case.")
+        groups = own_variant(summary["load_sharing"]["transient"])
+        why = "The planets carry no load together, so that K is not defined."
+        none = "No planets share a load in this case."
+        yield Verdict("note", "Load sharing", "–", why if groups_of(groups) else none)
 
 
 def _forces(summary: Summary) -> Iterator[Verdict]:

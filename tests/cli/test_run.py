@@ -57,7 +57,9 @@ def test_run_writes_results_and_summary(finished):
     assert code == 0
     summary = json.loads((out / "summary.json").read_text())
     assert len(said) == 1
-    assert said == plain_warnings(summary)
+    assert said == plain_warnings(summary)  # others stand beside their figures
+    beside = [one["sentence"] for one in summary["neglected"]]
+    assert [*said, *beside] == summary["warnings"]
     assert lacking(summary) == []
     assert summary["case"] == "wind-5mw"
     assert summary["timing_s"]["bodies"] >= 0

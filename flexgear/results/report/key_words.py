@@ -96,7 +96,6 @@ _WORDS = {
     "output_interval_s": ("time between samples", ""),
     "settling_s": ("fine steps after a jump of torque last", ""),
     "reduction_limit_hz": ("reduced bodies are checked up to", ""),
-    "volume_m3": ("volume", "m³"),
     "dofs": ("degrees of freedom", ""),
     "instantaneous": ("K at the worst instant", FACTOR),
     "mean-based": ("mean-based factor", FACTOR),
@@ -116,7 +115,14 @@ _WORDS = {
     "tooth_displacement_largest_um": ("ring teeth, largest displacement along x, y, z", ""),
     "radial_harmonic_{part}_um": ("radial shape of the ring, order {part}", ""),
     "star_angle_{part}_deg": ("crest of that shape at", ""),
+    "fe_dofs": ("degrees of freedom of the FE mesh", ""),
+    "interface_dofs": ("of its interface", ""),
+    "fixed_interface_frequency_max_hz": ("highest of them", ""),
     "static_error": ("static error", _SHARE),
+    "static_error_cases": ("by load", _SHARE),
+    "frequency_limit_hz": ("compared up to", ""),
+    "frequency_error_on_these_supports": ("on the supports of the case", ""),
+    "tie": ("teeth or bores are tied to their node at", ""),
     "frequency_error": ("frequency error", _SHARE),
 }  # fmt: skip
 _VALUES = {

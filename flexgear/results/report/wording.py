@@ -26,9 +26,9 @@ _SCALES: dict[str, tuple[tuple[float, str, float], ...]] = {
 }
 NOTHING = 1e-12  # of a unit, rounding
 # significant digits where four are too few: dimensions to µm, speeds and frequencies side by side
-_DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5}
+_DIGITS = {"mm": 6, "°": 5, "r/min": 5, "rad/s": 5, "Hz": 5, "share": 3}
 _EVEN = 0.01  # load factors nearer to one get a digit more
-_UNITS = {"deg": "°", "rpm": "r/min"}
+_UNITS = {"deg": "°", "rpm": "r/min", "h": "h", "m3": "m³"}
 FACTOR = "factor"  # unit of load factors
 _PASS = " planet pass"
 _TIMES = {"1": "Once", "2": "Twice"}
@@ -117,7 +117,7 @@ def excitation_words(label: str) -> str:
 
 def split_unit(key: str) -> tuple[str, str]:
     """Words and printed unit of a key that ends in one: "base_pitch_mm" -> ("base pitch", "mm")."""
-    found = [s for s in ALL_SUFFIXES if key.endswith(f"_{s}")]
+    found = [s for s in (*ALL_SUFFIXES, *_UNITS) if key.endswith(f"_{s}")]
     if not found:
         return words(key), ""
     suffix = max(found, key=len)
