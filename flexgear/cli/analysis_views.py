@@ -95,7 +95,8 @@ def show_equilibria(
     model: Model, data: xr.Dataset, positions: Mapping[str, dict[str, Any]], way: Shown
 ) -> None:
     """Figures by position."""
-    torque = abs(float(data["port_torque"].isel(port=0).max()) / model.system.rated_torque)
+    rated = model.system.rated_torque
+    torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     beside = neglected_lines(model, _equilibrium_lengths(data, positions), torque)
     if way.as_json:
         more = {"closure": data.attrs["closure_max"], "neglected": beside}

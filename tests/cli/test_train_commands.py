@@ -151,8 +151,9 @@ def test_run_and_compare(flexgear, tmp_path):
     """Everything in one folder, and on one page with another run."""
     out = tmp_path / "mine"
     code, text, err = flexgear("run", "herringbone", *QUICK, "--out", out, "--quiet")
-    assert (code, err) == (0, "")
-    assert "largest K, quasi-static" in text
+    assert code == 0
+    assert err.count("\n") == 1 and "planets do not assemble" in err  # 23 + 57 teeth, 3 planets
+    assert "Load sharing" in text and "in equilibria" in text
     files = {p.name for p in out.iterdir()}
     assert files >= {
         "summary.json", "case.json", "report.html", "pictures", "modes.nc", "campbell.nc",

@@ -93,7 +93,7 @@ def test_the_page_is_one_file_with_escaped_names(tmp_path: Path):
         assert words in text
     assert not re.search(r'(src|href)\s*=\s*"(?!data:|#)', text)
     assert not re.search(r"@import|url\(|fetch\(|XMLHttpRequest", text)
-    assert "data:image/png;base64," in text
+    assert "data:image/webp;base64," in text
     assert not re.search(r"\b(nan|None|NaN)\b", visible(text))
 
 
@@ -117,7 +117,7 @@ def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
     row = re.search(r"<tr><td>ring</td>.*?</tr>", text)[0]
     assert re.findall(r">([^<>]+)</td>", row) == ["ring", "788 kN", "394 kN", "-50.00 %"]
-    assert text.count("data:image/png") == 2
+    assert text.count("data:image/webp") == 2
     assert "B: other" in text
 
 

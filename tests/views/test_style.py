@@ -80,13 +80,14 @@ def test_interrupted_write_keeps_the_old_file(tmp_path: Path, monkeypatch):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
 
-    def fail(self, where, **_):
-        Path(where).write_bytes(b"half")
+    figure = style.new_figure(30, 30)
+
+    def fail(self, *_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Figure, "savefig", fail)
+    monkeypatch.setattr(Figure, "draw", fail)
     with pytest.raises(KeyboardInterrupt):
-        style.save_figure(style.new_figure(30, 30), path)
+        style.save_figure(figure, path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
