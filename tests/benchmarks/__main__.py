@@ -16,6 +16,7 @@ sys.path.insert(0, str(TESTS))  # the tests' cheap bodies
 from benchmarks import (  # noqa: E402
     assembly,
     calculix,
+    commands,
     cyclic,
     exudyn_peer,
     face_load,
@@ -30,6 +31,7 @@ from benchmarks.machine import machine  # noqa: E402
 from benchmarks.record import Report  # noqa: E402
 
 GROUPS = {
+    "commands": commands,
     "assembly": assembly,
     "reduction": reduction,
     "exudyn": exudyn_peer,

@@ -18,6 +18,10 @@ compared by processor time, which on an idle machine is the same. "By processor 
 of the work of all threads: it does not see that flexgear shares work out among threads, nor that
 others may use the machine.
 
+Whole commands are measured against the last release, in processes of their own and with warm
+caches: the newest tag, or the commit that raised the version; `FLEXGEAR_RELEASE=COMMIT` names
+another.
+
 `make bench` runs everything again and writes this page; `make bench BENCH=--quick` tries it out in
 results/benchmarks, `make bench BENCH='--only steps'` runs one group there. Peers are optional:
 `pip install 'flexgear[bench]'` brings Exudyn, `apt-get install calculix-ccx` CalculiX.
