@@ -104,11 +104,15 @@ def read_folder(folder: Path) -> Folder:
 
 @contextmanager
 def complete(folder: Path) -> Iterator[None]:
-    """InputError where the block misses a dataset of the run in ``folder``, or a variable."""
+    """InputError where the block misses a dataset of the run in ``folder`` or a variable, or meets
+    values of another kind than a run writes."""
     try:
         yield
     except (KeyError, StopIteration) as error:
         raise _damaged(folder, "its datasets", f"{error or 'one'} is missing") from error
+    except (TypeError, AttributeError, ValueError, IndexError) as error:
+        problem = f"values are not those of a run ({str(error).partition(chr(10))[0]})"
+        raise _damaged(folder, "summary.json or its datasets", problem) from error
 
 
 def tuples_of(value: Any) -> Any:

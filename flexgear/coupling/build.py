@@ -11,6 +11,7 @@ from flexgear.coupling.assembly import Assembly
 from flexgear.coupling.determinacy import (
     free_motions,
     holding_rows,
+    require_masses,
     rolling_motions,
     vibration_motions,
 )
@@ -228,6 +229,7 @@ def _radius(b: UnderWay, member: str) -> float:
 
 def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:
     a, case, flow = b.a, b.case, b.flow
+    require_masses(a.bodies, case.source, a.mass)
     loads = given_loads(b)
     extra = a.extra_rows(len(b.blocks), loads)
     blocks = np.vstack([*b.blocks, *a.contact_nodes])

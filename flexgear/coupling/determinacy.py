@@ -23,6 +23,7 @@ from flexgear.structures.bodies import Body
 Array = NDArray[np.float64]
 ROUND_OFF = 1e-7  # of the largest compression, below which a row is not compressed
 MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
+LIGHT = 1e-20  # of the largest mass or inertia of a train, below which one is none
 MOST_KEYS = 3  # that a message lists
 
 # directions of a node: rows, how messages call it, and the key of a spring against it
@@ -40,6 +41,39 @@ _BOLTS = {
     "tilt_nm_per_rad": "stiffness_axial_n_per_m",
     "torsion_nm_per_rad": "stiffness_tangential_n_per_m",
 }
+
+
+def require_masses(bodies: Sequence[Body], source: str, mass: Array) -> None:
+    """InputError for a body that something can move without mass, eᵀ M e ≈ 0 along a direction e of
+    its nodes: its vibration would have no end of frequency."""
+    inertias: dict[str, list[tuple[float, Body, str]]] = {"mass": [], "inertia": []}
+    for body, direction, rows in _places(bodies):
+        for row in rows:
+            at = np.flatnonzero(row)
+            if at.size:  # a planar body has no axial motion
+                kind = "mass" if direction in ("radial", "axial") else "inertia"
+                inertia = float(row[at] @ mass[np.ix_(at, at)] @ row[at])
+                inertias[kind].append((inertia, body, direction))
+    for kind, every in inertias.items():
+        largest = max((inertia for inertia, _, _ in every), default=0.0)
+        for inertia, body, direction in every:
+            if not inertia > LIGHT * largest:
+                unit = "kg" if kind == "mass" else "kg m²"
+                raise InputError(
+                    source, _mass_key(body.name, direction),
+                    f"leaves {_said(body.name)} {inertia:g} {unit} {DIRECTIONS[direction][1]}",
+                    f"give what is there; the largest here has {largest:.3g} {unit}",
+                )  # fmt: skip
+
+
+def _mass_key(name: str, direction: str) -> str:
+    """Key of a body's mass or inertia in a direction."""
+    stage, part = name.rpartition(".")[0], _part(name)
+    key = {"rotation": "inertia_kg_m2", "tilt": "tilt_inertia_kg_m2"}.get(direction, "mass_kg")
+    before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
+    if part == "output":  # behind a sun's shaft
+        return f"{key} of the port at {stage}.sun"
+    return f"{before}{'ring.hub' if part == 'hub' else part}.{key}"
 
 
 def holding_rows(pairs: PairData, blocks: Array, angles: int, more: Sequence[Array] = ()) -> Array:

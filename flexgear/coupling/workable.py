@@ -19,6 +19,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.carrier import Carrier
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.ring import Ring
 from flexgear.model.stage_view import StageView, inside, spoken
 from flexgear.structures.fe_mesh import require_generated
@@ -85,10 +86,11 @@ def _require_stage(view: StageView) -> None:
 def _require_file(view: StageView, name: str, file: Path) -> None:
     from flexgear.structures.build import require_file  # half of the package
 
-    if not file.is_file():
-        key = f"{name}.fe_mesh_file"
-        problem = "is a folder" if file.is_dir() else "there is no such file"
-        raise InputError(view.source, key, f"{file}: {problem}", "check the path")
+    try:
+        require_regular(file, f"{name}.fe_mesh_file", MOST_FE_MESH)
+    except InputError as fault:
+        problem = f"{file}: {fault.problem}"
+        raise InputError(view.source, fault.key, problem, fault.remedy) from None
     require_file(view, name)
 
 

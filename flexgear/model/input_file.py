@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 from flexgear.model.errors import InputError
 
@@ -12,6 +14,8 @@ MEGABYTE = 1 << 20
 MOST_CASE = 4 * MEGABYTE  # of TOML or JSON
 MOST_SERIES = 64 * MEGABYTE  # of a CSV file, millions of rows
 MOST_FE_MESH = 4096 * MEGABYTE
+MOST_REXS = 256 * MEGABYTE  # unpacked; gearboxes with load distributions take some 32
+MOST_MATRICES = 2048 * MEGABYTE
 
 
 def require_regular(path: Path, what: str, most: int) -> None:
@@ -35,11 +39,29 @@ def require_regular(path: Path, what: str, most: int) -> None:
         _too_large(path, what, most)
 
 
+def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+    """A regular file opened for reading; OSError for a pipe or device, without waiting for it."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "is a device or pipe", os.fspath(path))
+        return open(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def read_kept(path: str | os.PathLike[str]) -> bytes:
+    """What a cache holds; OSError also for a pipe or device in its place."""
+    with open_regular(path) as file:
+        return file.read()
+
+
 def read_bytes(path: Path, what: str, most: int) -> bytes:
     """The content of a regular file of at most ``most`` bytes; InputError where there is none."""
     require_regular(path, what, most)
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             content = file.read(most + 1)  # it may grow meanwhile
     except OSError as fault:
         raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
 
+_under_way: ContextVar[tuple[str, ...]] = ContextVar("cases that stages name", default=())
 LoadCase = Callable[[str | Path], Case]
 _OF_PORTS = ("inertia", "mass", "tilt_inertia", "bearing", "brake_exponent")
 
@@ -25,7 +27,8 @@ def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadC
             remedy = "name a bundled case or a file"
             raise InputError(where, f"stages[{k}].case", f"{echo(word)} is not text", remedy)
         path = folder / os.path.expanduser(word)
-        taken = load_case(path if path.suffix == ".toml" or os.path.isfile(path) else word)
+        taken = _taken(path if path.suffix == ".toml" or os.path.isfile(path) else word, load_case,
+                       (where, f"stages[{k}].case"))  # fmt: skip
         if len(taken.stages) != 1:
             problem = f"{word} has {len(taken.stages)} stages"
             raise InputError(where, f"stages[{k}].case", problem, "name a case with one stage")
@@ -36,6 +39,19 @@ def take_stages(data: dict[str, Any], where: str, folder: Path, load_case: LoadC
         stage.clear()
         stage.update(merged)
         _take_ports(data, taken, name)
+
+
+def _taken(named: Path | str, load_case: LoadCase, key: tuple[str, str]) -> Case:
+    """The case that a stage names; InputError for one whose stages lead back to it."""
+    file = os.path.realpath(named) if isinstance(named, Path) else named
+    if file in _under_way.get():
+        problem = f"{named} takes its stage from itself in the end"
+        raise InputError(*key, problem, "name a case that has its stages in it")
+    token = _under_way.set((*_under_way.get(), file))
+    try:
+        return load_case(named)
+    finally:
+        _under_way.reset(token)
 
 
 def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:

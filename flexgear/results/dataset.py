@@ -65,6 +65,13 @@ def encoding_of(data: xr.Dataset) -> Encoding:
     }
 
 
+# what h5py and xarray raise of files whose bytes are not what was written
+DAMAGED = (
+    OSError, ValueError, TypeError, LookupError, RuntimeError, AttributeError, MemoryError,
+    ArithmeticError,
+)  # fmt: skip
+
+
 def load(path: PathLike) -> xr.Dataset:
     """Read a dataset into memory; one clear line where that is not possible."""
     with readable(path), h5py.File(path) as file:
@@ -78,7 +85,7 @@ def readable(path: PathLike) -> Iterator[None]:
         raise FlexgearError(f"cannot read {path}: there is no such file")
     try:
         yield
-    except (OSError, ValueError, TypeError, KeyError, RuntimeError) as error:
+    except DAMAGED as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FlexgearError(
             f"cannot read {path}: not a netCDF file of flexgear ({line})"

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from flexgear.files.stage import private_folder, remove_stale
 from flexgear.model.errors import FlexgearWarning
+from flexgear.model.input_file import open_regular, read_kept
 from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.reduced import ReducedBody
@@ -113,7 +114,7 @@ def load(entry: Path) -> ReducedBody | None:
     except OSError:
         return None
     try:
-        header = json.loads(unsealed((entry / "header.json").read_bytes()))
+        header = json.loads(unsealed(read_kept(entry / "header.json")))
         if any(header[name] != value for name, value in _identity(entry).items()):
             raise ValueError("it is another body's")
         arrays: dict[str, NDArray[Any]] = {}
@@ -169,7 +170,7 @@ class _Summed:
 
 def _checksum(path: Path) -> int:
     value = 0
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         while chunk := stream.read(1 << 22):
             value = zlib.crc32(chunk, value)
     return value

@@ -16,6 +16,7 @@ from typing import Any
 from flexgear.files.atomic import write_bytes
 from flexgear.model.content import content_hash
 from flexgear.model.errors import FlexgearError, FlexgearWarning
+from flexgear.model.input_file import read_kept
 from flexgear.results.version import version
 from flexgear.structures.cache import cache_directory, sealed, unsealed
 
@@ -29,7 +30,7 @@ class StudyStore:
     def get(self, name: str) -> bytes | None:
         """What was kept; None where there is nothing, or it is damaged or cannot be read."""
         try:
-            return unsealed((self.folder / name).read_bytes())
+            return unsealed(read_kept(self.folder / name))
         except (OSError, ValueError):
             return None
 

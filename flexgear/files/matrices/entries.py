@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.files.matrices.nodes import NodeTable
+from flexgear.files.matrices.sound import require_form
 from flexgear.model.errors import InputError
 
 Place = tuple[int, int]
@@ -36,6 +37,7 @@ class Entries:
                 "give a table of all their nodes",
             )  # fmt: skip
         rows |= {place: 6 * len(table.ids) + k for k, place in enumerate(extra)}
+        require_form((len(rows), len(rows)), where, "", table)
         found = np.zeros((len(rows), len(rows)))
         for (row, column), value in self.values.items():
             found[rows[row], rows[column]] = value

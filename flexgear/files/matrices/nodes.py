@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,10 @@ def table_text(names: tuple[str, ...], positions: Array, modes: int) -> str:
 
 def read_table(text: str, where: str) -> NodeTable:
     """A table from CSV. InputError for what cannot be read."""
-    rows = [row for row in csv.reader(io.StringIO(text)) if row and any(c.strip() for c in row)]
+    try:
+        rows = [row for row in csv.reader(io.StringIO(text)) if any(c.strip() for c in row)]
+    except csv.Error as error:
+        raise InputError(where, "table", f"cannot be read: {error}", "save it as CSV") from None
     heads = [head.strip().lower() for head in rows[0]] if rows else []
     unit = next((u for u in LENGTHS if {f"{axis}_{u}" for axis in "xyz"} <= {*heads}), None)
     if unit is None:
@@ -52,7 +56,7 @@ def read_table(text: str, where: str) -> NodeTable:
             where, "columns", f"{echo(', '.join(heads))} lack positions",
             "give id, name, x_m, y_m, z_m (or x_mm …)",
         )  # fmt: skip
-    found = [dict(zip(heads, (cell.strip() for cell in row), strict=False)) for row in rows[1:]]
+    found = [_by_head(heads, row, where, number) for number, row in enumerate(rows[1:], 2)]
     if "row" in heads:
         found.sort(key=lambda row: _whole(row["row"], where, "row"))
     axes = [f"{axis}_{unit}" for axis in "xyz"]
@@ -68,6 +72,19 @@ def read_table(text: str, where: str) -> NodeTable:
     return NodeTable(tuple(ids), tuple(names), LENGTHS[unit] * np.array(places), mode_ids)
 
 
+def _by_head(heads: list[str], row: list[str], where: str, number: int) -> dict[str, str]:
+    """Cells by column; modal coordinates may leave out the empty ones at the end."""
+    cells = [cell.strip() for cell in row]
+    full = cells + [""] * (len(heads) - len(cells))
+    made = dict(zip(heads, full, strict=False))
+    if len(cells) != len(heads) and any(made.get(f"x_{unit}") for unit in LENGTHS):
+        raise InputError(
+            where, f"row {number}", f"has {len(cells)} columns, the first {len(heads)}",
+            "give every node all of them",
+        )  # fmt: skip
+    return made
+
+
 def _whole(text: str, where: str, key: str) -> int:
     try:
         return int(text)
@@ -77,6 +94,9 @@ def _whole(text: str, where: str, key: str) -> int:
 
 def _number(text: str, where: str, key: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        raise InputError(where, key, f"{echo(text)} is no number", "write numbers") from None
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(where, key, f"{echo(text)} is no number", "write numbers")
+    return value

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,14 +55,19 @@ def _lines(values: Array) -> list[str]:
     return ["".join(text[k : k + _PER_LINE]) for k in range(0, len(text), _PER_LINE)]
 
 
-def read_op4(data: bytes, where: str) -> dict[str, Array]:
-    """All real matrices of a file by name. InputError for a file that is no whole OP4."""
+def read_op4(
+    data: bytes, where: str, require: Callable[[tuple[int, int], str], None] = lambda *_: None
+) -> dict[str, Array]:
+    """All real matrices of a file by name. InputError for a file that is no whole OP4.
+
+    require: refuses shapes (by name) before such a matrix is made.
+    """
     binary = len(data) >= 8 and struct.unpack("<i", data[:4])[0] in (24, 24 << 24)
-    source: _Text | _Binary = _Binary(data) if binary else _Text(data)
     found: dict[str, Array] = {}
     try:
+        source: _Text | _Binary = _Binary(data) if binary else _Text(data)
         while not source.ended:
-            name, matrix = _matrix(source)
+            name, matrix = _matrix(source, require)
             found[name] = matrix
     except (IndexError, ValueError, struct.error, UnicodeDecodeError) as error:
         raise InputError(
@@ -72,8 +77,11 @@ def read_op4(data: bytes, where: str) -> dict[str, Array]:
     return found
 
 
-def _matrix(source: _Text | _Binary) -> tuple[str, Array]:
+def _matrix(
+    source: _Text | _Binary, require: Callable[[tuple[int, int], str], None]
+) -> tuple[str, Array]:
     columns, rows, kind, name = source.header()
+    require((abs(rows), columns), name)
     if kind not in (_SINGLE, _DOUBLE):
         raise ValueError(f"{name} is complex")
     matrix = np.zeros((abs(rows), columns))

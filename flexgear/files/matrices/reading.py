@@ -12,6 +12,7 @@ import re
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 import scipy.io
@@ -23,9 +24,16 @@ from flexgear.files.matrices.body import LENGTHS, ReducedMatrices
 from flexgear.files.matrices.dmig import read_dmig
 from flexgear.files.matrices.nodes import NodeTable, read_table
 from flexgear.files.matrices.op4 import read_op4
+from flexgear.files.matrices.sound import require_form, require_real, sound
+from flexgear.files.packed import DAMAGED
 from flexgear.model.errors import InputError
+from flexgear.model.input_file import MOST_MATRICES, read_bytes
 
 Array = NDArray[np.float64]
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 
 
 def read_reduced(
@@ -57,14 +65,22 @@ def read_reduced(
 
 
 def matrices_of(data: bytes, file: str | Path, table: NodeTable) -> dict[str, Array]:
-    """All matrices of a file by name, entries by node in the order of the table."""
+    """All matrices of a file by name, entries by node in the order of the table; none is unpacked
+    whose header is no matrix of real numbers of the table's size."""
     where = str(file)
-    if data.startswith((b"PK", b"\x93NUMPY")):
-        return _numpy(data, where)
+    read = _numpy if data.startswith((b"PK", b"\x93NUMPY")) else _text_or_binary
+    return {key: sound(one, where, key, table) for key, one in read(data, where, table).items()}
+
+
+def _text_or_binary(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
     if data.lstrip().startswith(b"%%MatrixMarket"):
-        return _matrix_market(data, where)
+        return _matrix_market(data, where, table)
     if b"\0" in data[:64] or re.match(rb"\s*\d+\s+-?\d+\s+\d+\s+[1-4][A-Za-z]", data):
-        return read_op4(data, where)
+
+        def require(shape: tuple[int, int], key: str) -> None:
+            require_form(shape, where, key, table)
+
+        return dict(read_op4(data, where, require))
     text = data.decode("utf-8", errors="replace")
     if re.search(r"^DMIG\b", text, re.IGNORECASE | re.MULTILINE):
         entries = read_dmig(text, where)
@@ -85,30 +101,45 @@ def _role(name: str) -> str | None:
     return None
 
 
-def _numpy(data: bytes, where: str) -> dict[str, Array]:
+def _numpy(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
     try:
-        loaded = np.load(io.BytesIO(data), allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return {"": np.asarray(loaded, dtype=np.float64)}
-        return {key: np.asarray(loaded[key], dtype=np.float64) for key in loaded.files}
-    except (ValueError, OSError, zipfile.BadZipFile, EOFError) as error:
+        if not data.startswith(b"PK"):
+            _require_header(io.BytesIO(data), where, "", table)
+            return {"": np.load(io.BytesIO(data), allow_pickle=False)}
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            found = {}
+            for member in archive.namelist():
+                key = member.removesuffix(".npy")
+                with archive.open(member) as stream:
+                    _require_header(stream, where, key, table)
+                with archive.open(member) as stream:
+                    found[key] = np.lib.format.read_array(stream, allow_pickle=False)
+        return found
+    except DAMAGED as error:
         raise InputError(where, "npz", f"cannot be read: {error}", "write it with savez") from None
 
 
-def _matrix_market(data: bytes, where: str) -> dict[str, Array]:
+def _require_header(stream: IO[bytes], where: str, key: str, table: NodeTable) -> None:
+    """InputError unless NumPy's header is that of a matrix."""
+    version = np.lib.format.read_magic(stream)
+    if version not in _HEADERS:
+        raise ValueError(f"version {version} of npy is for names that are no matrices'")
+    shape, _, dtype = _HEADERS[version](stream)
+    require_form(shape, where, key, table)
+    require_real(dtype, where, key)
+
+
+def _matrix_market(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
     try:
+        rows, columns = scipy.io.mminfo(io.BytesIO(data))[:2]
+        require_form((rows, columns), where, "", table)
         matrix = scipy.io.mmread(io.BytesIO(data))
     except (ValueError, OverflowError, OSError) as error:
         raise InputError(
             where, "Matrix Market", f"cannot be read: {error}", "is the file whole?"
         ) from None
-    dense = matrix.toarray() if sp.issparse(matrix) else matrix
-    return {"": np.asarray(dense, dtype=np.float64)}
+    return {"": matrix.toarray() if sp.issparse(matrix) else matrix}
 
 
 def _bytes(path: str | Path) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        said = getattr(error, "strerror", None) or str(error)
-        raise InputError(str(path), "file", f"cannot be read: {said}", "check its name") from None
+    return read_bytes(Path(path), "file", MOST_MATRICES)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import pi
 
@@ -55,10 +56,21 @@ class Assembly:
 
     def body(self, component: Component) -> int:
         """A number that all components of a body share."""
-        number = component.id
-        while self._parent[number] != number:
-            number = self._parent[number]
+        number, parent = component.id, self._parent
+        while parent[number] != number:
+            parent[number] = number = parent[parent[number]]  # halves the way of the next one
         return number
+
+    def members(self, body: int | None) -> list[Component]:
+        """Components of a body, in the order of the file."""
+        return self._members.get(body, [])
+
+    @cached_property
+    def _members(self) -> dict[int | None, list[Component]]:
+        found: dict[int | None, list[Component]] = {}
+        for component in self.document.components.values():
+            found.setdefault(self.body(component), []).append(component)
+        return found
 
     def held(self, component: Component) -> bool:
         """Whether it turns with the casing, that is not at all."""

@@ -22,7 +22,7 @@ class Checked:
     def whole(self, said: Any, key: str) -> int:
         """An id. InputError for what is no whole number."""
         try:
-            return int(str(said).strip())
+            return int(said if isinstance(said, str) else str(said))
         except ValueError:
             raise InputError(
                 self.where, key, f"{echo(said)} is not a whole number", "is the file whole?"

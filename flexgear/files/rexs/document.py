@@ -6,11 +6,15 @@ listed: nothing of a file is dropped unseen.
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeVar
 
 from flexgear.files.rexs.units import SCHEMA_UNITS, factor
+from flexgear.model.errors import InputError, echo
 
 SAME = 1e-9  # relative difference of two numbers that say the same
 _SHOWN = 40  # characters of a component's name in comments
@@ -65,7 +69,13 @@ class Relation:
 
     def of(self, role: str) -> int | None:
         """Id of the component in that role, None if there is none."""
-        return next((number for found, number in self.refs if found == role), None)
+        for found, number in self.refs:
+            if found == role:
+                return number
+        return None
+
+
+Numbered = TypeVar("Numbered", Component, Relation)
 
 
 @dataclass
@@ -79,7 +89,11 @@ class LoadCase:
 
 @dataclass
 class Document:
-    """A REXS model. ``other``: what stands in it besides, in words, to be listed."""
+    """A REXS model. ``other``: what stands in it besides, in words, to be listed.
+
+    Components and relations are looked up by kind and by what they belong to; there may be hundreds
+    of thousands.
+    """
 
     version: str
     application: str
@@ -90,11 +104,11 @@ class Document:
 
     def kind(self, *kinds: str) -> list[Component]:
         """Components of these types, in the order of the file."""
-        return [c for c in self.components.values() if c.kind in kinds]
+        return _in_order(self._components_by_kind, kinds)
 
-    def related(self, *kinds: str) -> Iterator[Relation]:
-        """Relations of these types."""
-        return (r for r in self.relations if r.kind in kinds)
+    def related(self, *kinds: str) -> list[Relation]:
+        """Relations of these types, in the order of the file."""
+        return _in_order(self._relations_by_kind, kinds)
 
     def at(self, relation: Relation, role: str) -> Component | None:
         """The component in a role of a relation."""
@@ -104,23 +118,55 @@ class Document:
     def parts(self, whole: Component, *kinds: str) -> list[Component]:
         """Sub-components of these types (all, if none is named) of a component."""
         found = []
-        for relation in self.related("assembly", "ordered_assembly"):
-            part = self.at(relation, "part")
-            if part is None or relation.of("assembly") != whole.id:
-                continue
+        for relation, part in self._parts.get(whole.id, ()):
             if not kinds or part.kind in kinds:
                 relation.used = True
                 found.append(part)
         return found
 
+    def wholes(self, part: Component) -> list[Component]:
+        """Components that a component is assembled to."""
+        return [whole for _, whole in self._wholes.get(part.id, ())]
+
     def references(self, origin: Component, *kinds: str) -> list[Component]:
         """Components of these types that ``origin`` refers to."""
         found = []
-        for relation in self.related("reference", "ordered_reference"):
-            target = self.at(relation, "referenced")
-            if relation.of("origin") == origin.id and target is not None and target.kind in kinds:
+        for relation, target in self._targets.get(origin.id, ()):
+            if target.kind in kinds:
                 relation.used = True
                 found.append(target)
+        return found
+
+    @cached_property
+    def _components_by_kind(self) -> dict[str, list[tuple[int, Component]]]:
+        return _by_kind(self.components.values())
+
+    @cached_property
+    def _relations_by_kind(self) -> dict[str, list[tuple[int, Relation]]]:
+        return _by_kind(self.relations)
+
+    @cached_property
+    def _parts(self) -> dict[int, list[tuple[Relation, Component]]]:
+        return self._from("assembly", "part", ("assembly", "ordered_assembly"))
+
+    @cached_property
+    def _wholes(self) -> dict[int, list[tuple[Relation, Component]]]:
+        return self._from("part", "assembly", ("assembly",))
+
+    @cached_property
+    def _targets(self) -> dict[int, list[tuple[Relation, Component]]]:
+        return self._from("origin", "referenced", ("reference", "ordered_reference"))
+
+    def _from(
+        self, one: str, other: str, kinds: tuple[str, ...]
+    ) -> dict[int, list[tuple[Relation, Component]]]:
+        """Relations of these types and the component in the role ``other``, by the id in that of
+        ``one``."""
+        found: dict[int, list[tuple[Relation, Component]]] = {}
+        for relation in self.related(*kinds):
+            roles = dict(reversed(relation.refs))  # the first of a role counts
+            if one in roles and roles.get(other) in self.components:
+                found.setdefault(roles[one], []).append((relation, self.components[roles[other]]))
         return found
 
     def take_load_case(self, chosen: LoadCase) -> None:
@@ -131,6 +177,21 @@ class Document:
             if before is not None:
                 component.overridden.append(before)
             component.attributes[attribute.id] = attribute
+
+
+def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:
+    found: dict[str, list[tuple[int, Numbered]]] = {}
+    for place, one in enumerate(every):
+        found.setdefault(one.kind, []).append((place, one))
+    return found
+
+
+def _in_order(
+    by_kind: Mapping[str, list[tuple[int, Numbered]]], kinds: Sequence[str]
+) -> list[Numbered]:
+    """All of these types, by their places in the file."""
+    found = [by_kind.get(kind, []) for kind in dict.fromkeys(kinds)]
+    return [one for _, one in heapq.merge(*found, key=lambda pair: pair[0])]
 
 
 @dataclass(frozen=True)
@@ -194,6 +255,11 @@ def vector(component: Component, name: str) -> tuple[float, float, float] | None
         x, y, z = (float(v) * (1.0 if scale is None else scale) for v in attribute.value)
     except ValueError:
         return None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise InputError(
+            component.label, name, f"{echo(' '.join(attribute.value))} is no place or direction",
+            "export the model again",
+        )  # fmt: skip
     attribute.used = True
     return x, y, z
 

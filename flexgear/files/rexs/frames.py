@@ -58,11 +58,7 @@ class Frames:
 
     def shaft(self, part: Component) -> Component | None:
         """The shaft that a part sits on."""
-        for relation in self.document.related("assembly"):
-            whole = self.document.at(relation, "assembly")
-            if relation.of("part") == part.id and whole is not None and whole.kind == "shaft":
-                return whole
-        return None
+        return next((w for w in self.document.wholes(part) if w.kind == "shaft"), None)
 
     def _found(self, component: Component) -> Frame | None:
         place = vector(component, "support_vector")

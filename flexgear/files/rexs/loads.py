@@ -104,7 +104,7 @@ def _is_aligned(frame: Frame) -> bool:
 
 def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum | None:
     """Speed of a body, rpm about the gear unit's u axis: of its shafts, else of its gears."""
-    mine = [c for c in document.components.values() if assembly.body(c) == body]
+    mine = assembly.members(body)
     shafts = [c for c in mine if c.kind == "shaft"]
     shafts.sort(key=lambda c: flag([c], "defines_speed") is not True)
     for component in [*shafts, *(c for c in mine if c.kind in ("cylindrical_gear", "ring_gear"))]:

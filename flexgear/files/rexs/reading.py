@@ -11,34 +11,24 @@ import json
 import re
 import xml.etree.ElementTree as ET
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+from flexgear.files.packed import DAMAGED
 from flexgear.files.rexs.document import Document
 from flexgear.files.rexs.json_model import document_of_json
 from flexgear.files.rexs.xml_model import document_of_xml
 from flexgear.model.errors import InputError, echo
+from flexgear.model.input_file import MOST_REXS, read_bytes
 
 VERSIONS = ("1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0")
-MOST_BYTES = 2**28  # unpacked; gearboxes with load distributions take some 2**25
 _DEEPEST = 32  # elements inside one another; the format has 8
 
 
 def read_rexs(path: str | Path) -> Document:
     """The model in a REXS file. InputError in one line for anything that is wrong with it."""
-    where = str(path)
-    try:
-        with open(path, "rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except IsADirectoryError:
-        raise InputError(
-            where, "file", "is a folder", "name a .rexs, .rexsj or .rexsz file"
-        ) from None
-    except (OSError, ValueError) as error:
-        said = getattr(error, "strerror", None) or str(error)
-        raise InputError(where, "file", f"cannot be read: {said}", "check its name") from None
+    where, data = str(path), read_bytes(Path(path), "file", MOST_REXS)
     if zipfile.is_zipfile(io.BytesIO(data)) or data.startswith(b"PK"):
         data = _unpacked(data, where)
     _require_size(data, where)
@@ -66,9 +56,9 @@ def _require_version(version: str, where: str) -> None:
 
 
 def _require_size(data: bytes, where: str) -> None:
-    if len(data) > MOST_BYTES:
+    if len(data) > MOST_REXS:
         raise InputError(
-            where, "file", f"is larger than {MOST_BYTES >> 20} MiB", "save it without field results"
+            where, "file", f"is larger than {MOST_REXS >> 20} MB", "save it without field results"
         )
 
 
@@ -84,25 +74,13 @@ def _unpacked(data: bytes, where: str) -> bytes:
                     "save the model again",
                 )  # fmt: skip
             with archive.open(names[0]) as file:
-                return file.read(MOST_BYTES + 1)
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError) as error:
+                return file.read(MOST_REXS + 1)
+    except DAMAGED as error:
         raise InputError(where, "zip", f"is damaged or locked: {error}", "save it again") from None
 
 
 def _xml(data: bytes, where: str) -> ET.Element:
-    builder, parser, depth = ET.TreeBuilder(), expat.ParserCreate(), 0
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > _DEEPEST:
-            raise InputError(where, tag, f"lies {_DEEPEST} elements deep", "is this a REXS file?")
-        builder.start(tag.rpartition(":")[2], attributes)
-
-    def end(tag: str) -> None:
-        nonlocal depth
-        depth -= 1
-        builder.end(tag.rpartition(":")[2])
+    builder, parser = ET.TreeBuilder(), expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
         raise InputError(
@@ -110,14 +88,28 @@ def _xml(data: bytes, where: str) -> ET.Element:
         )
 
     parser.buffer_text = True
-    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
     parser.CharacterDataHandler = builder.data
     parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
     try:
         parser.Parse(data, True)
-        return builder.close()
+        root = builder.close()
     except (expat.ExpatError, LookupError, AssertionError, ValueError) as error:
         raise InputError(where, "XML", f"cannot be read: {error}", "is the file whole?") from None
+    _require_shallow(root, where)
+    if ":" in root.tag:
+        for element in root.iter():
+            element.tag = element.tag.rpartition(":")[2]
+    return root
+
+
+def _require_shallow(root: ET.Element, where: str) -> None:
+    level = [root]
+    for _ in range(_DEEPEST):
+        level = [child for element in level for child in element]
+    if level:
+        problem = f"lies {_DEEPEST} elements deep"
+        raise InputError(where, level[0].tag, problem, "is this a REXS file?")
 
 
 def _json(data: bytes, where: str) -> Any:

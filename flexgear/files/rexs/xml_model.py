@@ -66,7 +66,7 @@ def _attributes_of(element: ET.Element, where: str, made: Checked) -> list[tuple
 
 def _attribute(element: ET.Element, where: str = "") -> Attribute:
     value: str | tuple[str, ...] | None = (element.text or "").strip()
-    array = element.find("array")
+    array = element.find("array") if len(element) else None
     if array is not None:
         code = array.get("code")
         cells = [c.text or "" for c in array.findall("c")]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flexgear.files.atomic import write_bytes
 from flexgear.model.errors import FlexgearError, FlexgearWarning
+from flexgear.model.input_file import read_kept
 from flexgear.structures.cache import cache_directory, sealed, unsealed
 from flexgear.structures.store import content_key
 from flexgear.structures.tooth_influence.edge_layer import EdgeLayer
@@ -46,7 +47,7 @@ def kept(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) ->
     key = content_key(influence=form.version, **content)
     file = cache_directory() / "influence" / key / f"{form.file}.npz"
     try:
-        with np.load(io.BytesIO(unsealed(file.read_bytes()))) as found:
+        with np.load(io.BytesIO(unsealed(read_kept(file)))) as found:
             return form.made(dict(found))
     except (OSError, ValueError, KeyError):  # none there, or a damaged one: made again
         pass

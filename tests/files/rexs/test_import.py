@@ -3,6 +3,7 @@
 import math
 import re
 import tempfile
+import time
 import tomllib
 from pathlib import Path
 
@@ -380,3 +381,31 @@ def test_forces_on_members(imported):
     assert len(case.inputs) == 1
     (load,) = case.loads
     assert (load.member, load.force, load.moment) == ("low.carrier", (20, 30, 10), (0, 5, 0))
+
+
+def many(number):
+    """A gearbox with that many more bearings on its first component."""
+    more = [
+        f'<component id="{100000 + k}" type="rolling_bearing_with_catalog_geometry" name="b"/>'
+        for k in range(number)
+    ]
+    on_it = [
+        f'<relation id="{900000 + k}" type="assembly"><ref id="1" role="assembly"/>'
+        f'<ref id="{100000 + k}" role="part"/></relation>'
+        for k in range(number)
+    ]
+    text = planetary().xml().decode()
+    text = text.replace("</components>", "".join(more) + "</components>")
+    return text.replace("</relations>", "".join(on_it) + "</relations>").encode()
+
+
+def test_time_grows_with_the_number_of_components_alone(tmp_path):
+    """Eight times as many take about eight times as long; a search for each, 64 times as long."""
+    took = {}
+    for number in (2500, 20000):
+        path = tmp_path / "large.rexs"
+        path.write_bytes(many(number))
+        begin = time.process_time()
+        case_of_document(read_rexs(path), str(path), None)
+        took[number] = time.process_time() - begin
+    assert took[20000] < 25 * took[2500]
