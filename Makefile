@@ -11,6 +11,7 @@ GALLERY ?= 1
 
 run: install
 	.venv/bin/flexgear run $(CASE) --out $(OUT)
+	@echo 'next: . .venv/bin/activate makes flexgear a command in this terminal'
 
 # Each worker has its half of the files, and takes over from the other when it is done: what the
 # tests of a file share is made once, mostly.
