@@ -49,6 +49,7 @@ from flexgear.solve.model import Model, assemble
 from flexgear.solve.modes import modes as natural_modes
 from flexgear.solve.modes import usual_limit
 from flexgear.solve.reduction_warnings import reduction_warnings
+from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static as equilibria
 from flexgear.solve.transient import cut_short, stepping_of, train_histories
 from flexgear.solve.transient import simulate as run_transient
@@ -187,6 +188,7 @@ def simulate(
     refuse_endless(stepping, found.source)
     ranges = partial(WindowedRanges, edges=window_edges(stepping.duration, found.solver.settle))
     whole, account = ranges(train_histories), Ranges(energy_account)
+    motions = Ranges(motion_histories)
     rings = {stage: ranges(partial(ring_histories, stage)) for stage in found.fe_ring_stages}
     with kept(out, names, quiet) as sinks, progress(quiet) as report:
         model = put_together(found, parts, report)
@@ -198,7 +200,7 @@ def simulate(
             torque_share=torque_share,
             energy=energy,
             progress=report,
-            sink=Several([whole, *rings.values(), *([account] if energy else []), *sinks]),
+            sink=Several([whole, motions, *rings.values(), *([account] if energy else []), *sinks]),
         )
     start = float(run.data.attrs["settle_s"])
     figures = _figures(model, run, whole.since(start))
@@ -208,6 +210,7 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = farthest(figures["distance_from_axis_um_max"])
     beside = neglected_lines(model, distance, torque_share)
+    beside += large_motions(found, largest_motions(motions.largest))
     if as_json:
         present("", {"transient": {**figures, "neglected": beside}}, True)
     else:

@@ -36,6 +36,7 @@ from flexgear.solve.resonance import (
     resonance_verdict,
     span,
 )
+from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import position_figures
 from flexgear.solve.verdicts import balance_sentence
 
@@ -98,6 +99,7 @@ def show_equilibria(
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
     beside = neglected_lines(model, _equilibrium_lengths(data, positions), torque)
+    beside += large_motions(model.case, largest_motions(motion_histories(data)))
     if way.as_json:
         more = {"closure": data.attrs["closure_max"], "neglected": beside}
         typer.echo(as_json_text({**positions, **more}))

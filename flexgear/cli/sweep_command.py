@@ -26,6 +26,7 @@ from flexgear.files.atomic import file_target, staged_folder
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.results.origin import origin_of_case
 from flexgear.studies.case_measures import MEASURES
+from flexgear.studies.measures import WARNING
 from flexgear.studies.sweep import failures, finished, planned, run_sweep, save_sweep
 from flexgear.studies.sweep_keys import FORMS, WHERE, Values, parse_setting
 from flexgear.views import style
@@ -162,8 +163,9 @@ def plain(data: xr.Dataset) -> dict[str, Any]:
                 "values": field.to_numpy().tolist(),
             }
             for name, field in data.data_vars.items()
-            if name != "message"
+            if name not in ("message", WARNING)
         },
+        "warnings": [{"point": where, "message": text} for where, text in failures(data, WARNING)],
         "failed": [{"point": where, "message": text} for where, text in failures(data)],
     }
 
@@ -214,12 +216,13 @@ def _headed(ticks: xr.DataArray) -> str:
 
 
 def _complain(data: xr.Dataset) -> None:
-    """Failed points, on stderr."""
-    failed = failures(data)
-    if not failed:
-        return
-    typer.echo(f"flexgear: {len(failed)} of {data.attrs['points']} points failed:", err=True)
-    for where, message in failed[:MOST_MESSAGES]:
-        typer.echo(f"  {where}: {message}", err=True)
-    if len(failed) > MOST_MESSAGES:
-        typer.echo(f"  … and {len(failed) - MOST_MESSAGES} more in the dataset", err=True)
+    """Failed points and warnings, on stderr."""
+    for name, how in (("message", "failed"), (WARNING, "have a warning")):
+        lines = failures(data, name)
+        if not lines:
+            continue
+        typer.echo(f"flexgear: {len(lines)} of {data.attrs['points']} points {how}:", err=True)
+        for where, message in lines[:MOST_MESSAGES]:
+            typer.echo(f"  {where}: {message}", err=True)
+        if len(lines) > MOST_MESSAGES:
+            typer.echo(f"  … and {len(lines) - MOST_MESSAGES} more in the dataset", err=True)

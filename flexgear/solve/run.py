@@ -53,6 +53,7 @@ from flexgear.solve.run_figures import (
 )
 from flexgear.solve.run_transients import dataset_name, drop_name, transients
 from flexgear.solve.sharing import shared_stages, sharing_attrs, stages_sharing
+from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static
 from flexgear.solve.transient import cut_short
 from flexgear.structures.linalg.threads import single_threaded_blas
@@ -189,7 +190,11 @@ def run(
         energy_residual=residual_of_run(first, runs, drops),
         solver=first.pace.summary,
         equilibrium_closure_max=datasets["equilibrium"].attrs["closure_max"],
-        warnings=[*_warnings(first, face_load), *unsettled_lines(runs)],
+        warnings=[
+            *_warnings(first, face_load),
+            *unsettled_lines(runs),
+            *large_motions(case, _motions(datasets["equilibrium"], own.data)),
+        ],
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
         realtime_factor=own.realtime_factor,
@@ -221,6 +226,15 @@ def _warnings(model: Model, face_load: Mapping[str, Any]) -> list[str]:
         *edge_warnings(face_load.get(model.variant, {})),
         *reduction_warnings(case, model.bodies, variants_of(case)),
     ]
+
+
+def _motions(equilibria: xr.Dataset, transient: xr.Dataset) -> dict[str, float]:
+    """Largest of bodies over both, of teeth over the equilibria, m."""
+    motions = largest_motions(motion_histories(equilibria))
+    in_time = largest_motions(
+        motion_histories(transient.drop_vars("tooth_displacement", errors="ignore"))
+    )
+    return motions | {name: max(size, motions[name]) for name, size in in_time.items()}
 
 
 def _in_time(data: xr.Dataset) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from flexgear.solve.angles import samples_of_stage, stage_motions
 from flexgear.solve.bodies import reduced_bodies
 from flexgear.solve.model import Model, assemble
 from flexgear.solve.sharing import shared_stages, stages_sharing
+from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.measure import (
@@ -88,6 +89,20 @@ class Point:
         """Transient at rated torque, without its samples, and their ranges after settling."""
         rest = Ranges(train_histories)
         return simulate(self.model, sink=rest).data, rest
+
+    @property
+    def warnings(self) -> list[str]:
+        """Motions that are not small, of what measures asked for, or of the equilibrium where the
+        lead is at zero; none where the train was not put together or carries nothing."""
+        solved = self.__dict__
+        if "model" not in solved or self.case.output is None:
+            return []
+        still = solved["equilibria"] if "equilibria" in solved else static(self.model)
+        motions = largest_motions(motion_histories(still))
+        if "transient" in solved:
+            in_time = largest_motions(solved["transient"][1].largest)
+            motions |= {name: max(size, motions[name]) for name, size in in_time.items()}
+        return large_motions(self.case, motions)
 
 
 def _members(point: Point, name: str, units: str, about: str) -> Found:

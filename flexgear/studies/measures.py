@@ -8,8 +8,9 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.studies.case_measures import MEASURES, Point, usual_measures
-from flexgear.studies.measure import Found, Measure
+from flexgear.studies.measure import Found, Measure, array
 
+WARNING = "warning"
 FE_ONLY = ("tooth_load", "tooth_displacement")
 
 
@@ -34,11 +35,13 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> Found:
-    """Arrays of the named measures at one point.
+    """Arrays of the named measures at one point, and ``WARNING`` where there is one.
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
     point, known, found = Point(case, reference, modes), measures_of(case), Found()
     for name in names:
         found |= known[name].of(point)
+    if lines := point.warnings:
+        found[WARNING] = array("; ".join(lines), "", "what to mind at the point")
     return found

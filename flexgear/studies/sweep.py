@@ -211,12 +211,15 @@ def collected(
     return xr.Dataset(variables, {**coords, **{d: (d, ticks[d], inner[d].attrs) for d in inner}})
 
 
-def failures(data: xr.Dataset) -> list[tuple[str, str]]:
-    """Failed points of a sweep in words, and their messages."""
-    out = []
-    for point in np.argwhere(data["message"].to_numpy() != ""):
-        one = data["message"][tuple(point)]
-        where = ", ".join(f"{d} = {_said(one[d].item())}" for d in data["message"].dims)
+def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
+    """Failed points of a sweep in words, and their messages; with name "warning" those that worked
+    and have one."""
+    out: list[tuple[str, str]] = []
+    if name not in data:
+        return out
+    for point in np.argwhere(data[name].to_numpy() != ""):
+        one = data[name][tuple(point)]
+        where = ", ".join(f"{d} = {_said(one[d].item())}" for d in data[name].dims)
         out.append((where, str(one.item())))
     return out
 

@@ -12,7 +12,7 @@ from flexgear.model.case import Case
 from flexgear.studies.measure import Found
 from flexgear.studies.study_store import StudyStore, study_store
 
-FORMAT = 2  # of the files, and of the numerics behind them; raise it when either changes
+FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,99 @@
+"""Motions beside what the linear frame takes them to be small against.
+
+Paths of contact, pressure angles and which teeth touch are those of gears in their places. A member
+that moves by u changes a centre distance by up to u, and the play between flanks by up to
+2 u sin α cos β_b. So u is compared with a tenth of the module, with the room between tips and roots
+and, where contact is linear and so has no coast flanks, with j/(2 sin α cos β_b) of the backlash j:
+the case's, or the least recommended one. Teeth of an FE ring count as a member; planets are
+compared with the module alone, as tooth forces move them along their circle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from flexgear.gears.backlash import least_backlash
+from flexgear.gears.geometry import bottom_clearance, stage_geometry
+from flexgear.model.case import Case
+from flexgear.model.stage_view import StageView
+from flexgear.results.report.wording import said, words
+from flexgear.results.summary import axis_distance
+
+SMALL = 0.1  # of the module: paths of contact are then a twentieth off
+
+
+def motion_histories(data: xr.Dataset) -> xr.Dataset:
+    """axis_distance of bodies and, of FE rings, tooth_distance of teeth from their places, m."""
+    histories = xr.Dataset({"axis_distance": axis_distance(data)})
+    if "tooth_displacement" in data:
+        x, y = (data["tooth_displacement"].sel(axis=k, drop=True) for k in "xy")
+        histories["tooth_distance"] = np.hypot(x, y)
+    return histories
+
+
+def largest_motions(histories: xr.Dataset) -> dict[str, float]:
+    """The largest of ``motion_histories``, or of their largest values, by body, m; of FE rings that
+    of their teeth, too, as "stage.ring teeth"."""
+    far = histories["axis_distance"]
+    most = far.max([d for d in far.dims if d != "body"])
+    motions = dict(zip(map(str, most["body"].to_numpy()), most.to_numpy().tolist(), strict=True))
+    if "tooth_distance" in histories:
+        stages = histories["tooth_stage"].to_numpy()
+        for stage in dict.fromkeys(stages.tolist()):
+            teeth = histories["tooth_distance"].isel(tooth=stages == stage)
+            motions[f"{stage}.ring teeth"] = float(teeth.max())
+    return motions
+
+
+def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
+    """A line for each stage in which motions of bodies, m, are not small; of planets the largest
+    stands for all."""
+    lines = []
+    for stage in case.stages:
+        limits = small_against(case.view(stage.name))
+        bodies: dict[str, tuple[float, str]] = {}
+        for name, size in motions.items():
+            owner, _, part = name.rpartition(".")
+            if owner == stage.name:
+                kind = part.partition("_")[0]
+                bodies[kind] = max((size, name), bodies.get(kind, (0.0, "")))
+        exceeded: dict[str, list[str]] = {}
+        for kind, (size, name) in sorted(bodies.items(), key=lambda item: -item[1][0]):
+            for text, limit in limits.items():
+                if size > limit and (kind != "planet" or text == next(iter(limits))):
+                    exceeded.setdefault(f"{words(name)} by {said(size, 'm')}", []).append(text)
+        if exceeded:
+            beside = dict.fromkeys(text for texts in exceeded.values() for text in texts)
+            lines.append(
+                f"Motion that is not small beside {' and '.join(beside)}: "
+                f"{', '.join(exceeded)}. Paths of contact, pressure angles and which teeth touch "
+                "are those of gears in their places; stiffen what holds them, or take figures as a "
+                "rough guide."
+            )
+    return lines
+
+
+def small_against(view: StageView) -> dict[str, float]:
+    """By what a motion is compared with, in words, the module first, the largest that is small, m;
+    of all gear meshes the least."""
+    g, module = stage_geometry(view), view.stage.normal_module
+    limits = {f"the module of {said(module, 'm')}": SMALL * module}
+    if not g.overridden:
+        room = min(
+            min(bottom_clearance(g.gears[role], g.planet, g.center_distance))
+            for role in g.gear_meshes
+        )
+        limits[f"the room of {said(room, 'm')} between tips and roots"] = room
+    if view.gear_mesh.contact_law == "linear":
+        closed = []
+        for gear_mesh in g.gear_meshes.values():
+            play = gear_mesh.backlash or least_backlash(g.center_distance, module)
+            rate = 2.0 * math.sin(gear_mesh.working_angle) * math.cos(g.base_helix_angle)
+            closed.append((play / rate, play))
+        most, play = min(closed)
+        limits[f"the backlash of {said(play, 'm')}, which linear contact has not"] = most
+    return limits
