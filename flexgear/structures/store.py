@@ -28,7 +28,7 @@ from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
 from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "14"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "15"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = (
     *("positions", "mass", "stiffness", "points", "cells", "recovery"),
     *("probe_loads", "probe_shapes"),

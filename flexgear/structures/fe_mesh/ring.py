@@ -56,8 +56,8 @@ _DIVISIONS: dict[str, tuple[SectionDivisions, int]] = {  # section, least number
 }
 _HOLE_ROWS = {"quick": (2, 1, 1), "standard": (3, 1, 1), "fine": (4, 1, 2)}  # see ring_holes.py
 _BLOCK = 1.7  # inner border of a bolt's block, in bolt radii from the bolt's axis
-_PITCH_LAYERS = {"quick": 2, "standard": 3, "fine": 4}  # n in which the helix turns by a pitch:
-# their chords leave it by r (2π/z)²/(8 n²), 0.6 of a module over z for two
+_PITCH_LAYERS = {"quick": 3, "standard": 4, "fine": 4}  # n in which the helix turns by a pitch:
+# fewer make coarse rims within a tooth too soft (their chords leave it by r (2π/z)²/(8 n²))
 _GROWTH = {"quick": 1.4, "standard": 1.3, "fine": 1.15}
 
 
