@@ -24,7 +24,6 @@ ROOT = 450.0  # N/mm², permissible bending of case-hardened gears with safety 1
 FORM = 4.3  # Y_Fa Y_Sa of ISO 6336-3 for about 20 teeth
 WIDTH, NARROWEST = 1.0, 6.0  # face: over the pinion's diameter at most, over the module at least
 HELIX = {False: 30.0, True: 40.0}  # degrees at most: halves take each other's thrust
-OVERLAP = 2.9  # overlap ratio at most: an FE ring's helix advances by three teeth at most
 HALF_GAP = 6.0  # modules between halves, for the tool to run out
 
 
@@ -254,9 +253,6 @@ def _width(wanted: Wanted, teeth: ToothNumbers, module: float) -> float:
 
 
 def _widest(wanted: Wanted, teeth: ToothNumbers, module: float) -> float:
-    """Face width, mm, that the pinion and the mesh of an FE ring allow."""
+    """Face width, mm, that the pinion allows."""
     pinion = min(teeth.sun, teeth.planet) * module / math.cos(wanted.helix)
-    widest = max(WIDTH * pinion, NARROWEST * module)
-    if wanted.helix:
-        widest = min(widest, OVERLAP * math.pi * module / math.sin(wanted.helix))
-    return widest
+    return max(WIDTH * pinion, NARROWEST * module)
