@@ -78,11 +78,17 @@ def flank_points(tooth: Gear, arc: Array) -> tuple[Array, Array]:
 
 def _half(tooth: Gear, flank: int, fillet: int, land: int) -> tuple[Points, Points, Points]:
     """Points (k,) of the +y half of a tooth as complex numbers: flank from the tip, fillet from
-    there, root land to half the pitch. Neighbours share their ends."""
+    there, root land to half the pitch. Neighbours share their ends; of a land narrower than half an
+    edge of the fillet nothing is left but its end, or elements there would have no height."""
     radius, half = flank_points(tooth, flank_arc(tooth, flank))
-    bend = resampled(shape(tooth).root, fillet)
-    rest = np.linspace(np.angle(bend[-1]), tooth.pitch_angle / 2, land + 1)
-    return radius * np.exp(1j * half), bend, tooth.root_radius * np.exp(1j * rest)
+    side, bend = radius * np.exp(1j * half), resampled(shape(tooth).root, fillet)
+    bend[0] = side[-1]
+    ends = np.angle(bend[-1]), tooth.pitch_angle / 2
+    edges = min(land, round((ends[1] - ends[0]) * tooth.root_radius / abs(bend[-1] - bend[-2])))
+    rest = tooth.root_radius * np.exp(1j * np.linspace(*ends, edges + 1))
+    if not edges:
+        bend[-1] = rest[0] = tooth.root_radius * np.exp(1j * ends[1])
+    return side, bend, rest
 
 
 def sector(tooth: Gear, side: int, module: float, grid: Grid) -> Sector:

@@ -13,7 +13,8 @@ from flexgear.model.errors import FlexgearError
 from flexgear.views import displacements, histories, loads
 from flexgear.views.positions import equilibrium_positions
 from flexgear.views.probe import require_rendering
-from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, RPM, panels, styled
+from flexgear.views.style import DEFORMED_COLOUR, ORIGINAL_COLOUR, panels, styled
+from tan2023.measures import RPM
 from tan2023.ring_statements import carrier_under_pin_forces, pair_curves
 from tan2023.runs import MAIN_DROP, Runs
 
