@@ -5,6 +5,7 @@ import csv
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,7 @@ def accepted(what):
         return {r["what"]: float(r["accepted"]) for r in csv.DictReader(stream)}[what]
 
 
+@lru_cache(maxsize=32)
 def plane_root(tooth, module, depth=HELD):
     """Submodel of a spur tooth in plane strain, of a tenth of a module's width."""
     alone = SegmentParameters(tooth, 0.1 * module, 0.0, None, 0.1 * module, 1)
@@ -160,7 +162,7 @@ def test_against_plane_contact_at_every_place(mesh, slot):
 
 @pytest.mark.parametrize("slot", ["sun", "planet", "ring"])
 def test_depth_of_the_cut_does_not_matter(slot):
-    """Anywhere in both fillets, stretched and compressed, by the largest stress."""
+    """Anywhere in the stretched fillet and in the compressed one, by the largest of each."""
     view = SPUR.view()
     module, tooth = view.stage.normal_module, stage_geometry(view).gears[slot]
     for height in (0.3, 0.7):
@@ -169,14 +171,14 @@ def test_depth_of_the_cut_does_not_matter(slot):
             both_fillets(plane_root(tooth, module, depth), tooth.roll_length(roll))
             for depth in (DEPTH, DEPTH + 1.5)
         )
-        change = np.abs(deeper - some).max(axis=1) / some.max()
+        change = np.abs(deeper - some).max(axis=1) / np.abs(some).max(axis=1)
         print(f"\n{slot}: {100 * change[0]:.2f} % stretched, {100 * change[1]:.2f} % compressed")
         assert change.max() < accepted("depth of the cut")
 
 
 def side_by_side(case):
-    """Rows of a case: gear, ISO, FE, FE cut as deep as in a run; MPa without Y_β, as the FE is of
-    the virtual spur gear, with the whole number of teeth that is nearest."""
+    """Rows of a case: gear, ISO, FE; MPa without Y_β, as the FE is of the
+    virtual spur gear, with the whole number of teeth that is nearest."""
     for flow in power_flow(case).stages:
         view = case.view(flow.name)
         g, stage = stage_geometry(view), view.stage
@@ -194,23 +196,18 @@ def side_by_side(case):
                 roll = virtual.roll_length(outer_single_contact(virtual, pitch, ratio))
                 line_load = force * cos_b * math.cos(transverse_angle(stage))
                 line_load /= stage.face_width * math.cos(stage.pressure_angle)
-                roots = (plane_root(virtual, stage.normal_module, d) for d in (HELD, DEPTH))
-                fe, deep = (stress(root, roll, line_load) for root in roots)
+                fe = stress(plane_root(virtual, stage.normal_module), roll, line_load)
                 name = f"{view.part(part)} with {view.part(slot if part == 'planet' else 'planet')}"
                 name = f"{flow.name} {name}" if len(case.stages) > 1 else name
-                yield name, *(1e-6 * value for value in (iso.stress / iso.helix_factor, fe, deep))
+                yield name, 1e-6 * iso.stress / iso.helix_factor, 1e-6 * fe
 
 
 @pytest.mark.parametrize("name", bundled_cases())
 def test_iso_beside_fe(name, results):
     rows = list(side_by_side(load_case(name)))
-    for gear, iso, fe, deep in rows:
-        print(
-            f"{name} {gear}: ISO {iso:.1f}, FE {fe:.1f} MPa, ISO over FE "
-            f"{100 * (iso / fe - 1):+.1f} %; cut {DEPTH} modules below the root, as in a run, "
-            f"{100 * (iso / deep - 1):+.1f} %"
-        )
-        assert abs(deep / fe - 1) < accepted("depth of the cut")
+    for gear, iso, fe in rows:
+        off = 100 * (iso / fe - 1)
+        print(f"{name} {gear}: ISO {iso:.1f}, FE {fe:.1f} MPa, ISO over FE {off:+.1f} %")
         assert -accepted("ISO below FE") < iso / fe - 1 < accepted("ISO over FE")
     if rows:  # a case without load, or with radii of its own, has none
         draw(name, rows, results / "root_stress" / f"{name}.png")

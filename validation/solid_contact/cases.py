@@ -39,7 +39,6 @@ def _runs() -> dict[str, Run]:
     return {
         "even": Run(own, Motion(APPROACH, 0.0)),
         "tilted": Run(own, tilted),
-        "tilted, twice the layers": Run(replace(own, layers=2), tilted),
         "partly open": Run(own, Motion(PARTLY_OPEN[0], PARTLY_OPEN[1] / face)),
         "five slices": Run(few, tilted),
         "five slices, finer section": Run(replace(few, grid=finer), tilted),

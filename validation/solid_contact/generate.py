@@ -1,14 +1,18 @@
-"""Make reference.json again: `cd validation && python -m solid_contact.generate`.
+"""Make reference.json again: `cd validation && python -m solid_contact.generate [RUN…]`.
 
 Takes a quarter of an hour on a free core; needs CalculiX (Debian: apt-get install calculix-ccx).
+Each run is written when it is done; names of runs make only these again.
 """
 
 from __future__ import annotations
 
+import fcntl
+import json
 import shutil
 import subprocess
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from datetime import date
 from pathlib import Path
@@ -63,24 +67,31 @@ def program() -> str:
     return found
 
 
-def data(solve: Callable[[Run, Pair, FeMesh], str]) -> dict[str, Any]:
-    """What is stored."""
+def header() -> dict[str, Any]:
+    """What stands above the runs."""
     said = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
     return {
         "what": "a spur planet's tooth pressed on a ring's in three dimensions, both segments held",
         "made_by": "validation/solid_contact/generate.py",
         "program": f"CalculiX, {said.strip().removeprefix('This is ')}",
-        "date": date.today().isoformat(),
         "units": UNITS,
         "material": asdict(material()),
-        "runs": {name: of_run(one, solve) for name, one in RUNS.items()},
     }
 
 
-def main() -> None:
-    """Write the file."""
-    FILE.write_text(text_of(data(by_calculix)), encoding="utf-8")
+def main(names: Sequence[str]) -> None:
+    """Make these runs, all without names, and write each into the file."""
+    for name in names or list(RUNS):
+        made = of_run(RUNS[name], by_calculix) | {"date": date.today().isoformat()}
+        with FILE.open("r+", encoding="utf-8") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)  # another process may make other runs
+            runs = json.loads(file.read())["runs"] | {name: made}
+            text = text_of(header() | {"runs": {n: runs[n] for n in RUNS if n in runs}})
+            file.seek(0)
+            file.write(text)
+            file.truncate()
+        print(f"{name}: made", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

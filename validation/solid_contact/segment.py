@@ -38,7 +38,7 @@ def section(tooth: Gear, side: int, module: float, grid: Grid) -> Section:
     loop, held, teeth = sector_outline(tooth, side, module, grid, (0,))
     with gmsh_session("solid teeth") as gmsh:
         outline(gmsh, [loop], teeth.fine, grid, module)
-        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        gmsh.option.setNumber("Mesh.Algorithm", 5)
         gmsh.option.setNumber("Mesh.RecombineAll", 1)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
         gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)
