@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import gc
+import os
+import sys
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +22,8 @@ from flexgear.model.load import load_stage
 from flexgear.results import dataset_file as files
 from flexgear.results.dataset import encoding_of, load, save
 from flexgear.results.dataset_file import dataset_file
+from flexgear.results.settling import WindowedRanges, window_edges
+from flexgear.results.sinks import Several
 from flexgear.solve import long_run
 from flexgear.solve.transient import simulate
 
@@ -108,6 +113,36 @@ def test_memory_does_not_grow_with_the_duration(train, tmp_path):
     in_memory = growth(False)
     assert in_memory > peak(1, False)
     assert growth(True) < in_memory / 7  # of seven more chunks not even one stays
+
+
+class ResidentMemory:
+    """A sink that notes the resident memory of the process at every chunk, bytes."""
+
+    def __init__(self):
+        self.seen, self.written = [], 0
+
+    def begin(self, coming):
+        self.written = coming.size
+
+    def append(self, data):
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        self.seen.append(pages * os.sysconf("SC_PAGE_SIZE"))
+
+    def finish(self, last):
+        pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks at memory in /proc")
+def test_resident_memory_reaches_a_plateau(train, tmp_path):
+    """What libraries in C hold counts, too: of samples that are written not a fifth stays."""
+    memory = ResidentMemory()
+    ranges = WindowedRanges(lambda data: data[["gear_mesh_force"]], window_edges(80 * CHUNK * STEP))
+    with dataset_file(tmp_path / "run.nc") as file:
+        simulate(train, duration=80 * CHUNK * STEP, sink=Several([file, ranges, memory]))
+    assert len(memory.seen) >= 80
+    first, last = np.array(memory.seen)[[25, -1]]
+    between = memory.written * (1 - 25 / len(memory.seen))
+    assert last - first < between / 5
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
