@@ -285,3 +285,17 @@ def test_what_cannot_be_is_said_in_one_line(flexgear, tmp_path, change, says):
     assert says in err
     assert err.count("\n") == 1
     assert not (tmp_path / "mine.toml").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change", [{"ratio": 4.2, "helix_deg": 15}, {"ratio": 3.2, "planets": 4, "arrangement": "star"}]
+)
+def test_what_it_writes_runs_without_a_warning(flexgear, tmp_path, change):
+    case = tmp_path / "mine.toml"
+    assert flexgear("new", case, *flags(torque_nm=500, speed_rpm=300, **change))[0] == 0
+    code, _, err = flexgear(
+        "run", case, "--no-pictures", "--quiet", "--out", tmp_path / "out",
+        "--set", "solver.fidelity=quick",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
