@@ -2,7 +2,7 @@
 What flexibility changes
 ========================
 
-The same stage with its ring rigid: the same case, the same reduced bodies, one argument.
+The same stage with its ring rigid: the same case, one argument.
 """
 
 import matplotlib.pyplot as plt
