@@ -68,6 +68,7 @@ OF_A_STAGE: dict[str, Any] = {  # in the short form of one flexible stage
     "second_reduction": {"*": ("kept_modes", "modes_limit_hz", "modes_estimate")},
     "kinematics": (
         "carrier_speed_rpm",
+        "pin_speed_rpm",
         "sun_speed_rpm",
         "gear_mesh_frequency_hz",
         "contact_ratio_ring",

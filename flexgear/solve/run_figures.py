@@ -189,6 +189,7 @@ def kinematics(model: Model, stage: str) -> dict[str, float]:
     own = flow.stage(stage)
     return {
         "carrier_speed_rpm": flow.speed[f"{stage}.carrier"] * RPM,
+        "pin_speed_rpm": (own.carrier_speed - own.ring_speed) * RPM,
         "sun_speed_rpm": flow.speed[f"{stage}.sun"] * RPM,
         "gear_mesh_frequency_hz": own.gear_mesh_frequency,
         "contact_ratio_ring": geometry.ring_mesh.total_contact_ratio,

@@ -181,16 +181,21 @@ def _errors(summary: Summary) -> Iterator[Verdict]:
         yield Verdict("good", "Solution", "within limits", f"{sentence[0].upper()}{sentence[1:]}.")
 
 
+def _pin_speed(kinematics: Mapping[str, float]) -> float:
+    """Of the pins against the ring, r/min; runs before 0.3 have it of rings that stand only."""
+    return kinematics.get("pin_speed_rpm", kinematics["carrier_speed_rpm"])
+
+
 def _solver_checks(summary: Summary) -> Iterator[tuple[Verdict, str]]:
     """Each check, and what is said of it when it is within its limit."""
     wanted = stage_figures(summary, "kinematics")
     for stage, one in stage_figures(summary, "steady").items():
-        speed, expected = one["carrier_speed_rpm_mean"], wanted[stage]["carrier_speed_rpm"]
+        speed, expected = one["carrier_speed_rpm_mean"], _pin_speed(wanted[stage])
         away = abs(speed - expected) / (abs(expected) or abs(wanted[stage]["sun_speed_rpm"]))
         level: Level = "good" if away <= AGREES else "watch" if away <= STRAYS else "bad"
         sentence = f"The power flow gives {said(expected, 'r/min')}."
         yield (
-            Verdict(level, f"Carrier speed{f', {words(stage)}' if stage else ''}",
+            Verdict(level, f"Pins against ring{f', {words(stage)}' if stage else ''}",
                     said(speed, "r/min"), sentence),
             "speeds are those of the power flow",
         )  # fmt: skip

@@ -39,7 +39,21 @@ def proposed_case(wanted: Sequence[Wanted], rated: Rated) -> tuple[str, list[Pro
     fault = _fault(text)
     if fault is not None:
         raise fault
-    return text, stages
+    return text + _duration(text), stages
+
+
+def _duration(text: str) -> str:
+    """Duration of a run that takes too many steps for a turn of the slowest stage."""
+    from flexgear.solve.transient import cut_short, usual_duration  # brings all solvers with it
+
+    case = case_of_toml(tomllib.loads(text), "new", "new")
+    flow = power_flow(case)
+    if not cut_short(case, flow):
+        return ""
+    span = f"{usual_duration(case, flow):.3g}"
+    return (
+        f"\n[solver]\nduration_s = {span:<12}# a whole turn of the slowest stage takes many steps\n"
+    )
 
 
 def _sound(wanted: Wanted) -> Proposal:
