@@ -32,6 +32,7 @@ MARGIN = 0.1  # of a natural frequency: what an excitation keeps off it
 ALIKE = 1e-3  # relative, of frequencies of one pair
 NOTHING = 1e-9  # of the mean stiffness: a harmonic that is rounding
 IDEAL, ERRORS = "ideal", "errors"
+UNCOUPLED = 1e-9  # of the mean gear-mesh force: the rounding of modes that gear meshes cannot reach
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,8 @@ def _meetings(
                     if abs(away) <= margin and k != ABSENT:
                         cause = _cause(one, k, stage.planets)
                         raised = float((force if cause == IDEAL else alone)[i, g])
+                        if raised < UNCOUPLED:  # no tooth moves in it
+                            continue
                         yield Meeting(factor, one, group, excited, away, k, cause, raised)
 
 

@@ -10,6 +10,7 @@ from flexgear.results.report.sharing import own_variant
 from flexgear.results.report.tables import stage_figures
 from flexgear.results.report.wording import window_words, words
 
+ROUNDING = 1e-6  # of the largest length
 LEAST_ORDER = 2  # of a ring's shape: 0 is its size, 1 its place
 
 
@@ -24,10 +25,10 @@ class Headline:
 
 
 def headlines(summary: Mapping[str, Any]) -> Iterator[Headline]:
-    """Of a run, the most important first; those that are zero are none."""
-    for one in (*_distance(summary), *_rings(summary), *_transmission_error(summary)):
-        if one.value > 0.0:
-            yield one
+    """Of a run, the most important first; those that are zero but for rounding are none."""
+    lengths = [*_distance(summary), *_rings(summary), *_transmission_error(summary)]
+    largest = max((one.value for one in lengths), default=0.0)
+    yield from (one for one in lengths if one.value > ROUNDING * largest)
 
 
 def titled_by_stage(what: str, stage: str) -> str:
