@@ -9,6 +9,8 @@ from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.load import load_stage
+from flexgear.structures.bodies import rigid_variant
+from flexgear.structures.parts import elastic_part
 
 TORQUE = 4e6
 CLEAN = {  # no manufacturing errors
@@ -40,9 +42,12 @@ def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):
 
 def stage_system(stage, bodies, variant=None, stiffening=None):
     """A flexible stage alone, coupled; its bodies are "stage.ring", "stage.carrier", …"""
-    own = Variant(stage.ring.flexible, stage.carrier.flexible, stage.shaft.flexible)
-    variants = {stage.name: variant or own}
-    return build_system(stage.case, {stage.name: bodies}, variants, stiffening)
+    chosen = variant or Variant(stage.ring.flexible, stage.carrier.flexible, stage.shaft.flexible)
+    parts = tuple(  # what is rigid is the cheap body, not one of the case's sizes
+        body if body is None or bends else rigid_variant(elastic_part(body))
+        for body, bends in zip(bodies, (chosen.ring, chosen.carrier), strict=True)
+    )
+    return build_system(stage.case, {stage.name: parts}, {stage.name: chosen}, stiffening)
 
 
 def make_system(variant=None, *, bodies=None, stiffening=None, **overrides):

@@ -110,6 +110,6 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     assert code == 0
     json.loads(text)
     assert err.count("\n") == 1
-    assert err.startswith("flexgear: ring: static error 3.4 % (load: tip end -z), above 2 %; set ")
+    assert err.startswith("flexgear: ring: static error 3.4 % (load: tip end -z), above 2 %; try ")
     if name != "reduce":
         assert flexgear(name, "wind-5mw", *more, "--json", "-q", "--rigid", "ring")[2] == ""

@@ -69,6 +69,12 @@ BODY_ERRORS = {
 }  # fmt: skip
 
 
+def flanks(gear):
+    """What a gear's teeth are, as keys."""
+    names = ("profile_shift", "addendum", "dedendum", "root_fillet")
+    return "\n".join(f"{name} = {getattr(gear, name)}" for name in names)
+
+
 def lumped_twin(tmp_path, case, bodies, errors=()):
     """The flexible stage's rigid variant written as a lumped train with the same masses."""
     from flexgear.coupling.members import stage_members
@@ -92,17 +98,17 @@ pressure_angle_deg = 20
 face_width_mm = {1e3 * s.face_width!r}
 [stage.sun]
 teeth = {s.sun.teeth}
-profile_shift = {s.sun.profile_shift}
+{flanks(s.sun)}
 mass_kg = {parts["shaft"].mass[0, 0]}
 inertia_kg_m2 = {parts["shaft"].mass[5, 5] + case.case.output.inertia}
 [stage.planet]
 teeth = {s.planet.teeth}
-profile_shift = {s.planet.profile_shift}
+{flanks(s.planet)}
 mass_kg = {planet.mass}
 inertia_kg_m2 = {planet.inertia}
 [stage.ring]
 teeth = {s.ring.teeth}
-profile_shift = {s.ring.profile_shift}
+{flanks(s.ring)}
 kinematics = "fixed"
 [stage.carrier]
 mass_kg = {carrier[1].mass[0, 0]}

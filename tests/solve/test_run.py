@@ -88,7 +88,7 @@ def test_speed_dips_in_the_drop(run):
 
 def test_a_reduction_that_misses_its_promise_stands_in_the_summary(run):
     (said,) = (x for x in run.summary["warnings"] if "static error" in x)
-    assert said.startswith("ring: static error 3.4 % (load: tip end -z), above 2 %; set ")
+    assert said.startswith("ring: static error 3.4 % (load: tip end -z), above 2 %; try ")
 
 
 def test_energy_closes(run):

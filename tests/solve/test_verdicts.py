@@ -136,7 +136,7 @@ def test_warnings_errors_and_what_bending_changes():
     assert found(energy_residual=0.2)["Energy balance"].level == "bad"
     assert "Energy balance" not in found(energy_residual=None)
     slow = {**SUMMARY["steady"], "carrier_speed_rpm_mean": 10.0}
-    assert found(steady=slow)["Carrier speed"].level == "bad"
+    assert found(steady=slow)["Pins against ring"].level == "bad"
     system = {**SUMMARY["system"], "modes_estimate": None}
     assert found(system=system)["Modes kept"].level == "watch"
 
