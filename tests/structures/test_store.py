@@ -133,8 +133,8 @@ def test_an_entry_that_may_not_be_read_or_removed_costs_only_its_making(tmp_path
     def refused(*_args, **_kwargs):
         raise PermissionError(13, "Permission denied")
 
-    for name in ("read_bytes", "open"):
-        monkeypatch.setattr(type(entry), name, refused)
+    monkeypatch.setattr(type(entry), "open", refused)
+    monkeypatch.setattr("os.open", refused)
     monkeypatch.setattr(shutil, "rmtree", lambda *_args, **_kwargs: None)
     with pytest.warns(FlexgearWarning, match="Permission denied"):
         assert np.array_equal(store.cached("k1", lambda: body(1), tmp_path).mass, body(1).mass)

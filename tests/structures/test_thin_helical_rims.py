@@ -85,6 +85,7 @@ def static_and_frequencies(p):
     return np.linalg.inv(stiffness[:b, :b])[:6, :6], np.sqrt(values) / (2 * pi)
 
 
+@pytest.mark.slow
 def test_flexibility_and_frequencies_converge():
     found = [static_and_frequencies(ring(2.0, 4.2, fidelity=f)) for f in FIDELITIES]
     finest, last = found[-1]
