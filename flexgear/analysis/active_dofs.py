@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from flexgear.analysis.vectors import (
     SIMD,
     add_six,
-    add_two,
     aligned,
     dot,
     fill,
     padded,
+    put_two,
     rounded_up,
 )
 from flexgear.coupling.action_lines import action_lines, covered
@@ -71,6 +71,7 @@ class DofVectors(NamedTuple):
     motion: Array
     before: Array  # motion at the last step, for the account of energy
     image: Array  # (≥ 2 C,) G V and R V of one row, side by side
+    lines: Array  # (2, P + 2 M + 1, ≥ R) G V and share (G − R) V of all rows on ports and lines
 
 
 def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
@@ -126,11 +127,13 @@ def _most_blocks(pairs: PairData, blocks: int) -> int:
     return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
 
 
-def dof_vectors(active: ActiveDofs) -> DofVectors:
-    """Work space beside ``active``."""
-    room = len(active.channel)
+def dof_vectors(active: ActiveDofs, rows: int) -> DofVectors:
+    """Work space beside ``active`` for so many rows."""
+    room, counts = len(active.channel), active.counts[0]
+    head = counts["ports"] + 2 * (len(active.place) - counts["blocks"]) + 1
     free, free_rate, force, motion, before = np.zeros((5, room))
-    return DofVectors(free, free_rate, force, motion, before, aligned(rounded_up(2 * room)))
+    image, lines = aligned(rounded_up(2 * room)), aligned(2, head, rounded_up(rows))
+    return DofVectors(free, free_rate, force, motion, before, image, lines)
 
 
 @njit(**INNER)
@@ -332,40 +335,90 @@ def add_row(rows, i, factor, vector):
             vector[d + p] += factor * coef[p]
 
 
-@njit(**INNER)
-def row_receptances(active, level, share, rows, n, image, displacement, rate):
-    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric.
+@njit(**INNER, fastmath=FAST)
+def _receptances_of_lines(active, level, share, rows, n, lines, displacement, rate):
+    """What ``row_receptances`` gives as far as it comes from ports and lines of action.
 
-    image (≥ 2 C,): G V_j and R V_j at the dofs of row j and those after it.
+    lines (2, ≥ head, ≥ n): G V and share (G − R) V of all rows side by side, dof by dof, so that a
+    row meets all others in one sum of vectors.
     """
-    table, reach, head = active.receptance[level], active.reach, active.counts[0].head
-    row, coef, place, width = rows.row, rows.coef, rows.place, padded(2 * active.counts[0].dofs)
-    for j in range(np.uint64(n)):
-        own, past = row[j], 0
-        fill(image[:width], 0.0)
-        if own.dof >= 0:
-            low, past = _reach(reach, own.dof, 2, head, own.since)
-            stop = padded(past)
-            first, second = table[own.dof, low:stop], table[own.dof + 1, low:stop]
-            add_two(image[low:stop], 1.0, first, own.along, second)
-        for a in range(own.beyond, own.width):
-            d = np.int64(place[j, a])
-            low, high = _reach(reach, d, 6, head, own.since)
-            add_six(image[low : padded(high)], coef[j, a], table[d : d + 6], low)
-            past = max(past, high)
-        for i in range(j, np.uint64(n)):
-            other, g, r = row[i], 0.0, 0.0
-            if other.dof >= 0:
-                at, along = TWO * np.uint64(other.dof), other.along
-                g = image[at] + along * image[at + TWO]
-                r = image[at + ONE] + along * image[at + TWO + ONE]
-            for a in range(other.beyond, other.width if past > 2 * head else 0):
+    table, head = active.receptance[level], np.uint64(active.counts[0].head)
+    moved, moving = lines[0], lines[1]
+    for i in range(np.uint64(n)):
+        row = rows.row[i]
+        if row.dof < 0:
+            for d in range(head):
+                moved[d, i] = moving[d, i] = 0.0
+            continue
+        first, second, along = table[row.dof], table[row.dof + 1], row.along
+        for d in range(head):
+            g = first[TWO * d] + along * second[TWO * d]
+            r = first[TWO * d + ONE] + along * second[TWO * d + ONE]
+            moved[d, i], moving[d, i] = g, share * (g - r)
+    stop = min(padded(n), displacement.shape[1])
+    for j in range(n):
+        d, along = rows.row[j].dof, rows.row[j].along
+        if d < 0:
+            fill(displacement[j, :stop], 0.0)
+            fill(rate[j, :stop], 0.0)
+        else:
+            put_two(displacement[j, :stop], 1.0, moved[d], along, moved[d + 1])
+            put_two(rate[j, :stop], 1.0, moving[d], along, moving[d + 1])
+
+
+@njit(**PART)
+def _image_of_blocks(active, level, own, coef, place, image):
+    """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
+    whether they move lines of action, too."""
+    table, head, width = active.receptance[level], active.counts[0].head, 2 * active.counts[0].dofs
+    linked, start = False, 2 * own.since - 2 * own.since % SIMD
+    for a in range(own.beyond, own.width):
+        for p in range(SIX):
+            linked = linked or active.reach[place[a] + p, 0] < 2 * head
+    if linked:
+        start = 0
+    fill(image[start : padded(width)], 0.0)
+    for a in range(own.beyond, own.width):
+        d = np.int64(place[a])
+        low, high = _reach(active.reach, d, 6, head, own.since)
+        add_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
+    return linked
+
+
+@njit(**INNER, fastmath=FAST)
+def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
+    """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; vectors: work.
+
+    Lines of action are taken with each other, then blocks with each other, then, where a body has
+    both, blocks with lines.
+    """
+    _receptances_of_lines(active, level, share, rows, n, vectors.lines, displacement, rate)
+    row, coef, place, image, count = rows.row, rows.coef, rows.place, vectors.image, np.uint64(n)
+    for j in range(count):
+        if row[j].beyond >= row[j].width:
+            continue
+        linked = _image_of_blocks(active, level, row[j], coef[j], place[j], image)
+        for i in range(j, count):
+            g = r = 0.0
+            for a in range(row[i].beyond, row[i].width):
                 v, at = coef[i, a], TWO * place[i, a]
                 for p in range(SIX):
                     g += v[p] * image[at + TWO * p]
                     r += v[p] * image[at + TWO * p + ONE]
-            displacement[i, j] = displacement[j, i] = g
-            rate[i, j] = rate[j, i] = share * (g - r)
+            displacement[i, j] += g
+            rate[i, j] += share * (g - r)
+            if i != j:
+                displacement[j, i] += g
+                rate[j, i] += share * (g - r)
+        for i in range(count if linked else np.uint64(0)):
+            if row[i].dof >= 0:
+                at, along = TWO * np.uint64(row[i].dof), row[i].along
+                g = image[at] + along * image[at + TWO]
+                w = share * (g - image[at + ONE] - along * image[at + TWO + ONE])
+                displacement[i, j] += g
+                displacement[j, i] += g
+                rate[i, j] += w
+                rate[j, i] += w
 
 
 @njit(**INNER)

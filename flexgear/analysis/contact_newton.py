@@ -24,11 +24,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.static_contact import solve_dense
-from flexgear.analysis.vectors import add_two, fill, padded, put_two, rounded_up, two_dots
+from flexgear.analysis.static_contact import eliminate, solve_dense
+from flexgear.analysis.vectors import (
+    add_two,
+    aligned,
+    fill,
+    padded,
+    put,
+    put_two,
+    rounded_up,
+    two_dots,
+)
 from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import places, places_of_gear_mesh, widest
-from flexgear.coupling.laws import BASIC, HELD_RATE_LAW
+from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
+from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap
 
 Array = NDArray[np.float64]
@@ -51,6 +61,7 @@ class ContactProblem(NamedTuple):
     motion: Array  # (2, R) δ, δ̇ at the answer
     force: Array  # (R,) N
     matrix: Array  # (R, R)
+    right: Array  # (R,)
 
 
 class LawSpace(NamedTuple):
@@ -70,7 +81,8 @@ def contact_problem(rows: int) -> ContactProblem:
         free=np.zeros((2, rows)),
         motion=np.zeros((2, rows)),
         force=np.zeros(size),
-        matrix=np.zeros((rows, size)),
+        matrix=aligned(size, size),
+        right=np.zeros(size),
     )
 
 
@@ -93,6 +105,16 @@ def first_memory(data: PairData) -> Array:
 
 
 @njit(**PART)
+def _evaluate(laws, rows, e, motion, force, tangent):
+    """The law of element e at its motion (2, r). The one of most tooth pairs is a part of its
+    caller: a call by address takes longer than that law."""
+    if rows.element[e].law == ONE_SIDED_LAW:
+        one_sided(rows.parameters[e], motion, force, tangent)
+    else:
+        laws[rows.element[e].law](rows.parameters[e], motion, force, tangent)
+
+
+@njit(**PART)
 def linearise(laws, rows, e, motion, space):
     """Evaluate the law of element e at the motion (2, R) of all rows: its force and tangent go to
     place e of ``space``, its potential (J) is returned."""
@@ -112,7 +134,7 @@ def start_guess(laws, rows, count, memory, space):
         element, own = rows.element[e], space.motion[e]
         for a in range(element.rows if element.place >= 0 else 0):
             own[0, a], own[1, a] = memory[element.place, 0, a], memory[element.place, 1, a]
-        laws[element.law](rows.parameters[e], own, space.force[e], space.tangent[e])
+        _evaluate(laws, rows, e, own, space.force[e], space.tangent[e])
 
 
 @njit(**INNER)
@@ -131,8 +153,8 @@ def remember(rows, count, motion, memory):
 
 @njit(**INNER, fastmath=FAST)
 def _assemble(rows, count, n, space, problem):
-    """The linear problem of the tangents in ``space``; its right side goes to ``force``."""
-    free, force, size = problem.free, problem.force, padded(n)
+    """The linear problem of the tangents in ``space``; its right side goes to ``right``."""
+    free, right, size = problem.free, problem.right, padded(n)
     for e in range(count):
         element, first = rows.element[e], rows.element[e].first
         for a in range(element.rows):
@@ -148,7 +170,7 @@ def _assemble(rows, count, n, space, problem):
                 total += k * (free[0, first + b] - space.motion[e, 0, b])
                 total += c * (free[1, first + b] - space.motion[e, 1, b])
             entries[i] += 0.0 if element.law == HELD_RATE_LAW else 1.0
-            force[i] = total
+            right[i] = total
 
 
 @njit(**INNER)
@@ -197,7 +219,7 @@ def _disagrees(laws, rows, e, problem, space, least):
     for a in range(element.rows):
         own[0, a] = problem.motion[0, element.first + a]
         own[1, a] = problem.motion[1, element.first + a]
-    laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
+    _evaluate(laws, rows, e, own, force, space.tangent[spare])
     for a in range(element.rows):
         steep = ROUNDING * abs(space.tangent[spare, 1, a, a] * own[1, a])
         if abs(force[0, a] - problem.force[element.first + a]) > least + steep:
@@ -227,8 +249,11 @@ def solve_contact(laws, rows, count, n, space, problem):
     """
     for tries in range(1, TRIES + 1):
         _assemble(rows, count, n, space, problem)
-        if not solve_dense(problem.matrix, problem.force, n):
-            return -1
+        if not eliminate(problem.matrix, problem.right, n, problem.force):
+            _assemble(rows, count, n, space, problem)
+            if not solve_dense(problem.matrix, problem.right, n):
+                return -1
+            put(problem.force, problem.right[:n])
         force, largest = problem.force[: padded(n)], 0.0
         fill(problem.force[n : padded(n)], 0.0)
         for i in range(n):

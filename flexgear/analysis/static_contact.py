@@ -21,7 +21,8 @@ MAX_SETS = 50
 SHARES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 0.0)  # of their stiffness that open rows keep, in turn
 EXACT, LOOSE = 5, 4  # places of nothing, and of the smallest share
 PASSES = 1e-11  # of the largest force: pull or overlap that is rounding
-ONE, WHOLE = np.uint64(1), np.uint64(SIMD)
+ZERO, ONE, TWO, THREE, FOUR, WHOLE = (np.uint64(i) for i in (0, 1, 2, 3, 4, SIMD))
+PIVOT = 0.5  # least that elimination goes without exchange of rows for
 
 
 class ContactSet(NamedTuple):
@@ -75,6 +76,93 @@ def solve_dense(a, b, n):
         for c in range(k + ONE, rows):
             total -= top[c] * b[c]
         b[k] = total / top[k]
+    return True
+
+
+@njit(**PART)
+def _four_pivots(a, b, k, start, stop):
+    """Subtract rows k … k + 3 from one another, from column ``start`` on; whether all pivots are
+    large enough."""
+    k1, k2, k3 = k + ONE, k + TWO, k + THREE
+    p, q, r, s = a[k], a[k1], a[k2], a[k3]
+    l10, l20, l30 = q[k] / p[k], r[k] / p[k], s[k] / p[k]
+    u11, u12 = q[k1] - l10 * p[k1], q[k2] - l10 * p[k2]
+    l21, l31 = (r[k1] - l20 * p[k1]) / u11, (s[k1] - l30 * p[k1]) / u11
+    u22 = r[k2] - l20 * p[k2] - l21 * u12
+    l32 = (s[k2] - l30 * p[k2] - l31 * u12) / u22
+    for c in range(start, stop):
+        x = p[c]
+        y = q[c] - l10 * x
+        z = r[c] - l20 * x - l21 * y
+        q[c], r[c], s[c] = y, z, s[c] - l30 * x - l31 * y - l32 * z
+    b[k1] -= l10 * b[k]
+    b[k2] -= l20 * b[k] + l21 * b[k1]
+    b[k3] -= l30 * b[k] + l31 * b[k1] + l32 * b[k2]
+    return p[k] > PIVOT and q[k1] > PIVOT and r[k2] > PIVOT and s[k3] > PIVOT
+
+
+@njit(**PART)
+def _subtract_four(a, b, k, start, rows, stop):
+    """Subtract rows k … k + 3 from all below, up to ``rows``.
+
+    One row below after the other: more arrays at once than these five are not vectorised.
+    """
+    k1, k2, k3 = k + ONE, k + TWO, k + THREE
+    p, q, r, s = a[k], a[k1], a[k2], a[k3]
+    d0, d1, d2, d3 = 1.0 / p[k], 1.0 / q[k1], 1.0 / r[k2], 1.0 / s[k3]
+    p1, p2, p3, q2, q3, r3 = p[k1], p[k2], p[k3], q[k2], q[k3], r[k3]
+    for i in range(k + FOUR, rows):
+        own = a[i]
+        f0 = own[k] * d0
+        f1 = (own[k1] - f0 * p1) * d1
+        f2 = (own[k2] - f0 * p2 - f1 * q2) * d2
+        f3 = (own[k3] - f0 * p3 - f1 * q3 - f2 * r3) * d3
+        for c in range(start, stop):
+            own[c] -= f0 * p[c] + f1 * q[c] + f2 * r[c] + f3 * s[c]
+        b[i] -= f0 * b[k] + f1 * b[k1] + f2 * b[k2] + f3 * b[k3]
+
+
+@njit(**PART)
+def _substitute(a, b, rows, stop, x):
+    """x with U x = b, four unknowns at once: those that are not known yet are zero in x."""
+    for c in range(stop):
+        x[c] = 0.0
+    for done in range(ZERO, rows, FOUR):
+        k = rows - FOUR - done
+        k1, k2, k3 = k + ONE, k + TWO, k + THREE
+        p, q, r, s = a[k], a[k1], a[k2], a[k3]
+        t0 = t1 = t2 = t3 = 0.0
+        for c in range(k - k % WHOLE, stop):
+            t0 += p[c] * x[c]
+            t1 += q[c] * x[c]
+            t2 += r[c] * x[c]
+            t3 += s[c] * x[c]
+        x[k3] = (b[k3] - t3) / s[k3]
+        x[k2] = (b[k2] - t2 - r[k3] * x[k3]) / r[k2]
+        x[k1] = (b[k1] - t1 - q[k3] * x[k3] - q[k2] * x[k2]) / q[k1]
+        x[k] = (b[k] - t0 - p[k3] * x[k3] - p[k2] * x[k2] - p[k1] * x[k1]) / p[k]
+
+
+@njit(**INNER, fastmath=FAST)
+def eliminate(a, b, n, x):
+    """x with A x = b for the leading n × n block of ``a``, without exchange of rows; False where a
+    pivot is too small for that. a (m, m) is used up, b and x (m,) too, m a multiple of SIMD.
+
+    Matrices I + K D of positive definite D and stiffnesses K have no pivot below 1, whatever the
+    units. Four rows at a time are subtracted from the rows below, which takes a third of the time
+    that ``solve_dense`` does. Rows behind n are made to state x = 0.
+    """
+    rows, stop = np.uint64(n + -n % 4), np.uint64(padded(n))
+    for i in range(np.uint64(n), rows):
+        for c in range(stop):
+            a[i, c] = 0.0
+        a[i, i], b[i] = 1.0, 0.0
+    for k in range(ZERO, rows, FOUR):
+        start = k - k % WHOLE
+        if not _four_pivots(a, b, k, start, stop):
+            return False
+        _subtract_four(a, b, k, start, rows, stop)
+    _substitute(a, b, rows, stop, x)
     return True
 
 

@@ -126,9 +126,7 @@ def _contact(laws, data, level, n, count, state, work):
     for i in range(total):
         problem.free[0, i] = rows.row[i].offset + row_value(rows, i, dofs.free)
         problem.free[1, i] = row_value(rows, i, dofs.free_rate)
-    row_receptances(
-        active, level, share, rows, total, dofs.image, problem.displacement, problem.rate
-    )
+    row_receptances(active, level, share, rows, total, dofs, problem.displacement, problem.rate)
     add_neighbours(rows, n, problem.displacement)
     for e in range(count, elements):
         i = n + e - count

@@ -6,7 +6,7 @@ from coupled import make_system
 from numba import njit
 
 from flexgear.analysis import active_dofs as ad
-from flexgear.analysis.static_contact import solve_dense
+from flexgear.analysis.static_contact import eliminate, solve_dense
 from flexgear.analysis.step_space import begin, step_data, work_space
 from flexgear.coupling.action_lines import action_lines
 from flexgear.coupling.modal import modal_system
@@ -25,11 +25,11 @@ def gathered(active, channels, rows, n, last_rows, last):
 
 
 @njit
-def products(active, rows, n, eta, force, image, d, w, out):
-    ad.row_receptances(active, 0, SHARE, rows, n, image, d, w)
+def products(active, rows, n, eta, force, vectors, d, w, out):
+    ad.row_receptances(active, 0, SHARE, rows, n, vectors, d, w)
     ad.motions(active, eta, eta, out[0], out[1])
     ad.modal_forces(active, force, out[2])
-    ad.add_residual(active, 0, force, image, out[3])
+    ad.add_residual(active, 0, force, vectors.image, out[3])
     for i in range(n):
         out[4, i] = ad.row_value(rows, i, out[0])
         ad.add_row(rows, i, 1.0, out[5])
@@ -38,6 +38,11 @@ def products(active, rows, n, eta, force, image, d, w, out):
 @njit
 def solved(a, b, n):
     return solve_dense(a, b, n)
+
+
+@njit
+def eliminated(a, b, n, x):
+    return eliminate(a, b, n, x)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +85,7 @@ def test_products_on_active_dofs_are_the_dense_ones(modal):
         force[:dofs] = rng.standard_normal(dofs)
         d, w = np.zeros((2, n, n))
         out = np.zeros((6, max(len(active.channel), modes)))
-        products(active, rows, n, eta, force, space.work.dofs.image, d, w, out)
+        products(active, rows, n, eta, force, space.work.dofs, d, w, out)
         phi = data.channels.modes[at]
         for found, expected in (
             (d, v @ g @ v.T),
@@ -122,3 +127,22 @@ def test_elimination_solves_with_and_without_room_behind_the_rows(n):
         assert solved(a, x, n)
         np.testing.assert_allclose(x, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
     assert not solved(np.zeros((n, n)), b.copy(), n)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 15, 16, 17, 29, 44])
+def test_contact_matrices_are_eliminated_without_exchange_of_rows(n):
+    """I + K D: stiffnesses over ten decades, half of the rows open in one case, a damper's part
+    that is not symmetric."""
+    rng = np.random.default_rng(n)
+    root, size = rng.standard_normal((n, n)), n + -n % 16
+    for stiffness in (10.0 ** rng.uniform(-5, 5, n), 1e3 * rng.integers(0, 2, n)):
+        matrix = np.eye(n) + stiffness[:, None] * (root @ root.T)
+        matrix += np.sqrt(stiffness)[:, None] * np.diag(rng.random(n))
+        a, b, x = np.full((size, size), 7.0), np.full(size, 7.0), np.full(size, 7.0)
+        a[:n, :n], b[:n] = matrix, rng.standard_normal(n)
+        expected = np.linalg.solve(matrix, b[:n])
+        assert eliminated(a, b, n, x)
+        np.testing.assert_allclose(x[:n], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    if n > 1:
+        a[:n, :n] = np.eye(n)[::-1]
+        assert not eliminated(a, b, n, x)  # left to the elimination that exchanges rows

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.laws.law import Law, compiled_law
 
 
@@ -27,8 +28,8 @@ def _linear(parameters, motion, force, tangent):
     return 0.5 * k * delta * delta
 
 
-@compiled_law
-def _one_sided(parameters, motion, force, tangent):
+@njit(**INNER)
+def one_sided(parameters, motion, force, tangent):
     """Open, damped (k δ + c δ̇) or limited (2 k δ)."""
     k, c = parameters[0], parameters[1]
     delta = motion[0, 0]
@@ -44,6 +45,12 @@ def _one_sided(parameters, motion, force, tangent):
     elif damped > 0.0:
         force[0, 0], tangent[0, 0, 0], tangent[1, 0, 0] = damped, k, c
     return 0.5 * elastic * delta
+
+
+@compiled_law
+def _one_sided(parameters, motion, force, tangent):
+    """The same, to be called by its address."""
+    return one_sided(parameters, motion, force, tangent)
 
 
 @compiled_law
