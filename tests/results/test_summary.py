@@ -48,6 +48,7 @@ def pieces(make_run):
         },
         "kinematics": {
             "carrier_speed_rpm": 11.27,
+            "pin_speed_rpm": 11.27,
             "sun_speed_rpm": 50.1,
             "gear_mesh_frequency_hz": 17.5,
             "contact_ratio_ring": 2.7,

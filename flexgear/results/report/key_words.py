@@ -39,7 +39,7 @@ _WORDS = {
     "teeth": ("number of teeth", ""),
     "tool": ("tool that cuts the teeth", ""),
     "cutter_teeth": ("number of teeth of the cutter", ""),
-    "start_of_involute_diameter_mm": ("diameter where the involute begins, d_Ff", ""),
+    "start_of_involute_diameter_mm": ("root form diameter, where the involute begins", ""),
     "working_pressure_angle_deg": ("working transverse pressure angle", ""),
     "contact_ratio": ("total contact ratio", ""),
     "path_of_contact_mm": ("path of contact, ends from the planet's base tangent point", ""),
