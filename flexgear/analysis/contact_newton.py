@@ -44,6 +44,8 @@ from flexgear.coupling.pair_data import PairData, deepest_gap
 Array = NDArray[np.float64]
 TRIES = 60  # linear problems until all laws agree
 CAUTIOUS = 20  # tries after which one element changes at a time
+STIFFER = 2.0  # times the force of its tangent: a law that is not followed all of the way
+HALVINGS = 40  # of a way: bearings without load start with a ten-thousandth of their stiffness
 AGREES = 1e-10  # of the largest force, by which a law and its answer may differ
 ROUNDING = 1e-13  # of a rate times its tangent: steep laws give no force more exactly
 # m: the motion about which elements are linearised that were not there before; next to nothing,
@@ -174,12 +176,46 @@ def _assemble(rows, count, n, space, problem):
 
 
 @njit(**INNER)
+def _reach(laws, work, element, parameters, x):
+    """How much of the way w to the new motion an element goes before it is linearised anew.
+
+    All of it, λ = 1, unless its law is much stiffer than its tangent, as of a bearing that had
+    clearance left: then to where F(δ₀ + λ w) · w = x · w, the force that the others ask for. The
+    left side rises with λ, from less than the right one, as a law's energy is convex. The spare
+    place of the law space is overwritten.
+    """
+    spare, known = work.space.motion.shape[0] - 1, work.memory[element.place, 0]
+    own, force, tangent = work.space.motion[spare], work.space.force[spare], work.space.tangent
+    low, high, reach, asked = 0.0, 1.0, 1.0, 0.0
+    for a in range(element.rows):
+        i = element.first + a
+        asked += x[i] * (work.delta[0, i] - known[a])
+    for halving in range(HALVINGS):
+        done = 0.0
+        for a in range(element.rows):
+            own[0, a] = known[a] + reach * (work.delta[0, element.first + a] - known[a])
+            own[1, a] = 0.0
+        laws[element.law](parameters, own, force, tangent[spare])
+        for a in range(element.rows):
+            done += force[0, a] * (work.delta[0, element.first + a] - known[a])
+        if halving == 0 and done <= STIFFER * max(asked, 0.0):
+            return 1.0
+        if done > asked:
+            high = reach
+        else:
+            low = reach
+        reach = 0.5 * (low + high)
+    return high
+
+
+@njit(**INNER)
 def disagree(laws, work, count, x, least, share):
     """Whether an element of a law that is not linear between contacts has a force at the motion of
     an equilibrium that differs from its force in x (R,) by more than ``least`` of the largest one.
 
-    Such an element is linearised next at a motion ``share`` of the way from where it was to the new
-    one. Of all others x takes over the force of the law, which is exactly zero without contact.
+    Such an element is linearised next at a motion at most ``share`` of the way from where it was to
+    the new one: see ``_reach``. Of all others x takes over the force of the law, which is exactly
+    zero without contact.
     """
     largest, found, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
@@ -197,10 +233,11 @@ def disagree(laws, work, count, x, least, share):
         laws[element.law](rows.parameters[e], own, force, space.tangent[spare])
         for a in range(element.rows):
             wrong = wrong or abs(force[0, a] - x[element.first + a]) > least * largest
+        known = work.memory[element.place, 0]
+        way = min(share, _reach(laws, work, element, rows.parameters[e], x)) if wrong else 0.0
         for a in range(element.rows):
             if wrong:
-                known = work.memory[element.place, 0]
-                known[a] += share * (own[0, a] - known[a])
+                known[a] += way * (work.delta[0, element.first + a] - known[a])
             else:
                 x[element.first + a] = force[0, a]
         found = found or wrong

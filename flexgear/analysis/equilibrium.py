@@ -244,9 +244,10 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
         )
         if not closure <= CLOSURE:
             break
-        flanks = _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks)
         share = 0.5 if look > CAUTIOUS else 1.0
-        if not disagree(laws, work, count, out, AGREES, share) and flanks:
+        if disagree(laws, work, count, out, AGREES, share):
+            continue  # coast flanks are near or far only where all laws hold
+        if _coast_flanks_agree(gears, rows, pairs, theta, motion, active_flanks):
             break
     return n, pairs, closure
 

@@ -7,6 +7,7 @@ import pytest
 from stage_samples import stiff_stage
 
 import flexgear as fg
+from flexgear.analysis.equilibrium import equilibrium
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 
@@ -52,3 +53,15 @@ def test_without_weight_three_planets_share_equally_in_the_mean():
         return np.ptp(force, axis=0).max() / force.mean()
 
     assert swing(static_of()) > 10 * swing(static_of(gravity_m_per_s2="[0, 0, 0]"))
+
+
+def test_bearings_with_clearance_find_their_side_under_moments():
+    """At rest they carry nothing, so that the first straight line leads metres away. Coast flanks
+    that only such a motion would close are not looked at."""
+    case = load_case("grc-750kw", {"gravity_m_per_s2": "[0, -0.1, 0]"})
+    bodies = {"lss": stiff_stage(case.view("lss"))}
+    for x, y in ((300e3, 0.0), (-300e3, 0.0), (0.0, 300e3)):
+        loaded = fg.assemble(case.with_(**{"loads.0.moment": (x, y, 0.0)}), bodies=bodies)
+        found = equilibrium(loaded.modal, 0.0, loaded.system.rated_torque)
+        assert found.closure.max() < 1e-8
+        assert found.active_flanks[0].tolist() == loaded.system.pairs.carries.tolist()
