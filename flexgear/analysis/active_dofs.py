@@ -22,6 +22,7 @@ from flexgear.analysis.vectors import (
     dot,
     fill,
     padded,
+    put_six,
     put_two,
     rounded_up,
 )
@@ -377,11 +378,14 @@ def _image_of_blocks(active, level, own, coef, place, image):
             linked = linked or active.reach[place[a] + p, 0] < 2 * head
     if linked:
         start = 0
-    fill(image[start : padded(width)], 0.0)
     for a in range(own.beyond, own.width):
         d = np.int64(place[a])
         low, high = _reach(active.reach, d, 6, head, own.since)
-        add_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
+        if a == own.beyond:
+            put_six(image[start : padded(high)], coef[a], table[d : d + 6], start)
+            fill(image[padded(high) : padded(width)], 0.0)
+        else:
+            add_six(image[low : padded(high)], coef[a], table[d : d + 6], low)
     return linked
 
 

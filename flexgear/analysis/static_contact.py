@@ -81,15 +81,20 @@ def solve_dense(a, b, n):
 
 @njit(**PART)
 def _four_pivots(a, b, k, start, stop):
-    """Subtract rows k … k + 3 from one another, from column ``start`` on; whether all pivots are
-    large enough."""
+    """Subtract rows k … k + 3 from one another, from column ``start`` on, and put inverses in
+    the place of pivots; whether all pivots are large enough."""
     k1, k2, k3 = k + ONE, k + TWO, k + THREE
     p, q, r, s = a[k], a[k1], a[k2], a[k3]
-    l10, l20, l30 = q[k] / p[k], r[k] / p[k], s[k] / p[k]
-    u11, u12 = q[k1] - l10 * p[k1], q[k2] - l10 * p[k2]
-    l21, l31 = (r[k1] - l20 * p[k1]) / u11, (s[k1] - l30 * p[k1]) / u11
-    u22 = r[k2] - l20 * p[k2] - l21 * u12
-    l32 = (s[k2] - l30 * p[k2] - l31 * u12) / u22
+    d0 = 1.0 / p[k]
+    l10, l20, l30 = q[k] * d0, r[k] * d0, s[k] * d0
+    u11, u12, u13 = q[k1] - l10 * p[k1], q[k2] - l10 * p[k2], q[k3] - l10 * p[k3]
+    d1 = 1.0 / u11
+    l21, l31 = (r[k1] - l20 * p[k1]) * d1, (s[k1] - l30 * p[k1]) * d1
+    u22, u23 = r[k2] - l20 * p[k2] - l21 * u12, r[k3] - l20 * p[k3] - l21 * u13
+    d2 = 1.0 / u22
+    l32 = (s[k2] - l30 * p[k2] - l31 * u12) * d2
+    u33 = s[k3] - l30 * p[k3] - l31 * u13 - l32 * u23
+    large = p[k] > PIVOT and u11 > PIVOT and u22 > PIVOT and u33 > PIVOT
     for c in range(start, stop):
         x = p[c]
         y = q[c] - l10 * x
@@ -98,7 +103,8 @@ def _four_pivots(a, b, k, start, stop):
     b[k1] -= l10 * b[k]
     b[k2] -= l20 * b[k] + l21 * b[k1]
     b[k3] -= l30 * b[k] + l31 * b[k1] + l32 * b[k2]
-    return p[k] > PIVOT and q[k1] > PIVOT and r[k2] > PIVOT and s[k3] > PIVOT
+    p[k], q[k1], r[k2], s[k3] = d0, d1, d2, 1.0 / u33
+    return large
 
 
 @njit(**PART)
@@ -109,7 +115,7 @@ def _subtract_four(a, b, k, start, rows, stop):
     """
     k1, k2, k3 = k + ONE, k + TWO, k + THREE
     p, q, r, s = a[k], a[k1], a[k2], a[k3]
-    d0, d1, d2, d3 = 1.0 / p[k], 1.0 / q[k1], 1.0 / r[k2], 1.0 / s[k3]
+    d0, d1, d2, d3 = p[k], q[k1], r[k2], s[k3]
     p1, p2, p3, q2, q3, r3 = p[k1], p[k2], p[k3], q[k2], q[k3], r[k3]
     for i in range(k + FOUR, rows):
         own = a[i]
@@ -137,10 +143,10 @@ def _substitute(a, b, rows, stop, x):
             t1 += q[c] * x[c]
             t2 += r[c] * x[c]
             t3 += s[c] * x[c]
-        x[k3] = (b[k3] - t3) / s[k3]
-        x[k2] = (b[k2] - t2 - r[k3] * x[k3]) / r[k2]
-        x[k1] = (b[k1] - t1 - q[k3] * x[k3] - q[k2] * x[k2]) / q[k1]
-        x[k] = (b[k] - t0 - p[k3] * x[k3] - p[k2] * x[k2] - p[k1] * x[k1]) / p[k]
+        x[k3] = (b[k3] - t3) * s[k3]
+        x[k2] = (b[k2] - t2 - r[k3] * x[k3]) * r[k2]
+        x[k1] = (b[k1] - t1 - q[k3] * x[k3] - q[k2] * x[k2]) * q[k1]
+        x[k] = (b[k] - t0 - p[k3] * x[k3] - p[k2] * x[k2] - p[k1] * x[k1]) * p[k]
 
 
 @njit(**INNER, fastmath=FAST)

@@ -96,3 +96,14 @@ def add_six(target, factors, table, first):
     a, b, c, d, e, f = factors[0], factors[1], factors[2], factors[3], factors[4], factors[5]
     for i in range(target.shape[0]):
         target[i] += a * p[i] + b * q[i] + c * r[i] + d * s[i] + e * t[i] + f * u[i]
+
+
+@njit(**INNER, fastmath=FAST)
+def put_six(target, factors, table, first):
+    """target[i] = Σ_p factors[p] · table[p, first + i], p = 0 … 5, likewise."""
+    stop = first + target.shape[0]
+    p, q, r = table[0, first:stop], table[1, first:stop], table[2, first:stop]
+    s, t, u = table[3, first:stop], table[4, first:stop], table[5, first:stop]
+    a, b, c, d, e, f = factors[0], factors[1], factors[2], factors[3], factors[4], factors[5]
+    for i in range(target.shape[0]):
+        target[i] = a * p[i] + b * q[i] + c * r[i] + d * s[i] + e * t[i] + f * u[i]

@@ -92,6 +92,14 @@ def _first_and_last(mesh, base):
     )
 
 
+@njit(**INNER)
+def _wrapped(tooth, teeth):
+    """The number of a tooth one before the first or one after the last."""
+    if tooth >= teeth:
+        return tooth - teeth
+    return tooth + teeth if tooth < 0 else tooth
+
+
 @njit(**PART)
 def _find_pairs(gears, m, theta, pairs, p):
     """Note the tooth pairs of gear mesh m that are in contact from ``pairs[p]`` on; the new p."""
@@ -100,7 +108,12 @@ def _find_pairs(gears, m, theta, pairs, p):
     base = mesh.s0 + mesh.rate * theta[mesh.angle]
     common = common_error(mesh, gears.runout[m], theta, base)
     low, high = _first_and_last(mesh, base)
+    # whole divisions are slow: only of the tooth before the first
+    tooth = (mesh.gear_tooth0 + mesh.gear_step * (low - 1)) % mesh.gear_teeth
+    other = (mesh.planet_tooth0 + mesh.planet_step * (low - 1)) % mesh.planet_teeth
     for k in range(low, high + 1):
+        tooth = _wrapped(tooth + mesh.gear_step, mesh.gear_teeth)
+        other = _wrapped(other + mesh.planet_step, mesh.planet_teeth)
         s, z, gap = base + k * mesh.pitch, 0.0, 0.0
         if mesh.model == WAVE:
             stiffness = _periodic(table, (s - mesh.s_lo) / mesh.pitch)
@@ -115,8 +128,6 @@ def _find_pairs(gears, m, theta, pairs, p):
             touches = stiffness > 0.0
         if not touches:
             continue
-        tooth = (mesh.gear_tooth0 + mesh.gear_step * k) % mesh.gear_teeth
-        other = (mesh.planet_tooth0 + mesh.planet_step * k) % mesh.planet_teeth
         pair = pairs[p]
         pair.mesh, pair.slot, pair.index = m, k % mesh.slots, k
         pair.tooth, pair.planet_tooth = tooth, other
