@@ -21,7 +21,7 @@ from flexgear.model.errors import InputError
 from flexgear.structures.bodies import Body
 
 Array = NDArray[np.float64]
-ROUND_OFF = 1e-7  # of the largest compression, below which a row is not compressed
+ROUND_OFF = 1e-6  # of the largest compression, below which a row is not compressed
 MOVES = 1e-6  # of the largest motion, below which a body counts as at rest
 LIGHT = 1e-20  # of the largest mass or inertia of a train, below which one is none
 MOST_KEYS = 3  # that a message lists

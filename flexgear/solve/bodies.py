@@ -19,7 +19,7 @@ from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.halves import whole_ring
-from flexgear.structures.interfaces import carrier_supports, ring_supports
+from flexgear.structures.interfaces import carrier_supports
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence, with_rim
@@ -61,10 +61,8 @@ def stage_bodies(
     bends = bends or Variant()
 
     def ring(report: Progress) -> ReducedBody:
-        body = with_rim(view, ring_body(view, report, limit_hz))
-        if body.rim is None:  # else shapes of teeth are in the gear mesh
-            body = body.on_loaded_patches(ring_supports(view, body))
-        return whole_ring(view, body)
+        # not on_loaded_patches: beside FE contact its rim is too stiff for short waves
+        return whole_ring(view, with_rim(view, ring_body(view, report, limit_hz)))
 
     def carrier(report: Progress) -> ReducedBody:
         body = carrier_body(view, report, limit_hz)

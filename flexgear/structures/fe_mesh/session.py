@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -11,6 +13,7 @@ from types import ModuleType
 
 from flexgear.model.errors import FlexgearError
 
+_SIGACTION = 512  # bytes: more than struct sigaction has on any system
 _ONE_AT_A_TIME = threading.RLock()  # gmsh keeps one global state in the process
 
 
@@ -60,19 +63,22 @@ def gmsh_session(name: str) -> Iterator[ModuleType]:
 
 @contextmanager
 def _own_signals() -> Iterator[None]:
-    """What this process does at a signal is the same after the block: gmsh makes SIGTERM, SIGHUP
-    and SIGPIPE kill it, even where they were ignored, so that it died without a word where a pipe
-    had no reader any more. Python sets them in the main thread only."""
-    main = threading.current_thread() is threading.main_thread()
-    names = ("SIGTERM", "SIGHUP", "SIGPIPE") if main else ()
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    before = {n: signal.getsignal(n) for n in numbers}
+    """What this process does at a signal is the same after the block, in whatever thread: gmsh
+    makes SIGTERM, SIGHUP and SIGPIPE kill it, even where they were ignored. Python sets handlers in
+    the main thread only, the C library in any."""
+    if os.name != "posix":
+        yield
+        return
+    library = ctypes.CDLL(None)
+    numbers = (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)
+    before = {n: ctypes.create_string_buffer(_SIGACTION) for n in numbers}
+    for number, action in before.items():
+        library.sigaction(int(number), None, action)
     try:
         yield
     finally:
-        for number, handler in before.items():
-            if handler is not None:  # else not set by Python, which cannot set it again
-                signal.signal(number, handler)
+        for number, action in before.items():
+            library.sigaction(int(number), action, None)
 
 
 def _load() -> ModuleType:
