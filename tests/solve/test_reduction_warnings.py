@@ -1,5 +1,7 @@
 """Reductions that miss the promised static error are said, with what to do."""
 
+from dataclasses import replace
+
 import pytest
 from stage_samples import cheap_stage
 from stage_samples import missing_the_promise as wrong
@@ -67,7 +69,7 @@ STAR, *OTHERS = ("star-ring", "ev-reducer", "grc-750kw", "wind-5mw")
     [(STAR, "quick")]
     + [
         pytest.param(name, fidelity, marks=pytest.mark.slow)
-        for fidelity in ("quick", "standard", "fine")
+        for fidelity in ("quick", "standard")
         for name in (STAR, *OTHERS)
         if (name, fidelity) != (STAR, "quick")
     ],
@@ -75,7 +77,7 @@ STAR, *OTHERS = ("star-ring", "ev-reducer", "grc-750kw", "wind-5mw")
 def test_bundled_cases_do_not_warn_of_their_carriers(name, fidelity):
     """Pins and seats moved by 2.1 to 3.3 % more than their nodes said."""
     case = load_case(name, {"solver.fidelity": fidelity})
-    variants = variants_of(case)
+    variants = {name: replace(v, ring=False) for name, v in variants_of(case).items()}
     bodies = reduced_bodies(case, bends=variants)
     assert not [line for line in reduction_warnings(case, bodies, variants) if "carrier:" in line]
     carriers = [stage.by_part["carrier"] for stage in bodies.values()]
