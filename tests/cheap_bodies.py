@@ -23,7 +23,6 @@ class CheapBody:
     positions: np.ndarray
     mass: np.ndarray
     stiffness: np.ndarray
-    inner: object = None
     report: dict = field(default_factory=dict)
     rim: object = None
 

@@ -243,10 +243,9 @@ class System:
         raise FlexgearError(f"there is no body {name!r} in the system")
 
     def node_rows(self, body: str, node: str) -> Array:
-        """Rows (6, d) of the motion of one node in its body's frame, as results have it: the mean
-        motion of what it is tied to."""
+        """Rows (6, d) that give the motion of one node in its body's frame."""
         rows = np.zeros((6, self.size))
-        rows[:, self.slice_of(body)] = self.body(body).mean(node)
+        rows[:, self.slice_of(body)] = self.body(body).node(node)
         return rows
 
     def ring_turn(self, body: str) -> Array:

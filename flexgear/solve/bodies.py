@@ -19,7 +19,6 @@ from flexgear.model.read import nearest
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.halves import whole_ring
-from flexgear.structures.interfaces import carrier_supports
 from flexgear.structures.linalg.threads import single_threaded_blas
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.tooth_influence import root_of_case, tooth_influence, with_rim
@@ -61,13 +60,10 @@ def stage_bodies(
     bends = bends or Variant()
 
     def ring(report: Progress) -> ReducedBody:
-        # not on_loaded_patches: beside FE contact its rim is too stiff for short waves
         return whole_ring(view, with_rim(view, ring_body(view, report, limit_hz)))
 
     def carrier(report: Progress) -> ReducedBody:
-        body = carrier_body(view, report, limit_hz)
-        at = slice(0, body.interface_dofs)
-        return body.on_loaded_patches(carrier_supports(view, body, body.stiffness[at, at]))
+        return carrier_body(view, report, limit_hz)
 
     makers = {"ring": ring, "carrier": carrier}
     wanted = {p: make for p, make in makers.items() if p in view.fe_parts and getattr(bends, p)}

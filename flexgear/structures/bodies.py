@@ -25,8 +25,7 @@ class Body:
 
     name: component name; node_names: (n,) names; positions: (n, 3) m in the body's frame;
     mass: (d, d); stiffness: (d, d), SI; node_map: (6 n, d), node motion = node_map @ q;
-    rigid: whether the six coordinates are those of a rigid body; means (6 n, d): mean motion of
-    what its nodes are tied to, where the nodes move otherwise (`patch_shapes`).
+    rigid: whether the six coordinates are those of a rigid body.
     """
 
     name: str
@@ -36,7 +35,6 @@ class Body:
     stiffness: Array
     node_map: Array
     rigid: bool = False
-    means: Array | None = None
 
     @property
     def size(self) -> int:
@@ -45,18 +43,11 @@ class Body:
 
     def node(self, name: str) -> Array:
         """Rows (6, d) of the node map that belong to one named node."""
-        return self.node_map[self._rows(name)]
-
-    def mean(self, name: str) -> Array:
-        """Rows (6, d) of the mean motion of what a named node is tied to."""
-        return (self.node_map if self.means is None else self.means)[self._rows(name)]
-
-    def _rows(self, name: str) -> slice:
         try:
             i = self.node_names.index(name)
         except ValueError:
             raise FlexgearError(f"{self.name}: there is no node {name!r}") from None
-        return slice(6 * i, 6 * i + 6)
+        return self.node_map[6 * i : 6 * i + 6]
 
     @property
     def spin(self) -> Array:
@@ -119,7 +110,6 @@ def rigid_variant(body: Body) -> Body:
         mass=transform.T @ body.mass @ transform,
         stiffness=np.zeros((6, 6)),
         node_map=body.node_map @ transform,
-        means=None if body.means is None else body.means @ transform,
         rigid=True,
     )
 

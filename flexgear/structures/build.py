@@ -40,13 +40,6 @@ from flexgear.structures.interfaces import (
     ring_supports,
 )
 from flexgear.structures.linalg.threads import single_threaded_blas
-from flexgear.structures.patch_responses import (
-    LoadedPatch,
-    loaded_patches,
-    nodes_beside,
-    shapes_of,
-)
-from flexgear.structures.patch_shapes import OF_PINS, OF_TEETH
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
     AnyCondensation,
@@ -56,7 +49,6 @@ from flexgear.structures.reduction import (
     silent,
 )
 from flexgear.structures.store import cached, content_key, is_kept
-from flexgear.structures.tooth_shapes import ToothLine
 
 _JUDGED = 0.5  # of the highest fixed-interface frequency: to where reduced bodies are compared
 _PROBED_TEETH = 12  # teeth whose flanks the static error estimate loads
@@ -154,21 +146,13 @@ def _reduce_ring(view: StageView, progress: Progress) -> ReducedBody:
     clock.lap("fe_mesh")
     model = _model(view, fe_mesh)
     interface = ring_interface(view, model)
-    radius, rate = stage_geometry(view).ring.reference_radius, _helix_rate(view)
-    lines = {
-        f"tooth_{j + 1:03d}": ToothLine(2 * np.pi * j / teeth, radius, rate, width)
-        for j in range(teeth)
-    }
-    skin = [f"tooth_{part}" for part in dict.fromkeys((ring.tie, "flank", "backflank"))]
-    averaging = ring.tie_kind == "averaging"
-    patches = loaded_patches(model, lines, skin, OF_TEETH) if averaging else []
     clock.lap("ties")
     supports = ring_supports(view, interface)
     flank = all(f"tooth_flank_{j + 1:03d}" in fe_mesh.facets for j in range(teeth))
     probed = sorted({k * teeth // _PROBED_TEETH for k in range(_PROBED_TEETH)})
     loads = probe_loads.tooth_lines(model, probed, width) if flank else []
     clock.lap("probe_loads")
-    body = _Unreduced("ring", model, interface, patches, loads, _sectors(view, teeth))
+    body = _Unreduced("ring", model, interface, loads, _sectors(view, teeth))
     modes, limit = ring.fixed_interface_modes, view.solver.reduction_limit
     return _reduced(
         *(body, modes, lambda _: supports, limit, clock, progress),
@@ -186,13 +170,10 @@ def _reduce_carrier(view: StageView, progress: Progress) -> ReducedBody:
     model = _model(view, fe_mesh)
     interface = carrier_interface(view, model)
     angles = np.asarray(view.stage.planet_angles)
-    radius, width = stage_geometry(view).center_distance, view.stage.gear_width
-    lines = {f"pin_{i + 1}": ToothLine(float(a), radius, 0.0, width) for i, a in enumerate(angles)}
-    patches = loaded_patches(model, lines, ["pin"], OF_PINS)
     clock.lap("ties")
     loads = probe_loads.pin_pressures(model, len(angles), angles)
     clock.lap("probe_loads")
-    body = _Unreduced("carrier", model, interface, patches, loads, _sectors(view, len(angles)))
+    body = _Unreduced("carrier", model, interface, loads, _sectors(view, len(angles)))
     modes, limit = view.carrier.fixed_interface_modes, view.solver.reduction_limit
     return _reduced(
         body,
@@ -207,12 +188,11 @@ def _reduce_carrier(view: StageView, progress: Progress) -> ReducedBody:
 
 @dataclass(frozen=True, eq=False)
 class _Unreduced:
-    """A body with its ties, the patches of its loaded nodes and the loads of its static check."""
+    """A body with its ties and the loads of its static check."""
 
     name: str
     model: UnassembledModel
     interface: Interface
-    patches: Sequence[LoadedPatch]
     loads: Sequence[probe_loads.ProbeLoad]
     sectors: tuple[int, ...]
 
@@ -231,10 +211,9 @@ def _reduced(
     supports_on: K_bb -> S. Frequencies are compared up to half the highest fixed-interface one,
     beyond which that basis is not made for, or to wanted_hz if that is higher.
     """
-    model, patches = unreduced.model, unreduced.patches
-    beside = nodes_beside(model, patches) if patches else None
     reduction = reduce(
-        *(model, unreduced.interface, modes, progress, unreduced.name, unreduced.sectors, beside)
+        *(unreduced.model, unreduced.interface, modes),
+        *(progress, unreduced.name, unreduced.sectors),
     )
     clock.lap("reduction")
     progress("static check", 0.0)
@@ -242,9 +221,7 @@ def _reduced(
     limit = max(_JUDGED * highest, wanted_hz or 0.0)
     supports = supports_on(reduction.condensation.stiffness)
     with single_threaded_blas():
-        body = estimate.probed(reduction, unreduced.loads, patches)
-        if patches:
-            body = body.with_(patches=shapes_of(reduction, patches))
+        body = estimate.probed(reduction, unreduced.loads)
         frequencies = estimate.compare_frequencies(reduction, supports, limit, progress)
     clock.lap("estimates")
     report = {
@@ -258,10 +235,6 @@ def _reduced(
         "seconds": clock.laps,
     }
     return body.with_(report=report)
-
-
-def _helix_rate(view: StageView) -> float:
-    return RingMeshParameters.from_case(view).helix_rate
 
 
 def _model(view: StageView, fe_mesh: FeMesh) -> UnassembledModel:
@@ -285,8 +258,7 @@ def _judged(
     report says whether the frequency estimate, which needs one, stood on these supports.
     """
     with single_threaded_blas():
-        coupled = body.with_(patches=None) if body.name == "ring" else body  # as in the system
-        static = estimate.static_errors(coupled, supports)
+        static = estimate.static_errors(body, supports)
     compared = body.report["compared_to_hz"]
     limit = compared if limit_hz is None else min(limit_hz, compared)
     found = np.array(body.report["compared_frequencies_hz"])

@@ -38,8 +38,7 @@ class Condensation:
 
     rows: B (b, d); inverse: F^{-1} (b, b); ties: W (d, b) in the factor's order and W^T;
     stiffness: K_bb (b, b); fe_stiffness: (d, d) CSR on the dofs left after rigid ties; fe_mass:
-    (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is; recovered: nodes of the mesh at
-    which constraint modes are asked for.
+    (d, d) after rigid ties, scalar_mass: (d/3, d/3) where none is.
     """
 
     interface: Interface
@@ -51,7 +50,6 @@ class Condensation:
     inverse: Array = field(repr=False)
     ties: tuple[sp.csr_matrix, sp.csr_matrix] = field(repr=False)
     stiffness: Array = field(repr=False)
-    recovered: NDArray[np.int64] = field(repr=False)
     rigid_residual: float
     path: str
 
@@ -64,12 +62,6 @@ class Condensation:
     def dofs(self) -> int:
         """Length of a field: dofs left after rigid ties."""
         return int(self.fe_stiffness.shape[0])
-
-    @property
-    def mesh_dofs(self) -> int:
-        """3N of the FE mesh."""
-        expansion = self.interface.expansion
-        return self.dofs if expansion is None else int(expansion.shape[0])
 
     def mass_product(self, x: Array) -> Array:
         """M x (d, k); the scalar mass matrix takes x, y and z together."""
@@ -97,25 +89,20 @@ class Condensation:
 
     def constraint_load(self, forces: Array) -> Array:
         """Psi^T f (b, k) of forces (3N, k) on the mesh's dofs."""
-        return self._load(self.load_field(forces))
+        if self.interface.expansion is not None:
+            forces = self.interface.expansion.T @ forces
+        return self._load(forces)
 
-    def load_field(self, forces: Array) -> Array:
-        """Forces (3N, k) on the mesh's dofs as a field (d, k)."""
-        expansion = self.interface.expansion
-        return forces if expansion is None else np.asarray(expansion.T @ forces)
-
-    def dofs_of(self, x: Array, nodes: NDArray[np.int64] | None = None) -> Array:
-        """The dofs (3r, k) of some of the mesh's nodes (r,), or of all, in fields x (d, k)."""
-        nodes = np.arange(self.mesh_dofs // 3) if nodes is None else nodes
-        dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+    def dofs_of(self, x: Array, count: int) -> Array:
+        """The mesh's first dofs (count, k) of fields x (d, k)."""
         if self.interface.expansion is None:
-            return x[dofs]
-        return np.asarray(self.interface.expansion[dofs] @ x)
+            return x[:count]
+        return self.interface.expansion[:count] @ x
 
     def projected(
         self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
     ) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the recovered nodes' dofs (r, b).
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
 
         reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
         """
@@ -133,7 +120,7 @@ class Condensation:
                 upper = dot(psi[:, : block.stop], self.mass_product(some))
                 own[: block.stop, block] = upper
                 own[block, : block.stop] = upper.T
-            recovery[:, block] = self.dofs_of(some, self.recovered)
+            recovery[:, block] = self.dofs_of(some, len(recovery))
         return 0.5 * (own + own.T), -reactions.T
 
     def fixed_solve(self, right: Array) -> Array:
@@ -174,11 +161,7 @@ def _blocks(columns: int) -> Iterator[slice]:
 
 
 def condense_whole(
-    model: FeModel,
-    interface: Interface,
-    progress: Progress,
-    path: str,
-    recovered: NDArray[np.int64],
+    model: FeModel, interface: Interface, progress: Progress, path: str
 ) -> Condensation:
     """One factor of the whole body, then constraint modes in blocks of right-hand sides."""
     stiffness, mass = model.stiffness, None
@@ -213,7 +196,6 @@ def condense_whole(
         inverse,
         ties,
         stiffness_b,
-        recovered,
         residual,
         path,
     )

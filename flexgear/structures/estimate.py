@@ -5,13 +5,9 @@ load f on the surface answers with interface motion
 
     (K_bb + S) q = Psi^T f            (exact: Schur complement of K + B^T S B),
 
-the reduced one carries the statically equivalent wrench w at the tooth's (pin's) own node, whose
-motion is q' = q + A p, see `patch_shapes`: with q' = W q,
-
-    q' = q + A (P q + p_f),   q'_r = [W (K_bb + S)^{-1} W^T + D] E w,
-
-p_f being the patch's shapes under f with the interface held. With t the translation of the loaded
-node, the error of a load case is |t - t_r| / |t|.
+the reduced one carries the statically equivalent wrench w at the tooth's (pin's) own node,
+(K_bb + S) q_r = E w. With t the translation of the loaded node, the error of a load case is
+|t - t_r| / |t|.
 
 Shapes. What the rim of a ring does along the face within a tooth, beyond the rigid motion of its
 node (``tooth_influence.rim``), adds dC to the influence C of the tooth between slices. The error of
@@ -33,9 +29,7 @@ import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
-from flexgear.structures.linalg.inverses import supported_inverse
 from flexgear.structures.linalg.tall_products import dot, times
-from flexgear.structures.patch_responses import LoadedPatch
 from flexgear.structures.probe_loads import ProbeLoad
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
@@ -48,6 +42,7 @@ from flexgear.structures.reduction import (
 PROMISED = 0.02  # error that passes: without a warning, or more shapes of a tooth
 _BLOCK = 32  # vectors taken together at most
 _BLOCK_BYTES = 128e6
+_FREE = 1e-12  # smallest eigenvalue of a stiffness with unit diagonal that holds a body
 _GUARD = 1.15  # reduced modes up to this times the limit start the reference
 _FEWEST = 6  # modes that are compared where fewer lie below the limit
 _RIGID = 1e-5  # of the limit's frequency, below which supports leave a motion free
@@ -66,16 +61,11 @@ class FrequencyComparison:
         return np.abs(self.reduced / self.full - 1)
 
 
-def probed(
-    reduction: Reduction, loads: Sequence[ProbeLoad], patches: Sequence[LoadedPatch] = ()
-) -> ReducedBody:
-    """The reduced body with Psi^T f, p_f and E w of loads, from which errors on any supports
-    follow; patches: of loaded nodes."""
+def probed(reduction: Reduction, loads: Sequence[ProbeLoad]) -> ReducedBody:
+    """The reduced body with Psi^T f and E w of loads, from which errors on any supports follow."""
     condensation = reduction.condensation
     interface = condensation.interface
     both = np.zeros((2, interface.size, len(loads)))
-    shapes = np.zeros((len(patches[0].rows) if patches else 0, len(loads)))
-    of_node = {patch.node: patch for patch in patches}
     for start in range(0, len(loads), _BLOCK):
         some = loads[start : start + _BLOCK]
         forces = np.zeros((3 * some[0].sample.interpolation.shape[1], len(some)))
@@ -83,17 +73,12 @@ def probed(
             nodal = load.sample.load(load.forces)
             at = np.flatnonzero(nodal)  # few of many rows
             forces[at, column] = nodal[at]
-        moved, reactions = condensation.fixed_solve_with_reactions(condensation.load_field(forces))
-        both[0, :, start : start + _BLOCK] = -reactions
-        for column, load in enumerate(some if patches else ()):
-            patch = of_node[load.node]
-            motion = condensation.dofs_of(moved[:, column : column + 1], patch.dofs[::3] // 3)
-            shapes[:, start + column] = patch.rows @ motion[:, 0]
+        both[0, :, start : start + _BLOCK] = condensation.constraint_load(forces)
     for column, load in enumerate(loads):
         node = interface.node_names.index(load.node)
         both[1, 6 * node : 6 * node + 6, column] = load.wrench(interface.positions[node])
     cases = tuple((load.node, load.case) for load in loads)
-    return reduction.body.with_(probe_cases=cases, probe_loads=both, probe_shapes=shapes)
+    return reduction.body.with_(probe_cases=cases, probe_loads=both)
 
 
 def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str, float]:
@@ -102,25 +87,13 @@ def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str,
     Empty where the supports leave the body free to move: then no load has a finite answer.
     """
     b, count = body.interface_dofs, len(body.probe_cases)
-    try:
-        flexibility = supported_inverse(body.stiffness[:b, :b] + supports)
-    except np.linalg.LinAlgError:
+    stiffness = body.stiffness[:b, :b] + supports
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    if sla.eigvalsh(stiffness * scale * scale[:, None], subset_by_index=(0, 0))[0] < _FREE:
         return {}
-    exact, wrench = body.probe_loads
-    moved, patches = np.eye(b), body.patches
-    nodes = np.array([body.node_names.index(node) for node, _ in body.probe_cases], dtype=int)
-    at = 6 * nodes + np.arange(3)[:, None], np.arange(count)
-    held = series = np.zeros((3, count))
-    if patches is not None:
-        weights = patches.weights(flexibility)
-        moved, which = patches.moved(weights), nodes - patches.first
-        held = np.einsum("ncs,sn->cn", weights[which, :3], body.probe_shapes)
-        own = wrench[6 * nodes + np.arange(6)[:, None], np.arange(count)]
-        series = np.einsum("ncd,dn->cn", patches.in_series(weights)[which, :3], own)
-    full = moved @ (flexibility @ exact)
-    reduced = moved @ (flexibility @ (moved.T @ wrench))
-    full[at] += held
-    reduced[at] += series
+    full, reduced = np.split(np.linalg.solve(stiffness, np.hstack([*body.probe_loads])), 2, axis=1)
+    rows = np.array([body.node_slice(node).start for node, _ in body.probe_cases], dtype=int)
+    at = rows + np.arange(3)[:, None], np.arange(count)
     error = np.linalg.norm(full[at] - reduced[at], axis=0) / np.linalg.norm(full[at], axis=0)
     worst: dict[str, float] = {}
     for (_, case), own in zip(body.probe_cases, error, strict=True):

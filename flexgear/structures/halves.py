@@ -76,13 +76,8 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
         points=np.vstack([half.points - lift, half.points * PLACE + lift]),
         cells=np.vstack([half.cells, half.cells + len(half.points)]),
         recovery=_recovery(half, sign.astype(np.float32), order),
-        inner=None
-        if half.inner is None
-        else _in_order(block_diag(half.inner, across * half.inner), order),
-        patches=None,
         probe_cases=(),
         probe_loads=np.zeros((2, 0, 0)),
-        probe_shapes=np.zeros((len(half.probe_shapes), 0)),
     )
 
 

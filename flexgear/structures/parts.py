@@ -34,7 +34,6 @@ def elastic_part(reduced: ReducedBody) -> Body:
         mass=reduced.mass,
         stiffness=reduced.stiffness,
         node_map=np.eye(nodes, reduced.mass.shape[0]),
-        means=None if reduced.inner is None else reduced.inner[:nodes],
     )
 
 

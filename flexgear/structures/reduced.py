@@ -15,18 +15,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
-from flexgear.structures.linalg.inverses import supported_inverse
-from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
 
 
 def _no_probes() -> NDArray[np.float64]:
     return np.zeros((2, 0, 0))
-
-
-def _no_shapes() -> NDArray[np.float64]:
-    return np.zeros((0, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +32,7 @@ class ReducedBody:
     recovery (3p, d) float32: [Psi, Phi] at the vertices; probe_cases: (node, load case) of every
     load of the static check, probe_loads (2, b, n) N, N m: what the full model's interface feels of
     it, and the wrench at the node that stands for it (`estimate`); rim: what the teeth of a ring
-    yield along the face besides (`tooth_influence.rim`), where that counts; patches: shapes of
-    loaded nodes, and probe_shapes (s, n): what probe loads do to them, the interface held;
-    inner (d, d): from the coordinates to those that `recovery` speaks of, where they differ.
+    yield along the face besides (`tooth_influence.rim`), where that counts.
     """
 
     name: str
@@ -56,9 +48,6 @@ class ReducedBody:
     probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     probe_loads: NDArray[np.float64] = field(default_factory=_no_probes, repr=False)
     rim: RimFlexibility | None = field(default=None, repr=False)
-    patches: PatchShapes | None = field(default=None, repr=False)
-    probe_shapes: NDArray[np.float64] = field(default_factory=_no_shapes, repr=False)
-    inner: NDArray[np.float64] | None = field(default=None, repr=False)
 
     @property
     def interface_dofs(self) -> int:
@@ -77,37 +66,6 @@ class ReducedBody:
         """A copy with some attributes replaced."""
         return replace(self, **changes)
 
-    def on_loaded_patches(self, supports: NDArray[np.float64]) -> ReducedBody:
-        """The same body, its loaded nodes moving by q' of `patch_shapes` on these supports (b, b).
-
-        Nodes that are supported stay as they are, and all where the supports leave the body free.
-        Probe loads are left out.
-        """
-        if self.patches is None:
-            return self
-        at = slice(0, self.interface_dofs)
-        inner, stiffness = np.eye(len(self.mass)), self.stiffness.copy()
-        try:
-            weights = self.patches.weights(supported_inverse(stiffness[at, at] + supports))
-        except np.linalg.LinAlgError:
-            return self
-        inner[at, at], stiffness[at, at] = self.patches.inner(self.stiffness[at, at], weights)
-        mass = inner.T @ self.mass @ inner
-        return self.with_(
-            stiffness=stiffness,
-            mass=0.5 * (mass + mass.T),
-            patches=None,
-            probe_cases=(),
-            probe_loads=_no_probes(),
-            probe_shapes=_no_shapes(),
-            inner=inner,
-        )
-
-    def recovery_rows(self, rows: NDArray[np.int64] | slice) -> NDArray[np.float64]:
-        """Displacements (r, d) at some of the vertices' dofs per coordinate."""
-        recovered = np.asarray(self.recovery[rows], dtype=float)
-        return recovered if self.inner is None else recovered @ self.inner
-
     def rigid_modes(self) -> NDArray[np.float64]:
         """Coordinates (d, 6) of unit rigid motion about the origin: ux, uy, uz, tx, ty, tz."""
         modes = np.zeros((len(self.mass), 6))
@@ -125,8 +83,7 @@ class ReducedBody:
         rigid = self.rigid_modes()
         motion = np.linalg.lstsq(rigid, columns, rcond=None)[0]
         rest = columns - rigid @ motion
-        inner = rest if self.inner is None else self.inner @ rest
-        elastic = np.asarray(self.recovery @ inner.astype(np.float32), dtype=np.float64)
+        elastic = np.asarray(self.recovery @ rest.astype(np.float32), dtype=np.float64)
         exact = rigid_motion(self.points).reshape(-1, 6) @ motion
         return (elastic + exact).reshape((len(self.points), 3) + q.shape[1:])
 

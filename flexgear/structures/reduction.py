@@ -56,14 +56,13 @@ class Reduction:
     """A reduced body and what error estimates need of the way there.
 
     fixed_modes: Phi (d, n_modes), fields in the condensation's form; frequencies: (n_modes,) Hz of
-    the fixed-interface modes; constraint_modes: Psi (3r, b) at the recovered nodes of the mesh.
+    the fixed-interface modes.
     """
 
     body: ReducedBody
     condensation: AnyCondensation
     fixed_modes: NDArray[np.float64] = field(repr=False)
     frequencies: NDArray[np.float64] = field(repr=False)
-    constraint_modes: NDArray[np.float32] = field(repr=False)
 
 
 def reduce_body(
@@ -85,19 +84,17 @@ def reduce(
     progress: Progress = silent,
     name: str = "body",
     sectors: Sequence[int] = (),
-    beside: NDArray[np.int64] | None = None,
 ) -> Reduction:
     """Craig-Bampton reduction to the interface nodes and n_modes fixed-interface modes.
 
     One more where the last is one of a pair of equal frequencies.
 
-    sectors: numbers of equal sectors that are tried before the general path serves; beside: nodes
-    beside the vertices at which constraint modes are asked for.
+    sectors: numbers of equal sectors that are tried before the general path serves.
     """
     with single_threaded_blas():
-        condensation = condense(model, interface, progress, sectors, beside)
+        condensation = condense(model, interface, progress, sectors)
         fixed = fixed_interface_modes(condensation, n_modes, progress)
-        body, constraint_modes = _project(model, condensation, fixed, name)
+        body = _project(model, condensation, fixed, name)
     omega = fixed.omega
     progress("reduced matrices", 1.0)
     body.report.update(
@@ -111,8 +108,7 @@ def reduce(
         solver=condensation.name,
         path=condensation.path,
     )
-    frequencies = omega / (2 * np.pi)
-    return Reduction(body, condensation, fixed.vectors, frequencies, constraint_modes)
+    return Reduction(body, condensation, fixed.vectors, omega / (2 * np.pi))
 
 
 def condense(
@@ -120,16 +116,13 @@ def condense(
     interface: Interface,
     progress: Progress = silent,
     sectors: Sequence[int] = (),
-    beside: NDArray[np.int64] | None = None,
 ) -> AnyCondensation:
     """Factor once, for constraint modes and everything after: by sectors, or as a whole."""
     progress("factorisation", 0.0)
-    vertices = np.arange(model.vertex_dofs // 3)
-    recovered = vertices if beside is None else np.concatenate([vertices, beside])
     try:
-        by_sectors, path = condense_by_sectors(model, interface, sectors, recovered)
+        by_sectors, path = condense_by_sectors(model, interface, sectors)
         if by_sectors is None:
-            return condense_whole(model, interface, progress, path, recovered)
+            return condense_whole(model, interface, progress, path)
     except np.linalg.LinAlgError:
         raise FlexgearError(
             "two interface nodes are tied to the same points, or a patch holds too few nodes"
@@ -205,19 +198,19 @@ def _project(
     condensation: AnyCondensation,
     fixed: FixedModes,
     name: str,
-) -> tuple[ReducedBody, NDArray[np.float32]]:
-    """Reduced matrices with the recovery at mesh vertices; Psi at all recovered nodes."""
+) -> ReducedBody:
+    """Reduced matrices and the recovery at mesh vertices."""
     interface = condensation.interface
     omega, modes = fixed.omega, fixed.vectors
-    b, count, vertices = interface.size, len(omega), model.vertex_dofs
-    recovery = np.empty((3 * len(condensation.recovered), b + count), dtype=np.float32)
+    b, count = interface.size, len(omega)
+    recovery = np.empty((model.vertex_dofs, b + count), dtype=np.float32)
     reduced_mass = np.eye(b + count)
     reduced_mass[:b, :b], coupling = condensation.projected(modes, recovery[:, :b], fixed.reactions)
     reduced_mass[b:, :b], reduced_mass[:b, b:] = coupling, coupling.T
-    recovery[:vertices, b:] = condensation.dofs_of(modes, condensation.recovered[: vertices // 3])
+    recovery[:, b:] = condensation.dofs_of(modes, model.vertex_dofs)
     reduced_stiffness = np.diag(np.concatenate([np.zeros(b), omega**2]))
     reduced_stiffness[:b, :b] = condensation.stiffness
-    body = ReducedBody(
+    return ReducedBody(
         name=name,
         node_names=interface.node_names,
         positions=interface.positions,
@@ -227,6 +220,5 @@ def _project(
         report={},
         points=np.asarray(model.fe_mesh.points, dtype=float),
         cells=np.asarray(model.fe_mesh.cells),
-        recovery=recovery[:vertices],
+        recovery=recovery,
     )
-    return body, recovery[:, :b]

@@ -25,15 +25,13 @@ from flexgear.files.stage import private_folder, remove_stale
 from flexgear.model.errors import FlexgearWarning
 from flexgear.model.input_file import open_regular, read_kept
 from flexgear.structures.cache import cache_directory, remove, sealed, unsealed
-from flexgear.structures.patch_shapes import PatchShapes
 from flexgear.structures.reduced import ReducedBody
 
-FORMAT = "15"  # part of every key: raise it when entries or the numerics behind them change
+FORMAT = "16"  # part of every key: raise it when entries or the numerics behind them change
 _ARRAYS = (
     *("positions", "mass", "stiffness", "points", "cells", "recovery"),
-    *("probe_loads", "probe_shapes"),
+    "probe_loads",
 )
-_PATCHES = ("motion", "flexibility")  # arrays of the shapes of loaded patches
 
 
 def content_key(**content: Any) -> str:
@@ -80,8 +78,6 @@ def save(body: ReducedBody, entry: Path) -> None:
         draft.mkdir()
         checksums = {}
         arrays = {name: getattr(body, name) for name in _ARRAYS}
-        if body.patches is not None:
-            arrays |= {f"patch_{name}": getattr(body.patches, name) for name in _PATCHES}
         for name, array in arrays.items():
             with (draft / f"{name}.npy").open("wb") as stream:
                 summed = _Summed(stream)
@@ -94,7 +90,6 @@ def save(body: ReducedBody, entry: Path) -> None:
             "n_modes": body.n_modes,
             "probe_cases": body.probe_cases,
             "report": body.report,
-            "first_patch": None if body.patches is None else body.patches.first,
             "checksums": checksums,
         }
         text = json.dumps(header, indent=1, default=float)
@@ -129,10 +124,6 @@ def load(entry: Path) -> ReducedBody | None:
         with contextlib.suppress(OSError):
             remove(entry)
         return None
-    patches = None
-    if header["first_patch"] is not None:
-        shapes = (arrays.pop(f"patch_{name}") for name in _PATCHES)
-        patches = PatchShapes(header["first_patch"], *shapes)
     return ReducedBody(
         name=header["name"],
         node_names=tuple(header["node_names"]),
@@ -140,7 +131,6 @@ def load(entry: Path) -> ReducedBody | None:
         probe_cases=tuple((node, case) for node, case in header["probe_cases"]),
         report=header["report"],
         rim=None,
-        patches=patches,
         **arrays,
     )
 

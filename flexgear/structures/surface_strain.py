@@ -148,7 +148,7 @@ class Surface:
         used = np.unique(np.concatenate([np.flatnonzero(np.diff(s.indptr)) for s in slopes]))
         out = np.empty((count, 3, 3, len(body.mass)))
         for i in range(3):
-            recovery = body.recovery_rows(3 * used + i)
+            recovery = np.asarray(body.recovery[3 * used + i], dtype=float)
             for j in range(3):
                 out[:, i, j] = slopes[j][:, used] @ recovery
         rigid = body.rigid_modes()

@@ -48,18 +48,14 @@ class ToothLine:
         """(3,) m of the node."""
         return self.radius * np.array([np.cos(self.angle), np.sin(self.angle), 0.0])
 
-    def sections(self, points: Array) -> tuple[Array, Array, Array]:
-        """e_r, e_t and e_z × (x − x_c) at points (m, 3) m, of the section that each is in."""
-        angle = self.angle + self.helix_rate * points[:, 2]
-        zero = np.zeros_like(angle)
-        radial = np.stack([np.cos(angle), np.sin(angle), zero], axis=1)
-        across = np.stack([-np.sin(angle), np.cos(angle), zero], axis=1)
-        return radial, across, np.cross([0.0, 0.0, 1.0], points - self.radius * radial)
-
     def shapes(self, points: Array) -> Array:
         """S (m, 3, COUNT) at points (m, 3) m: translations 1, turn m."""
-        radial, across, turned = self.sections(points)
-        along = np.broadcast_to([0.0, 0.0, 1.0], points.shape)
+        angle = self.angle + self.helix_rate * points[:, 2]
+        zero, one = np.zeros_like(angle), np.ones_like(angle)
+        radial = np.stack([np.cos(angle), np.sin(angle), zero], axis=1)
+        across = np.stack([-np.sin(angle), np.cos(angle), zero], axis=1)
+        along = np.stack([zero, zero, one], axis=1)
+        turned = np.cross(along, points - self.radius * radial)
         motion = np.stack([radial, across, along, turned], axis=2)
         orders = legvander(2 * points[:, 2] / self.face_width, max(ORDERS))[:, ORDERS]
         return np.einsum("mci,mk->mcki", motion, orders).reshape(len(points), 3, COUNT)

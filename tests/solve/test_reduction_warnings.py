@@ -1,14 +1,12 @@
 """Reductions that miss the promised static error are said, with what to do."""
 
-from dataclasses import replace
-
 import pytest
 from stage_samples import cheap_stage
 from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
-from flexgear.model.load import load_case, load_stage
-from flexgear.solve.bodies import reduced_bodies, variants_of
+from flexgear.model.load import load_stage
+from flexgear.solve.bodies import variants_of
 from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
 
 
@@ -59,26 +57,3 @@ def test_keys_are_those_of_the_train(tmp_path, bodies):
     assert said[0].startswith("first.ring: static error 3.4 %")
     assert 'try stages.first.ring.fe.tie = "flank"' in said[0]
     assert "compare with stages.first.ring.fe.flexible = false" in said[0]
-
-
-STAR, *OTHERS = ("star-ring", "ev-reducer", "grc-750kw", "wind-5mw")
-
-
-@pytest.mark.parametrize(
-    ("name", "fidelity"),
-    [(STAR, "quick")]
-    + [
-        pytest.param(name, fidelity, marks=pytest.mark.slow)
-        for fidelity in ("quick", "standard")
-        for name in (STAR, *OTHERS)
-        if (name, fidelity) != (STAR, "quick")
-    ],
-)
-def test_bundled_cases_do_not_warn_of_their_carriers(name, fidelity):
-    """Pins and seats moved by 2.1 to 3.3 % more than their nodes said."""
-    case = load_case(name, {"solver.fidelity": fidelity})
-    variants = {name: replace(v, ring=False) for name, v in variants_of(case).items()}
-    bodies = reduced_bodies(case, bends=variants)
-    assert not [line for line in reduction_warnings(case, bodies, variants) if "carrier:" in line]
-    carriers = [stage.by_part["carrier"] for stage in bodies.values()]
-    assert 0.0 < max(body.report["static_error"] for body in carriers) < 0.015

@@ -112,7 +112,7 @@ def solved(ring, line):
     load = line.rows.T @ line.load[:, None]
     form = ring.condensed.field_of(load)
     found = ring.condensed.supported_solve(form, ring.supports)
-    return ring.condensed.dofs_of(found)[:, 0]
+    return ring.condensed.dofs_of(found, ring.model.dofs)[:, 0]
 
 
 def test_a_tooth_bends_along_its_face_as_in_the_whole_ring(ring):

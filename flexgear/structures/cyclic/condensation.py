@@ -44,7 +44,6 @@ from flexgear.structures.linalg.tall_products import dot
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 
@@ -53,7 +52,7 @@ _BLOCK_BYTES = 32e6  # of a block of vectors that is worked on at once
 class CyclicCondensation:
     """stiffness: K_bb (b, b); sector stiffness and mass as block-circulant matrices.
 
-    recovered: nodes of the mesh at which constraint modes are asked for.
+    recovered: first dofs of the mesh that are recovered.
     """
 
     interface: Interface
@@ -62,7 +61,7 @@ class CyclicCondensation:
     fe_mass: Circulant = field(repr=False)
     solver: CyclicSolver = field(repr=False)
     stiffness: Array = field(repr=False)
-    recovered: Ints = field(repr=False)
+    recovered: int
     path: str
     rigid_residual: float = 0.0
 
@@ -101,11 +100,6 @@ class CyclicCondensation:
         bordered = matrix.here.shape[0] + matrix.ahead.shape[1]
         interior = _interior(matrix, self.ties)
         return CyclicSolver(interior, self.ties, np.zeros((bordered, 0)), definite=False)
-
-    @property
-    def mesh_dofs(self) -> int:
-        """3N of the FE mesh."""
-        return self.dofs
 
     def mass_product(self, x: Array) -> Array:
         """M x (d, k)."""
@@ -158,7 +152,7 @@ class CyclicCondensation:
     def projected(
         self, modes: Array, recovery: NDArray[np.float32], reactions: Array | None = None
     ) -> tuple[Array, Array]:
-        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the recovered nodes' dofs (r, b).
+        """Psi^T M Psi (b, b) and modes^T M Psi (n, b); Psi at the mesh's first dofs (r, b).
 
         reactions (b, n) to loads M modes, where they are known: Psi^T M modes = -reactions.
         """
@@ -173,25 +167,20 @@ class CyclicCondensation:
             own = project_constraint_modes(self.solver, self.ties, self.motion, recovery)
             return own, coupling
         psi = self.constraint_motion(np.eye(self.interface.size))
-        recovery[:] = self.dofs_of(psi, self.recovered)
+        recovery[:] = self.dofs_of(psi, len(recovery))
         own = dot(psi, self.mass_product(psi))
         return 0.5 * (own + own.T), coupling
-
-    def load_field(self, forces: Array) -> Array:
-        """Forces (3N, k) on the mesh's dofs as a field (d, k)."""
-        return self.field_of(forces)
 
     def field_of(self, dofs: Array) -> Array:
         """A field (d, k) from dof vectors (3N, k)."""
         return to_sectors(dofs, self.sectors).reshape(self.dofs, -1)
 
-    def dofs_of(self, x: Array, nodes: Ints | None = None) -> Array:
-        """The dofs (3r, k) of some of the mesh's nodes (r,), or of all, in a field."""
-        nodes = np.arange(self.sectors.nodes.size) if nodes is None else nodes
-        out = np.empty((3 * len(nodes), x.shape[1]))
+    def dofs_of(self, x: Array, count: int) -> Array:
+        """The mesh's first dofs (count, k) of a field."""
+        out = np.empty((count, x.shape[1]))
 
         def part(block: slice) -> None:
-            out[:, block] = from_sectors(self._form(x[:, block]), self.sectors, nodes)
+            out[:, block] = from_sectors(self._form(x[:, block]), self.sectors, count // 3)
 
         shared(x.shape[1], part, self._block)
         return out
@@ -221,11 +210,9 @@ class CyclicCondensation:
 
 
 def cyclic_parts(
-    model: FeModel, interface: Interface, sectors: Sectors, recovered: Ints | None = None
+    model: FeModel, interface: Interface, sectors: Sectors
 ) -> CyclicCondensation | None:
-    """Factors of a periodic body; None where its ties do not allow it. recovered: all vertices
-    unless given."""
-    recovered = np.arange(model.vertex_dofs // 3) if recovered is None else recovered
+    """Factors of a periodic body; None where its ties do not allow it."""
     sectors = sectors.reordered(minimum_degree_order(_graph(model, sectors)))
     ties = sector_ties(interface, sectors)
     if ties is None:
@@ -234,7 +221,7 @@ def cyclic_parts(
     rigid = rigid_fields(model.nodes, sectors)
     solver = CyclicSolver(_interior(stiffness, ties), ties, rigid)
     path = f"cyclic: {sectors.count} sectors, {solver.harmonics} harmonics"
-    condensed = condensed_stiffness(solver, ties)
+    condensed, recovered = condensed_stiffness(solver, ties), model.vertex_dofs
     return CyclicCondensation(interface, ties, stiffness, mass, solver, condensed, recovered, path)
 
 

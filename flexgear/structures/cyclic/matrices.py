@@ -22,7 +22,6 @@ from flexgear.structures.fem import FeModel
 from flexgear.structures.kinematics import rotation
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,15 +130,15 @@ def to_sectors(x: Array, sectors: Sectors) -> Array:
     return out.reshape(3 * n, z, -1)
 
 
-def from_sectors(x: Array, sectors: Sectors, nodes: Ints) -> Array:
-    """Dof vectors (3 r, k) of nodes (r,) of the mesh from sector form (3n, z, k)."""
+def from_sectors(x: Array, sectors: Sectors, nodes: int) -> Array:
+    """Dof vectors (3 nodes, k) of the mesh's first nodes from sector form (3n, z, k)."""
     n, z = sectors.nodes.shape
-    parts, place = x.reshape(n, 3, z, x.shape[2]), sectors.places(nodes)
-    out = np.empty((len(nodes), 3, x.shape[2]))
+    parts = x.reshape(n, 3, z, x.shape[2])
+    out = np.empty((nodes, 3, x.shape[2]))
     for s, turned in enumerate(sectors.turns()):
-        mine = place[:, s] >= 0
-        out[place[mine, s]] = turned @ parts[mine, :, s]
-    return out.reshape(3 * len(nodes), x.shape[2])
+        mine = sectors.nodes[:, s] < nodes
+        out[sectors.nodes[mine, s]] = turned @ parts[mine, :, s]
+    return out.reshape(3 * nodes, x.shape[2])
 
 
 def _cos_sin(sectors: Sectors) -> tuple[Array, Array]:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flexgear.structures.cyclic.condensation import CyclicCondensation, cyclic_parts
 from flexgear.structures.cyclic.sectors import LEAST, find_sectors
 from flexgear.structures.fem import FeModel, Interface
@@ -18,10 +15,7 @@ def sector_counts(repeats: int) -> tuple[int, ...]:
 
 
 def condense_by_sectors(
-    model: FeModel,
-    interface: Interface,
-    counts: Sequence[int],
-    recovered: NDArray[np.int64] | None = None,
+    model: FeModel, interface: Interface, counts: Sequence[int]
 ) -> tuple[CyclicCondensation | None, str]:
     """The condensation by sectors, or None; and which path that is, in words."""
     if not counts:
@@ -32,7 +26,7 @@ def condense_by_sectors(
         sectors = find_sectors(model, (count,))
         if sectors is None:
             continue
-        parts = cyclic_parts(model, interface, sectors, recovered)
+        parts = cyclic_parts(model, interface, sectors)
         if parts is None:
             return None, "general: no tie that every sector has lies within its sector"
         return parts, parts.path

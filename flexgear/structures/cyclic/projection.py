@@ -46,12 +46,12 @@ def condensed_stiffness(solver: CyclicSolver, ties: SectorTies) -> Array:
 class SectorMotion:
     """Inertia of a sector's ends, and its motion at the recovered of its dofs (r,).
 
-    place (r/3, z): which of the recovered nodes they are in every sector; shapes: R (r, e) and
-    fields: U (r, u) there; inertia: R^T E R; mixed: R^T E U and U^T E U. By sector where of U, with
-    the others it is of. periodic: ends of Psi_t (e, z, t) under sector 0's ties.
+    rows: which these are, the first nodes of the mesh; shapes: R (r, e) and fields: U (r, u) there;
+    inertia: R^T E R; mixed: R^T E U and U^T E U. By sector where of U, with the others it is of.
+    periodic: ends of Psi_t (e, z, t) under sector 0's ties.
     """
 
-    place: Ints
+    rows: Ints
     shapes: Array
     fields: dict[int, tuple[Ints, Array]]
     inertia: Array
@@ -60,22 +60,21 @@ class SectorMotion:
 
 
 def sector_motion(
-    solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: Ints
+    solver: CyclicSolver, ties: SectorTies, mass: Circulant, recovered: int
 ) -> SectorMotion:
-    """Of a mesh some of whose nodes (n,) are recovered, in all sectors alike."""
+    """Of a mesh whose first dofs are recovered."""
     shapes, uneven = solver.shapes()
     inertia, mixed = _sector_mass(shapes, uneven, mass.on_dofs().extended())
-    place = ties.sectors.places(recovered)
-    rows = np.flatnonzero(np.repeat(place[:, 0] >= 0, 3))
+    vertices = ties.sectors.nodes[:, 0] < recovered // 3
+    rows = np.flatnonzero(np.repeat(vertices, 3))
     fields = {s: (at, field[rows]) for s, (at, field) in uneven.items()}
-    place = np.ascontiguousarray(place[place[:, 0] >= 0])
-    return SectorMotion(place, shapes[rows], fields, inertia, mixed, solver.periodic_ends())
+    return SectorMotion(rows, shapes[rows], fields, inertia, mixed, solver.periodic_ends())
 
 
 def project_constraint_modes(
     solver: CyclicSolver, ties: SectorTies, motion: SectorMotion, recovery: Singles
 ) -> Array:
-    """Psi^T M Psi (b, b); fills in Psi at the recovered nodes' dofs, recovery (r, b)."""
+    """Psi^T M Psi (b, b); fills in Psi at the mesh's first dofs, recovery (r, b)."""
     t, z, m = ties.rows.shape[0], ties.sectors.count, ties.other_size
     periodic = motion.periodic
     own = _correlated(periodic, _times(motion.inertia, periodic)).transpose(0, 2, 1)
@@ -86,7 +85,7 @@ def project_constraint_modes(
     out = cross + cross.T + share.T @ others @ share
     out[: t * z, : t * z] += circulant(own)
     fields = _times(motion.shapes, periodic)
-    _recover(ties, motion.place, fields, other, ties.joined_rows(share), recovery)
+    _recover(ties, motion.rows, fields, other, ties.joined_rows(share), recovery)
     return _in_body(out, ties)
 
 
@@ -181,9 +180,10 @@ def _in_body(matrix: Array, ties: SectorTies) -> Array:
 
 
 def _recover(
-    ties: SectorTies, nodes: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
+    ties: SectorTies, rows: Ints, periodic: Array, other: Array, share: Array, recovery: Singles
 ) -> None:
-    """Psi at recovered nodes (v, z) from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
+    """Psi at vertices from Psi_t (r, z, t) of sector 0, Y (r, z, m) and N (m, b)."""
+    nodes = np.ascontiguousarray(ties.sectors.nodes[rows[::3] // 3])  # (v, z)
     z = ties.sectors.count
     turns = ties.sectors.turns()
     dofs = np.ascontiguousarray(ties.periodic_dofs)

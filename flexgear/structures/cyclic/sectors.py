@@ -57,12 +57,6 @@ class Sectors:
         """Axes (z, 3, 3) of the sectors: components in the body are turns[s] @ local ones."""
         return rotation(self.pitch * np.arange(self.count, dtype=float))
 
-    def places(self, nodes: Ints) -> Ints:
-        """(n, z): which of some nodes of the mesh (r,) a local node is, −1 where it is none."""
-        out = np.full(self.nodes.size, -1)
-        out[nodes] = np.arange(len(nodes))
-        return out[self.nodes]
-
     def reordered(self, interior: Ints) -> Sectors:
         """The same sectors with interior nodes in another order (n - border,)."""
         order = np.concatenate([interior, np.arange(self.interior, len(self.nodes))])

@@ -52,25 +52,20 @@ def facet_sample(model: FeModel, facets: NDArray[np.int64]) -> Sample:
     """
     facets, mesh, elem = np.asarray(facets), model.basis.mesh, model.basis.elem
     cells = mesh.f2t[0, facet_numbers(model, facets)]
-    points, weights, value = _on_facets(mesh.p.T, facets)
+    flat, weights = get_quadrature(_FACETS[facets.shape[1]], INTEGRATION_ORDER)
+    value, slope = _facet_shape(flat, facets.shape[1])  # (q, c), (2, q, c)
+    corners = mesh.p.T[facets]
+    points = value @ corners  # (f, q, 3)
+    normal = np.cross(slope[0] @ corners, slope[1] @ corners)
     place = (mesh.t[:, cells].T[:, None] == facets[:, :, None]).argmax(axis=2)
     local = value @ elem.refdom.p.T[place]  # (f, q, 3) reference coordinates in the cells
     nodes = model.basis.element_dofs[:, cells].T  # (f, a)
     shape = _shape(model, local.reshape(-1, 3))
-    nodes = np.repeat(nodes, len(value), axis=0)
-    return Sample(points, weights, _interpolation(nodes, shape, model.basis.N))
-
-
-def _on_facets(
-    vertices: NDArray[np.float64], facets: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Quadrature points (f q, 3) m with weights (f q,) m2, and functions (q, c) of the corners."""
-    flat, weights = get_quadrature(_FACETS[facets.shape[1]], INTEGRATION_ORDER)
-    value, slope = _facet_shape(flat, facets.shape[1])  # (q, c), (2, q, c)
-    corners = vertices[facets]
-    normal = np.cross(slope[0] @ corners, slope[1] @ corners)
-    areas = np.linalg.norm(normal, axis=2) * weights
-    return (value @ corners).reshape(-1, 3), areas.ravel(), value
+    return Sample(
+        points.reshape(-1, 3),
+        (np.linalg.norm(normal, axis=2) * weights).ravel(),
+        _interpolation(np.repeat(nodes, len(weights), axis=0), shape, model.basis.N),
+    )
 
 
 def _facet_shape(

@@ -7,8 +7,6 @@ import scipy.linalg as sla
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-_FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
-
 
 def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Inverse of a symmetric positive definite matrix whose rows have different units.
@@ -22,21 +20,6 @@ def scaled_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     inverse = sla.cho_solve(factor, np.eye(len(matrix)))
     inverse = 0.5 * (inverse + inverse.T)
     return scale[:, None] * inverse * scale
-
-
-def supported_inverse(stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Flexibility of a body on its supports, whose rows have different units.
-
-    Raises numpy.linalg.LinAlgError where its stiffness leaves a motion free.
-    """
-    if not np.all(np.diag(stiffness) > 0.0):
-        raise np.linalg.LinAlgError("free")
-    scale = 1 / np.sqrt(np.diag(stiffness))
-    factor = np.linalg.cholesky(stiffness * scale * scale[:, None])
-    if np.diag(factor).min(initial=1.0) ** 2 < _FREE:
-        raise np.linalg.LinAlgError("free")
-    half = np.linalg.inv(factor) * scale
-    return np.asarray(half.T @ half)
 
 
 def balanced_inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

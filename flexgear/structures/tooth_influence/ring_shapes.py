@@ -29,17 +29,18 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.structures.cyclic.condensation import CyclicCondensation
 from flexgear.structures.fem import FeModel, Sample, averaging_tie, facet_sample
 from flexgear.structures.fem.unassembled import UnassembledModel
 from flexgear.structures.kinematics import rigid_motion, turn
 from flexgear.structures.linalg.flexibility import flexibility
-from flexgear.structures.linalg.inverses import supported_inverse
 from flexgear.structures.reduction import AnyCondensation
 from flexgear.structures.tooth_shapes import BEYOND, BOTH, COUNT, RimFlexibility, ToothLine
 
 Array = NDArray[np.float64]
 
 TEETH = 5  # whose answers are taken
+_FREE = 1e-12  # smallest pivot of a stiffness with unit diagonal that holds a body
 _SLACK = 1e-6  # of a pitch and a radius, by which nodes are inside a border
 
 
@@ -84,7 +85,7 @@ def rim_flexibility(
 ) -> RimFlexibility:
     """On supports (b, b) at the ring's nodes, teeth first; stiffness: K_bb (b, b); line: of tooth
     0. LinAlgError where they leave the ring free."""
-    held, teeth = supported_inverse(stiffness + supports), int(shapes.count)
+    held, teeth = _inverse(stiffness + supports), int(shapes.count)
     own, beside = np.zeros((BOTH, BOTH)), np.zeros((BEYOND, BOTH, BOTH))
     for n, j in enumerate(shapes.teeth.astype(int)):
         here, at = _axes(j, teeth), slice(6 * j, 6 * j + 6)
@@ -101,6 +102,18 @@ def rim_flexibility(
     own[6:, :6] = own[:6, 6:].T
     number = len(shapes.teeth)
     return RimFlexibility(own / number, beside / number, shapes.less.mean(axis=0), line)
+
+
+def _inverse(stiffness: Array) -> Array:
+    """LinAlgError where a stiffness leaves a motion free."""
+    if not np.all(np.diag(stiffness) > 0.0):
+        raise np.linalg.LinAlgError("free")
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    factor = np.linalg.cholesky(stiffness * scale * scale[:, None])
+    if np.diag(factor).min() ** 2 < _FREE:
+        raise np.linalg.LinAlgError("free")
+    half = np.linalg.inv(factor) * scale
+    return np.asarray(half.T @ half)
 
 
 def shape_tie(line: ToothLine, sample: Sample) -> tuple[sp.csr_matrix, Array]:
@@ -131,7 +144,9 @@ def _of_tooth(
         rows.append(tie)
         lessened.append(_axes(i, teeth).T @ less)
     loads = sp.hstack([one.T for one in rows]).toarray()
-    form = condensation.load_field(loads)
+    form = loads
+    if isinstance(condensation, CyclicCondensation):
+        form = condensation.field_of(loads)
     answers = form[:, :COUNT].T @ condensation.fixed_solve(form)
     return (
         _by_tooth(condensation.constraint_load(loads)),

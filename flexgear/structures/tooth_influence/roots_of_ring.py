@@ -46,8 +46,10 @@ def ring_root_rows(root: RootInfluence, body: ReducedBody, teeth: int) -> NDArra
         of_vertices = np.stack(
             [weights[:, used].T @ part.T for part in _turned(flat, turn)], axis=1
         )
-        dofs = (3 * used[:, None] + np.arange(3)).ravel()
-        rows = of_vertices.reshape(3 * len(used), -1).T @ body.recovery_rows(dofs)
+        recovery = np.asarray(body.recovery).reshape(-1, 3, len(body.mass))[used]
+        rows = of_vertices.reshape(3 * len(used), -1).T.astype(np.float32) @ recovery.reshape(
+            3 * len(used), -1
+        )
         out[j] = rows - (rows @ rigid) @ back
     return out.reshape(teeth, *shape, -1)
 
