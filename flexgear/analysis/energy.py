@@ -20,13 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import (
-    add_residual,
-    motions,
-    place_rows,
-    row_value,
-)
+from flexgear.analysis.active_dofs import add_residual, motions
 from flexgear.analysis.contact_newton import linearise
+from flexgear.analysis.row_receptances import place_rows, row_value
 from flexgear.analysis.vectors import put
 from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import Rows

@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import motions, row_value
+from flexgear.analysis.active_dofs import motions
+from flexgear.analysis.row_receptances import row_value
 from flexgear.analysis.vectors import dot
 from flexgear.coupling.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW

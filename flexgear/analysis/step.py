@@ -24,14 +24,10 @@ import numpy as np
 
 from flexgear.analysis.active_dofs import (
     add_residual,
-    add_row,
     gather,
     gather_receptance,
     modal_forces,
     motions,
-    place_rows,
-    row_receptances,
-    row_value,
 )
 from flexgear.analysis.coast_flanks import look_after_step
 from flexgear.analysis.contact_newton import remember, solve_contact, start_guess
@@ -47,6 +43,7 @@ from flexgear.analysis.machines import (
 )
 from flexgear.analysis.pair_loads import note_loads
 from flexgear.analysis.refinement import after_step, choose_level, step_error
+from flexgear.analysis.row_receptances import add_row, place_rows, row_receptances, row_value
 from flexgear.analysis.vectors import add, dot, fill, put
 from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, njit
 from flexgear.coupling.laws import HELD_RATE_LAW

@@ -102,7 +102,8 @@ def _rated(
     sun_speed: float | None,
     kinds: Sequence[str],
 ) -> Rated:
-    """Torque and speed of the slow end, or of the last sun."""
+    """Rated torque and speed, given for the slow end or for the sun of the last stage. InputError
+    where options of both are mixed."""
     at_sun = sun_torque is not None or sun_speed is not None
     if at_sun and not (torque is None and speed is None):
         key = "--speed-rpm" if torque is None else "--torque-nm"
@@ -138,7 +139,7 @@ def _kind(word: str) -> str:
 
 
 def _each(option: str, values: Sequence[T], stages: int) -> list[T]:
-    """One value a stage; one for all may stand alone."""
+    """Values for all stages: one for each, or a single one for all; InputError otherwise."""
     if len(values) == 1:
         return [*values] * stages
     if len(values) != stages:

@@ -135,7 +135,7 @@ class Pictures:
 
     @cached_property
     def animations(self) -> dict[str, RingFolder]:
-        """Flexible stages by the names of their animations."""
+        """Flexible stages whose turning star is animated, by the name of the picture."""
         return _animated(self.content)
 
     def picture(self, name: str) -> Picture:
@@ -290,7 +290,7 @@ def _rendered(content: Folder) -> dict[str, str]:
 
 
 def _animated(content: Folder) -> dict[str, RingFolder]:
-    """Flexible stages by the names of their animations."""
+    """Flexible stages whose turning star is animated, by the name of the picture."""
     return {f"{ring.before}{ANIMATION}": ring for ring in content.rings}
 
 

@@ -197,7 +197,7 @@ def _forces(data: xr.Dataset, stage: StageFlow) -> Any:
 
 
 def _spectrum(data: xr.Dataset, stage: StageFlow) -> Any:
-    """Chart of one stage's spectra."""
+    """Spectra of a stage's gear-mesh forces in the settled part of a run."""
     return spectrum_chart(force_spectra(settled(data), stage.name, stage.gear_mesh_frequency))
 
 

@@ -44,8 +44,8 @@ _BOLTS = {
 
 
 def require_masses(bodies: Sequence[Body], source: str, mass: Array) -> None:
-    """InputError for a body that something can move without mass, eᵀ M e ≈ 0 along a direction e of
-    its nodes: its vibration would have no end of frequency."""
+    """Raise InputError for a body without inertia in a direction in which springs, gear meshes or
+    ports act on it (eᵀ M e ≈ 0): its natural frequency would be infinite."""
     inertias: dict[str, list[tuple[float, Body, str]]] = {"mass": [], "inertia": []}
     for body, direction, rows in _places(bodies):
         for row in rows:

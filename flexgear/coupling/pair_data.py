@@ -128,7 +128,8 @@ def gap_columns(count: int) -> slice:
 
 
 def slice_gaps(data: PairData) -> Array:
-    """Gaps (K, T, n) m of slices over all tables, 0 where a table has none."""
+    """Gap of each slice, m: (tables K, path positions T, slices n); 0 beyond the slices that a
+    table has."""
     found = np.zeros((*data.slice_table.shape[:2], int(data.slices.max(initial=0))))
     for table, count in set(zip(data.table.tolist(), data.slices.tolist(), strict=True)):
         found[table, :, :count] = data.slice_table[table, :, gap_columns(count)]

@@ -37,7 +37,7 @@ def backlash_allowance(view: StageView, role: str, center_distance: float) -> fl
 
 
 def backlash_source(view: StageView, role: str) -> str:
-    """Where the allowance comes from, in words."""
+    """What sets the backlash: the case, linear contact (none), or the rule; a phrase to print."""
     stage = view.stage
     if (stage.backlash_ring if role == "ring" else stage.backlash_sun) is not None:
         return "as the case says"

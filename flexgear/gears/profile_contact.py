@@ -109,7 +109,7 @@ class ProfileContact:
         return self.at(self.centre, s, z) * self.base_radius / np.maximum(s, self.base_radius / 20)
 
     def gap_at(self, s: Array, z: Array) -> Array:
-        """h m at s and z of one shape."""
+        """Gap h, m, left between the flanks at path position s and face position z, m."""
         return self.at(self.gap, s, z) + self.lead(z)
 
     def at(self, values: Array, s: Array, z: Array) -> Array:
@@ -285,8 +285,8 @@ class _Search(NamedTuple):
         return first / a + c / self.radius, second - w + a**2 / (4.0 * self.radius)
 
     def _newton(self, c: Array, log_a: Array, w: float, hertz: Array) -> tuple[Array, Array]:
-        """A step towards the least energy, no longer than a, with its curvature by differences over
-        a twentieth of a; c stays where it would leave a tip."""
+        """Newton step of c and log a towards the least energy, limited to a; second derivatives are
+        central differences over a/20; c stays where the step would pass a tip."""
         a = hertz * np.exp(log_a)
         by_c, by_a = self._slopes(c, log_a, w, hertz)
         further = self._slopes(c + 0.05 * a, log_a, w, hertz)

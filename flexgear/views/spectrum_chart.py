@@ -36,5 +36,5 @@ def spectrum_chart(spectra: xr.Dataset) -> Figure:
 
 
 def _label(gear_mesh: str) -> str:
-    """ "stage_1 ring left 1" -> "ring left"."""
+    """Role and half of a gear mesh by its name: "stage_1 ring left 1" -> "ring left"."""
     return " ".join(gear_mesh.split(" ")[1:-1])

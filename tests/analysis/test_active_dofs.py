@@ -6,6 +6,7 @@ from coupled import make_system
 from numba import njit
 
 from flexgear.analysis import active_dofs as ad
+from flexgear.analysis import row_receptances
 from flexgear.analysis.static_contact import eliminate, solve_dense
 from flexgear.analysis.step_space import begin, step_data, work_space
 from flexgear.coupling.action_lines import action_lines
@@ -20,19 +21,19 @@ STEP, SHARE = 1e-4, 2e4
 def gathered(active, channels, rows, n, last_rows, last):
     changed = ad.gather(active, channels, rows, n, last_rows, last)
     ad.gather_receptance(active, channels, 0)
-    ad.place_rows(active, rows, n)
+    row_receptances.place_rows(active, rows, n)
     return changed
 
 
 @njit
 def products(active, rows, n, eta, force, vectors, d, w, out):
-    ad.row_receptances(active, 0, SHARE, rows, n, vectors, d, w)
+    row_receptances.row_receptances(active, 0, SHARE, rows, n, vectors, d, w)
     ad.motions(active, eta, eta, out[0], out[1])
     ad.modal_forces(active, force, out[2])
     ad.add_residual(active, 0, force, vectors.image, out[3])
     for i in range(n):
-        out[4, i] = ad.row_value(rows, i, out[0])
-        ad.add_row(rows, i, 1.0, out[5])
+        out[4, i] = row_receptances.row_value(rows, i, out[0])
+        row_receptances.add_row(rows, i, 1.0, out[5])
 
 
 @njit

@@ -87,7 +87,7 @@ def toothed_section(
     quads = np.concatenate([quads_of(node), quads_of(land)])
 
     def lines(nodes: Ints) -> Ints:
-        """(z, k + 1) node ids -> (z, k, 2)."""
+        """Edges (z, k, 2) between neighbours in z rows of k + 1 nodes."""
         return np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2)
 
     flank = slice(divisions.flank + 1)
