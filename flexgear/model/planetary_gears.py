@@ -81,11 +81,6 @@ class PlanetaryGears(Section):
                 return 2.0 * math.pi / n
         return 2.0 * math.pi
 
-    @property
-    def signed_helix_angle(self) -> float:
-        """Helix angle of planet and ring: positive for a right hand. The sun has the other hand."""
-        return self.helix_angle if self.planet_hand == "right" else -self.helix_angle
-
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """The hand of helical gears."""

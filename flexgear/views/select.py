@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
 
 import numpy as np
 import xarray as xr
@@ -71,11 +70,3 @@ def thinned(dataset: xr.Dataset, samples: int) -> xr.Dataset:
     slice, which is read at once where the dataset lies in a file."""
     dim = leading_dim(dataset)
     return dataset.isel({dim: slice(None, None, max(1, -(-dataset.sizes[dim] // samples)))})
-
-
-def tooth_angles(dataset: xr.Dataset, dim: str = "tooth") -> FloatArray:
-    """Angles φ_j = 2π (j − 1)/z of teeth j = 1…z (rad), or coordinate "tooth_angle" if given."""
-    if "tooth_angle" in dataset.variables:
-        return np.asarray(dataset["tooth_angle"], dtype=float)
-    n = int(dataset.sizes[dim])
-    return 2 * pi * np.arange(n) / n
