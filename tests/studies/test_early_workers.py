@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from interrupts import hear_interrupts
 
 from flexgear.studies import early_workers
 
@@ -43,7 +44,11 @@ def script(*arguments):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
     code = "import os; os.environ['PARENT'] = str(os.getpid())\n" + SCRIPT
     return subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], env=env, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, *arguments],
+        env=env,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=hear_interrupts,
     )
 
 
