@@ -59,6 +59,7 @@ def test_the_line_after_the_installation_makes_flexgear_a_command(tmp_path, page
     assert shell(f"{line}\nflexgear --version", tmp_path, bare)
 
 
+@pytest.mark.slow
 def test_first_steps(tmp_path):
     lines = commands(text_of("docs/first_steps.md"))
     assert len(lines) >= 9
@@ -121,6 +122,7 @@ def lumped_lines(folder):
     return named(text_of("docs/tutorial.md").partition("## A ring that bends")[0])
 
 
+@pytest.mark.slow
 def test_tutorial_with_lumped_members(tmp_path):
     lines = lumped_lines(tmp_path)
     assert any(line.startswith("flexgear new draft.toml") for line in lines)
