@@ -11,6 +11,7 @@ from flexgear.model.load import load_case
 from flexgear.solve.bodies import StageBodies
 from flexgear.solve.model import assemble
 from flexgear.structures.bodies import Body
+from flexgear.structures.estimate import worst
 from flexgear.structures.kinematics import rigid_motion
 from flexgear.structures.parts import rigid_part
 from flexgear.structures.reduced import ReducedBody
@@ -33,7 +34,7 @@ def cheap_stage(case) -> StageBodies:
 def missing_the_promise(body, error=0.034) -> ReducedBody:
     """A reduction whose static error is larger than promised, under one of two loads."""
     cases = {"tip": 0.001, "tip end -z": error}
-    return body.with_(report={**body.report, "static_error": error, "static_error_cases": cases})
+    return body.with_(report={**body.report, **worst(cases), "static_error_cases": cases})
 
 
 def reduced(body) -> ReducedBody:

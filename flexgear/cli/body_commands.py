@@ -22,9 +22,9 @@ from flexgear.cli.outputs import Force, claim_file, file_option
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
-from flexgear.solve.bodies import named, reduction_limit, variants_of
+from flexgear.solve.bodies import fe_ring, named, reduction_limit, variants_of
 from flexgear.solve.reduction_warnings import reduction_warnings
-from flexgear.structures.build import carrier_body, ring_body
+from flexgear.structures.build import carrier_body
 from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import (
     FeMesh,
@@ -39,7 +39,7 @@ from flexgear.structures.fe_mesh import (
 
 GROUPS = {"ring": ring_groups, "carrier": carrier_groups}
 MESHES = {"ring": ring_of_case, "carrier": carrier_of_case}
-BODIES = {"ring": ring_body, "carrier": carrier_body}
+BODIES = {"ring": fe_ring, "carrier": carrier_body}
 Component = Annotated[
     str,
     typer.Option(

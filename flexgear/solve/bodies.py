@@ -60,7 +60,7 @@ def stage_bodies(
     bends = bends or Variant()
 
     def ring(report: Progress) -> ReducedBody:
-        return whole_ring(view, with_rim(view, ring_body(view, report, limit_hz)))
+        return whole_ring(view, fe_ring(view, report, limit_hz))
 
     def carrier(report: Progress) -> ReducedBody:
         return carrier_body(view, report, limit_hz)
@@ -70,6 +70,14 @@ def stage_bodies(
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
     found = _made(wanted, progress, len(wanted) if roomy else 1)
     return StageBodies(found.get("ring"), found.get("carrier"))
+
+
+def fe_ring(
+    view: StageView, progress: Progress = silent, limit_hz: float | None = None
+) -> ReducedBody:
+    """The reduced ring, of a double-helical stage its left half, and how its rim bends along the
+    face where that counts."""
+    return with_rim(view, ring_body(view, progress, limit_hz))
 
 
 def _made(

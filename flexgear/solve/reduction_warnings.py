@@ -71,9 +71,8 @@ def _fault(report: Mapping[str, Any]) -> str:
     error = report.get("static_error")
     if error is None or error <= PROMISED:
         return ""
-    cases = report.get("static_error_cases", {})
-    worst = f" (load: {max(cases, key=cases.__getitem__)})" if cases else ""
-    return f"static error {100 * error:.1f} %{worst}, above {100 * PROMISED:g} %"
+    load = f" (load: {report['static_error_load']})" if report.get("static_error_load") else ""
+    return f"static error {100 * error:.1f} %{load}, above {100 * PROMISED:g} %"
 
 
 def _remedy(view: StageView, name: str) -> str:

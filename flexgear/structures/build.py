@@ -129,6 +129,7 @@ def carrier_body(
 def _carrier_key(view: StageView) -> str:
     return content_key(
         body="carrier",
+        ties="seats of pins",
         fe_mesh=_mesh_content(view, view.carrier, CarrierMeshParameters, carrier_groups),
         material=view.material.model_dump(),
         pins=[list(view.stage.planet_angles), stage_geometry(view).center_distance],
@@ -181,7 +182,7 @@ def _reduce_carrier(view: StageView, progress: Progress) -> ReducedBody:
         lambda stiffness: carrier_supports(view, interface, stiffness),
         *(limit, clock, progress),
         tie="surface",
-        tie_kind="averaging",
+        tie_kind="seats of pins",
         fidelity=view.solver.fidelity,
     )
 
@@ -268,7 +269,7 @@ def _judged(
         "frequency_limit_hz": limit,
         "frequencies_below_limit": below,
         "supported_frequency_min_hz": float(found[0]),
-        "static_error": max(static.values(), default=None),
+        **estimate.worst(static),
         "static_error_cases": static,
         "frequency_error_on_these_supports": (
             body.report["supports_key"] == content_key(supports=supports)

@@ -22,15 +22,16 @@ start is of the order e (f / f_fixed)^4 (the tests compare with Lanczos on the f
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sla
 from numpy.typing import NDArray
 
 from flexgear.structures.linalg.tall_products import dot, times
-from flexgear.structures.probe_loads import ProbeLoad
+from flexgear.structures.probe_loads import AT_END, ProbeLoad
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.reduction import (
     AnyCondensation,
@@ -99,6 +100,21 @@ def static_errors(body: ReducedBody, supports: NDArray[np.float64]) -> dict[str,
     for (_, case), own in zip(body.probe_cases, error, strict=True):
         worst[case] = max(float(own), worst.get(case, 0.0))
     return worst
+
+
+def judged(cases: Mapping[str, float], shapes: float | None = None) -> dict[str, Any]:
+    """Entries of a ring's report: the static error and the load of it, among loads that are even
+    over the face and ``shapes``, the error at the ends of teeth that bend along the face."""
+    even = {case: error for case, error in cases.items() if AT_END not in case}
+    if shapes is not None:
+        even["end of the face, beside the tooth's own deflection"] = shapes
+    return worst(even)
+
+
+def worst(cases: Mapping[str, float]) -> dict[str, Any]:
+    """Entries of a report: the static error and the load of it; None without any."""
+    load = max(cases, key=cases.__getitem__, default=None)
+    return {"static_error": None if load is None else cases[load], "static_error_load": load}
 
 
 def shape_errors(

@@ -18,12 +18,14 @@ from flexgear.structures.fem import (
     interface_of,
     point_sample,
     rigid_tie,
+    seat_tie,
 )
 from flexgear.structures.fem.ties import Tie
-from flexgear.structures.nodes import carrier_nodes, ring_nodes
+from flexgear.structures.nodes import SEATS, carrier_nodes, ring_nodes
 from flexgear.structures.springs import carrier_springs, ring_springs, stiffness_at
 
 Array = NDArray[np.float64]
+AXIS = np.array([0.0, 0.0, 1.0])
 
 
 class Nodes(Protocol):
@@ -62,15 +64,19 @@ def ring_interface(view: StageView, model: FeModel) -> Interface:
 
 
 def carrier_interface(view: StageView, model: FeModel) -> Interface:
-    """Ties of drive flange, bearing seats and pins."""
-    patches = model.fe_mesh.facets
-    return interface_of(
-        model,
-        [
-            averaging_tie(name, place, facet_sample(model, patches[name]))
-            for name, place in carrier_nodes(view, model.fe_mesh).items()
-        ],
-    )
+    """Ties of the drive flange, of bearing seats and of pins, whose axes are along z.
+
+    Pins are seats of planet bearings; carrier bearings are narrow beside their diameter and hold
+    the carrier by shoulders as well, so their nodes average the whole displacement.
+    """
+    ties: list[Tie] = []
+    for name, place in carrier_nodes(view, model.fe_mesh).items():
+        sample = facet_sample(model, model.fe_mesh.facets[name])
+        if name in SEATS:
+            ties.append(averaging_tie(name, place, sample))
+        else:
+            ties.append(seat_tie(name, place, AXIS, sample))
+    return interface_of(model, ties)
 
 
 def ring_supports(view: StageView, body: Nodes) -> Array:

@@ -12,6 +12,7 @@ from flexgear.structures.fem import FeModel, Sample, facet_sample, point_sample
 
 _MARGIN = 0.08  # of the flank's height kept between a load line and the flank's border
 END_SHARE = 0.2  # of the face width under a load at one end; a shorter contact line carries little
+AT_END = " end "  # in the names of these
 _SLACK = 0.2  # flat triangles on a twisted flank leave the cells by this much at most
 
 
@@ -40,8 +41,8 @@ def tooth_lines(model: FeModel, teeth: Iterable[int], face_width: float) -> list
     x, w = np.polynomial.legendre.leggauss(10)
     spans = {
         "": (-half, half),
-        " end -z": (-half, -half + END_SHARE * face_width),
-        " end +z": (half - END_SHARE * face_width, half),
+        f"{AT_END}-z": (-half, -half + END_SHARE * face_width),
+        f"{AT_END}+z": (half - END_SHARE * face_width, half),
     }
     for tooth in teeth:
         flank = _Flank(model, f"tooth_flank_{tooth + 1:03d}")

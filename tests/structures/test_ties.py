@@ -13,6 +13,7 @@ from flexgear.structures.fem import (
     interface_of,
     point_sample,
     rigid_tie,
+    seat_tie,
 )
 
 STEEL = (210e9, 0.3, 7850.0)
@@ -81,6 +82,42 @@ def test_rigid_tie_moves_its_patch_as_one_piece():
     expected = q[:3] + np.cross(q[3:], model.nodes[on] - position)
     assert np.allclose(u[on], expected)
     assert np.all(u[~on] == 0.0)
+
+
+@pytest.mark.parametrize("place", [[0.0, 0.0, 0.0], [0.0, 0.0, 0.7]], ids=["middle", "outside"])
+@pytest.mark.parametrize("covers", [1.0, 0.4], ids=["round", "a part"])
+def test_a_seat_tie_reproduces_rigid_motion(place, covers):
+    model = assemble(annulus((12, 1, 2)), *STEEL)
+    facets = model.fe_mesh.facets["outer"]
+    sample = facet_sample(model, facets[: int(covers * len(facets))])
+    tie = seat_tie("seat", np.array(place), NORMAL, sample)
+    assert np.allclose(
+        tie.rows @ model.rigid_modes(), interface_of(model, [tie]).rigid_modes(), atol=1e-12
+    )
+
+
+def test_a_seat_tie_loads_the_seat_by_pressure_alone():
+    """Force across and tilting moment give tractions along the normals, p ~ cos of the angle and
+    linear along the seat; axial force and torque have the whole surface."""
+    model = assemble(annulus((24, 1, 3)), *STEEL)
+    sample = facet_sample(model, model.fe_mesh.facets["outer"])
+    points = sample.points
+    normal = points * [1.0, 1.0, 0.0] / np.hypot(*points.T[:2])[:, None]
+    middle = np.array([0.0, 0.0, sample.weights @ points[:, 2] / sample.weights.sum()])
+    tie = seat_tie("seat", middle, NORMAL, sample)
+    area = sample.weights.sum()
+    z, square = points[:, 2] - middle[2], sample.weights @ (points[:, 2] - middle[2]) ** 2 / area
+    for wrench, pressure in [
+        ([1.0, 0, 0, 0, 0, 0], 2 * normal[:, 0]),
+        ([0, 1.0, 0, 0, 0, 0], 2 * normal[:, 1]),
+        ([0, 0, 0, 1.0, 0, 0], -2 * normal[:, 1] * z / square),
+        ([0, 0, 0, 0, 1.0, 0], 2 * normal[:, 0] * z / square),
+    ]:
+        forces = (sample.weights / area * pressure)[:, None] * normal
+        expected = sample.load(forces)
+        assert np.allclose(tie.rows.T @ wrench, expected, atol=0.02 * np.abs(expected).max())
+    torque = tie.rows.T @ np.array([0, 0, 0, 0, 0, 1.0])
+    assert np.allclose(model.rigid_modes().T @ torque, [0, 0, 0, 0, 0, 1.0], atol=1e-12)
 
 
 def test_a_patch_without_extent_is_refused():

@@ -5,7 +5,7 @@ from flexgear.structures.fem.gradient import element_gradient
 from flexgear.structures.fem.nodes import edge_nodes, facet_nodes, nodes_between
 from flexgear.structures.fem.plane import plane_strain
 from flexgear.structures.fem.sampling import Sample, disc_points, facet_sample, point_sample
-from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie
+from flexgear.structures.fem.ties import Interface, averaging_tie, interface_of, rigid_tie, seat_tie
 
 __all__ = [
     "FeModel",
@@ -23,4 +23,5 @@ __all__ = [
     "plane_strain",
     "point_sample",
     "rigid_tie",
+    "seat_tie",
 ]

@@ -10,6 +10,10 @@ The weights come from integration over the patch, so they do not depend on where
 a load on the node spreads over the patch as B^T f and stiffens nothing. Rigid motion is
 reproduced exactly wherever x0 lies.
 
+Seat tie. As the averaging tie, but what a bearing pushes follows the displacement along the normals
+of the seat: the load of the node spreads as the pressure p ~ cos(angle) round the seat, see
+`seat_tie`.
+
 Rigid tie (RBE2). All dofs on a patch follow its node, u = H q, and are eliminated:
 u = T [u_free, q]. Nodes shared by two rigid patches belong to neither.
 """
@@ -68,23 +72,89 @@ class Interface:
 
 def averaging_tie(name: str, position: NDArray[np.float64], sample: Sample) -> Tie:
     """q = B u: least-squares rigid motion about `position` over the sample's points."""
-    position = np.asarray(position, dtype=float)
-    centre = sample.weights @ sample.points / sample.weights.sum()
-    h = rigid_motion(sample.points - centre)  # (m, 3, 6), about the centroid: well conditioned
-    length = np.sqrt(
-        sample.weights @ np.sum((sample.points - centre) ** 2, axis=1) / sample.weights.sum()
-    )
-    scale = np.array([1.0, 1.0, 1.0, length, length, length])
-    h = h / scale
-    gram = np.einsum("m,mci,mcj->ij", sample.weights, h, h)
+    patch = _Patch.of(sample)
+    weight = np.einsum("m,mci->cmi", sample.weights, patch.motion)
+    weight = weight @ _inverse(name, np.einsum("cmi,mcj->ij", weight, patch.motion))
+    return _tie(name, position, sample, patch, weight)
+
+
+def seat_tie(
+    name: str, position: NDArray[np.float64], axis: NDArray[np.float64], sample: Sample
+) -> Tie:
+    """q = B u of a bearing seat round the axis (3,), a unit vector through `position`.
+
+    Translations across the axis and tilts fit the displacement along the seat's normals n, as a
+    bearing passes pressure on only,
+
+        min ∫ (n·(u − H q))² dA,
+
+    translation along the axis and rotation about it fit what is left of u.
+    """
+    w = sample.weights
+    along_axis = np.outer((sample.points - position) @ axis, axis)
+    patch = _Patch.of(sample, position + w @ along_axis / w.sum())
+    motion = patch.motion
+    away = sample.points - position - along_axis
+    normal = away / np.linalg.norm(away, axis=1)[:, None]
+    first = np.eye(3)[np.abs(axis).argmin()]
+    second = np.cross(axis, first) / np.linalg.norm(np.cross(axis, first))
+    frame = np.column_stack([np.cross(second, axis), second, axis])
+    turned = np.concatenate([motion[..., :3] @ frame, motion[..., 3:] @ frame], axis=2)
+    across, along = turned[..., [0, 1, 3, 4]], turned[..., [2, 5]]
+    pressed = np.einsum("mc,mci->mi", normal, across)
+    of_across = np.einsum("m,mi,mc->cmi", w, pressed, normal)
+    of_across = of_across @ _inverse(name, np.einsum("m,mi,mj->ij", w, pressed, pressed))
+    of_along = np.einsum("m,mci->cmi", w, along)
+    of_along = of_along @ _inverse(name, np.einsum("cmi,mcj->ij", of_along, along))
+    of_along -= of_across @ np.einsum("cmj,mci->ij", of_along, across)
+    weight = np.empty_like(turned.swapaxes(0, 1))
+    weight[..., [0, 1, 3, 4]], weight[..., [2, 5]] = of_across, of_along
+    weight = np.concatenate([weight[..., :3] @ frame.T, weight[..., 3:] @ frame.T], axis=2)
+    return _tie(name, position, sample, patch, weight)
+
+
+@dataclass(frozen=True, eq=False)
+class _Patch:
+    """Centre (3,) of a patch, its points' root mean square distance from there m, their motion
+    (m, 3, 6) by unit translations and by rotations of one over that distance: well conditioned."""
+
+    centre: NDArray[np.float64]
+    length: float
+    motion: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, sample: Sample, centre: NDArray[np.float64] | None = None) -> _Patch:
+        """About a centre; without one, about the centroid."""
+        share = sample.weights / sample.weights.sum()
+        centre = share @ sample.points if centre is None else centre
+        away = sample.points - centre
+        length = float(np.sqrt(share @ np.sum(away**2, axis=1)))
+        motion = rigid_motion(away)
+        motion[..., 3:] /= length
+        return cls(centre, length, motion)
+
+
+def _inverse(name: str, gram: NDArray[np.float64]) -> NDArray[np.float64]:
     if np.linalg.cond(gram) > 1e8:
         raise FlexgearError(
             f"patch '{name}' has no extent across one axis: it cannot tell a rotation there"
         )
-    weight = np.einsum("m,mci->cmi", sample.weights, h) @ np.linalg.inv(gram) / scale  # (3, m, 6)
-    # from the centroid to the node: t(x0) = t(c) + theta x (x0 - c)
+    return np.asarray(np.linalg.inv(gram))
+
+
+def _tie(
+    name: str,
+    position: NDArray[np.float64],
+    sample: Sample,
+    patch: _Patch,
+    weight: NDArray[np.float64],
+) -> Tie:
+    """B of weights (3, m, 6) of the displacements at the points for the motion of the patch."""
+    position = np.asarray(position, dtype=float)
+    weight = weight / np.repeat([1.0, patch.length], 3)
+    # from the patch's centre to the node: t(x0) = t(c) + theta x (x0 - c)
     shift = np.eye(6)
-    shift[:3] = rigid_motion((position - centre)[None])[0]
+    shift[:3] = rigid_motion((position - patch.centre)[None])[0]
     nodes, local = np.unique(sample.interpolation.indices, return_inverse=True)
     compact = sp.csr_matrix(
         (sample.interpolation.data, local, sample.interpolation.indptr),

@@ -11,7 +11,7 @@ from flexgear.gears.slices import Slices
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import ring_condensed, ring_key
-from flexgear.structures.estimate import PROMISED, shape_errors
+from flexgear.structures.estimate import PROMISED, judged, shape_errors
 from flexgear.structures.fe_mesh import SegmentParameters
 from flexgear.structures.fe_mesh.tooth_block import base_section_angle
 from flexgear.structures.interfaces import ring_supports
@@ -74,10 +74,12 @@ def with_rim(view: StageView, body: ReducedBody) -> ReducedBody:
     counts, and its size in the report: the static error without it (``rim_error``) and whether it
     is taken in.
 
-    As it is where ``has_shapes`` says no, or where the supports leave the ring free.
+    Without it where ``has_shapes`` says no, or where the supports leave the ring free. The static
+    error is that of the loads which the case's gear meshes put on teeth: at the ends of the face
+    only where they distribute load along it.
     """
     if not has_shapes(view):
-        return body
+        return body if view.gear_mesh.model == "face_load" else _loaded_evenly(body)
     b, line = body.interface_dofs, _first_line(view)
     supports, stiffness = ring_supports(view, body), body.stiffness[:b, :b]
     try:
@@ -89,8 +91,19 @@ def with_rim(view: StageView, body: ReducedBody) -> ReducedBody:
     assert influence is not None  # has_shapes
     error = rim_error(rim, influence, _parameters(view).tooth)
     counts = view.ring.tooth_shapes == "always" or error > PROMISED
-    report = {**body.report, "rim_error": error, "rim_counts": counts}
+    report = {
+        **body.report,
+        **judged(body.report.get("static_error_cases", {}), None if counts else error),
+        "rim_error": error,
+        "rim_counts": counts,
+    }
     return body.with_(rim=rim if counts else None, report=report)
+
+
+def _loaded_evenly(body: ReducedBody) -> ReducedBody:
+    """A ring whose teeth are loaded over the whole face."""
+    cases = body.report.get("static_error_cases")
+    return body.with_(report={**body.report, **judged(cases)}) if cases else body
 
 
 def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tuple[Array, Array]:

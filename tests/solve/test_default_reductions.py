@@ -1,0 +1,26 @@
+"""Reductions of bundled cases keep what they promise."""
+
+import pytest
+
+from flexgear.model.bundled import bundled_cases
+from flexgear.model.load import load_case
+from flexgear.solve.bodies import reduction_limit, stage_bodies, variants_of
+from flexgear.solve.reduction_warnings import reduction_warnings
+
+FLEXIBLE = ["wind-5mw", "ev-reducer", "star-ring", "grc-750kw"]
+
+
+def test_these_are_all_with_fe_bodies():
+    assert sorted(FLEXIBLE) == sorted(n for n in bundled_cases() if load_case(n).flexible_stages)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FLEXIBLE)
+@pytest.mark.parametrize("fidelity", ["quick", "standard"])
+def test_a_bundled_case_does_not_warn_of_its_own_reductions(name, fidelity):
+    case = load_case(name, {"solver.fidelity": fidelity})
+    bodies = {
+        stage: stage_bodies(view, limit_hz=reduction_limit(case, stage))
+        for stage, view in case.flexible_stages.items()
+    }
+    assert reduction_warnings(case, bodies, variants_of(case)) == []
