@@ -31,7 +31,7 @@ class TrainRun:
             label.planet: m
             for m, label in enumerate(labels)
             if label.stage == stage and label.side == side
-            and label.kind.removesuffix("_coast") == kind and front[m]
+            and label.kind.gear == kind and front[m]
         }  # fmt: skip
         return [found[i] for i in sorted(found)]
 

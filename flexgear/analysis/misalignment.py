@@ -61,7 +61,7 @@ def _of_bodies(
     lag = result.theta[:, pairs.turns[m]] if pairs.turns[m] >= 0 else np.zeros(len(turned))
     cos, sin = np.cos(pairs.phi[m] + lag), np.sin(pairs.phi[m] + lag)
     across = np.stack([cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]], axis=-1)
-    gear = "ring" if KINDS[pairs.kind[m]].startswith("ring") else "sun"
+    gear = KINDS[pairs.kind[m]].gear
     found = {gear: np.einsum("tsi,ti->ts", rotation, across)}
     planet = -(turned[:, pairs.planet_block[m]] @ axis)[:, None]
     pin = pins.get(_bearing_of(recovery.modal.system, m))

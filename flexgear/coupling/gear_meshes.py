@@ -22,6 +22,7 @@ from flexgear.coupling.pair_data import (
 )
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.slices import Slices
 from flexgear.model.errors import FlexgearError
 
@@ -74,7 +75,7 @@ class GearMeshLabel:
     """What a gear mesh m is: stage (0-based), kind (of KINDS), side ("", left, right), planet."""
 
     stage: int
-    kind: str
+    kind: GearMeshKind
     side: str
     planet: int
 
@@ -307,7 +308,7 @@ def _opposite(sets: Sequence[GearMeshSet], s: GearMeshSet, i: int) -> int:
             not other.carries
             and other.stage == s.stage
             and other.path.side == s.path.side
-            and other.path.kind.removesuffix("_coast") == s.path.kind.removesuffix("_coast")
+            and other.path.kind.gear == s.path.kind.gear
         ):
             return at + i
         at += len(other.phi)

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.coupling.laws import LAWS
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FEWEST_SLOTS = 4  # so that datasets of usual gears have one form
-KINDS = ("ring", "sun", "ring_coast", "sun_coast")
+KINDS = tuple(GearMeshKind)
 PER_PAIR, SUMMED, WAVE, FACE_LOAD = range(4)  # models of a gear mesh
 FOLLOWING = 4  # rows of the next two pairs, which yield to those of a pair
 OF_LINE = 2 + 2 * FOLLOWING  # columns of a table of slices that are of the whole line

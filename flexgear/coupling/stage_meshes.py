@@ -67,7 +67,7 @@ def stage_sets(
     for (kind, side), path in paths.items():
         if not path.carries and options.contact_law == "linear":
             continue
-        part = "ring" if kind.startswith("ring") else first
+        part = "ring" if kind.internal else first
         inverse = path.base_radius_planet**2 / mass_properties(view, second, radii)[1]
         if can_turn(case, stage, part):
             inverse += path.base_radius_gear**2 / mass_properties(view, part, radii)[1]
@@ -76,11 +76,10 @@ def stage_sets(
             from flexgear.structures.tooth_influence import pair_bending, rim_bending
 
             assert path.slices is not None
-            role = kind.removesuffix("_coast")
-            force = flow.gear_mesh_forces[role]
-            load = line_load(view, stage_geometry(view), role, force)
+            force = flow.gear_mesh_forces[kind.gear]
+            load = line_load(view, stage_geometry(view), kind.gear, force)
             found = pair_bending(view, path, path.slices, force)
-            if rim is not None and role == "ring":
+            if rim is not None and kind.internal:
                 found = found.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
             contact = (found.scale, found.limit)

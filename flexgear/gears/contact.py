@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import StageGeometry
 from flexgear.gears.off_path import OffPath
 from flexgear.gears.slices import Slices
@@ -44,8 +45,7 @@ ASSEMBLY_TOLERANCE = 1e-3  # of a sun tooth pitch
 
 @dataclass(frozen=True)
 class GearMeshPath:
-    """One kind of gear mesh of all N planets: "ring", "sun" on the drive flanks, "ring_coast",
-    "sun_coast" on the coast flanks.
+    """One kind of gear mesh of all N planets.
 
     Pair k of planet i: s = s0[i] + k base_pitch + rate θ_c at z = 0, s(z) = s + slope z.
     Tooth numbers (0-based): (gear_tooth0[i] + gear_step k) mod gear_teeth, likewise the planet's.
@@ -60,7 +60,7 @@ class GearMeshPath:
     Lengths m, angles rad, rate m/rad.
     """
 
-    kind: str
+    kind: GearMeshKind
     s0: Array
     rate: float
     base_pitch: float
@@ -112,7 +112,7 @@ class GearMeshPath:
     @property
     def gear_arm(self) -> float:
         """Moment of N about the gear's axis, m: of the planet's sign at the ring only."""
-        inward = 1.0 if self.kind.startswith("ring") else -1.0
+        inward = 1.0 if self.kind.internal else -1.0
         sign = inward * math.copysign(1.0, self.planet_arm)
         return sign * self.base_radius_gear * self.cos_base_helix
 
@@ -178,7 +178,7 @@ def _coast_planet_tooth(g: StageGeometry, gamma: Array, s_coast: Array) -> Array
 
 def planetary_paths(
     g: StageGeometry, stage: Stage, planet_hand: str, laws: Mapping[str, Law]
-) -> dict[str, GearMeshPath]:
+) -> dict[GearMeshKind, GearMeshPath]:
     """Paths of all four kinds of a planetary stage; laws: pair stiffness with "ring", "sun"."""
     phi = np.asarray(stage.planet_angles, dtype=float)
     cos_bb = math.cos(g.base_helix_angle)
@@ -198,10 +198,10 @@ def planetary_paths(
 
     behind = tooth_numbers(-planet_tooth_angle(g, ring_coast) - gamma, 0.0, g.planet.teeth)[0]
     starts = {
-        "ring": (ring, zero, zero),
-        "sun": (sun, sun_teeth(sun, 1), zero),
-        "ring_coast": (ring_coast, zero, behind),
-        "sun_coast": (sun_coast, sun_teeth(sun_coast, -1), zero),
+        GearMeshKind.RING: (ring, zero, zero),
+        GearMeshKind.SUN: (sun, sun_teeth(sun, 1), zero),
+        GearMeshKind.RING_COAST: (ring_coast, zero, behind),
+        GearMeshKind.SUN_COAST: (sun_coast, sun_teeth(sun_coast, -1), zero),
     }
     return {
         kind: gear_mesh_path(
@@ -211,8 +211,8 @@ def planetary_paths(
             rolling_radius=g.ring.base_radius,
             planet_hand=planet_hand,
             half_face=stage.face_width / 2,
-            mirrored=kind.endswith("coast"),
-            law=laws[kind.removesuffix("_coast")],
+            mirrored=kind.coast,
+            law=laws[kind.gear],
         )
         for kind, start in starts.items()
     }
@@ -220,7 +220,7 @@ def planetary_paths(
 
 def gear_mesh_path(
     g: StageGeometry,
-    kind: str,
+    kind: GearMeshKind,
     start: tuple[Array, IntArray, IntArray],
     *,
     rolling_radius: float,
@@ -234,8 +234,7 @@ def gear_mesh_path(
     rolling_radius: distance that the planet's base circle rolls off against its rotation per rad of
     θ, m; mirrored: N has a part in +y of the planet.
     """
-    role = kind.removesuffix("_coast")
-    gear, planet, gear_mesh = g.gears[role], g.planet, g.gear_meshes[role]
+    gear, planet, gear_mesh = g.gears[kind.gear], g.planet, g.gear_meshes[kind.gear]
     side, m = (1 if gear.internal else -1), (-1 if mirrored else 1)
     hand = 1 if planet_hand == "right" else -1
     a, t = gear_mesh.working_angle, side * m * hand * math.tan(g.base_helix_angle)
@@ -254,7 +253,7 @@ def gear_mesh_path(
         alpha=a,
         beta_b=math.atan(t),
         base_radius_planet=g.radii.planet,
-        base_radius_gear=getattr(g.radii, role),
+        base_radius_gear=getattr(g.radii, kind.gear),
         center_distance=g.center_distance,
         normal_xy=np.array([-side * math.sin(a), -m * math.cos(a)]),
         tangent_point=planet.base_radius * np.array([side * math.cos(a), -m * math.sin(a)]),

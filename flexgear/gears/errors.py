@@ -48,6 +48,7 @@ from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.flanks import flank_name
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.paths import PathKey
 from flexgear.gears.radii import gears_by_role
 from flexgear.gears.tooth import transverse_angle
@@ -140,7 +141,7 @@ def _errors_of(
     stage: Stage, e: GearErrors, path: GearMeshPath, pitch: tuple[Array, Array]
 ) -> PairErrors:
     """Errors of teeth, pins, gear bodies, carrier and ring on one kind of gear mesh."""
-    role, n = "ring" if path.kind.startswith("ring") else "sun", len(path.s0)
+    role, n = path.kind.gear, len(path.s0)
     turning = [(v, 1.0) for v in _gear_vectors(stage, e, role)]
     turning += [(v, -1.0) for v in _planet_vectors(stage, e)]
     amplitude, phase = np.zeros((n, len(turning))), np.zeros((n, len(turning)))
@@ -264,8 +265,8 @@ def _pitch_by_path(
             if role in gears
         }
         planet = pitch_deviations(rng, (2, stage.planets, gears["planet"].teeth), e.planet_pitch)
-        for k, flank in enumerate(("", "_coast")):
-            found["sun" + flank, side] = drawn["sun"][k], planet[1 - k]
-            if "ring" in drawn:
-                found["ring" + flank, side] = drawn["ring"][k], planet[k]
+        for role, gear in drawn.items():
+            mate = planet[::-1] if role == "sun" else planet
+            for k, kind in enumerate(GearMeshKind.both(role)):
+                found[kind, side] = gear[k], mate[k]
     return found

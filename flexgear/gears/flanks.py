@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.contact import GearMeshPath
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import PER_PAIR_MODELS
 from flexgear.gears.modifications import Flank, Gap, gaps_of
 from flexgear.gears.profile_contact import FlankPair
@@ -62,9 +63,8 @@ class GearFlank:
 
 def flank_name(part: str, path: GearMeshPath) -> str:
     """Name of the flank of ``part`` that a gear mesh uses."""
-    role = path.kind.removesuffix("_coast")
     if part == "planet":
-        return role if path.carries else _OTHER[role]
+        return path.kind.gear if path.carries else _OTHER[path.kind.gear]
     return "drive" if path.carries else "coast"
 
 
@@ -84,20 +84,20 @@ def tooth_sides(kind: str, forward: bool) -> dict[tuple[str, str], int]:
     return out if kind == "parallel" else out | {("planet", "sun"): -way, ("planet", "ring"): way}
 
 
-def gear_flanks(view: StageView, paths: Mapping[str, GearMeshPath]) -> list[GearFlank]:
+def gear_flanks(view: StageView, paths: Mapping[GearMeshKind, GearMeshPath]) -> list[GearFlank]:
     """Both flanks of every gear; paths: by kind, of a stage or of a half. InputError for
     modifications that leave a flank."""
     out = []
-    for role in [kind for kind in paths if not kind.endswith("_coast")]:
-        parts = (view.part("planet"), view.part(role))
-        for part, flank in zip(parts, _active(paths[role], role), strict=True):
-            names = (role,) if part == "planet" else ("drive", "coast")
+    for kind in [kind for kind in paths if not kind.coast]:
+        parts = (view.part("planet"), view.part(kind.gear))
+        for part, flank in zip(parts, _active(paths[kind], kind.gear), strict=True):
+            names = (kind.gear,) if part == "planet" else ("drive", "coast")
             out += [GearFlank(part, name, flank, _gaps(view, part, name, flank)) for name in names]
     return out
 
 
 def modified_flanks(
-    view: StageView, paths: Mapping[tuple[str, str], GearMeshPath]
+    view: StageView, paths: Mapping[tuple[GearMeshKind, str], GearMeshPath]
 ) -> list[GearFlank]:
     """Flanks that are no involutes, of the right half if there are two; paths: by kind and side
     (``stage_paths``)."""
@@ -107,19 +107,19 @@ def modified_flanks(
 
 
 def flank_pairs(
-    view: StageView, paths: Mapping[str, GearMeshPath], mirrored: bool
-) -> dict[str, FlankPair | None]:
+    view: StageView, paths: Mapping[GearMeshKind, GearMeshPath], mirrored: bool
+) -> dict[GearMeshKind, FlankPair | None]:
     """Flanks that meet in every kind of gear mesh, None where both are involutes.
 
     mirrored: whether the half is the mirror image of what the case
     says. Raises InputError where the model of the gear mesh follows no pair along its path.
     """
     flanks = {(one.part, one.name): one for one in gear_flanks(view, paths)}
-    out: dict[str, FlankPair | None] = {}
+    out: dict[GearMeshKind, FlankPair | None] = {}
     for kind, path in paths.items():
         planet, gear = (
             flanks[part, flank_name(part, path)]
-            for part in (view.part("planet"), view.part(kind.removesuffix("_coast")))
+            for part in (view.part("planet"), view.part(kind.gear))
         )
         out[kind] = _of_pair(path, planet, gear, mirrored) if planet.gaps or gear.gaps else None
     if view.gear_mesh.model not in PER_PAIR_MODELS and any(out.values()):

@@ -17,6 +17,7 @@ from flexgear.gears.bearing_stiffness import roller_bearing_stiffness
 from flexgear.gears.contact import ASSEMBLY_TOLERANCE, assembly_mismatch
 from flexgear.gears.errors import errors_closing, stage_errors
 from flexgear.gears.flank_pressure import pitch_point_pressure
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import (
     StageGeometry,
     bottom_clearance,
@@ -108,7 +109,7 @@ def _backlash(view: StageView, g: StageGeometry, stage: StageFlow) -> Iterator[s
     paths = stage_paths(view, stage.gear_mesh_forces)
     errors, side = stage_errors(view, paths), view.stage.sides[0]
     for role, gear_mesh in g.gear_meshes.items():
-        drive, coast = errors[role, side], errors[f"{role}_coast", side]
+        drive, coast = (errors[kind, side] for kind in GearMeshKind.both(role))
         closed = float(errors_closing(drive, coast, 0.5 * view.stage.face_width).max())
         if closed > gear_mesh.backlash:
             yield (

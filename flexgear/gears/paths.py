@@ -32,6 +32,7 @@ from flexgear.gears.contact import (
     planetary_paths,
 )
 from flexgear.gears.flanks import flank_pairs
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import line_load, mean_stiffness, pair_law
 from flexgear.gears.profile_contact import FlankPair, ProfileContact, profile_contact
@@ -42,15 +43,14 @@ from flexgear.gears.waves import stiffness_wave
 if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
-PathKey = tuple[str, str]
+PathKey = tuple[GearMeshKind, str]
 DEEPEST = 3.0
 PLACES = 65  # slices over which a gap is averaged
 OTHER_HAND = {"right": "left", "left": "right"}
 
 
 def stage_paths(view: StageView, forces: Mapping[str, float]) -> dict[PathKey, GearMeshPath]:
-    """Paths by (kind, side): kind "ring", "sun", "ring_coast", "sun_coast"; side "", or "left" and
-    "right" halves. A parallel stage has "sun" and "sun_coast" only.
+    """Paths by (kind, side); side "", or "left" and "right" halves.
 
     forces: normal force of one gear mesh of "sun" and "ring" at rated load, N, for stiffness that
     depends on it (``laws``) and for the flanks that carry: of "sun" and "ring" where it is not
@@ -91,7 +91,7 @@ def require_assembly(view: StageView, g: StageGeometry) -> None:
 
 def _half_paths(
     view: StageView, g: StageGeometry, forces: Mapping[str, float], side: str = ""
-) -> dict[str, GearMeshPath]:
+) -> dict[GearMeshKind, GearMeshPath]:
     """Paths of a stage with one helix, or of one half."""
     hand: str = view.stage.planet_hand
     hand = OTHER_HAND[hand] if side == "right" else hand
@@ -101,20 +101,16 @@ def _half_paths(
     else:
         paths = planetary_paths(g, view.stage, hand, laws)
     forward = forces["sun"] >= 0
-    paths = {
-        kind: replace(path, carries=kind.endswith("_coast") != forward)
-        for kind, path in paths.items()
-    }
+    paths = {kind: replace(path, carries=kind.coast != forward) for kind, path in paths.items()}
     flanks = flank_pairs(view, paths, mirrored=side == "left")
     if view.gear_mesh.model in PER_PAIR_MODELS:
         by_pairs = _in_slices if view.gear_mesh.model == "face_load" else _as_springs
         return {
-            kind: by_pairs(view, g, path, laws[role], forces[role], flanks[kind])
+            kind: by_pairs(view, g, path, laws[kind.gear], forces[kind.gear], flanks[kind])
             for kind, path in paths.items()
-            for role in (kind.removesuffix("_coast"),)
         }
     waves = {role: _wave(view, g, role, forces[role]) for role in g.gear_meshes}
-    return {k: replace(path, wave=waves[k.removesuffix("_coast")]) for k, path in paths.items()}
+    return {k: replace(path, wave=waves[k.gear]) for k, path in paths.items()}
 
 
 def _in_slices(
@@ -177,9 +173,9 @@ def _profile(
     span: tuple[float, float],
 ) -> ProfileContact:
     """Contact across the profile of modified flanks, at the mean line load."""
-    material, role = view.material, path.kind.removesuffix("_coast")
+    material = view.material
     pressed = 2.0 * (1.0 - material.poisson_ratio**2) / (math.pi * material.young_modulus)
-    load = line_load(view, g, role, force)
+    load = line_load(view, g, path.kind.gear, force)
     return profile_contact(flanks, span, path.half_face, pressed, load)
 
 
@@ -196,14 +192,14 @@ def _wave(view: StageView, g: StageGeometry, role: str, force: float) -> NDArray
 
 def _parallel_paths(
     view: StageView, g: StageGeometry, law: Law, planet_hand: str
-) -> dict[str, GearMeshPath]:
+) -> dict[GearMeshKind, GearMeshPath]:
     """Paths of pinion and gear on the drive and the coast flank."""
     zero = np.zeros(1, np.int64)
     pitch_point = g.planet.base_radius * math.tan(g.sun_mesh.working_angle)
     coast, gear_tooth, pinion_tooth = _coast_of_parallel(g, pitch_point)
     starts = {
-        "sun": (np.array([pitch_point]), zero, zero),
-        "sun_coast": (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
+        GearMeshKind.SUN: (np.array([pitch_point]), zero, zero),
+        GearMeshKind.SUN_COAST: (np.array([coast]), zero + pinion_tooth, zero + gear_tooth),
     }
     return {
         kind: gear_mesh_path(
@@ -213,7 +209,7 @@ def _parallel_paths(
             rolling_radius=-g.planet.base_radius,  # turns by +θ, a planet by −(r_b,ring/r_b) θ
             planet_hand=planet_hand,
             half_face=view.stage.face_width / 2,
-            mirrored=kind == "sun",
+            mirrored=not kind.coast,
             law=law,
         )
         for kind, start in starts.items()

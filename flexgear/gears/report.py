@@ -17,6 +17,7 @@ from flexgear.gears.contact import ASSEMBLY_TOLERANCE, GearMeshPath
 from flexgear.gears.errors import PairErrors, errors_closing, stage_errors
 from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.flanks import GearFlank, modified_flanks
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import PER_PAIR_MODELS, StageGeometry, stage_geometry
 from flexgear.gears.laws import iso_peak
 from flexgear.gears.left_out import left_out
@@ -63,8 +64,9 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
     errors = stage_errors(view, paths) if view.gear_mesh.contact_law == "one-sided" else {}
     for role in g.gear_meshes:
         name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
-        flanks = [errors[kind, side] for kind in (role, f"{role}_coast") if errors]
-        report[name] = _gear_mesh(view, g, role, paths[role, side], flanks)
+        kinds = GearMeshKind.both(role)
+        flanks = [errors[kind, side] for kind in kinds if errors]
+        report[name] = _gear_mesh(view, g, role, paths[kinds[0], side], flanks)
         if forces[role]:
             pressure = pitch_point_pressure(view, g, role, forces[role])
             report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6

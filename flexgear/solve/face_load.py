@@ -119,7 +119,7 @@ def _pressure(model: Model, found: LineLoads) -> Array:
     body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # any depth does
     largest = np.zeros(found.approach.shape[:2])
     for m in np.flatnonzero(pairs.slices):
-        internal = KINDS[pairs.kind[m]].startswith("ring")
+        internal = KINDS[pairs.kind[m]].internal
         offset = pairs.center_distance[m] * abs(pairs.normal[m, 0])
         least = 1e-3 * pairs.pitch[m]
         planet = np.maximum(found.path[:, m], least)

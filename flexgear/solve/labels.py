@@ -38,7 +38,7 @@ class GearMeshes:
 
 def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
     """The gear mesh that a flank belongs to."""
-    stage, kind = case.stages[label.stage].name, label.kind.removesuffix("_coast")
+    stage, kind = case.stages[label.stage].name, label.kind.gear
     return GearMeshName(stage, kind, label.side, label.planet + 1)
 
 

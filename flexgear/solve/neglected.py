@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.left_out import left_out
 from flexgear.gears.paths import stage_paths
@@ -106,4 +107,7 @@ def _teeth(case: Case, flow: PowerFlow, stage: str) -> float:
     forces = flow.stage(stage).gear_mesh_forces
     paths = stage_paths(case.view(stage), forces)
     side = "left" if case.stage(stage).double_helical else ""
-    return sum(abs(forces[r]) / paths[r, side].mean_stiffness for r in ("sun", "ring"))
+    return sum(
+        abs(forces[kind.gear]) / paths[kind, side].mean_stiffness
+        for kind in (GearMeshKind.SUN, GearMeshKind.RING)
+    )

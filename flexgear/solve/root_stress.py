@@ -113,7 +113,7 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
     result = recovery.result
     system = result.modal.system
     of_stage = [m for m, x in enumerate(system.gear_meshes) if x.stage == stage]
-    flanks = [m for m in of_stage if system.gear_meshes[m].kind.startswith("ring")]
+    flanks = [m for m in of_stage if system.gear_meshes[m].kind.internal]
     body, teeth = f"{tables.name(stage)}.ring", int(system.pairs.gear_teeth[flanks[0]])
     shape = tables.of(system.gear_meshes[flanks[0]])[1].stress.shape[3:]
     out = np.zeros((len(result.theta), teeth, *shape), dtype=np.float32)

@@ -14,11 +14,11 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.pair_data import PairData
 from flexgear.gears.contact import GearMeshPath
 from flexgear.gears.errors import PairErrors, stage_errors
-from flexgear.gears.paths import stage_paths
+from flexgear.gears.gear_mesh_kind import GearMeshKind
+from flexgear.gears.paths import PathKey, stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 
-PathKey = tuple[str, str]  # kind, side
 StagePaths = tuple[Mapping[PathKey, GearMeshPath], ...]
 
 
@@ -59,7 +59,7 @@ def error_sets(
         runout_amplitude=empty(base.runout_amplitude),
         runout_phase=empty(base.runout_phase),
     )
-    groups: dict[tuple[int, str, str], tuple[list[int], list[int]]] = {}
+    groups: dict[tuple[int, GearMeshKind, str], tuple[list[int], list[int]]] = {}
     for m, label in enumerate(gear_meshes):
         places, planets = groups.setdefault((label.stage, label.kind, label.side), ([], []))
         places.append(m)

@@ -52,7 +52,7 @@ def forces(train):
     system = build_system(train)
     result = revolution(modal_system(system), np.array([0.3]), system.rated_torque)
     load = result.pair_load.sum(axis=-1)[0]
-    kinds = np.array([g.kind.removesuffix("_coast") for g in system.gear_meshes])
+    kinds = np.array([g.kind.gear for g in system.gear_meshes])
     return np.stack([load[kinds == "sun"], load[kinds == "ring"]])
 
 

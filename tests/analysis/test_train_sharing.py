@@ -26,7 +26,7 @@ def forces(train, angles):
     system = build_system(train)
     result = revolution(modal_system(system), np.asarray(angles), system.rated_torque)
     total = result.pair_load.sum(axis=-1)
-    kinds = np.array([g.kind.removesuffix("_coast") for g in system.gear_meshes])
+    kinds = np.array([g.kind.gear for g in system.gear_meshes])
     return np.stack([total[:, kinds == "sun"], total[:, kinds == "ring"]], axis=1)
 
 

@@ -71,7 +71,7 @@ def pair_bending(view: StageView, path: GearMeshPath, slices: Slices, force: flo
     beside = np.zeros((len(some), 2, count, count))
     flanks = mating_flanks(path, slices)
     made = [tooth_influence(view, own.name) for own in flanks]
-    load = line_load(view, stage_geometry(view), path.kind.removesuffix("_coast"), force)
+    load = line_load(view, stage_geometry(view), path.kind.gear, force)
     at_tips = _at_tips(path, slices, made, load)
     for member, (own, influence) in enumerate(zip(flanks, made, strict=True)):
         if influence is None:
@@ -158,7 +158,7 @@ def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
     on = _touches(path, slices)
     members = (
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
-        (path.kind.removesuffix("_coast"), path.off_path.gear, path.gear_step, path.gear_step),
+        (path.kind.gear, path.off_path.gear, path.gear_step, path.gear_step),
     )
     found = []
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):

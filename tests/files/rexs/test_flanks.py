@@ -56,7 +56,7 @@ def test_loaded_flanks_are_those_of_the_geometry(name, sense):
             if path.carries and path.kind.startswith("sun"):  # its compression holds the torque
                 assert path.gear_arm * flow.sun_torque > 0
             touch = path.tangent_point - (path.s_lo + path.s_hi) / 2 * path.normal_xy
-            mate = view.part(path.kind.removesuffix("_coast"))
+            mate = view.part(path.kind.gear)
             hub = view.part("planet")
             for datum in (1, -1):
                 words = {
