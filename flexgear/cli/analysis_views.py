@@ -19,17 +19,17 @@ from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
 from flexgear.results.harmonics import radial_harmonics, star_angle
-from flexgear.results.report.headlines import Headline, titled_by_stage
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.wording import said, window_words, words
+from flexgear.results.report.wording import said, titled_by_stage, window_words, words
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.results.summary import displacement_summary, stage_histories
 from flexgear.solve.campbell import IDEAL, crossing_rows
 from flexgear.solve.excitation import GEAR_MESH, LEAST, PLANET_PASS, SHAFT
+from flexgear.solve.headlines.solution import balance_sentence
 from flexgear.solve.model import Model
 from flexgear.solve.modes import mode_rows, top_shares
-from flexgear.solve.neglected import beside_lengths
+from flexgear.solve.neglected import Length, beside_lengths
 from flexgear.solve.resonance import (
     gear_mesh_orders,
     resonance_figures,
@@ -38,7 +38,6 @@ from flexgear.solve.resonance import (
 )
 from flexgear.solve.small_motion import large_motions, largest_motions, motion_histories
 from flexgear.solve.static import position_figures
-from flexgear.solve.verdicts import balance_sentence
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def show_equilibria(
 
 def _equilibrium_lengths(
     data: xr.Dataset, positions: Mapping[str, dict[str, Any]]
-) -> Iterator[Headline]:
+) -> Iterator[Length]:
     """The largest of all positions: distance from the axis, and shape of each ring."""
     yield from farthest(displacement_summary(data))
     shapes: dict[str, float] = {}
@@ -129,18 +128,18 @@ def _equilibrium_lengths(
                 if key.startswith("radial_harmonic_"):
                     shapes[stage] = max(shapes.get(stage, 0.0), size)
     for stage, size in shapes.items():
-        yield Headline(titled_by_stage("Radial shape of the ring", stage), stage, 1e-6 * size, "")
+        yield Length(titled_by_stage("Ring shape", stage), stage, 1e-6 * size, "")
 
 
-def farthest(distances_um: Mapping[str, float]) -> Iterator[Headline]:
+def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
     """The central member that is farthest from the axis."""
     if distances_um and max(distances_um.values()) > 0.0:
         name = max(distances_um, key=lambda n: distances_um[n])
         subject = f"Distance of {words(name)} from the axis"
-        yield Headline(subject, name.rpartition(".")[0], 1e-6 * distances_um[name], "")
+        yield Length(subject, name.rpartition(".")[0], 1e-6 * distances_um[name], "")
 
 
-def neglected_lines(model: Model, lengths: Iterator[Headline], torque_share: float) -> list[str]:
+def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:
     """Sentences about effects that are left out and not small against these figures."""
     found = beside_lengths(model.case, model.flow, lengths, torque_share)
     return [str(one["sentence"]) for one in found]

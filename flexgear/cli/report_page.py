@@ -11,7 +11,7 @@ from flexgear.model.case import Case
 from flexgear.results.report.case_rows import case_tables
 from flexgear.results.report.tables import tables
 from flexgear.results.report.wording import said, words
-from flexgear.solve.verdicts import verdicts
+from flexgear.solve.headlines import verdicts
 from flexgear.views.report import Picture, Side
 
 # what the name of a picture holds -> section, and what the picture shows
@@ -85,7 +85,7 @@ def side_of(
     return Side(
         name=case.title or case.name,
         lead=lead(case, flow, summary),
-        verdicts=verdicts(summary),
+        verdicts=verdicts(case, flow, summary),
         tables=[*tables(case, flow, summary), *case_tables(case)],
         pictures=list(pictures),
         version=str(summary["version"]),

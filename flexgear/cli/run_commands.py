@@ -24,14 +24,16 @@ from flexgear.cli.outputs import (
 )
 from flexgear.cli.run_folder import FIELDS, Folder, complete, read_folder
 from flexgear.files.atomic import staged_folder, write_json
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
 from flexgear.results.dataset import save
 from flexgear.results.origin import origin_of_case
-from flexgear.results.report.parts import Verdict
+from flexgear.results.report.parts import MARKS, Verdict
 from flexgear.results.report.wording import said
 from flexgear.solve.bodies import reduced_bodies
+from flexgear.solve.headlines import WARNING, plain_warnings, verdicts
 from flexgear.solve.run import Run, Stopwatch
 from flexgear.solve.run import run as run_all
-from flexgear.solve.verdicts import WARNING, plain_warnings, verdicts
 from flexgear.studies.early_workers import EarlyWorkers
 
 
@@ -73,12 +75,12 @@ def run(
     if as_json:
         typer.echo(as_json_text(summary))
         return
-    _show(f"{found.name}: results in {folder}", summary)
+    _show(f"{found.name}: results in {folder}", found, result.flow, summary)
 
 
-def _show(title: str, summary: dict[str, Any]) -> None:
-    """What a run says at its end: the verdicts of its report, a line for the figure and one for the
-    sentence. Warnings stand apart."""
+def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> None:
+    """What a run says at its end: the headlines of its report, a line for the figure and one for
+    the sentence. Warnings stand apart."""
     typer.echo(title)
     power = said(summary["power_flow"]["input_power_w"], "W")
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
@@ -86,14 +88,15 @@ def _show(title: str, summary: dict[str, Any]) -> None:
     core = 1.0 / summary["realtime_factor"] if summary["realtime_factor"] else math.nan
     found = [
         Verdict("note", "Power", f"{power} in", ""),
-        *(v for v in verdicts(summary) if v.subject != WARNING),
+        *(v for v in verdicts(case, flow, summary) if v.subject != WARNING),
         Verdict("note", "Lowest natural modes", modes, ""),
         Verdict("note", "Time stepping", f"{said(core, 's')} of one core for 1 s of running", ""),
     ]
     width = max(len(v.subject) for v in found)
     for one in found:
         first, *rest = [text for text in (one.figure, one.sentence) if text]
-        typer.echo(f"  {one.subject:<{width}}  {first}")
+        mark = f"  [{MARKS[one.level]}]" if one.level != "note" else ""
+        typer.echo(f"  {one.subject:<{width}}  {first}{mark}")
         for text in rest:
             typer.echo(f"  {'':<{width}}    {text}")
 

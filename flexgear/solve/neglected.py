@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from flexgear.gears.gear_mesh_kind import GearMeshKind
@@ -18,26 +19,92 @@ from flexgear.gears.left_out import left_out
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.results.report.headlines import Headline, headlines
-from flexgear.results.report.sharing import Sharing, sharing_title, sharings
-from flexgear.results.report.wording import factor, number, said
+from flexgear.results.report.sharing import Sharing, own_variant, sharing_title, sharings
+from flexgear.results.report.tables import stage_figures
+from flexgear.results.report.wording import (
+    factor,
+    number,
+    said,
+    titled_by_stage,
+    window_words,
+    words,
+)
 
 SMALL = 0.1  # of a figure: effects up to there may be neglected without a word
 UNEVEN = 1e-3  # K above one that errors make
-_WORDS = {"rim": "planet rims that go oval", "pin": "pins that bend inside planets"}
+ROUNDING = 1e-6  # of the largest length
+LEAST_ORDER = 2  # of a ring's shape: 0 is its size, 1 its place
+EFFECTS = {"rim": "planet rims that go oval", "pin": "pins that bend inside planets"}
+
+
+@dataclass(frozen=True)
+class Length:
+    """A length with its name and what it is the largest of; stage: that it belongs to; value: m."""
+
+    subject: str
+    stage: str
+    value: float
+    sentence: str
+
+
+def lengths(summary: Mapping[str, Any]) -> Iterator[Length]:
+    """Of a run: deflections and transmission errors, but for those that are zero or rounding."""
+    every = [*_distance(summary), *_rings(summary), *transmission_errors(summary)]
+    largest = max((one.value for one in every), default=0.0)
+    yield from (one for one in every if one.value > ROUNDING * largest)
+
+
+def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
+    transient = summary["transient"]
+    far = transient["displacement_um_max"]
+    if far:
+        name = max(far, key=lambda n: far[n])
+        sentence = f"{words(name).capitalize()}, {window_words(transient)}."
+        stage = name.rpartition(".")[0]
+        yield Length("Largest displacement from the axis", stage, 1e-6 * far[name], sentence)
+
+
+def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
+    for stage, one in stage_figures(summary, "steady").items():
+        orders = one["radial_harmonics_um"]
+        order = max(range(LEAST_ORDER, len(orders)), key=lambda n: orders[n])
+        yield Length(
+            titled_by_stage("Ring shape", stage), stage or "stage", 1e-6 * orders[order],
+            f"Radial amplitude of its largest wave, {order} round the ring, in equilibrium.",
+        )  # fmt: skip
+        peaks = one["tooth_displacement_peak_um"]
+        axis = max(peaks, key=lambda n: peaks[n])
+        yield Length(
+            titled_by_stage("Ring tooth", stage), stage or "stage", 1e-6 * peaks[axis],
+            f"Largest displacement of tooth node 1 along {axis}, {window_words(one)}.",
+        )  # fmt: skip
+
+
+def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
+    """Of every stage with load along the face, the largest of its gear meshes."""
+    largest: dict[str, tuple[float, str]] = {}
+    for flank, one in own_variant(summary.get("face_load", {})).items():
+        size = one.get("transmission_error_peak_to_peak_um")
+        stage = flank.partition(" ")[0]
+        if size is not None and size > largest.get(stage, (0.0, ""))[0]:
+            largest[stage] = size, flank
+    for stage, (size, flank) in largest.items():
+        sentence = f"Peak to peak over the equilibria, largest at {words(flank)}."
+        subject = titled_by_stage("Transmission error", stage)
+        yield Length(subject, stage, 1e-6 * size, sentence)
 
 
 def neglected(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
     """For each headline figure of a run that is not large against what is left out: "figure" (its
     name), "value_um" or "load_sharing", "effects_um" and "sentence"."""
-    found = list(beside_lengths(case, flow, headlines(summary)))
+    found = list(beside_lengths(case, flow, lengths(summary)))
     for sharing in sharings(summary["load_sharing"]):
         found += _beside_sharing(case, flow, sharing)
     return found
 
 
 def beside_lengths(
-    case: Case, flow: PowerFlow, figures: Iterable[Headline], torque_share: float = 1.0
+    case: Case, flow: PowerFlow, figures: Iterable[Length], torque_share: float = 1.0
 ) -> Iterator[dict[str, Any]]:
     """The same of lengths; torque_share: of the rated torque, at which they are."""
     for one in figures:
@@ -47,9 +114,10 @@ def beside_lengths(
             if size > SMALL * one.value
         }
         if effects:
-            left = " and ".join(f"{_WORDS[n]} (up to {_about(x)})" for n, x in effects.items())
+            left = " and ".join(f"{EFFECTS[n]} (up to {_about(x)})" for n, x in effects.items())
             yield {
                 "figure": one.subject,
+                "stage": one.stage,
                 "value_um": 1e6 * one.value,
                 "effects_um": {name: 1e6 * size for name, size in effects.items()},
                 "sentence": f"{one.subject}, {said(one.value, 'm')}: left out are {left}.",
@@ -65,10 +133,11 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
     if k - 1.0 < UNEVEN or soft <= SMALL * teeth:
         return []
     title = sharing_title(sharing)
-    left = " and ".join(_WORDS[name] for name in effects)
+    left = " and ".join(EFFECTS[name] for name in effects)
     return [
         {
             "figure": title,
+            "stage": sharing.stage,
             "load_sharing": k,
             "effects_um": {name: 1e6 * size for name, (size, _) in effects.items()},
             "sentence": f"{title}, K = {factor(k)}: left out are {left}; the teeth of a planet "

@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flexgear.coupling.pace import too_coarse
+from flexgear.files.plain import plain
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
@@ -35,6 +36,7 @@ from flexgear.solve.campbell import campbell
 from flexgear.solve.deformed import bending_bodies, deformed
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles, sliced_stages
 from flexgear.solve.harmonic import harmonic_data, harmonic_figures, train_harmonic
+from flexgear.solve.headlines import headlines
 from flexgear.solve.linear import why_not_linear
 from flexgear.solve.mode_shapes import lowest_modes, mode_shapes
 from flexgear.solve.model import Model, assemble
@@ -168,6 +170,7 @@ def run(
         with watch.stage("harmonic"):
             datasets["harmonic"], harmonic = _harmonic(first, own.data)
     watch.seconds |= {f"transient_{label}": one.wall for label, one in runs.items()}
+    motions = _motions(datasets["equilibrium"], own.data)
     summary = build_summary(
         case=case.name,
         kind=case.kind,
@@ -175,6 +178,7 @@ def run(
         version=version(),
         content_hash=case.content_hash(),
         variant=first.variant,
+        errors_given=first.has_errors,
         system=_system(first),
         power_flow=flow_summary(first.flow),
         stages=stages_summary(first, datasets["equilibrium"]),
@@ -185,6 +189,7 @@ def run(
             "transient": {n: _in_time(one.data) for n, one in runs.items()},
         },
         transient=transient_summary(own),
+        motion_um_max={name: 1e6 * size for name, size in motions.items()},
         harmonic=harmonic,
         torque_steps=drops_summary(case, drops),
         energy_residual=residual_of_run(first, runs, drops),
@@ -193,7 +198,7 @@ def run(
         warnings=[
             *_warnings(first, face_load),
             *unsettled_lines(runs),
-            *large_motions(case, _motions(datasets["equilibrium"], own.data)),
+            *large_motions(case, motions),
         ],
         timing_s=watch.seconds,
         # of one core, as several runs go side by side
@@ -204,6 +209,7 @@ def run(
     beside = neglected(case, first.flow, summary)
     warnings = [*summary["warnings"], *(one["sentence"] for one in beside)]
     summary |= {"neglected": beside, "warnings": warnings}
+    summary["headlines"] = plain(headlines(case, first.flow, summary))
     return Run(case, first.flow, datasets, fields, summary)
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -24,6 +25,11 @@ from flexgear.results.report.wording import said, words
 from flexgear.results.summary import axis_distance
 
 SMALL = 0.1  # of the module: paths of contact are then a twentieth off
+LARGE = "Motion that is not small beside"
+CONSEQUENCE = (
+    "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
+    "stiffen what holds them, or take figures as a rough guide."
+)
 
 
 def motion_histories(data: xr.Dataset) -> xr.Dataset:
@@ -49,10 +55,20 @@ def largest_motions(histories: xr.Dataset) -> dict[str, float]:
     return motions
 
 
-def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
-    """A line for each stage in which motions of bodies, m, are not small; of planets the largest
-    stands for all."""
-    lines = []
+@dataclass(frozen=True)
+class MotionShare:
+    """Motion of a body, m, beside the largest that is small, m, and what that is a part of."""
+
+    body: str
+    size: float
+    beside: str
+    limit: float
+
+
+def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[MotionShare]]:
+    """By stage the motions of its bodies, m, beside everything that they are to be small against;
+    of bodies of a kind, as planets, the largest stands for all."""
+    found: dict[str, list[MotionShare]] = {}
     for stage in case.stages:
         limits = small_against(case.view(stage.name))
         bodies: dict[str, tuple[float, str]] = {}
@@ -61,19 +77,28 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
             if owner == stage.name:
                 kind = part.partition("_")[0]
                 bodies[kind] = max((size, name), bodies.get(kind, (0.0, "")))
-        exceeded: dict[str, list[str]] = {}
-        for kind, (size, name) in sorted(bodies.items(), key=lambda item: -item[1][0]):
-            for text, limit in limits.items():
-                if size > limit and (kind != "planet" or text == next(iter(limits))):
-                    exceeded.setdefault(f"{words(name)} by {said(size, 'm')}", []).append(text)
-        if exceeded:
-            beside = dict.fromkeys(text for texts in exceeded.values() for text in texts)
-            lines.append(
-                f"Motion that is not small beside {' and '.join(beside)}: "
-                f"{', '.join(exceeded)}. Paths of contact, pressure angles and which teeth touch "
-                "are those of gears in their places; stiffen what holds them, or take figures as a "
-                "rough guide."
+        shares = [
+            MotionShare(name, size, beside, limit)
+            for kind, (size, name) in sorted(bodies.items(), key=lambda item: -item[1][0])
+            for beside, limit in limits.items()
+            if name and (kind != "planet" or beside == next(iter(limits)))
+        ]
+        if shares:
+            found[stage.name] = shares
+    return found
+
+
+def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
+    """A line for each stage in which motions of bodies, m, are not small."""
+    lines = []
+    for shares in motion_shares(case, motions).values():
+        large = [s for s in shares if s.size > s.limit]
+        if large:
+            beside = " and ".join(dict.fromkeys(s.beside for s in large))
+            bodies = ", ".join(
+                dict.fromkeys(f"{words(s.body)} by {said(s.size, 'm')}" for s in large)
             )
+            lines.append(f"{LARGE} {beside}: {bodies}. {CONSEQUENCE}")
     return lines
 
 

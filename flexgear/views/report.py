@@ -25,12 +25,10 @@ from PIL import Image
 
 from flexgear.files.atomic import atomic_file
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.parts import SECTIONS, Row, Table, Verdict
+from flexgear.results.report.parts import MARKS, SECTIONS, Row, Table, Verdict
 from flexgear.results.report.wording import number, said, scale
 
 MEDIA = {".png": "image/webp", ".svg": "image/svg+xml", ".gif": "image/gif", ".mp4": "video/mp4"}
-MARKS = {"good": "as it should be", "watch": "look at this", "bad": "not as it should be",
-         "note": "for information"}  # fmt: skip
 
 QUALITY = 85  # of a picture in the page, in per cent as WebP counts: fine lines stay sharp
 MOST_PLOTS = 3_000_000  # characters of all plots' data in a page that stays below 10 MB
@@ -99,6 +97,7 @@ def write_report(
         marks=MARKS,
         counts=[_counts(side) for side in sides],
         sections=sections,
+        shown={section["key"] for section in sections},
         coarse=[said for said, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),

@@ -14,7 +14,7 @@ from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import lacking
 from flexgear.solve.bodies import StageBodies
-from flexgear.solve.verdicts import plain_warnings
+from flexgear.solve.headlines import plain_warnings
 from flexgear.studies.outcome import Outcome
 
 FAST = [

@@ -5,6 +5,7 @@ from results_page import SECTIONS, rows_of, undocumented
 
 from flexgear.results.quantities import QUANTITIES
 from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
+from flexgear.solve.headlines import HEADLINES
 
 WHOLE, PART = SECTIONS["# What results hold"], SECTIONS["One flexible stage"]
 
@@ -24,6 +25,13 @@ def test_every_variable_stands_there_with_axes_and_unit(text, known):
         axes = ", ".join(quantity.dims) or "–"
         assert rows[name].startswith(f"| `{name}` | {axes} | {quantity.units or '–'} | ")
         assert quantity.meaning in rows[name]
+
+
+def test_every_headline_stands_there():
+    rows = rows_of(SECTIONS["`summary.json`"])
+    for h in HEADLINES:
+        row = f"| `{h.name}` | {h.unit or '–'} | {h.meaning} | {h.allowable or '–'} |"
+        assert rows[h.name] == row
 
 
 def test_a_key_that_no_row_names_is_found():

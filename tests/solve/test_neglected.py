@@ -6,9 +6,8 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.results.report.headlines import Headline
 from flexgear.results.report.wording import said
-from flexgear.solve.neglected import beside_lengths, neglected
+from flexgear.solve.neglected import Length, beside_lengths, neglected
 
 CASE = load_case("wind-5mw")
 FLOW = power_flow(CASE)
@@ -16,7 +15,7 @@ RIM, PIN = 125.57e-6, 18.99e-6  # m, as `flexgear check` says
 
 
 def sentences(value, share=1.0, stage="stage"):
-    one = Headline("Radial shape of the ring", stage, value, "")
+    one = Length("Ring shape", stage, value, "")
     return list(beside_lengths(CASE, FLOW, [one], share))
 
 
@@ -63,7 +62,7 @@ def test_softer_paths_stand_beside_load_sharing():
     """Rim and pin add c = δ/F to 1/k of both gear meshes: 2 × 125.6 + 2 × 19 cos 20.2° µm to
     788 kN (1/7.96 + 1/10.8) mm/GN."""
     (far, sharing) = neglected(CASE, FLOW, summary(1.02, 14.4))
-    assert far["sentence"].startswith("Largest distance from the axis, 14.4 µm: left out are")
+    assert far["sentence"].startswith("Largest displacement from the axis, 14.4 µm: left out are")
     teeth = 788.28e3 * (1 / 7.955e9 + 1 / 10.79e9)
     more = 2 * RIM + 2 * PIN * math.cos(math.radians(20.1587))
     assert (

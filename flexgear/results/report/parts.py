@@ -6,15 +6,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-Level = Literal["good", "watch", "bad", "note"]
+Level = Literal["good", "watch", "bad", "note", "open"]
 Value = float | str | None
+MARKS: dict[Level, str] = {
+    "bad": "outside limits",
+    "watch": "look at this",
+    "good": "within limits",
+    "open": "not assessed",
+    "note": "for information",
+}
 
 SECTIONS = {  # in the order of the page: heading and what the section answers
     "geometry": ("Geometry", "Gears, centre distances and what holds them, as the case gives them."),
     "power": ("Power flow", "Speeds, torques and powers of the members in steady running."),
     "meshes": ("Gear meshes", "Contact ratios, gear-mesh forces and what each tooth pair carries."),
     "face": ("Load along the face", "How evenly teeth carry along the face, and what tilts them."),
-    "sharing": ("Load sharing", "How evenly the planets share the load; 1 is perfectly even."),
+    "sharing": ("Load sharing", "How evenly the planets share the load. K is the largest load of a planet over "
+                "the mean of all, at the worst instant; 1 is perfectly even."),
     "tolerance": ("Tolerance study", "How far random errors of the parts spread the load sharing."),
     "bearings": ("Bearings", "What the planet bearings carry, and their basic rating life."),
     "deflections": ("Deflections", "How far ring, carrier, sun and planets move under load."),
@@ -48,10 +56,12 @@ class Verdict:
     """One answer of the first screen: what about, the figure, a sentence, how it stands.
 
     level: "good" and "bad" where there is something to hold the figure to, "watch" where an eye is
-    needed, "note" where there is no limit.
+    needed, "note" where there is no limit, "open" where data of the case are missing; section: of
+    the report, where its details are.
     """
 
     level: Level
     subject: str
     figure: str
     sentence: str
+    section: str = ""

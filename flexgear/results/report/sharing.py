@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexgear.results.report.wording import factor, window_words, words
+from flexgear.results.report.wording import factor, titled_by_stage, window_words
 
 APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
 DEFINITION = (
@@ -23,7 +23,8 @@ DEFINITION = (
 class Sharing:
     """K of one stage, at whichever of its gear meshes it is largest; None where it was not looked at.
 
-    assumed: by IEC 61400-4 for the number of planets; window: what K in time is the largest of.
+    assumed: by IEC 61400-4 for the number of planets; window: what K in time is the largest of;
+    halves: largest K of each half of a double-helical stage, by its name.
     """
 
     stage: str
@@ -31,6 +32,7 @@ class Sharing:
     in_time: float | None
     assumed: float | None
     window: str
+    halves: tuple[tuple[str, float], ...] = ()
 
     @property
     def figure(self) -> str:
@@ -55,20 +57,26 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
     static = own_variant(load_sharing["quasi_static"])
     in_time = own_variant(load_sharing["transient"])
     stages: dict[str, tuple[list[float], list[float], float | None]] = {}
+    halves: dict[str, dict[str, float]] = {}
     for groups, column in ((groups_of(in_time), 1), *((groups_of(g), 0) for g in static.values())):
         for group, one in groups.items():
             stage = stages.setdefault(group.split(" ")[0], ([], [], one["iec_61400_4"]))
             if one["instantaneous"] is not None:
                 stage[column].append(one["instantaneous"])  # type: ignore[union-attr]
+                name, _, part = group.partition(" ")
+                side = part.partition(" ")[2]  # "ring left" -> "left"
+                of_sides = halves.setdefault(name, {})
+                of_sides[side] = max(of_sides.get(side, 0.0), one["instantaneous"])
     for name, (equilibria, times, assumed) in stages.items():
         if equilibria or times:
             static, dynamic = (max(found, default=None) for found in (equilibria, times))
-            yield Sharing(name, static, dynamic, assumed, window_words(in_time))
+            sides = tuple((side, k) for side, k in halves[name].items() if side)
+            yield Sharing(name, static, dynamic, assumed, window_words(in_time), sides)
 
 
 def sharing_title(sharing: Sharing) -> str:
     """ "Load sharing, stage 1"; the only stage, which the short form calls "stage", is not said."""
-    return "Load sharing" + ("" if sharing.stage == "stage" else f", {words(sharing.stage)}")
+    return titled_by_stage("Load sharing", sharing.stage)
 
 
 def own_variant(by_variant: Mapping[str, Any]) -> Any:

@@ -178,7 +178,7 @@ def _deflections(summary: Summary) -> Iterator[Table]:
     far = summary["transient"]["displacement_um_max"]
     rows = [Row(words(name), 1e-6 * value, "m") for name, value in far.items()]
     window = window_words(summary["transient"])
-    yield Table("deflections", f"largest distance from the axis, {window}", rows)
+    yield Table("deflections", f"largest displacement from the axis, {window}", rows)
     for stage, one in stage_figures(summary, "steady").items():
         at = f" of {words(stage)}" if stage else ""
         peaks = one["tooth_displacement_peak_um"]

@@ -104,6 +104,11 @@ def words(name: str) -> str:
     return " ".join(_ALWAYS.get(p.lower(), p) for p in parts if p)
 
 
+def titled_by_stage(what: str, stage: str) -> str:
+    """A title with its stage, but for the only one, which the short form calls "stage"."""
+    return what if stage in ("", "stage") else f"{what}, {words(stage)}"
+
+
 def excitation_words(label: str) -> str:
     """ "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
     name, _, order = label.rpartition(" x ")

@@ -1,0 +1,97 @@
+"""Headlines of a run: what the first screen of its report answers, the worst first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.results.report.parts import Verdict
+from flexgear.results.report.wording import words
+from flexgear.solve.headlines.bearings import BEARING_LIFE
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline
+from flexgear.solve.headlines.loads import LARGEST_FORCE, LOAD_SHARING
+from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, TRANSMISSION_ERROR
+from flexgear.solve.headlines.resonances import RESONANCE
+from flexgear.solve.headlines.solution import SOLUTION
+from flexgear.solve.headlines.stresses import FLANK_PRESSURE, ROOT_STRESS
+from flexgear.solve.small_motion import LARGE
+
+HEADLINES: tuple[Headline, ...] = (
+    LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,
+    TRANSMISSION_ERROR, NEGLECTED, SOLUTION,
+)  # fmt: skip
+_WORST = ("bad", "watch")  # levels that come before all others
+WARNING = "Warning"
+
+
+def headlines(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Every answer of every headline, the worst first, as ``summary.json`` has them."""
+    findings = Findings(case, flow, summary)
+    every = [(h, answer) for h in HEADLINES for answer in h.answers(findings)]
+    every.sort(key=lambda pair: _rank(pair[1]))  # else in the order of HEADLINES
+    return [{"name": h.name, "unit": h.unit, **asdict(answer)} for h, answer in every]
+
+
+def _rank(answer: Answer) -> tuple[int, float]:
+    if answer.level in _WORST:
+        return _WORST.index(answer.level), -answer.use
+    return len(_WORST), 0.0
+
+
+def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Verdict]:
+    """One answer a headline, that of the worst stage, with those of the other stages below it;
+    warnings that no headline says come last. Headlines of a run that has none are worked out."""
+    rows = summary.get("headlines") or headlines(case, flow, summary)
+    declared = {h.name: h for h in HEADLINES}
+    by_name: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        # each check outside its limits is an answer of its own
+        alone = row["name"] == SOLUTION.name and row["level"] != "good"
+        by_name.setdefault(f"{row['name']} {row['figure']}" if alone else row["name"], []).append(
+            row
+        )
+    found = [
+        _verdict(declared[own[0]["name"]], own, len(case.stages) > 1) for own in by_name.values()
+    ]
+    warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(summary))
+    return [*found, *warnings]
+
+
+def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:
+    worst, *others = sorted(rows, key=lambda row: -_use(row)) if _same_level(rows) else rows
+    at = words(worst["stage"]) if several_stages and worst["stage"] else ""
+    beside = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
+    return Verdict(
+        worst["level"],
+        f"{headline.title}{f', {at}' if at else ''}",
+        worst["figure"],
+        f"{worst['sentence']}{beside}",
+        headline.section,
+    )
+
+
+def _same_level(rows: list[Mapping[str, Any]]) -> bool:
+    return len({row["level"] for row in rows}) == 1
+
+
+def _use(row: Mapping[str, Any]) -> float:
+    """Value over allowable, where it has one; the shortest life comes first."""
+    value = row["value"] or 0.0
+    if row["name"] == BEARING_LIFE.name:
+        return -value if value else -float("inf")
+    return value / row["allowable"] if row["allowable"] else value
+
+
+def plain_warnings(summary: Mapping[str, Any]) -> list[str]:
+    """Warnings that no headline says."""
+    beside = {one["sentence"] for one in summary.get("neglected", ())}
+    return list(_not_said(summary["warnings"], beside))
+
+
+def _not_said(warnings: list[str], beside: set[str]) -> Iterator[str]:
+    for text in warnings:
+        if text not in beside and not text.startswith(LARGE):
+            yield text

@@ -1,0 +1,66 @@
+"""A headline: a figure that answers for the gearbox, declared once.
+
+The first screen of the report, the end of ``flexgear run`` and ``headlines`` in ``summary.json``
+come from these declarations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flexgear.gears.power_flow import PowerFlow
+from flexgear.model.case import Case
+from flexgear.results.report.parts import Level
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a headline is taken from: the case, its power flow and the summary of its run."""
+
+    case: Case
+    flow: PowerFlow
+    summary: Mapping[str, Any]
+
+    @property
+    def errors_given(self) -> bool:
+        """Whether any gear, pin or carrier has errors; runs before 0.3 do not tell."""
+        return bool(self.summary.get("errors_given", True))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The figure of one stage, or of the whole train.
+
+    stage: name, "" for the train; value: in the unit of the headline, None where there is none;
+    figure: the value as a person reads it; allowable: what the value is held to, in the same unit,
+    None where there is nothing; window: part of the run that the value is of.
+    """
+
+    level: Level
+    stage: str
+    value: float | None
+    figure: str
+    sentence: str
+    allowable: float | None = None
+    window: str = ""
+
+    @property
+    def use(self) -> float:
+        """Value over allowable; 0 where either is missing."""
+        return self.value / self.allowable if self.value and self.allowable else 0.0
+
+
+@dataclass(frozen=True)
+class Headline:
+    """name: in ``summary.json``; section: of the report, where its details are; answers: of every
+    stage; allowable: where the limit comes from, "" where the figure has none."""
+
+    name: str
+    title: str
+    unit: str
+    meaning: str
+    section: str
+    answers: Callable[[Findings], Iterable[Answer]]
+    allowable: str = ""

@@ -1,0 +1,160 @@
+"""Headlines of loads: the largest gear-mesh force over the nominal one, and load sharing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flexgear.results.report.sharing import Sharing, groups_of, own_variant, sharings
+from flexgear.results.report.wording import factor, number, said, window_words, words
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
+
+STANDARD = "IEC 61400-4:2012"
+
+
+@dataclass(frozen=True)
+class _Peak:
+    """Largest force of a stage's gear meshes in one part of a run, over the nominal force."""
+
+    ratio: float
+    force: float
+    group: str
+    window: str
+    reversed: bool  # whether a force passes zero
+
+
+def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: str) -> _Peak | None:
+    nominal = findings.summary["stages"][stage]
+    peaks = []
+    for group, force in figures["gear_mesh_force"].items():
+        name, _, part = group.partition(" ")
+        rated = nominal.get(f"{part.partition(' ')[0]}_gear_mesh_force_n")
+        if name == stage and rated:
+            largest = max(abs(force["max_n"]), abs(force["min_n"]))
+            passes_zero = force["min_n"] * force["max_n"] <= 0.0
+            peaks.append(_Peak(largest / rated, largest, part, window, passes_zero))
+    return max(peaks, key=lambda p: p.ratio, default=None)
+
+
+def _torque_drops(findings: Findings) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Figures of the torque drops of the case as it is, each with the words for it."""
+    for depth, variants in findings.summary["torque_steps"].items():
+        yield f"in the torque drop to {said(float(depth), 'N m')}", own_variant(variants)
+
+
+def _largest_force(findings: Findings) -> Iterator[Answer]:
+    transient = findings.summary["transient"]
+    parts = [(window_words(transient), transient), *_torque_drops(findings)]
+    assumed = {s.stage: s.assumed for s in sharings(findings.summary["load_sharing"])}
+    for stage in findings.summary["stages"]:
+        peaks = [p for window, part in parts if (p := _peak(findings, stage, part, window))]
+        if not peaks:
+            continue
+        peak, steady = max(peaks, key=lambda p: p.ratio), peaks[0]
+        level: Level = "note"
+        sentence = f"{said(peak.force, 'N')} at {words(peak.group)}, {peak.window}"
+        if peak is not steady:
+            sentence += f"; {factor(steady.ratio)} × in time {steady.window}"
+        covered = assumed.get(stage)
+        sentence += (
+            f". A rating by nominal load must cover {factor(peak.ratio)} by its load factors"
+        )
+        if covered is not None and peak.ratio > covered:
+            level = "watch"
+            rest = number(peak.ratio / covered, 3)
+            sentence += (
+                f": the mesh load factor of {STANDARD}, {covered:.2f}, leaves {rest} to K_A and K_v"
+            )
+        sentence += "."
+        if any(p.reversed for p in peaks):
+            level = "watch"
+            sentence += (
+                " The force of a gear mesh passes zero: flanks part, or the other ones carry."
+            )
+        shown = f"{factor(peak.ratio)} × nominal"
+        yield Answer(level, stage, peak.ratio, shown, sentence, covered, peak.window)
+
+
+def _load_sharing(findings: Findings) -> Iterator[Answer]:
+    """K of equilibria is held to the standard, whose value is one of equilibria; dynamics come on
+    top of it. Without equilibria K in time is held to it."""
+    every = list(sharings(findings.summary["load_sharing"]))
+    for sharing in every:
+        yield _of_stage(findings, sharing)
+    if not every:
+        groups = groups_of(own_variant(findings.summary["load_sharing"]["transient"]))
+        why = "The planets carry no load together, so that K is not defined."
+        yield Answer("note", "", None, "–", why if groups else "No planets share a load.")
+
+
+def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
+    both = [k for k in (sharing.in_equilibria, sharing.in_time) if k is not None]
+    level: Level = "note"
+    compared = f"{STANDARD} has no value for that number of planets"
+    if sharing.assumed is not None:
+        level = "bad" if both[0] > sharing.assumed else "good"
+        level = "watch" if level == "good" and both[-1] > sharing.assumed else level
+        least, most = min(both) <= sharing.assumed, max(both) > sharing.assumed
+        side = ("in part above" if least else "above") if most else "within"
+        compared = f"{side} the {sharing.assumed:.2f} that {STANDARD} assumes for its planets"
+    in_time = f"; in time {sharing.window}" if sharing.in_time is not None else ""
+    sentences = [f"{compared[0].upper()}{compared[1:]}{in_time}."]
+    if not findings.errors_given:
+        level = "note" if level == "good" else level
+        sentences.append("No errors given: planets share unevenly by deflections alone.")
+    sentences += [sharing.reason, _halves(sharing)]
+    drops = [
+        (k, window)
+        for window, part in _torque_drops(findings)
+        for group, k in part["load_sharing"].items()
+        if k is not None and group.partition(" ")[0] == sharing.stage
+    ]
+    if drops:
+        k, window = max(drops)
+        sentences.append(f"K = {factor(k)} {window}.")
+        if level == "good" and sharing.assumed is not None and k > sharing.assumed:
+            level = "watch"
+    sentences.append(_rigid(findings, sharing.stage))
+    shown = f"K = {sharing.figure}"
+    text = " ".join(filter(None, sentences))
+    return Answer(level, sharing.stage, max(both), shown, text, sharing.assumed, sharing.window)
+
+
+def _halves(sharing: Sharing) -> str:
+    """K of both halves of a double-helical stage."""
+    if not sharing.halves:
+        return ""
+    return f"{', '.join(f'{side} half {factor(k)}' for side, k in sharing.halves)}.".capitalize()
+
+
+def _rigid(findings: Findings, stage: str) -> str:
+    """What flexible bodies change in the load sharing, by the same K in time."""
+    rigid = findings.summary["load_sharing"]["transient"].get("rigid")
+    if rigid is None or len(findings.summary["load_sharing"]["transient"]) < 2:
+        return ""
+    alone = sharings({"quasi_static": {}, "transient": {"rigid": rigid}})
+    k = next((s.in_time for s in alone if s.stage == stage), None)
+    return "" if k is None else f"With rigid bodies K = {factor(k)} in time."
+
+
+LARGEST_FORCE = Headline(
+    "largest_gear_mesh_force",
+    "Largest gear-mesh force",
+    "1",
+    "largest normal force of a gear mesh over the nominal force of the power flow, in the "
+    "transient and in torque drops",
+    "meshes",
+    _largest_force,
+    f"mesh load factor of {STANDARD} for the number of planets; K_A and K_v come on top",
+)
+LOAD_SHARING = Headline(
+    "load_sharing",
+    "Load sharing",
+    "1",
+    "K: largest load of a planet over the mean of all, at the worst instant of equilibria and of "
+    "the transient",
+    "sharing",
+    _load_sharing,
+    f"mesh load factor of {STANDARD} for the number of planets",
+)

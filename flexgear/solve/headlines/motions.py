@@ -1,0 +1,86 @@
+"""Headlines of motion: deflections beside clearances, transmission error, neglected effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from flexgear.results.report.wording import number, said, window_words, words
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
+from flexgear.solve.neglected import EFFECTS, Length, transmission_errors
+from flexgear.solve.small_motion import CONSEQUENCE, motion_shares
+
+
+def _deflections(findings: Findings) -> Iterator[Answer]:
+    summary = findings.summary
+    motions_um: Mapping[str, float] = summary.get(
+        "motion_um_max", summary["transient"]["displacement_um_max"]
+    )
+    motions = {name: 1e-6 * size for name, size in motions_um.items()}
+    window = f"in equilibria and {window_words(summary['transient'])}"
+    for stage, shares in motion_shares(findings.case, motions).items():
+        worst = max(shares, key=lambda s: s.size / s.limit)
+        farthest = max(shares, key=lambda s: s.size)
+        sentence = (
+            f"{words(worst.body).capitalize()}, {_share(worst.size / worst.limit)} of what counts "
+            f"as small beside {worst.beside}; {window}."
+        )
+        if farthest.body != worst.body:
+            sentence += f" Largest: {words(farthest.body)}, {said(farthest.size, 'm')}."
+        if worst.size > worst.limit:
+            sentence += f" {CONSEQUENCE}"
+        shown = f"{said(worst.size, 'm')} of {said(worst.limit, 'm')}"
+        level: Level = "good" if worst.size <= worst.limit else "bad"
+        size, limit = 1e6 * worst.size, 1e6 * worst.limit
+        yield Answer(level, stage, size, shown, sentence, limit, window)
+
+
+def _share(ratio: float) -> str:
+    return f"{number(100.0 * ratio, 2)} %"
+
+
+def _transmission_error(findings: Findings) -> Iterator[Answer]:
+    for length in transmission_errors(findings.summary):
+        shown = said(length.value, "m")
+        yield Answer("note", length.stage, 1e6 * length.value, shown, length.sentence)
+
+
+def _neglected(findings: Findings) -> Iterator[Answer]:
+    """Effects that are left out beside the figures that they are not small against."""
+    rows = findings.summary.get("neglected", ())
+    by_stage: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        by_stage.setdefault(str(row.get("stage", "")), []).append(row)
+    for stage, own in by_stage.items():
+        effects: dict[str, float] = {}
+        for row in own:
+            effects |= row["effects_um"]
+        lengths = [r for r in own if "value_um" in r]
+        beside = [Length(r["figure"], "", 1e-6 * r["value_um"], "") for r in lengths]
+        named = ", ".join(f"{x.subject.lower()} {said(x.value, 'm')}" for x in beside)
+        sizes = ", ".join(f"{EFFECTS[n]} up to {number(x, 3)} µm" for n, x in effects.items())
+        sentences = [f"{sizes[0].upper()}{sizes[1:]}."]
+        sentences += [f"More than a tenth of: {named}."] if named else []
+        sentences += [r["sentence"] for r in own if "load_sharing" in r]
+        shown = f"up to {number(max(effects.values()), 3)} µm"
+        yield Answer("watch", stage, max(effects.values()), shown, " ".join(sentences))
+    if not by_stage:
+        about = " and ".join(EFFECTS.values())
+        yield Answer("good", "", None, "small", f"Up to a tenth of the figures: {about}.")
+
+
+DEFLECTIONS = Headline(
+    "deflections", "Deflections", "µm",
+    "displacement of the member that uses most of what its gears allow", "deflections",
+    _deflections,
+    "a tenth of the module, the room between tips and roots, with linear contact the backlash",
+)  # fmt: skip
+TRANSMISSION_ERROR = Headline(
+    "transmission_error", "Transmission error", "µm",
+    "largest peak to peak of a gear mesh over the equilibria", "face", _transmission_error,
+)  # fmt: skip
+NEGLECTED = Headline(
+    "neglected_effects", "Neglected effects", "µm",
+    "largest effect that the models leave out and that is not small against a figure", "accuracy",
+    _neglected, "a tenth of the figure",
+)  # fmt: skip

@@ -1,0 +1,171 @@
+"""Headline of the solution: flexgear's own checks, in one line while they are within limits.
+
+Mean forces and speeds are held to those of the power flow, equilibria and the energy balance to
+zero, reductions to the error that they promise, the harmonic solution to the transient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flexgear.results.report.tables import stage_figures
+from flexgear.results.report.wording import number, said, window_words, words
+from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
+from flexgear.solve.reduction_warnings import PROMISED
+
+Summary = Mapping[str, Any]
+AGREES, DIFFERS = 0.01, 0.05  # of what a speed or mean force should be
+CLOSED = 1e-6  # share of the load that an equilibrium may leave over
+BALANCED, UNBALANCED = 0.01, 0.05  # share of the energy not accounted for
+NEGLIGIBLE = 1e-4  # of the energy: smaller residuals are no figures
+
+
+@dataclass(frozen=True)
+class Check:
+    """what: is checked; figure: of it; within: what is said while it is within limits; outside: and
+    while it is not."""
+
+    level: Level
+    what: str
+    figure: str
+    within: str
+    outside: str
+
+
+def _solution(findings: Findings) -> Iterator[Answer]:
+    """One line of the checks within limits, a line for each of the others."""
+    within = []
+    for check in _checks(findings.summary):
+        if check.level == "good":
+            within.append(check.within)
+        else:
+            yield Answer(check.level, "", None, f"{check.what}: {check.figure}", check.outside)
+    if within:
+        sentence = "; ".join(dict.fromkeys(within))
+        text = f"{sentence[0].upper()}{sentence[1:]}."
+        yield Answer("good", "", None, "checks within limits", text)
+
+
+def _checks(summary: Summary) -> Iterator[Check]:
+    yield from _forces(summary)
+    yield from _speeds(summary)
+    closure = summary.get("equilibrium_closure_max")
+    if closure is not None:
+        level: Level = "good" if closure <= CLOSED else "bad"
+        yield Check(level, "Equilibria", "not closed", "forces balance", balance_sentence(closure))
+    for name, one in summary.get("reduction", {}).items():
+        error = one.get("static_error")
+        if error is not None:
+            figure, promised = _percent(error), _percent(PROMISED)
+            yield Check(
+                "good" if error <= PROMISED else "watch",
+                f"Reduced {words(name)}",
+                figure,
+                f"reduced {words(name)} errs by {figure} in statics",
+                f"Static error beside the full FE mesh; up to {promised} is promised.",
+            )
+    residual = summary["energy_residual"]
+    if residual is not None:
+        below = "less than " if residual < NEGLIGIBLE else ""
+        figure = _percent(max(residual, NEGLIGIBLE))
+        yield Check(
+            _level(residual, BALANCED, UNBALANCED),
+            "Energy balance",
+            figure,
+            f"{below}{figure} of the energy is not accounted for",
+            "Of the energy in motion that work and losses do not account for.",
+        )
+    yield from _modes(summary)
+
+
+def _level(away: float, agrees: float, differs: float) -> Level:
+    return "good" if away <= agrees else "watch" if away <= differs else "bad"
+
+
+def _forces(summary: Summary) -> Iterator[Check]:
+    """Mean forces of gear meshes beside those of the power flow."""
+    away: dict[str, float] = {}
+    for group, force in summary["transient"]["gear_mesh_force"].items():
+        stage, _, part = group.partition(" ")
+        role = "ring" if part.startswith("ring") else "sun"
+        expected = summary["stages"][stage].get(f"{role}_gear_mesh_force_n")
+        if expected:
+            away[group] = abs(abs(force["mean_n"]) / expected - 1.0)
+    if not away:
+        return
+    group = max(away, key=lambda n: away[n])
+    sentence = (
+        f"By so much the mean force of {words(group)} differs from the power flow's, "
+        f"{window_words(summary['transient'])}."
+    )
+    yield Check(
+        _level(away[group], AGREES, DIFFERS),
+        "Mean gear-mesh force",
+        _percent(away[group]),
+        "mean forces are those of the power flow",
+        sentence,
+    )
+
+
+def _speeds(summary: Summary) -> Iterator[Check]:
+    """Of the pins against the ring; runs before 0.3 have it of rings that are stationary only."""
+    nominal = stage_figures(summary, "kinematics")
+    for stage, one in stage_figures(summary, "steady").items():
+        rated = nominal[stage]
+        speed = one["carrier_speed_rpm_mean"]
+        expected = rated.get("pin_speed_rpm", rated["carrier_speed_rpm"])
+        away = abs(speed - expected) / (abs(expected) or abs(rated["sun_speed_rpm"]))
+        yield Check(
+            _level(away, AGREES, DIFFERS),
+            f"Pins against ring{f', {words(stage)}' if stage else ''}",
+            said(speed, "r/min"),
+            "speeds are those of the power flow",
+            f"The power flow gives {said(expected, 'r/min')}.",
+        )
+
+
+def _modes(summary: Summary) -> Iterator[Check]:
+    """What the modes that are left out may change, and how far the harmonic solution is away."""
+    system = summary["system"]
+    band, estimate = system.get("modes_band_hz"), system["modes_estimate"]
+    if band is not None:
+        upto = said(band, "Hz")
+        error = "–" if estimate is None else _percent(estimate)
+        yield Check(
+            "watch" if estimate is None else "good",
+            "Modes kept",
+            f"{system['kept_modes']} up to {said(system['modes_limit_hz'], 'Hz')}",
+            f"modes that are left out err by at most {error} up to {upto}",
+            f"They do not cover the band of {upto}.",
+        )
+    difference = summary["harmonic"].get("largest_difference")
+    if difference is not None:
+        below = "less than " if difference < NEGLIGIBLE else ""
+        figure = _percent(max(difference, NEGLIGIBLE))
+        yield Check(
+            "good" if difference <= AGREES else "watch",
+            "Harmonic solution",
+            figure,
+            f"harmonic solution and transient differ by {below}{figure} of the largest force",
+            "Of the largest force, by which the harmonic solution and the transient differ.",
+        )
+
+
+def balance_sentence(closure: float) -> str:
+    """Whether equilibria are in balance; closure: share of the load that is left over."""
+    if closure <= CLOSED:
+        return "All forces are in balance."
+    return f"Forces are not in balance: {said(closure, 'share')} of the load is left over."
+
+
+def _percent(share: float) -> str:
+    """Of an estimate: two digits."""
+    return f"{number(100.0 * share, 2)} %"
+
+
+SOLUTION = Headline(
+    "solution", "Solution", "", "flexgear's own checks: forces, speeds, closure, energy, errors of "
+    "reductions and of modes left out", "accuracy", _solution,
+)  # fmt: skip

@@ -1,0 +1,242 @@
+"""What the first screen of a report says of a summary."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import pytest
+
+from flexgear.gears.power_flow import power_flow
+from flexgear.model.load import load_case
+from flexgear.solve.headlines import HEADLINES, headlines, verdicts
+
+
+def shared(k: float) -> dict[str, Any]:
+    """Figures of a group of gear meshes of four planets."""
+    return {"instantaneous": k, "iec_61400_4": 1.25}
+
+
+WINDOW = {"window_s": [0.3, 5.0], "settled": True}
+CASE = load_case("wind-5mw")
+FLOW = power_flow(CASE)
+SUMMARY: dict[str, Any] = {
+    "kind": "stage",
+    "warnings": ["ring: static error 3 %, above 2 %"],
+    "stages": {
+        "stage": {
+            "ring_gear_mesh_force_n": 788e3,
+            "sun_gear_mesh_force_n": 788e3,
+            "nominal_root_stress_mpa": {"sun": 243.0, "ring": 206.0},
+            "planet_bearing_force_n": 1469e3,
+        }
+    },
+    "torque_steps": {},
+    "errors_given": True,
+    "load_sharing": {
+        "quasi_static": {
+            "flexible": {"stage": {"complete": True, "stage ring": shared(1.21)}},
+            "rigid": {"stage": {"stage ring": shared(9.0)}},
+        },
+        "transient": {
+            "flexible": {"stage ring": shared(1.23), **WINDOW},
+            "rigid": {"stage ring": shared(1.15), **WINDOW},
+        },
+    },
+    "kinematics": {"carrier_speed_rpm": 11.27, "sun_speed_rpm": 50.1},
+    "steady": {
+        "carrier_speed_rpm_mean": 11.27,
+        "radial_harmonics_um": [3.0, 9.0, 0.1, 0.2, 0.1, 21.3, 0.1],
+        "tooth_displacement_peak_um": {"x": 36.8, "y": 118.4, "z": 12.5},
+        **WINDOW,
+    },
+    "transient": {
+        **WINDOW,
+        "gear_mesh_force": {"stage ring": {"min_n": 7e5, "mean_n": 788e3, "max_n": 8e5}},
+        "displacement_um_max": {"stage.sun": 21.3, "stage.carrier": 3.0},
+    },
+    "reduction": {"ring": {"static_error": 0.03}, "carrier": {"static_error": 0.01}},
+    "equilibrium_closure_max": 1e-12,
+    "energy_residual": 0.002,
+    "system": {
+        "kept_modes": 102, "modes_limit_hz": 1329.0, "modes_band_hz": 500.0, "modes_estimate": 0.009
+    },
+    "harmonic": {"largest_difference": 2e-9},
+}  # fmt: skip
+
+
+def found(**changes: Any) -> dict[str, Any]:
+    """Verdicts by subject, of the summary with parts in the place of its own."""
+    summary = {**copy.deepcopy(SUMMARY), **changes}
+    return {v.subject: v for v in verdicts(CASE, FLOW, summary)}
+
+
+def solution(**changes: Any) -> dict[str, Any]:
+    """Levels of checks outside limits, by the beginning of their figures."""
+    summary = {**copy.deepcopy(SUMMARY), **changes}
+    rows = [r for r in headlines(CASE, FLOW, summary) if r["name"] == "solution"]
+    return {row["figure"].partition(":")[0]: row["level"] for row in rows}
+
+
+def sharing(still: float | None, moving: float, assumed: float | None = 1.25) -> dict[str, Any]:
+    """Load sharing in equilibria and in time."""
+    return {
+        "quasi_static": {
+            "lumped": {"stage": {"stage ring": {**shared(0), "instantaneous": still}}}
+        },
+        "transient": {
+            "lumped": {"stage ring": {"instantaneous": moving, "iec_61400_4": assumed}, **WINDOW},
+        },
+    }
+
+
+def test_load_sharing_is_held_to_the_standard():
+    """Equilibria count, dynamics are beside them; variants of the case do not count."""
+    said = found()["Load sharing"]
+    assert (said.level, said.figure) == ("good", "K = 1.210 in equilibria, 1.230 in time")
+    for words in ("Within the 1.25 that IEC 61400-4", "from 0.3 to 5 s, settled", "Vibration"):
+        assert words in said.sentence
+    assert found(load_sharing=sharing(1.26, 1.1))["Load sharing"].level == "bad"
+    above = found(load_sharing=sharing(1.24, 1.3))["Load sharing"]
+    assert (above.level, above.sentence[:15]) == ("watch", "In part above t")
+    assert found(load_sharing=sharing(None, 1.3))["Load sharing"].level == "bad"
+    none = found(load_sharing=sharing(None, 1.3, None))["Load sharing"]
+    assert (none.level, "no value" in none.sentence) == ("note", True)
+
+
+def test_equal_factors_in_equilibria_and_in_time_need_no_reason():
+    said = found(load_sharing=sharing(1.0002, 1.0003))["Load sharing"]
+    assert said.figure == "K = 1.0002 in equilibria, 1.0003 in time"
+    assert "ibration" not in said.sentence
+
+
+def test_an_even_share_without_errors_is_no_praise():
+    even = sharing(1.0, 1.0)
+    assert found(load_sharing=even)["Load sharing"].level == "good"
+    said = found(load_sharing=even, errors_given=False)["Load sharing"]
+    assert said.level == "note" and "No errors given" in said.sentence
+    assert found(load_sharing=sharing(1.3, 1.3), errors_given=False)["Load sharing"].level == "bad"
+
+
+def test_both_halves_of_a_double_helical_stage_are_looked_at():
+    halves = {"stage ring left": shared(1.02), "stage ring right": shared(1.31)}
+    both = {
+        "quasi_static": {"lumped": {"stage": halves}},
+        "transient": {"lumped": {**halves, **WINDOW}},
+    }
+    said = found(load_sharing=both)["Load sharing"]
+    assert said.level == "bad" and said.figure.startswith("K = 1.310")
+    assert "Left half 1.020, right half 1.310." in said.sentence
+
+
+DROP = {
+    "gear_mesh_force": {"stage ring": {"min_n": 7e4, "mean_n": 6.7e5, "max_n": 1.2e6}},
+    "load_sharing": {"stage ring": 1.26},
+    **WINDOW,
+}
+
+
+def test_the_largest_force_is_that_of_all_transients():
+    steady = found()["Largest gear-mesh force"]
+    assert (steady.level, steady.figure) == ("note", "1.015 × nominal")  # 800 over 788 kN
+    rigid = {**DROP, "gear_mesh_force": {"stage ring": {"min_n": 0, "mean_n": 1, "max_n": 9e9}}}
+    drops = {"0.2e6": {"flexible": DROP, "rigid": rigid}}  # variants of the case do not count
+    said = found(torque_steps=drops)["Largest gear-mesh force"]
+    assert (said.level, said.figure) == ("watch", "1.523 × nominal")  # above 1.25
+    for words in ("1.2 MN at ring, in the torque drop to 200 kN m", "1.015 × in time from 0.3"):
+        assert words in said.sentence
+    assert "leaves 1.22 to K_A and K_v" in said.sentence  # 1.523/1.25
+    assert "K = 1.260 in the torque drop" in found(torque_steps=drops)["Load sharing"].sentence
+    assert found(torque_steps=drops)["Load sharing"].level == "watch"
+
+
+def test_a_force_that_passes_zero_is_said():
+    parts = {"stage ring": {"min_n": -1e3, "mean_n": 788e3, "max_n": 8e5}}
+    said = found(transient={**SUMMARY["transient"], "gear_mesh_force": parts})
+    assert said["Largest gear-mesh force"].level == "watch"
+    assert "passes zero" in said["Largest gear-mesh force"].sentence
+
+
+def test_what_the_case_does_not_rate_is_not_assessed():
+    said = found()
+    for subject in ("Root stress", "Flank pressure", "Bearing life"):
+        assert said[subject].level == "open" and "Not assessed" in said[subject].sentence
+    assert said["Root stress"].figure == "243 MPa"
+    assert said["Bearing life"].figure == "no rating given"
+    assert "planet bearing (1.469 MN)" in said["Bearing life"].sentence
+
+
+def test_the_shortest_life_is_the_headline():
+    stage = {**SUMMARY["stages"]["stage"], "planet_bearing_life_h": 90000.0}
+    stage["carrier_bearing_life_h"] = {"drive": 70000.0}
+    said = found(stages={"stage": stage})["Bearing life"]
+    assert said.level == "note" and "Carrier bearing, drive side" in said.sentence
+    assert said.figure.startswith("70")
+
+
+def test_deflections_are_held_to_what_is_small():
+    """A tenth of the module of 18 mm."""
+    assert found()["Deflections"].level == "good"
+    said = found(motion_um_max={"stage.sun": 1900.0})["Deflections"]
+    assert (said.level, said.figure) == ("bad", "1.9 mm of 1.8 mm")
+    assert "106 % of what counts as small beside the module of 18 mm" in said.sentence
+
+
+@pytest.mark.parametrize(
+    ("mean", "level"), [(788e3, None), (-780.5e3, None), (760e3, "watch"), (700e3, "bad")]
+)
+def test_forces_are_held_to_the_power_flow(mean, level):
+    force = {"stage ring": {"min_n": 0.9 * mean, "mean_n": mean, "max_n": 1.1 * mean}}
+    transient = {**SUMMARY["transient"], "gear_mesh_force": force}
+    assert solution(transient=transient).get("Mean gear-mesh force") == level
+
+
+def test_checks_within_limits_are_one_line():
+    said = found(reduction={"ring": {"static_error": 0.013}})
+    assert said["Solution"].level == "good"
+    assert said["Solution"].sentence == (
+        "Mean forces are those of the power flow; speeds are those of the power flow; forces "
+        "balance; reduced ring errs by 1.3 % in statics; 0.2 % of the energy is not accounted "
+        "for; modes that are left out err by at most 0.9 % up to 500 Hz; harmonic solution and "
+        "transient differ by less than 0.01 % of the largest force."
+    )
+    assert solution(reduction={}) == {"checks within limits": "good"}
+
+
+def test_checks_outside_limits_stand_alone():
+    assert solution()["Reduced ring"] == "watch"
+    assert solution(equilibrium_closure_max=1e-3)["Equilibria"] == "bad"
+    assert solution(energy_residual=0.2)["Energy balance"] == "bad"
+    assert "Energy balance" not in solution(energy_residual=None)
+    slow = {**SUMMARY["steady"], "carrier_speed_rpm_mean": 10.0}
+    assert solution(steady=slow)["Pins against ring"] == "bad"
+    system = {**SUMMARY["system"], "modes_estimate": None}
+    assert solution(system=system)["Modes kept"] == "watch"
+
+
+def test_the_worst_comes_first_and_warnings_last():
+    summary = {**SUMMARY, "equilibrium_closure_max": 1e-3, "load_sharing": sharing(1.24, 1.3)}
+    every = verdicts(CASE, FLOW, summary)
+    levels = [v.level for v in every if v.subject != "Warning"]
+    assert levels[:2] == ["bad", "watch"]
+    assert set(levels[levels.count("bad") + levels.count("watch") :]) <= {"open", "note", "good"}
+    assert every[-1].subject == "Warning" and "static error 3 %" in every[-1].sentence
+
+
+def test_neglected_effects_are_one_answer():
+    text = "Ring shape, 21.3 µm: left out are planet rims that go oval (up to 111 µm)."
+    row = {"figure": "Ring shape", "stage": "stage", "value_um": 21.3, "effects_um": {"rim": 111.0}}
+    beside = [{**row, "sentence": text}]
+    said = found(neglected=beside, warnings=["something else", text])
+    assert said["Neglected effects"].level == "watch"
+    assert said["Neglected effects"].figure == "up to 111 µm"
+    assert "Planet rims that go oval up to 111 µm" in said["Neglected effects"].sentence
+    assert "ring shape 21.3 µm" in said["Neglected effects"].sentence
+    assert said["Warning"].sentence == "something else"
+    assert found()["Neglected effects"].level == "good"
+
+
+def test_every_headline_has_an_answer_or_its_data_are_missing():
+    names = {row["name"] for row in headlines(CASE, FLOW, SUMMARY)}
+    silent = {h.name for h in HEADLINES} - names
+    assert silent == {"resonance", "transmission_error"}  # this summary has neither
