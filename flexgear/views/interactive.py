@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
+from flexgear.views.hover import with_hover
 from flexgear.views.plain_math import plain_math
 from flexgear.views.traces import DASHES, colour_of, listed, numbers, traces_of
 
@@ -46,6 +47,7 @@ def panels_of(figure: Figure) -> list[Panel]:
     for panel in found:
         _name_once(panel["data"])
         _scale_once(panel["data"])
+        with_hover(panel["data"], panel["layout"])
     return [panel for panel in found if panel["data"]]
 
 
@@ -179,7 +181,7 @@ def _axis(axes: Axes, which: str) -> dict[str, Any]:
         or "Categor" in type(formatter).__name__
     ):
         at = own.get_majorticklocs()
-        texts = formatter.format_ticks(at.tolist())
+        texts = formatter.format_ticks(list(at))
         ticks = [(float(t), plain_math(x)) for t, x in zip(at, texts, strict=False) if x]
         if ticks:
             found |= {"tickvals": [t for t, _ in ticks], "ticktext": [s for _, s in ticks]}

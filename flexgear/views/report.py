@@ -189,7 +189,10 @@ def _keep_still(sections: Sequence[Mapping[str, Any]], left_out: set[str]) -> No
 def _halved(value: Any) -> Any:
     if isinstance(value, Mapping):
         halve = value.get("type") == "scatter" and len(value.get("x", ())) > LEAST_POINTS
-        return {k: v[::2] if halve and k in ("x", "y") else _halved(v) for k, v in value.items()}
+        return {
+            k: v[::2] if halve and k in ("x", "y", "customdata") else _halved(v)
+            for k, v in value.items()
+        }
     if isinstance(value, list) and value and isinstance(value[0], Mapping):
         return [_halved(v) for v in value]
     return value

@@ -110,7 +110,7 @@ def _coloured(corners: NDArray[np.integer], size: FloatArray, unit: str) -> dict
         "intensity": _short(size, 1),
         "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
         "colorbar": {"title": {"text": unit}, "thickness": 12},
-        "hovertemplate": f"%{{intensity:.1f}} {unit}<extra></extra>",
+        "hovertemplate": f"displacement: %{{intensity:.1f}} {unit}<extra></extra>",
         "lighting": {"ambient": 0.6, "diffuse": 0.7, "specular": 0.1},
     }
 
@@ -162,7 +162,7 @@ def _colours_of(trace: dict[str, Any], said: str, stress: FloatArray) -> dict[st
     }
     buttons = []
     for label, (values, unit, title) in ways.items():
-        hover = f"%{{intensity:.1f}} {unit}<extra></extra>"
+        hover = f"{label}: %{{intensity:.1f}} {unit}<extra></extra>"
         shown = {
             "intensity": [values],
             "colorbar.title.text": [unit],

@@ -115,8 +115,8 @@ def test_plots_stand_in_the_page_once_and_without_them_it_is_static(tmp_path: Pa
 
 def test_two_runs_stand_side_by_side_with_their_difference(tmp_path: Path):
     text = page(tmp_path, side(tmp_path), side(tmp_path, 394e3, "other"), interactive=False)
-    row = re.search(r"<tr><td>ring</td>.*?</tr>", text)[0]
-    assert re.findall(r">([^<>]+)</td>", row) == ["ring", "788 kN", "394 kN", "-50.00 %"]
+    row = re.search(r'<tr><th scope="row">ring</th>.*?</tr>', text)[0]
+    assert re.findall(r">([^<>]+)</t[hd]>", row) == ["ring", "788 kN", "394 kN", "-50.00 %"]
     assert text.count("data:image/webp") == 2
     assert "B: other" in text
 
@@ -356,3 +356,29 @@ def test_the_star_turns_with_the_carrier(outline, field):
     middle = [np.mean(first[k][:-1]) for k in "xy"]
     assert middle == pytest.approx(outline.planet_centre(0, angles[1]).tolist(), abs=1e-3)
     assert panel["frames"][1]["traces"] == list(range(1, len(panel["data"])))
+
+
+def test_points_under_the_pointer_have_names_and_units():
+    """Not "(3.2467, 296.93) trace 3"."""
+    figure = Figure()
+    lines, bars = figure.subplots(1, 2)
+    lines.plot([0.0, 1.0], [2.0, 3.0], color="red", label="planet 1")
+    lines.plot([0.0, 1.0], [4.0, 5.0], color="red")  # the same planet again
+    lines.set(xlabel="time (s)", ylabel="force (kN)")
+    lines.legend()
+    bars.bar(["ring", "sun"], [1.0, 2.0])
+    bars.set_ylabel("load (N)")
+    figure.canvas.draw()
+    first, second = panels_of(figure)
+    for trace in first["data"]:
+        said = trace["hovertemplate"]
+        assert said.startswith("<b>planet 1</b><br>time (s): %{x") and "force (kN): %{y" in said
+    (trace,) = second["data"]
+    assert trace["customdata"] == [["ring"], ["sun"]]
+    assert trace["hovertemplate"].startswith("%{customdata[0]}<br>load (N): %{y")
+
+
+def test_every_table_and_picture_has_words_for_readers(tmp_path):
+    text = page(tmp_path, side(tmp_path), interactive=False)
+    assert text.count("<table>") == text.count('<th scope="col">Figure</th>') > 0
+    assert 'alt="A caption. What it shows."' in text
