@@ -48,7 +48,7 @@ def _running(case: Case, flow: PowerFlow) -> Sections:
         before = f"{stage.name} " if len(flow.stages) > 1 else ""
         rows = _stage(case, stage, motion)
         if math.isfinite(lives.get(stage.name, math.inf)):
-            rows["planet_bearing_life_h"] = lives[stage.name]
+            rows["nominal_planet_bearing_life_h"] = lives[stage.name]
         sections[f"{before}running"] = rows
     sections["machines"] = dict(machine_words(case))
     sections["power"] = {

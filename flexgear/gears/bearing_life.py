@@ -7,12 +7,15 @@ C the basic dynamic load rating, P the equivalent load (here the radial force), 
 with the planet's speed relative to the carrier and carries both of its gear meshes: 2 F_t where
 the tangential forces of ring and sun mesh are equal. Between trains with the same bearing C drops
 out: L/L' = (ω'/ω) (P'/P)^p.
+
+P is the constant load of the same damage over a window: the nominal force of the power flow where
+nothing is solved (``check``, ``compare``, ``sweep``), the loads over the positions of equilibria in
+``run``, the load of the position itself in ``static``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +24,7 @@ from numpy.typing import ArrayLike
 if TYPE_CHECKING:
     from flexgear.gears.power_flow import PowerFlow
     from flexgear.model.case import Case
-    from flexgear.model.stage_view import StageView
+    from flexgear.model.springs import Rolling
 
 BALL = 3.0
 ROLLER = 10.0 / 3.0
@@ -80,22 +83,32 @@ def planet_bearing_life_ratios(
 
 
 def planet_bearing_life_hours(case: Case, flow: PowerFlow) -> dict[str, float]:
-    """L₁₀ₕ of one planet bearing by stage, in hours at the flow's speeds and loads.
+    """L₁₀ₕ of one planet bearing by stage, in hours, at the nominal speeds and loads of the flow.
 
     Bearings side by side share the load of a planet evenly. Stages whose case gives no dynamic
     rating, and parallel ones, are left out.
     """
-    out = {}
+    lives = {}
     for stage in case.stages:
-        bearing, known = stage.planet_bearing, flow.stage(stage.name)
-        if stage.kind == "planetary" and bearing.dynamic_rating and bearing.rolling:
-            out[stage.name] = rating_life_hours(
-                bearing.dynamic_rating,
-                known.planet_bearing_force / bearing.count,
-                known.planet_relative_speed,
-                EXPONENTS[bearing.rolling],
+        if stage.kind == "planetary":
+            known = flow.stage(stage.name)
+            life = bearing_life_hours(
+                stage.planet_bearing, known.planet_bearing_force, known.planet_relative_speed
             )
-    return out
+            if life is not None:
+                lives[stage.name] = life
+    return lives
+
+
+def bearing_life_hours(bearing: Rolling, loads: ArrayLike, speed: float) -> float | None:
+    """L₁₀ₕ of a bearing under radial loads (n,), N, at a speed in rad/s: that of the constant load
+    of the same damage. Bearings side by side share each load evenly; None without a dynamic rating,
+    inf at rest or without load."""
+    if bearing.dynamic_rating is None or bearing.rolling is None:
+        return None
+    exponent = EXPONENTS[bearing.rolling]
+    load = varying_load(np.atleast_1d(loads), exponent) / bearing.count
+    return rating_life_hours(bearing.dynamic_rating, load, speed, exponent)
 
 
 def varying_load(loads: ArrayLike, exponent: float) -> float:
@@ -105,26 +118,6 @@ def varying_load(loads: ArrayLike, exponent: float) -> float:
     size = np.abs(np.asarray(loads, dtype=float))
     most = float(size.max())
     return most * float(np.mean((size / most) ** exponent)) ** (1 / exponent) if most else 0.0
-
-
-def seat_bearing_life_hours(
-    view: StageView, speed: float, loads: Mapping[str, ArrayLike]
-) -> dict[str, float]:
-    """L₁₀ₕ of the bearings on a carrier's seats, "drive" and "far", in hours.
-
-    speed: of the carrier, rad/s; loads (n,): radial forces on each seat over a turn, N, which
-    bearings side by side share evenly. Seats without a dynamic rating are left out.
-    """
-    return {
-        side: rating_life_hours(
-            bearing.dynamic_rating,
-            varying_load(loads[side], EXPONENTS[bearing.rolling]) / bearing.count,
-            speed,
-            EXPONENTS[bearing.rolling],
-        )
-        for side, bearing in view.seat_bearings.items()
-        if bearing.dynamic_rating and bearing.rolling
-    }
 
 
 def _require_exponent(exponent: float) -> None:

@@ -179,6 +179,7 @@ def run(
         content_hash=case.content_hash(),
         variant=first.variant,
         errors_given=first.has_errors,
+        equilibrium_window=_positions_words(first),
         system=_system(first),
         power_flow=flow_summary(first.flow),
         stages=stages_summary(first, datasets["equilibrium"]),
@@ -302,6 +303,14 @@ def _positions(model: Model) -> NDArray[np.float64]:
         return np.zeros(1)
     slowest = max(turning, key=lambda m: m.turn_period / m.cycle.per_turn)
     return one_turn(slowest, lead_speed(model.case, model.flow), POSITIONS, 1)
+
+
+def _positions_words(model: Model) -> str:
+    """What the equilibria of a run cover, as a sentence says it."""
+    turning = [m for m in stage_motions(model.case, model.flow) if m.theta]
+    if any(m.name in model.case.fe_ring_stages for m in turning):
+        return "one turn of the carrier against the ring"
+    return "one gear-mesh cycle of the slowest stage" if turning else "one position"
 
 
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:

@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.coupling.pace import timed_drops
-from flexgear.gears.bearing_life import planet_bearing_life_hours, seat_bearing_life_hours
+from flexgear.gears.bearing_life import bearing_life_hours, planet_bearing_life_hours
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.root_stress import largest_root_stress
+from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
+from flexgear.model.member import PlanetBearing
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
@@ -35,6 +38,8 @@ from flexgear.solve.long_run import TimedRun
 from flexgear.solve.model import Model
 from flexgear.solve.static import UNLOADED
 from flexgear.solve.transient import train_histories
+
+Array = NDArray[np.float64]
 
 
 def depth_name(torque: float) -> str:
@@ -64,7 +69,7 @@ def flow_summary(flow: PowerFlow) -> dict[str, Any]:
 def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Frequencies, mean forces, nominal root stresses, error cycles, bearing lives of the stages.
 
-    equilibria: positions over a turn, from which the loads on the seats of carriers are.
+    equilibria: from whose positions the loads of bearings are.
     """
     flow, train = model.flow, model.case
     motions, lives = stage_motions(train, flow), planet_bearing_life_hours(train, flow)
@@ -93,29 +98,61 @@ def stages_summary(model: Model, equilibria: xr.Dataset) -> dict[str, dict[str, 
                 "planet_speed_in_carrier_rpm": own.planet_relative_speed * RPM,
             }
         if math.isfinite(lives.get(stage.name, math.inf)):
-            out[stage.name]["planet_bearing_life_h"] = lives[stage.name]
-        if view.seat_bearings:
-            force = equilibria["bearing_force"]
-            force = force.where(np.abs(force) > UNLOADED * np.abs(model.rated).max(), 0.0)
-            out[stage.name] |= _seats(view, own.carrier_speed, force)
+            out[stage.name]["nominal_planet_bearing_life_h"] = lives[stage.name]
+        least = UNLOADED * float(np.abs(model.rated).max())
+        seats = _seat_loads(view, equilibria, least)
+        if seats:
+            largest = {side: float(load.max()) for side, load in seats.items()}
+            out[stage.name]["carrier_bearing_force_n"] = largest
+        over_positions = _lives(view, own, seats, equilibria, least)
+        if over_positions:
+            out[stage.name]["bearing_life_h"] = over_positions
     return out
 
 
-def _seats(view: StageView, speed: float, force: xr.DataArray) -> dict[str, dict[str, float]]:
-    """Largest radial loads of a carrier's seats over the positions, and lives of their bearings."""
+def _lives(
+    view: StageView,
+    flow: StageFlow,
+    seats: Mapping[str, Array],
+    equilibria: xr.Dataset,
+    least: float,
+) -> dict[str, float]:
+    """L₁₀ₕ of the bearings of planets and of a carrier's seats, under the constant loads of the
+    same damage over the positions; without those that have no rating or do not wear."""
+    lives = {}
+    bearing = view.stage.planet_bearing
+    if view.stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
+        for name in map(str, equilibria["bearing"].to_numpy()):
+            if name.partition(".")[0] == view.name:
+                force = equilibria["planet_bearing_force"].sel(bearing=name).to_numpy()
+                load = _loaded(np.hypot(force[:, 0], force[:, 1]), least)
+                speed = flow.planet_relative_speed
+                lives[name.partition(".")[2]] = bearing_life_hours(bearing, load, speed)
+    for side, load in seats.items():
+        seat = view.seat_bearings[side]
+        lives[f"carrier_bearing_{side}"] = bearing_life_hours(seat, load, flow.carrier_speed)
+    return {n: life for n, life in lives.items() if life is not None and math.isfinite(life)}
+
+
+def _seat_loads(view: StageView, equilibria: xr.Dataset, least: float) -> dict[str, Array]:
+    """Radial loads of a carrier's seats over the positions, N."""
+    if not view.seat_bearings:
+        return {}
+    force = equilibria["bearing_force"]
     seats = {side: f"{view.name}.carrier_{side}" for side in view.seat_bearings}
     there = set(map(str, force["support"].to_numpy()))  # a bearing without stiffness is no support
-    radial = {
-        side: np.hypot(*(force.sel(support=name, dof=dof).to_numpy() for dof in ("ux", "uy")))
-        for side, name in seats.items()
-        if name in there
-    }
-    lives = seat_bearing_life_hours(view, speed, radial)
-    lasting = {side: life for side, life in lives.items() if math.isfinite(life)}
     return {
-        "carrier_bearing_force_n": {side: float(load.max()) for side, load in radial.items()},
-        **({"carrier_bearing_life_h": lasting} if lasting else {}),
+        side: np.hypot(
+            *(_loaded(force.sel(support=n, dof=d).to_numpy(), least) for d in ("ux", "uy"))
+        )
+        for side, n in seats.items()
+        if n in there
     }
+
+
+def _loaded(force: Array, least: float) -> Array:
+    """Forces, zero where they are rounding."""
+    return np.where(np.abs(force) > least, force, 0.0)
 
 
 def transient_summary(run: TimedRun) -> dict[str, Any]:

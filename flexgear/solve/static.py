@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexgear.analysis.equilibrium import revolution
-from flexgear.gears.bearing_life import BALL, ROLLER, rating_life_hours
+from flexgear.gears.bearing_life import bearing_life_hours
 from flexgear.model.member import PlanetBearing
 from flexgear.results.face_load import face_figures
 from flexgear.results.group_sharing import without_rounding
@@ -94,8 +94,8 @@ def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:
 
 def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]:
     """Size and direction (from radial outward, in the sense of rotation) of the force on every pin
-    at one position; its basic rating life under that load where the case gives a rating and the
-    bearing wears at all."""
+    at one position; its basic rating life if that load lasted, where the case gives a rating and
+    the bearing wears at all."""
     out = {}
     least = UNLOADED * float(np.abs(model.rated).max())
     for name in map(str, data["bearing"].to_numpy()):
@@ -108,14 +108,9 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]
             "axial_n": z if abs(z) > UNLOADED * size else 0.0,
         }
         stage = model.case.stage(name.partition(".")[0])
-        bearing = stage.planet_bearing
-        if isinstance(bearing, PlanetBearing) and bearing.dynamic_rating is not None:
-            life = rating_life_hours(
-                bearing.dynamic_rating,
-                size / bearing.count,
-                model.flow.stage(stage.name).planet_relative_speed,
-                BALL if bearing.rolling == "ball" else ROLLER,
-            )
-            if math.isfinite(life):
+        speed = model.flow.stage(stage.name).planet_relative_speed
+        if isinstance(stage.planet_bearing, PlanetBearing):
+            life = bearing_life_hours(stage.planet_bearing, size, speed)
+            if life is not None and math.isfinite(life):
                 out[name]["life_h"] = life
     return out

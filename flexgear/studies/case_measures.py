@@ -171,7 +171,9 @@ def _bearing_life(point: Point) -> Found:
         ]
         for exponent in kinds.values()
     ]  # fmt: skip
-    about = "basic rating life of planet bearings over that of the unchanged case"
+    about = (
+        "basic rating life of planet bearings under nominal loads over that of the unchanged case"
+    )
     return {"life_ratio": array(values, "1", about, bearing=list(kinds), stage=list(loaded))}
 
 

@@ -100,5 +100,5 @@ def _flow_figures(case: Case, flow: PowerFlow) -> dict[str, Any]:
                 f"{s.name}_planet_speed_in_carrier_rpm": s.planet_relative_speed * RPM,
             }
         if s.name in hours:
-            rows[f"{s.name}_planet_bearing_life_h"] = hours[s.name]
+            rows[f"{s.name}_nominal_planet_bearing_life_h"] = hours[s.name]
     return rows

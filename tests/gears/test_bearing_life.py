@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from flexgear.gears.bearing_life import (
     BALL,
     ROLLER,
+    bearing_life_hours,
     life_ratio,
     planet_bearing_life_hours,
     planet_bearing_life_ratios,
     rating_life,
     rating_life_hours,
-    seat_bearing_life_hours,
     varying_load,
 )
 from flexgear.gears.geometry import stage_geometry
@@ -138,10 +138,13 @@ def test_a_varying_load_lasts_as_long_as_its_mean_of_the_exponent():
     assert varying_load([0.0, 0.0], ROLLER) == 0.0
 
 
-def test_life_of_the_bearings_on_the_seats_of_a_flexible_carrier():
-    """Those with a rating only; two side by side share the load; they turn with the carrier."""
+def test_a_life_is_that_of_the_constant_load_of_the_same_damage():
+    """Two side by side share each load; half the revolutions without load: twice the life."""
     rating = {"dynamic_rating_kn": "2000", "rolling": "roller", "count": "2"}
     view = load_stage("wind-5mw", {f"bearings.carrier_far.{k}": v for k, v in rating.items()})
-    hours = seat_bearing_life_hours(view, -1.2, {"drive": [1e5], "far": [4e5, 4e5]})
+    bearings = view.seat_bearings
     expected = 1e6 * (2e6 / 2e5) ** (10 / 3) * 2 * math.pi / 1.2 / 3600
-    assert hours == {"far": pytest.approx(expected)}
+    assert bearing_life_hours(bearings["far"], 4e5, -1.2) == pytest.approx(expected)
+    assert bearing_life_hours(bearings["far"], [4e5, 0.0], -1.2) == pytest.approx(2 * expected)
+    assert bearing_life_hours(bearings["far"], [0.0], -1.2) == math.inf
+    assert bearing_life_hours(bearings["drive"], [1e5], -1.2) is None

@@ -167,10 +167,12 @@ def test_what_the_case_does_not_rate_is_not_assessed():
 
 
 def test_the_shortest_life_is_the_headline():
-    stage = {**SUMMARY["stages"]["stage"], "planet_bearing_life_h": 90000.0}
-    stage["carrier_bearing_life_h"] = {"drive": 70000.0}
+    stage = {**SUMMARY["stages"]["stage"], "nominal_planet_bearing_life_h": 90000.0}
+    stage["bearing_life_h"] = {"planet_bearing_1": 9e4, "carrier_bearing_drive": 7e4}
     said = found(stages={"stage": stage})["Bearing life"]
-    assert said.level == "note" and "Carrier bearing, drive side" in said.sentence
+    assert (
+        said.level == "note" and "Carrier bearing drive, under the constant load" in said.sentence
+    )
     assert said.figure.startswith("70")
 
 

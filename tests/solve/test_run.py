@@ -187,5 +187,5 @@ def test_run_of_a_train_without_errors_and_with_two_inputs():
     assert "transient_without_errors" not in result.datasets
     assert result.summary["harmonic"]["largest_difference"] < 1e-5
     stages = result.summary["stages"]
-    assert stages["stage_1"]["planet_bearing_life_h"] > 1e5
+    assert stages["stage_1"]["nominal_planet_bearing_life_h"] > 1e5
     assert "ring_gear_mesh_force_n" not in stages["stage_3"]

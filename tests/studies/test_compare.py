@@ -52,7 +52,10 @@ def test_two_trains_side_by_side():
     ratio = figures["planet_bearing_life_ratio"]
     assert ratio["stage_1_ball"] == pytest.approx(load**3 * speed)
     assert ratio["stage_1_roller"] == pytest.approx(load ** (10 / 3) * speed)
-    hours = double["stage_1_planet_bearing_life_h"] / single["stage_1_planet_bearing_life_h"]
+    hours = (
+        double["stage_1_nominal_planet_bearing_life_h"]
+        / single["stage_1_nominal_planet_bearing_life_h"]
+    )
     assert hours == pytest.approx(ratio["stage_1_roller"])
 
 

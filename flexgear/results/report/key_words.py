@@ -76,7 +76,7 @@ _WORDS = {
     "planet_bearing_force_n": ("load of a planet's bearings", ""),
     "planet_bearing_force_direction_deg": (
         "its direction, from radial outward in the sense of rotation", ""),
-    "planet_bearing_life_h": ("basic rating life of a planet bearing (ISO 281)", ""),
+    "nominal_planet_bearing_life_h": ("basic rating life of a planet bearing (ISO 281), nominal load", ""),
     "error_cycle_gear_meshes": ("errors repeat after so many gear-mesh periods", ""),
     "error_cycle_turns": ("errors repeat after so many turns", ""),
     "error_cycle_s": ("errors repeat after", ""),

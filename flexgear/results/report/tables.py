@@ -148,10 +148,14 @@ def _bearings(case: Case, flow: PowerFlow, summary: Summary) -> Iterator[Table]:
             Row("of it radial, outward", _beside(own.planet_bearing_radial, own), "N"),
             Row("speed of a planet relative to the carrier", one["planet_speed_in_carrier_rpm"], "r/min"),
             Row("bearings side by side", case.stage(own.name).planet_bearing.count),
-            Row("basic rating life (ISO 281)", _life(one), "h"),
+            Row("basic rating life (ISO 281), nominal", _nominal_life(one), "h"),
         ]
         yield Table("bearings", _of(own.name, "planet bearings"), rows)
         yield from _seats(own.name, one)
+        over = summary.get("equilibrium_window", "the positions of equilibria")
+        lives = one.get("bearing_life_h", {}).items()
+        title = f"basic rating life (ISO 281), load of the same damage over {over}"
+        yield Table("bearings", _of(own.name, title), [Row(words(n), life, "h") for n, life in lives])
 
 
 def _beside(force: float, flow: StageFlow) -> float:
@@ -161,17 +165,14 @@ def _beside(force: float, flow: StageFlow) -> float:
 
 def _seats(stage: str, figures: Mapping[str, Any]) -> Iterator[Table]:
     """Bearings on the seats of an FE carrier."""
-    lives, rows = figures.get("carrier_bearing_life_h", {}), []
-    for side, force in figures.get("carrier_bearing_force_n", {}).items():
-        rows.append(Row(f"largest radial load, {words(side)} side", force, "N"))
-        life = lives.get(side, "no dynamic rating given")
-        rows.append(Row(f"basic rating life (ISO 281), {words(side)} side", life, "h"))
+    loads = figures.get("carrier_bearing_force_n", {}).items()
+    rows = [Row(f"largest radial load, {words(side)} side", force, "N") for side, force in loads]
     if rows:
         yield Table("bearings", _of(stage, "carrier bearings"), rows)
 
 
-def _life(figures: Mapping[str, Any]) -> Value:
-    return figures.get("planet_bearing_life_h", "no dynamic rating given")
+def _nominal_life(figures: Mapping[str, Any]) -> Value:
+    return figures.get("nominal_planet_bearing_life_h", "no dynamic rating given")
 
 
 def _deflections(summary: Summary) -> Iterator[Table]:

@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from flexgear.results.report.wording import said, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 
+LOADS = {"planet_bearing_force_n": "planet bearing", "carrier_bearing_force_n": "carrier bearing"}
+
 
 def _life(findings: Findings) -> Iterator[Answer]:
+    over = findings.summary.get("equilibrium_window", "the positions of equilibria")
     for stage, figures in findings.summary["stages"].items():
-        lives = {
-            f"carrier bearing, {words(side)} side": life
-            for side, life in figures.get("carrier_bearing_life_h", {}).items()
-        }
-        if "planet_bearing_life_h" in figures:
-            lives["planet bearing"] = figures["planet_bearing_life_h"]
-        loads = {
-            f"carrier bearing, {words(side)} side": load
-            for side, load in figures.get("carrier_bearing_force_n", {}).items()
-        }
-        if "planet_bearing_force_n" in figures:
-            loads = {"planet bearing": figures["planet_bearing_force_n"], **loads}
-        unrated = ", ".join(
-            f"{name} ({said(load, 'N')})" for name, load in loads.items() if name not in lives
-        )
-        missing = f"No dynamic rating given: {unrated}." if unrated else ""
+        lives: Mapping[str, float] = figures.get("bearing_life_h", {})
+        missing = _unrated(figures, lives)
         if lives:
             name = min(lives, key=lambda n: lives[n])
-            sentence = f"{name.capitalize()}, at rated torque. No required life given. {missing}"
+            nominal = figures.get("nominal_planet_bearing_life_h")
+            beside = "" if nominal is None else f" Nominal, planet bearing: {said(nominal, 'h')}."
+            sentence = (
+                f"{words(name).capitalize()}, under the constant load of the same damage over "
+                f"{over}. No required life given.{beside} {missing}"
+            )
             life = lives[name]
-            yield Answer("note", stage, life, said(life, "h"), sentence.strip())
-        elif loads:
+            yield Answer("note", stage, life, said(life, "h"), sentence.strip(), window=over)
+        elif missing:
             yield Answer("open", stage, None, "no rating given", f"Not assessed. {missing}")
+
+
+def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
+    """Bearings that have no life, with their loads."""
+    loads = []
+    for key, name in LOADS.items():
+        found = figures.get(key, {})
+        sides = found if isinstance(found, Mapping) else {"": found}
+        for side, load in sides.items():
+            label = f"{name.replace(' ', '_')}_{side}"
+            if load and not any(life.startswith(label) for life in lives):
+                at = f", {words(side)} side" if side else ""
+                loads.append(f"{name}{at} ({said(load, 'N')})")
+    return f"No dynamic rating given: {', '.join(loads)}." if loads else ""
 
 
 BEARING_LIFE = Headline(
     "bearing_life", "Bearing life", "h",
-    "shortest basic rating life (ISO 281) of the bearings of planets and carriers", "bearings",
-    _life,
+    "shortest basic rating life (ISO 281) of the bearings of planets and carriers, under the "
+    "constant load of the same damage over the positions of equilibria", "bearings", _life,
 )  # fmt: skip
