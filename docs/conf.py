@@ -20,6 +20,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "mathml",
     "key_reference",
+    "result_reference",
     "validation_report",
 ]
 exclude_patterns = ["_build", "_ext", "examples"]

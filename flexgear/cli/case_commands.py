@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -101,20 +101,34 @@ def cases(
 
 
 def schema(
+    summary: Annotated[bool, typer.Option("--summary", help="Of summary.json of a run.")] = False,
     out: Annotated[Path | None, file_option("--out", "Write it to a file.")] = None,
 ) -> None:
-    """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML.
+    """JSON schema of case files: keys, units, ranges and meanings, for editors of TOML; or of the
+    summary.json of a run.
 
     An editor that knows taplo (Even Better TOML in VS Code) completes, explains and checks the keys
     of a case that begins with the line "#:schema ./flexgear.schema.json".
     """
-    found = json_schema()
+    found = _summary_schema() if summary else json_schema()
     text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
     if out is None:
         typer.echo(text, nl=False)
         return
     there = file_target(out)
     if there.exists() and found["title"].encode() not in read_bytes(there, "--out", MOST_CASE):
-        raise InputError("--out", str(out), "is there and no schema of cases", "choose a new name")
+        kind = "summaries" if summary else "cases"
+        problem = f"is there and no schema of {kind}"
+        raise InputError("--out", str(out), problem, "choose a new name")
     write_bytes(out, text.encode())
+    if summary:
+        typer.echo(f"wrote {out}")
+        return
     typer.echo(f"wrote {out}; begin cases beside it with the line: #:schema ./{out.name}")
+
+
+def _summary_schema() -> dict[str, Any]:
+    from flexgear.results import summary_keys
+    from flexgear.solve.headlines import rows_schema
+
+    return summary_keys.json_schema({"headlines": rows_schema()})

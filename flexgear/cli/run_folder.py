@@ -19,7 +19,7 @@ from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import lacking
+from flexgear.results.summary_keys import lacking
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series

@@ -23,6 +23,7 @@ from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME
 from flexgear.results.stage_part import ring_forces, ring_group, stage_part, with_spread
 from flexgear.results.group_sharing import sharing_figures
+from flexgear.results.summary_keys import VERSION, lacking
 
 ORDERS = 21  # radial harmonics 0 … 20
 CENTRAL = ("sun", "carrier", "ring", "pinion", "gear")
@@ -30,61 +31,6 @@ MICRO = 1e6
 
 LOWEST = 12  # modes that a summary lists
 UNMOVED = 1e-9  # of the largest distance of any body, rounding
-REQUIRED: dict[str, Any] = {
-    "case": None,
-    "kind": None,
-    "version": None,
-    "content_hash": None,
-    "variant": None,
-    "system": ("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"),
-    "power_flow": {"mobility": None, "input_power_w": None, "members": None},
-    "stages": {"*": ("gear_mesh_frequency_hz", "sun_gear_mesh_force_n")},
-    "modes": ("lowest", "types"),
-    "resonance": ("margin", "speed_factors", "orders", "ideal", "errors", "met"),
-    "load_sharing": {"quasi_static": None, "transient": None},
-    "transient": ("duration_s", "steps", "displacement_um_max"),
-    "torque_steps": {"*": {"*": ("speed_rpm_min", "gear_mesh_force", "load_sharing")}},
-    "energy_residual": None,
-    "warnings": None,
-    "timing_s": None,
-    "realtime_factor": None,
-}
-_REDUCTION = (
-    "interface_dofs",
-    "fixed_interface_modes",
-    "static_error",
-    "frequency_error",
-    "frequency_limit_hz",
-)
-_STEP = (
-    "carrier_speed_rpm_min",
-    "tooth_load_n_min",
-    "load_sharing_max",
-    "planet_force_spread_max",
-)
-OF_A_STAGE: dict[str, Any] = {  # in the short form of one flexible stage
-    "fe": {"ring": ("dofs",), "carrier": ("dofs",)},
-    "reduction": {"ring": _REDUCTION, "carrier": _REDUCTION},
-    "second_reduction": {"*": ("kept_modes", "modes_limit_hz", "modes_estimate")},
-    "kinematics": (
-        "carrier_speed_rpm",
-        "pin_speed_rpm",
-        "sun_speed_rpm",
-        "gear_mesh_frequency_hz",
-        "contact_ratio_ring",
-        "contact_ratio_sun",
-        "expected_ring_mesh_force_n",
-    ),
-    "steady": {
-        "carrier_speed_rpm_mean": None,
-        "ring_mesh_force_n_mean": None,
-        "ring_pairs_in_contact": None,
-        "tooth_displacement_peak_um": ("x", "y", "z"),
-        "radial_harmonics_um": None,
-        "load_sharing": {"*": ("mean", "max")},
-    },
-    "torque_steps": {"*": {"*": _STEP}},
-}
 
 
 def steady_summary(
@@ -203,12 +149,12 @@ def drop_summary(data: xr.Dataset) -> dict[str, Any]:
 
 
 def build_summary(**pieces: Any) -> dict[str, Any]:
-    """The summary from its pieces (keywords are the keys of ``REQUIRED``), in plain types.
+    """The summary from its pieces (keywords are keys of ``summary_keys``), in plain types.
 
     Further keys are kept; what has no number is None. Raises FlexgearError naming every missing key and every value that is
     not finite.
     """
-    summary = plain(pieces)
+    summary = plain({"schema_version": VERSION, **pieces})
     faults = [f"{key} is missing" for key in lacking(summary)]
     harmonics = summary.get("steady", {}).get("radial_harmonics_um")
     if isinstance(harmonics, Sequence) and len(harmonics) != ORDERS:
@@ -219,33 +165,9 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
     return summary
 
 
-def lacking(summary: Mapping[str, Any]) -> list[str]:
-    """Dotted names that a summary lacks for its kind of case."""
-    lost = list(missing(summary, REQUIRED))
-    return lost + (list(missing(summary, OF_A_STAGE)) if summary.get("kind") == "stage" else [])
-
-
 def finite(figures: Mapping[str, float]) -> dict[str, float | None]:
     """Figures with None where one is infinite, which a summary cannot hold."""
     return {name: value if math.isfinite(value) else None for name, value in figures.items()}
-
-
-def missing(found: Any, wanted: Any, at: str = "") -> Iterator[str]:
-    """Dotted names in ``wanted`` that ``found`` lacks; "*" stands for any names."""
-    if wanted is None:
-        return
-    if not isinstance(found, Mapping):
-        yield at
-        return
-    names = wanted if isinstance(wanted, Mapping) else dict.fromkeys(wanted)
-    for name, inner in names.items():
-        if name == "*":
-            for key, value in found.items():
-                yield from missing(value, inner, f"{at}.{key}")
-        elif name not in found:
-            yield f"{at}.{name}".lstrip(".")
-        else:
-            yield from missing(found[name], inner, f"{at}.{name}".lstrip("."))
 
 
 def not_finite(value: Any, at: str = "") -> Iterator[str]:

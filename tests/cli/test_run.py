@@ -12,7 +12,7 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results import dataset_file
 from flexgear.results.dataset import load
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary import lacking
+from flexgear.results.summary_keys import lacking
 from flexgear.solve.bodies import StageBodies
 from flexgear.solve.headlines import plain_warnings
 from flexgear.studies.outcome import Outcome

@@ -10,7 +10,6 @@ from flexgear.model.errors import FlexgearError
 from flexgear.results.quantities import MISSING
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import (
-    REQUIRED,
     build_summary,
     drop_summary,
     steady_summary,
@@ -61,15 +60,15 @@ def pieces(make_run):
         "torque_steps": {
             "2e6": {"flexible": drop_summary(run) | torque_step_summary(run, "stage")}
         },
-        "system": dict.fromkeys(REQUIRED["system"], 1),
-        "power_flow": dict.fromkeys(REQUIRED["power_flow"], 1),
-        "stages": {"stage": dict.fromkeys(REQUIRED["stages"]["*"], 1.0)},
+        "system": dict.fromkeys(("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"), 1),
+        "power_flow": {"mobility": 1, "input_power_w": 1.0, "members": {}},
+        "stages": {"stage": {"gear_mesh_frequency_hz": 1.0, "sun_gear_mesh_force_n": 1.0}},
         "modes": {"lowest": [], "types": {}},
         "resonance": {
             "margin": 0.1, "speed_factors": [1.0], "orders": {}, "ideal": 0, "errors": 0, "met": [],
         },
         "load_sharing": {"quasi_static": {}, "transient": {}},
-        "transient": dict.fromkeys(REQUIRED["transient"], 1),
+        "transient": {"duration_s": 1, "steps": 1, "displacement_um_max": {}},
         "energy_residual": 1e-3,
         "warnings": [],
         "timing_s": {"reduce": 1.0},
@@ -105,15 +104,15 @@ def test_empty_slots_do_not_count_as_lowest_load(make_run):
 
 def test_every_gap_is_named(make_run):
     some = pieces(make_run)
-    del some["fe"]["carrier"], some["energy_residual"]
-    some["torque_steps"]["2e6"]["flexible"].pop("tooth_load_n_min")
+    del some["fe"]["carrier"]["dofs"], some["energy_residual"]
+    some["torque_steps"]["2e6"]["flexible"].pop("speed_rpm_min")
     some["steady"]["radial_harmonics_um"].pop()
     with pytest.raises(FlexgearError) as caught:
         build_summary(**some)
     for words in (
-        "fe.carrier is missing",
+        "fe.carrier.dofs is missing",
         "energy_residual is missing",
-        "torque_steps.2e6.flexible.tooth_load_n_min is missing",
+        "torque_steps.2e6.flexible.speed_rpm_min is missing",
         "20 orders, not 21",
     ):
         assert words in str(caught.value)

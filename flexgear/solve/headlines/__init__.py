@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import Any, get_args
 
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
-from flexgear.results.report.parts import Verdict
+from flexgear.results.report.parts import Level, Verdict
 from flexgear.results.report.wording import words
 from flexgear.solve.headlines.bearings import BEARING_LIFE
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
@@ -33,6 +33,19 @@ def headlines(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[d
     every = [(h, answer) for h in HEADLINES for answer in h.answers(findings)]
     every.sort(key=lambda pair: _rank(pair[1]))  # else in the order of HEADLINES
     return [{"name": h.name, "unit": h.unit, **asdict(answer)} for h, answer in every]
+
+
+def rows_schema() -> dict[str, Any]:
+    """JSON schema of ``headlines``."""
+    kinds: dict[str, Any] = {
+        "name": {"enum": [h.name for h in HEADLINES]},
+        "unit": {"enum": sorted({h.unit for h in HEADLINES})},
+        "level": {"enum": list(get_args(Level))},
+        **{key: {"type": "string"} for key in ("stage", "figure", "sentence", "window")},
+        **{key: {"type": ["number", "null"]} for key in ("value", "allowable")},
+    }
+    row = {"type": "object", "properties": kinds, "required": list(kinds)}
+    return {"type": "array", "items": row | {"additionalProperties": False}}
 
 
 def _rank(answer: Answer) -> tuple[int, float]:
