@@ -4,7 +4,6 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from flexgear.results.quantities import QUANTITIES
 from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 from flexgear.results.summary_keys import KEYS
 from flexgear.solve.headlines import HEADLINES
@@ -18,12 +17,11 @@ when. `[<stage>.]` is left out in the short form of one flexible stage.
 
 def page() -> str:
     """The whole page in MyST."""
-    variables = ("variable", "axes", "unit", "meaning")
     parts = (
-        ("Variables", variables, map(_variable, RESULT_QUANTITIES.items())),
+        ("Variables", ("variable", "axes", "unit", "meaning"),
+         map(_variable, RESULT_QUANTITIES.items())),
         ("Coordinates", ("coordinate", "unit", "meaning"),
          ((n, *about) for n, about in RESULT_COORDINATES.items())),
-        ("Variables of `stage_part`", variables, map(_variable, QUANTITIES.items())),
         ("Keys of `summary.json`", ("key", "unit", "meaning"), (key[:3] for key in KEYS)),
         ("Headlines", ("headline", "unit", "meaning", "allowable"),
          ((h.name, h.unit, h.meaning, h.allowable) for h in HEADLINES)),

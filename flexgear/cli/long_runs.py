@@ -12,7 +12,6 @@ import typer
 from flexgear.cli.display import said_size
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import chosen, dataset_file
-from flexgear.results.quantities import QUANTITIES
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 from flexgear.results.sinks import Coming, DatasetSink
 
@@ -31,8 +30,8 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
     if names and out is None:
         raise InputError("--save", names[0], "has no file to go to", "add --out FILE")
     for name in names:
-        if name not in QUANTITIES and name not in RESULT_QUANTITIES:
-            raise InputError("--save", name, "is not a variable", "e.g. gear_mesh_force (trains)")
+        if name not in RESULT_QUANTITIES:
+            raise InputError("--save", name, "is not a variable", "e.g. gear_mesh_force")
     return names
 
 

@@ -7,10 +7,20 @@ docs/conventions.md.
 
 from __future__ import annotations
 
-from flexgear.results.quantities import COORDINATES, QUANTITIES, UNLOADED, Quantity, S
+from flexgear.results.quantities import UNLOADED, Quantity, S
 
 RESULT_COORDINATES: dict[str, tuple[str, str]] = {
-    **COORDINATES,
+    "time": ("s", "time"),
+    "position": ("1", "number of the equilibrium position, from 0"),
+    "planet": ("1", "planet number, from 1"),
+    "slot": ("1", "place of a tooth pair among those in contact, from 1"),
+    "tooth": ("1", "ring tooth number, from 1"),
+    "axis": ("", "direction"),
+    "dof": ("", "u in m or N, r in rad or N m"),
+    "carrier_node": ("", "interface node of the carrier"),
+    "bearing": ("", "bearing or support"),
+    "bearing_row": ("1", "row of rollers, from 1 at -z"),
+    "tooth_angle": ("rad", "angle of the ring tooth's centre"),
     "lead_angle": ("rad", "rotation of the first port of given speed that turns, as asked for"),
     "turning_stage": ("", "stage, by the angle that its teeth mesh at"),
     "flank": ("", "one flank of a gear mesh: stage, kind, side, planet, drive or coast"),
@@ -72,7 +82,17 @@ UNSAID = (
     "turn, or planets that at times carry no load together"
 )
 RESULT_QUANTITIES: dict[str, Quantity] = {
-    **{name: q for name, q in QUANTITIES.items() if name.startswith("energy_")},
+    "energy_kinetic": Quantity((S,), "J", "kinetic energy"),
+    "energy_elastic": Quantity((S,), "J", "strain energy of bodies, bearings, bolts, splines"),
+    "energy_pair_elastic": Quantity((S,), "J", "strain energy of the tooth pairs"),
+    "energy_input_work": Quantity((S,), "J", "work done by the machines at the inputs"),
+    "energy_brake_work": Quantity((S,), "J", "work taken by the machine at the output"),
+    "energy_damping_work": Quantity((S,), "J", "work taken by damping of the structure"),
+    "energy_pair_damping_work": Quantity((S,), "J", "work taken by damping of the tooth pairs"),
+    "energy_parametric_work": Quantity(
+        (S,), "J", "work of changing pair stiffness and contact vectors"
+    ),
+    "energy_load_work": Quantity((S,), "J", "work done by weight and loads given from outside"),
     "input_angle": Quantity((S, "input_coordinate"), "rad", "rotation of members that turn independently"),
     "input_speed": Quantity((S, "input_coordinate"), "rad/s", "their speed"),
     "stage_angle": Quantity(
@@ -86,7 +106,11 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     ),
     "stage_speed": Quantity((S, "turning_stage"), "rad/s", "its speed when the train rolls"),
     "output_speed": Quantity((S,), "rad/s", "speed of the output"),
-    "closure": QUANTITIES["closure"],
+    "closure": Quantity(
+        (S,),
+        "1",
+        "largest imbalance of an equilibrium over its load, or what errors and gaps are worth",
+    ),
     "pair_load": Quantity(
         (S, "flank", "slot"), "N", "load of a tooth pair; compressive is positive"
     ),
@@ -215,7 +239,7 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "the same by each cause; bodies add up to it, errors and modified flanks come on top",
         missing="without load",
     ),
-    "tooth_displacement": QUANTITIES["tooth_displacement"],
+    "tooth_displacement": Quantity((S, "tooth", "axis"), "m", "ring tooth node, axes of the ring"),
     "gauge_strain": Quantity(
         (S, "gauge"), "1", "strain that a virtual gauge measures in its direction"
     ),
@@ -225,9 +249,17 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
         "stress along the circumference on the ring's outer surface over a tooth, at mid-face",
         missing="of a ring without FE mesh",
     ),
-    "carrier_displacement": QUANTITIES["carrier_displacement"],
-    "bolt_force": QUANTITIES["bolt_force"],
-    "bearing_force": Quantity((S, "support", "dof"), "N, N m", QUANTITIES["bearing_force"].meaning),
+    "carrier_displacement": Quantity(
+        (S, "carrier_node", "dof"), "m, rad", "carrier node, carrier axes, rolling taken off"
+    ),
+    "bolt_force": Quantity(
+        (S, "bolt", "axis"), "N", "force of the ring on a bolt: radial, tangential, axial"
+    ),
+    "bearing_force": Quantity(
+        (S, "support", "dof"),
+        "N, N m",
+        "force and moment that a bearing, fit or spline carries, of what it holds on its support",
+    ),
     "port_torque": Quantity((S, "port"), "N m", "torque from outside on the member, about +z"),
     "applied_load": Quantity(
         (S, "load", "dof"), "N, N m", "force and moment that the case puts on a member, in its frame"
@@ -246,6 +278,9 @@ RESULT_QUANTITIES: dict[str, Quantity] = {
     ),
     "load_sharing": Quantity(
         (S, "group"), "1", "N max F / sum F over the planets", missing=UNLOADED
+    ),
+    "planet_force_spread": Quantity(
+        (S,), "1", "(max F - min F) / rated mean F of the ring gear meshes of a stage"
     ),
     "body_displacement": Quantity(
         (S, "body", "dof"),

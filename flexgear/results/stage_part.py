@@ -15,7 +15,7 @@ import xarray as xr
 
 from flexgear.results.flanks import PARTS
 from flexgear.results.load_sharing import planet_force_spread
-from flexgear.results.quantities import COORDINATES, QUANTITIES
+from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 
 KINDS = ("ring", "sun")
 FLANKS = (("drive", "pair"), ("coast", "coast_pair"))
@@ -33,14 +33,13 @@ def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
     """The part of ``data`` that belongs to a stage whose ring is a finite-element body; of a
     double-helical one that of its left half.
 
-    Variables are those of ``quantities``; what ``data`` does not hold is left out. Attribute
+    Variables have the units and meanings of those that they are of; what ``data`` does not hold is
+    left out. Attribute
     rated_mean_force_n: of a planet at the ring.
     """
     found = {
         name: part.variable.copy(deep=False) for name, part in _variables(data, stage) if part.size
     }
-    for name, variable in found.items():
-        variable.attrs = QUANTITIES[name].attrs
     dim = "time" if "time" in data.dims else "position"
     coords: dict[str, Any] = {dim: data[dim].variable}
     sizes = {str(d): n for v in found.values() for d, n in v.sizes.items()}
@@ -48,7 +47,7 @@ def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
     for d, size in sizes.items():
         if d != dim:
             ticks = labels.get(d, np.arange(1, size + 1))
-            units, meaning = COORDINATES[d]
+            units, meaning = RESULT_COORDINATES[d]
             coords[d] = xr.Variable((d,), ticks, {"units": units, "long_name": meaning})
     if "tooth" in sizes:
         own = _teeth(data, stage)
@@ -65,7 +64,7 @@ def with_spread(part: xr.Dataset) -> xr.Dataset:
     worked out from them."""
     force, dim = part["ring_gear_mesh_force"], str(part["ring_gear_mesh_force"].dims[0])
     spread = planet_force_spread(force.to_numpy(), part.attrs["rated_mean_force_n"])
-    attrs = QUANTITIES["planet_force_spread"].attrs
+    attrs = RESULT_QUANTITIES["planet_force_spread"].attrs
     return part.assign(planet_force_spread=xr.Variable((dim,), spread, attrs))
 
 
@@ -104,7 +103,6 @@ def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray
             yield name, data[source].sel(turning_stage=stage)
     if "port_torque" in data:
         yield "input_torque", data["port_torque"].isel(port=0)
-        yield "output_torque", -data["port_torque"].isel(port=-1)
     if "load_sharing" in data and (group := ring_group(data, stage)) in data["group"].to_numpy():
         yield "load_sharing", data["load_sharing"].sel(group=group)
     if "gear_mesh_force" in data:

@@ -9,7 +9,6 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
-from flexgear.results.quantities import QUANTITIES
 
 
 def test_every_variable_has_a_unit_and_a_meaning(make_run):
@@ -68,10 +67,6 @@ def test_round_trip(make_run, tmp_path):
 def test_wrong_arrays_are_named(make_run, change, words):
     with pytest.raises(FlexgearError, match=words):
         make_run(**change)
-
-
-def test_quantities_start_with_the_sample():
-    assert all(q.dims[0] == "sample" for q in QUANTITIES.values())
 
 
 def test_missing_and_foreign_files(tmp_path):
