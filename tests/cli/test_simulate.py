@@ -104,7 +104,7 @@ def test_refused_before_the_work(flexgear, tmp_path, monkeypatch, no_work, case,
 
 def test_variables_that_this_run_does_not_have(flexgear, tmp_path):
     """Known ones, but of another kind of case, or without ``--energy``."""
-    for name in ("ring_pair_load", "energy_kinetic"):
+    for name in ("bolt_force", "energy_kinetic"):
         code, _, err = flexgear(
             "simulate", "lin-parker", *SHORT, "-q", "--out", tmp_path / "run.nc", "--save", name
         )

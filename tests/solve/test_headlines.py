@@ -242,3 +242,34 @@ def test_every_headline_has_an_answer_or_its_data_are_missing():
     names = {row["name"] for row in headlines(CASE, FLOW, SUMMARY)}
     silent = {h.name for h in HEADLINES} - names
     assert silent == {"resonance", "transmission_error"}  # this summary has neither
+
+
+def test_the_worst_stage_is_in_front_and_the_others_beside_it():
+    """A stage whose planets have a value of the standard beside one that has none."""
+    case = load_case("grc-750kw")
+    stages = ("lss", "iss", "hss")
+    known = {
+        stage: {"sun_gear_mesh_force_n": 1e5, "ring_gear_mesh_force_n": 1e5} for stage in stages
+    }
+    largest = {"lss": 1.02e5, "iss": 1.01e5, "hss": 1.005e5}
+    forces = {
+        f"{stage} sun": {"min_n": 9e4, "mean_n": 1e5, "max_n": size}
+        for stage, size in largest.items()
+    }
+    group = {"lss ring": {"instantaneous": 1.005, "iec_61400_4": 1.1}}
+    summary = {
+        **copy.deepcopy(SUMMARY),
+        "kind": "train",
+        "stages": known,
+        "transient": {**WINDOW, "gear_mesh_force": forces, "displacement_um_max": {}},
+        "load_sharing": {"quasi_static": {}, "transient": {"flexible": {**group, **WINDOW}}},
+        "steady": {},
+    }
+    first = next(
+        v
+        for v in verdicts(case, power_flow(case), summary)
+        if v.subject.startswith("Largest gear-mesh force")
+    )
+    assert (first.subject, first.figure) == ("Largest gear-mesh force, lss", "1.020 × nominal")
+    assert "Iss: 1.010 × nominal." in first.sentence
+    assert "Hss: 1.0050 × nominal." in first.sentence

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from typing import Any, get_args
 
@@ -74,7 +75,7 @@ def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Ve
 
 
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:
-    worst, *others = sorted(rows, key=lambda row: -_use(row)) if _same_level(rows) else rows
+    worst, *others = sorted(rows, key=_severity(rows)) if _same_level(rows) else rows
     at = words(worst["stage"]) if several_stages and worst["stage"] else ""
     beside = "".join(f" {words(r['stage']).capitalize()}: {r['figure']}." for r in others)
     return Verdict(
@@ -90,12 +91,20 @@ def _same_level(rows: list[Mapping[str, Any]]) -> bool:
     return len({row["level"] for row in rows}) == 1
 
 
-def _use(row: Mapping[str, Any]) -> float:
-    """Value over allowable, where it has one; the shortest life comes first."""
-    value = row["value"] or 0.0
-    if row["name"] == BEARING_LIFE.name:
-        return -value if value else -float("inf")
-    return value / row["allowable"] if row["allowable"] else value
+def _severity(rows: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], float]:
+    """Key that sorts answers of stages, the worst first: by value over allowable where all have
+    one, else by value; the shortest life comes first."""
+    held = all(row["allowable"] for row in rows)
+
+    def key(row: Mapping[str, Any]) -> float:
+        value = row["value"]
+        if value is None:
+            return math.inf
+        if row["name"] == BEARING_LIFE.name:
+            return float(value)
+        return -float(value) / row["allowable"] if held else -float(value)
+
+    return key
 
 
 def plain_warnings(summary: Mapping[str, Any]) -> list[str]:
