@@ -19,6 +19,7 @@ from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTI
 
 KINDS = ("ring", "sun")
 FLANKS = (("drive", "pair"), ("coast", "coast_pair"))
+OTHER = {"left": "right", "right": "left"}
 AS_THEY_ARE = ("closure", "output_speed")
 
 
@@ -29,16 +30,16 @@ def flexible_parts(data: xr.Dataset) -> list[str]:
     return [str(s) for s in dict.fromkeys(np.asarray(data["tooth_stage"]).tolist())]
 
 
-def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
+def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     """The part of ``data`` that belongs to a stage whose ring is a finite-element body; of a
-    double-helical one that of its left half.
+    double-helical one that of a half, "left" or "right".
 
     Variables have the units and meanings of those that they are of; what ``data`` does not hold is
     left out. Attribute
     rated_mean_force_n: of a planet at the ring.
     """
     found = {
-        name: part.variable.copy(deep=False) for name, part in _variables(data, stage) if part.size
+        name: part.variable.copy(deep=False) for name, part in _variables(data, stage, half) if part.size
     }
     dim = "time" if "time" in data.dims else "position"
     coords: dict[str, Any] = {dim: data[dim].variable}
@@ -50,11 +51,11 @@ def stage_part(data: xr.Dataset, stage: str) -> xr.Dataset:
             units, meaning = RESULT_COORDINATES[d]
             coords[d] = xr.Variable((d,), ticks, {"units": units, "long_name": meaning})
     if "tooth" in sizes:
-        own = _teeth(data, stage)
+        own = _teeth(data, stage, half)
         coords["tooth_angle"] = ("tooth", data["tooth_angle"].to_numpy()[own])
     attrs = dict(data.attrs)
     if "rated_gear_mesh_force" in data:
-        rated = data["rated_gear_mesh_force"].to_numpy()[_gear_meshes(data, stage, "ring")]
+        rated = data["rated_gear_mesh_force"].to_numpy()[_gear_meshes(data, stage, "ring", half)]
         attrs["rated_mean_force_n"] = float(rated.mean())
     return xr.Dataset(found, coords, attrs)
 
@@ -68,8 +69,14 @@ def with_spread(part: xr.Dataset) -> xr.Dataset:
     return part.assign(planet_force_spread=xr.Variable((dim,), spread, attrs))
 
 
-def _gear_meshes(data: xr.Dataset, stage: str, kind: str) -> np.ndarray[Any, Any]:
-    own = (data["stage"] == stage) & (data["kind"] == kind) & (data["side"] != "right")
+def halves(data: xr.Dataset, stage: str) -> list[str]:
+    """Halves of a stage that ``stage_part`` gives; "left" alone of one that is not double-helical."""
+    sides = data["side"].to_numpy()[data["stage"].to_numpy() == stage]
+    return ["left", "right"] if "right" in sides else ["left"]
+
+
+def _gear_meshes(data: xr.Dataset, stage: str, kind: str, half: str) -> np.ndarray[Any, Any]:
+    own = (data["stage"] == stage) & (data["kind"] == kind) & (data["side"] != OTHER[half])
     return np.flatnonzero(own.to_numpy())
 
 
@@ -79,20 +86,20 @@ def ring_forces(data: xr.Dataset, stage: str) -> xr.DataArray:
     return _named(data["gear_mesh_force"].isel(gear_mesh=np.flatnonzero(own.to_numpy())))
 
 
-def _teeth(data: xr.Dataset, stage: str) -> np.ndarray[Any, Any]:
+def _teeth(data: xr.Dataset, stage: str, half: str) -> np.ndarray[Any, Any]:
     own = data["tooth_stage"] == stage
     if "tooth_side" in data.coords:  # earlier files have none, and no ring in halves
-        own &= data["tooth_side"] != "right"
+        own &= data["tooth_side"] != OTHER[half]
     return np.flatnonzero(own.to_numpy())
 
 
-def ring_group(data: xr.Dataset, stage: str) -> str:
-    """Name of the ring's gear meshes in load sharing."""
-    halves = f"{stage} ring left"
-    return halves if halves in data["group"].to_numpy() else f"{stage} ring"
+def ring_groups(data: xr.Dataset, stage: str) -> list[str]:
+    """Names of a ring's gear meshes in load sharing, of both halves of a double-helical stage."""
+    own = (data["group_stage"] == stage) & (data["group_kind"] == "ring")
+    return [str(g) for g in data["group"].to_numpy()[own.to_numpy()]]
 
 
-def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+def _variables(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.DataArray]]:
     """Names and views."""
     for name in map(str, data.data_vars):
         if name in AS_THEY_ARE or name.startswith("energy_"):
@@ -103,14 +110,16 @@ def _variables(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray
             yield name, data[source].sel(turning_stage=stage)
     if "port_torque" in data:
         yield "input_torque", data["port_torque"].isel(port=0)
-    if "load_sharing" in data and (group := ring_group(data, stage)) in data["group"].to_numpy():
-        yield "load_sharing", data["load_sharing"].sel(group=group)
+    if "load_sharing" in data:
+        for group in ring_groups(data, stage):
+            if data["group_side"].sel(group=group) != OTHER[half]:
+                yield "load_sharing", data["load_sharing"].sel(group=group)
     if "gear_mesh_force" in data:
         for kind in KINDS:
-            own = data["gear_mesh_force"].isel(gear_mesh=_gear_meshes(data, stage, kind))
+            own = data["gear_mesh_force"].isel(gear_mesh=_gear_meshes(data, stage, kind, half))
             yield f"{kind}_gear_mesh_force", _named(own, gear_mesh="planet")
-    yield from _pairs(data, stage)
-    yield from _motions(data, stage)
+    yield from _pairs(data, stage, half)
+    yield from _motions(data, stage, half)
     for name, dim, other in (
         ("bolt_force", "bolt", "bolt"),
         ("bearing_force", "support", "bearing"),
@@ -135,7 +144,7 @@ def _own(labels: xr.DataArray, stage: str, start: str = "") -> list[int]:
     ]
 
 
-def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+def _pairs(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.DataArray]]:
     if "flank" not in data.dims:
         return
     for kind in KINDS:
@@ -145,7 +154,7 @@ def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
                     (data["flank_stage"] == stage)
                     & (data["flank_kind"] == kind)
                     & (data["flank_sense"] == sense)
-                    & (data["flank_side"] != "right")
+                    & (data["flank_side"] != OTHER[half])
                 ).to_numpy()
             )
             for part in PARTS:
@@ -154,9 +163,9 @@ def _pairs(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
                     yield f"{kind}_{words}_{part}", _named(pairs, flank="planet")
 
 
-def _motions(data: xr.Dataset, stage: str) -> Iterator[tuple[str, xr.DataArray]]:
+def _motions(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.DataArray]]:
     if "tooth_displacement" in data:
-        yield "tooth_displacement", data["tooth_displacement"].isel(tooth=_teeth(data, stage))
+        yield "tooth_displacement", data["tooth_displacement"].isel(tooth=_teeth(data, stage, half))
     if "body_displacement" in data:
         motion = data["body_displacement"]
         planets = motion.isel(body=_own(data["body"], stage, "planet_"))

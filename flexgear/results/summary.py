@@ -20,8 +20,8 @@ from flexgear.results.contact_share import pairs_in_contact
 from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
 from flexgear.results.harmonics import radial_harmonics
 from flexgear.results.pieces import ranges_of
-from flexgear.results.sinks import TIME
-from flexgear.results.stage_part import ring_forces, ring_group, stage_part, with_spread
+from flexgear.results.sinks import TIME, Ranges
+from flexgear.results.stage_part import halves, ring_forces, ring_groups, stage_part, with_spread
 from flexgear.results.group_sharing import sharing_figures
 from flexgear.results.summary_keys import VERSION, lacking
 
@@ -57,7 +57,7 @@ def steady_summary(
         },
         "radial_harmonics_um": [float(v) * MICRO for v in harmonics[:ORDERS]],
         "load_sharing": {
-            name: sharing_summary(data, ring_group(data, stage)) for name, data in runs.items()
+            name: sharing_summary(data, ring_groups(data, stage)) for name, data in runs.items()
         },
     }
 
@@ -98,15 +98,15 @@ def stage_histories(data: xr.Dataset) -> xr.Dataset:
     return found
 
 
-def sharing_summary(data: xr.Dataset, group: str) -> dict[str, float | None]:
-    """Mean and largest load sharing factor of a group of gear meshes where it is defined, None where
-    nowhere."""
+def sharing_summary(data: xr.Dataset, groups: Sequence[str]) -> dict[str, float | None]:
+    """Mean and largest load sharing factor of groups of gear meshes where it is defined, None where
+    nowhere; the mean is that of the group where it is largest."""
     if TIME in data.dims:
-        found = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=group))
-        mean, largest = found.mean["load_sharing"], found.largest["load_sharing"]
+        found = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=groups))
+        mean, largest = found.mean["load_sharing"].max(), found.largest["load_sharing"].max()
     else:
-        own = data["load_sharing"].sel(group=group)
-        mean, largest = own.mean(), own.max()
+        own = data["load_sharing"].sel(group=groups)
+        mean, largest = own.mean("position").max(), own.max()
     return {"mean": _number(mean), "max": _number(largest)}
 
 
@@ -115,20 +115,32 @@ def _number(value: xr.DataArray) -> float | None:
 
 
 def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]:
-    """Figures of one torque drop of a flexible stage: slowest speed, lowest tooth load, load sharing, spread.
+    """Figures of one torque drop of a flexible stage, of both halves of a double-helical one:
+    slowest speed, lowest tooth load, load sharing, spread.
 
     The lowest tooth load is that of all pairs at work on the flank that carries (negative with
     linear contact only); slots without a pair do not count.
     """
-    found = ranges_of(data, lambda piece: stage_histories(with_spread(stage_part(piece, stage))))
-    lowest = [f for gear in GEARS if np.isfinite(f := float(found.least[f"{gear}_load"].min()))]
+
+    def of_half(half: str) -> Ranges:
+        return ranges_of(
+            data, lambda piece: stage_histories(with_spread(stage_part(piece, stage, half)))
+        )
+
+    parts = [of_half(half) for half in halves(data, stage)]
+    lowest = [
+        load
+        for part in parts
+        for gear in GEARS
+        if np.isfinite(load := float(part.least[f"{gear}_load"].min()))
+    ]
     if not lowest:
         raise FlexgearError("no tooth pair was in contact during the torque step")
     return {
-        "carrier_speed_rpm_min": float(found.least["carrier_speed"]) * RPM,
+        "carrier_speed_rpm_min": float(parts[0].least["carrier_speed"]) * RPM,
         "tooth_load_n_min": min(lowest),
-        "load_sharing_max": _number(found.largest["load_sharing"]),
-        "planet_force_spread_max": float(found.largest["planet_force_spread"]),
+        "load_sharing_max": sharing_summary(data, ring_groups(data, stage))["max"],
+        "planet_force_spread_max": max(float(p.largest["planet_force_spread"]) for p in parts),
     }
 
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from flexgear.files.atomic import write_json
 from flexgear.model.errors import FlexgearError
@@ -128,3 +129,31 @@ def test_load_sharing_that_is_nowhere_defined_is_missing(make_run):
     idle = make_run(ring_gear_mesh_force=np.ones((20, 5)))
     assert "3 % of rated" in idle["load_sharing"].attrs[MISSING]
     assert torque_step_summary(idle, "stage")["load_sharing_max"] is None
+
+
+def double_helical(left, right):
+    """Two runs of a stage as the halves of one."""
+    sides = []
+    for side, run in (("left", left), ("right", right)):
+        names = {"gear_mesh": "side", "flank": "flank_side", "group": "group_side"}
+        coords = {c: (dim, [side] * run.sizes[dim]) for dim, c in names.items()}
+        coords |= {dim: [f"{n} {side}" for n in run[dim].values] for dim in names}
+        sides.append(run.assign_coords(coords))
+    both = {}
+    for name, first in sides[0].data_vars.items():
+        dim = next((d for d in ("gear_mesh", "flank", "group") if d in first.dims), None)
+        pair = [side[name] for side in sides]
+        both[name] = first if dim is None else xr.concat(pair, dim)
+    return xr.Dataset(both, attrs=left.attrs)
+
+
+def test_figures_are_those_of_both_halves(make_run):
+    """The right half shares its load worse, and has the lowest tooth load."""
+    left, right = make_run(), make_run()
+    right["load_sharing"] = right["load_sharing"] + 0.5
+    right["pair_load"] = 0.5 * right["pair_load"]
+    both = torque_step_summary(double_helical(left, right), "stage")
+    alone = torque_step_summary(left, "stage")
+    assert both["load_sharing_max"] == pytest.approx(alone["load_sharing_max"] + 0.5)
+    assert both["tooth_load_n_min"] == pytest.approx(0.5 * alone["tooth_load_n_min"])
+    assert both["carrier_speed_rpm_min"] == alone["carrier_speed_rpm_min"]
