@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
 PLANAR = (0, 1, 5)
@@ -51,8 +52,8 @@ def _body(name, mass, polar, dofs):
     full = np.diag([mass, mass, mass, 0.6 * polar, 0.6 * polar, polar])
     at = np.ix_(dofs, dofs)
     return Body(
-        name, (name,), np.zeros((1, 3)), full[at], np.zeros((len(dofs),) * 2), np.eye(6)[:, dofs],
-        rigid=True,
+        BodyName.parse(name), (name,), np.zeros((1, 3)), full[at], np.zeros((len(dofs),) * 2),
+        np.eye(6)[:, dofs], rigid=True,
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ Source: Lin & Parker 1999, J. Vib. Acoust. 121:316 (planar); Eritenel & Parker 2
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,21 +90,14 @@ class ModeTypes:
         return max(central, key=lambda p: central[p])
 
 
-def is_planet(name: str) -> bool:
-    """Whether a body's name is that of a planet: planet_1, stage_2.planet_3."""
-    return name.rsplit(".", 1)[-1].startswith("planet")
-
-
-def members(
-    bodies: Sequence[Body], planet: Callable[[str], bool] = is_planet
-) -> tuple[Member, ...]:
+def members(bodies: Sequence[Body]) -> tuple[Member, ...]:
     """Members from bodies in the order of their coordinates; bodies without any are left out."""
     out, start = [], 0
     for body in bodies:
         at = slice(start, start + body.size)
         start = at.stop
         if body.size:
-            out.append(Member(body.name, planet(body.name), at, rigid_motions(body)))
+            out.append(Member(body.name, body.name.part == "planet", at, rigid_motions(body)))
     return tuple(out)
 
 

@@ -42,7 +42,7 @@ def modes(system: System, contact: Array, limit_hz: float | None = None) -> Mode
     keep = len(frequencies) if limit_hz is None else int(np.sum(frequencies <= limit_hz))
     shapes = shapes[:, :keep]
     momentum = system.mass @ shapes
-    energy = {
+    energy: dict[str, Array] = {
         b.name: np.einsum(
             "dm,dm->m", shapes[system.slice_of(b.name)], momentum[system.slice_of(b.name)]
         )

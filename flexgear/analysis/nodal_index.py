@@ -22,7 +22,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexgear.analysis.mode_types import is_planet
 from flexgear.coupling.system import System
 from flexgear.structures.bodies import Body
 
@@ -62,8 +61,8 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
         return np.full(shapes.shape[1], UNEVEN, dtype=np.int64)
     count = len(angles)
     energy = np.zeros((count // 2 + 1, shapes.shape[1]))
-    bodies = {b.name: b for b in system.bodies if b.name.startswith(f"{stage}.")}
-    planets = [name for name in bodies if is_planet(name)]
+    bodies = {b.name: b for b in system.bodies if b.name.stage == stage}
+    planets = [name for name in bodies if name.planet >= 0]
     for name, body in bodies.items():
         if body.size and (name not in planets or count == 1):
             own = system.slice_of(name)

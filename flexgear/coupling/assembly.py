@@ -13,6 +13,7 @@ from flexgear.coupling.gear_meshes import BearingElement, ExtraRows, GivenLoad
 from flexgear.coupling.links import add_spring, invariant_part, joint_parts, rotating_rows
 from flexgear.coupling.system import Link, RotatingFrameSupport
 from flexgear.model.errors import InputError
+from flexgear.model.names import MemberName, SupportName
 from flexgear.model.springs import Bearing, at_height
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
@@ -67,7 +68,7 @@ class Assembly:
         out[:, self.slice_of(body)] = self.body(body).node(node)
         return out
 
-    def housing_rows(self, support: str, position: Array) -> Array:
+    def housing_rows(self, support: SupportName, position: Array) -> Array:
         """Motion (6, d) of the housing where a support at ``position`` (3,) of its stage stands.
 
         Zero on rigid ground. An FE housing has a node of the support's name. A stage stands in it
@@ -78,7 +79,7 @@ class Assembly:
         housing, node = self.body("housing"), "housing"
         place = position
         if not housing.rigid:
-            node = support.removesuffix("_support").removesuffix("_torsion")
+            node = support.place
             place = self._place_in_housing(housing, node, position)
         return rigid_rows(place, housing.position(node))[:6] @ self.rows("housing", node)
 
@@ -89,10 +90,10 @@ class Assembly:
                 self.source, "housing.fe_mesh_nodes", f"lacks {node}",
                 "name the node on which that support stands so",
             )  # fmt: skip
-        stage, _, part = node.partition(".")
-        own = node if part in ("pinion", "gear") else stage  # gears beside each other
+        at = MemberName.parse(node)
+        group = node if at.part in ("pinion", "gear") else at.stage  # gears beside each other
         found = housing.position(node)
-        place = position + self.stands.setdefault(own, found - position)
+        place = position + self.stands.setdefault(group, found - position)
         off, size = np.linalg.norm(place - found), np.ptp(housing.positions, axis=0).max()
         if off > MISPLACED * size:
             raise InputError(
@@ -157,7 +158,7 @@ class Assembly:
         return ExtraRows(self.support_rows, self.node_angles, first_block, bearings, loads)
 
     def rotating_frame_support(
-        self, name: str, body: str, node: str, matrix: Array, angle: int = 0
+        self, name: SupportName, body: str, node: str, matrix: Array, angle: int = 0
     ) -> None:
         """Support of a node in a turning frame on the housing; matrix in fixed axes."""
         matrix = np.asarray(matrix, dtype=float)
@@ -270,8 +271,8 @@ class Assembly:
         return np.asarray(candidates @ vectors[:, loose])
 
 
-def _support_key(name: str) -> str:
+def _support_key(name: SupportName) -> str:
     """Key of a support in the case: of a lumped member, or of a flexible stage's bearing."""
-    if name.endswith("_support"):
-        return f"stages.{name.removesuffix('_support')}.support"
-    return f"bearings.{name.rpartition('.')[2]}"
+    if name.kind == "support":
+        return f"stages.{name.place}.support"
+    return f"bearings.{MemberName.parse(name).part}"

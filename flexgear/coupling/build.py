@@ -40,6 +40,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.stage_view import inside, spoken
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
@@ -87,7 +88,7 @@ def _coupled(
     for joint in case.joints:
         _join(b, joint)
     for port in case.ports:
-        if not any(body.endswith(".output") for body, _ in ends_of(b, port.member)):  # has its own
+        if not any(body.part == "output" for body, _ in ends_of(b, port.member)):  # has its own
             b.a.add_inertia(rotation(b, port.member), case.port_inertia(port.member))
     if b.a.has("housing"):
         _mount_housing(b)
@@ -108,7 +109,7 @@ def _bodies(
     bodies = [m.body for own in members for m in own]
     housing = case.housing
     if housing.kind == "lumped":
-        bodies.append(lumped_body("housing", housing.mass, housing.inertia))
+        bodies.append(lumped_body(BodyName.of("", "housing"), housing.mass, housing.inertia))
     if housing.kind == "reduced":
         from flexgear.structures.given import given_housing  # readers of matrices
 
@@ -209,11 +210,11 @@ def _join(b: UnderWay, joint: Joint) -> None:
         matrix = np.block([[spring, -spring], [-spring, spring]])
     ends, angles = [], []
     for end, member in enumerate((joint.first, joint.second)):
-        name, _, part = member.partition(".")
-        stage, number = b.case.stage(name), b.case.stage_index(name)
-        if stage.form(part) == "beam" and not b.a.has(f"{name}.output"):
-            matrix = behind_spline(matrix, spline_matrix(b.case.view(name)), end)
-        turns_with_ring = part == "ring" and stage.form(part) == "fe"
+        at = MemberName.parse(member)
+        stage, number = b.case.stage(at.stage), b.case.stage_index(member)
+        if stage.form(at.part) == "beam" and not b.a.has(BodyName.of(at.stage, "output")):
+            matrix = behind_spline(matrix, spline_matrix(b.case.view(at.stage)), end)
+        turns_with_ring = at.part == "ring" and stage.form(at.part) == "fe"
         ends.append(end_rows(b, member))
         angles.append(b.frames[number].ring if turns_with_ring else b.frames[number].carrier)
     name = f"{joint.first}-{joint.second}"
@@ -222,9 +223,9 @@ def _join(b: UnderWay, joint: Joint) -> None:
 
 def _radius(b: UnderWay, member: str) -> float:
     """Centre distance of a carrier, base radius of a gear, m."""
-    name, _, part = member.partition(".")
-    view = b.case.view(name)
-    return reference_radius(view.stage, part, stage_radii(view))
+    at = MemberName.parse(member)
+    view = b.case.view(at.stage)
+    return reference_radius(view.stage, at.part, stage_radii(view))
 
 
 def _system(b: UnderWay, variants: Mapping[str, Variant]) -> System:

@@ -18,6 +18,7 @@ from flexgear.coupling.pair_data import PairData, carrying_flanks
 from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
 Array = NDArray[np.float64]
@@ -66,9 +67,9 @@ def require_masses(bodies: Sequence[Body], source: str, mass: Array) -> None:
                 )  # fmt: skip
 
 
-def _mass_key(name: str, direction: str) -> str:
+def _mass_key(name: BodyName, direction: str) -> str:
     """Key of a body's mass or inertia in a direction."""
-    stage, part = name.rpartition(".")[0], _part(name)
+    stage, part = name.stage, name.part
     key = {"rotation": "inertia_kg_m2", "tilt": "tilt_inertia_kg_m2"}.get(direction, "mass_kg")
     before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
     if part == "output":  # behind a sun's shaft
@@ -177,7 +178,7 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
     start = 0
     for k, body in enumerate(bodies):
         for n, (direction, (rows, _, _)) in enumerate(DIRECTIONS.items()):
-            planet = _part(body.name) == "planet"
+            planet = body.name.part == "planet"
             if planet and direction == "radial":
                 rows = (0,)  # along its own tangential axis it rolls
             picked = np.zeros((len(rows), size))
@@ -186,7 +187,7 @@ def _places(bodies: Sequence[Body]) -> list[tuple[Body, str, Array]]:
             picked[:, start : start + body.size] = motion[list(rows)]
             order = (
                 direction == "rotation",
-                _LATER.get(_part(body.name), 0),
+                _LATER.get(body.name.part, 0),
                 len(DIRECTIONS) * k + n,
             )
             ordered[order] = (body, direction, picked)
@@ -200,28 +201,21 @@ def _rank(motions: Array, free: Array) -> int:
     return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
 
 
-def _part(name: str) -> str:
-    """ "planet" of "stage_1.planet_3"."""
-    part = name.rpartition(".")[2]
-    return part.partition("_")[0] if part.startswith(("planet_", "ring_")) else part
-
-
-def _said(name: str) -> str:
+def _said(name: BodyName) -> str:
     """A body as messages call it: planets of a stage together."""
-    if _part(name) != "planet":
+    if name.part != "planet":
         return name
-    stage = name.rpartition(".")[0]
-    return f"planets of {stage}" if stage else "planets"
+    return f"planets of {name.stage}" if name.stage else "planets"
 
 
-def _holder(bodies: Sequence[Body], name: str, direction: str) -> str:
+def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
     """Key of the spring that would hold a body."""
-    stage, part, key = name.rpartition(".")[0], _part(name), DIRECTIONS[direction][2]
+    stage, part, key = name.stage, name.part, DIRECTIONS[direction][2]
     before = f"{'stage' if stage == 'stage' else f'stages.{stage}'}." if stage else ""
     if part == "housing":
         return f"housing.mount.{key}"
     names = [body.name for body in bodies]
-    if part == "shaft" and f"{stage}.output" not in names:
+    if part == "shaft" and BodyName.of(stage, "output") not in names:
         return f"joints.{key}"  # in series with its spline
     if part == "output":
         return f"output.bearing.{key}"

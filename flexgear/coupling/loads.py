@@ -12,6 +12,7 @@ from flexgear.coupling.under_way import UnderWay, ends_of
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member_load import varying
+from flexgear.model.names import MemberName
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -82,10 +83,10 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
 
 def _places(b: UnderWay) -> dict[str, tuple[int, Member]]:
     """What can be loaded: by name its stage and its body, one of the halves of a ring."""
-    out = {}
+    out: dict[str, tuple[int, Member]] = {}
     for number, members in enumerate(b.members):
         for m in members:
-            member = f"{b.case.stages[number].name}.{m.part}"
+            member = MemberName.of(b.case.stages[number].name, m.part)
             if m.part == "planet":
                 out[m.body.name] = (number, m)
             elif m.part not in ("hub", "output") and ends_of(b, member):

@@ -15,6 +15,7 @@ from flexgear.gears.radii import StageRadii, gears_by_role, stage_radii
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.model.member import CarrierMember, GearMember, RingGear
+from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.model.stage import Form, Stage
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, lumped_body, rigid_variant, stiffened
@@ -96,14 +97,14 @@ def stage_members(
         else:
             body = _fe_body(view, part, (reduced or {}).get(part), getattr(variant, part))
         body = stiffened(body, getattr(stiffening, name))
-        body = replace(body, name=f"{stage.name}.{name}")
+        body = replace(body, name=BodyName.of(stage.name, name))
         out.append(Member(body, part, form, "", -1, *_sizes(view, part)))
     return [*out, *_hub(case, stage), *_behind_spline(case, stage, out)]
 
 
 def can_turn(case: Case, stage: Stage, part: str) -> bool:
     """Whether a member has a rotation about its axis: not so if it is held fast, or an FE body."""
-    name, form = f"{stage.name}.{part}", stage.form(part)
+    name, form = MemberName.of(stage.name, part), stage.form(part)
     if form == "beam":
         return True
     held = name in case.held_members()
@@ -169,16 +170,18 @@ def _fe_body(view: StageView, part: str, body: ReducedBody | Body | None, bends:
 
 def _lumped(case: Case, stage: Stage, part: str) -> list[Member]:
     """The bodies of a lumped member: all planets, both halves of a double-helical ring."""
-    view, name = case.view(stage.name), f"{stage.name}.{part}"
+    view, name = case.view(stage.name), MemberName.of(stage.name, part)
     radius, mass, polar, tilt = _sizes(view, part)
     kinematics, fast = case.kinematics_of(name), not can_turn(case, stage, part)
     inertia = (tilt, tilt, polar)
     return [
         Member(
-            lumped_body(f"{name}{suffix}", mass, inertia, kinematics, held=fast),
+            lumped_body(
+                BodyName.of(stage.name, part, planet, side), mass, inertia, kinematics, held=fast
+            ),
             part, "lumped", side, planet, radius, mass, polar, tilt,
         )
-        for suffix, side, planet in _copies(stage, part)
+        for side, planet in _copies(stage, part)
     ]  # fmt: skip
 
 
@@ -190,7 +193,7 @@ def _hub(case: Case, stage: Stage) -> list[Member]:
     assert hub is not None  # the model asks for it
     mass, tilt = hub.mass or 0.0, hub.tilt_inertia or 0.0
     inertia = (tilt, tilt, hub.inertia)
-    body = lumped_body(f"{stage.name}.hub", mass, inertia, hub.kinematics)
+    body = lumped_body(BodyName.of(stage.name, "hub"), mass, inertia, hub.kinematics)
     body = replace(body, positions=np.array([[0.0, 0.0, hub.z]]))
     return [Member(body, "hub", "lumped", "", -1, 0.0, mass, hub.inertia, tilt)]
 
@@ -198,12 +201,12 @@ def _hub(case: Case, stage: Stage) -> list[Member]:
 def _behind_spline(case: Case, stage: Stage, members: list[Member]) -> list[Member]:
     """What hangs behind the spline of a sun's shaft: nothing where another stage is joined there,
     which has its own bodies."""
-    port = case.port_at(f"{stage.name}.sun")
+    port = case.port_at(MemberName.of(stage.name, "sun"))
     if stage.form("sun") != "beam" or port is None:
         return []
     assert port.mass is not None and port.tilt_inertia is not None  # the model asks for them
     tilt, polar = port.tilt_inertia, port.inertia or 0.0
-    body = lumped_body(f"{stage.name}.output", port.mass, (tilt, tilt, polar))
+    body = lumped_body(BodyName.of(stage.name, "output"), port.mass, (tilt, tilt, polar))
     shaft = next(m.body for m in members if m.part == "sun")
     body = replace(body, positions=shaft.positions[-1:].copy())
     return [Member(body, "output", "lumped", "", -1, 0.0, port.mass, polar, tilt)]
@@ -236,10 +239,10 @@ def _slot(stage: Stage, part: str) -> str:
     return next(role for role, gear in gears.items() if gear is stage.member(part))
 
 
-def _copies(stage: Stage, part: str) -> list[tuple[str, str, int]]:
-    """Suffix of the body's name, side and planet of every body that a member stands for."""
+def _copies(stage: Stage, part: str) -> list[tuple[str, int]]:
+    """Side and planet of every body that a member stands for."""
     if part == "planet":
-        return [(f"_{i + 1}", "", i) for i in range(stage.planets)]
+        return [("", i) for i in range(stage.planets)]
     if part == "ring" and stage.double_helical:
-        return [("_left", "left", -1), ("_right", "right", -1)]
-    return [("", "", -1)]
+        return [(side, -1) for side in SIDES]
+    return [("", -1)]

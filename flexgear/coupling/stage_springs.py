@@ -13,6 +13,7 @@ from flexgear.coupling.system import StageFrame
 from flexgear.gears.radii import stage_radii
 from flexgear.model.errors import InputError
 from flexgear.model.member import Support
+from flexgear.model.names import MemberName, SupportName
 from flexgear.model.springs import Bearing
 from flexgear.model.stage_view import StageView
 from flexgear.structures.halves import held_ring_springs
@@ -46,8 +47,9 @@ def _tie_lumped(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> N
     name, support = m.body.name, view.stage.member(m.part).support
     matrix = linear_part(support, support_matrix(support, m.radius))
     axes = planet_axes(view.stage, m)
-    _hold(a, f"{name}_support", (name, name), matrix, frame.carrier, axes)
-    _obey(a, f"{name}_support", (name, name), support, frame.carrier, axes)
+    place = SupportName.of(name, "support")
+    _hold(a, place, (name, name), matrix, frame.carrier, axes)
+    _obey(a, place, (name, name), support, frame.carrier, axes)
 
 
 def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -78,7 +80,7 @@ def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> 
     """On the housing where the ring is held; where it turns on its hub, in the ring's frame."""
     hub = f"{view.name}.hub"
     for spring in held_ring_springs(view):
-        place, name = m.body.position(spring.node), f"{view.name}.{spring.node}"
+        place, name = m.body.position(spring.node), SupportName.of(f"{view.name}.{spring.node}")
         if a.has(hub):
             under = rigid_rows(place, a.body(hub).position(hub))[:6] @ a.rows(hub, hub)
         else:
@@ -97,25 +99,28 @@ def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) 
         )  # fmt: skip
     for side, bearing in bearings.items():
         node = (m.body.name, f"bearing_{side}")
-        _bear(a, f"{view.name}.carrier_{side}", node, bearing, frame.carrier)
+        place = SupportName.of(f"{view.name}.carrier_{side}")
+        _bear(a, place, node, bearing, frame.carrier)
 
 
 def _tie_hub(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
     hub = view.stage.ring.hub if view.stage.ring else None
     if hub is not None and hub.bearing is not None:
         name = m.body.name
-        _bear(a, name, (name, m.node), hub.bearing, frame.ring)
+        _bear(a, SupportName.of(name), (name, m.node), hub.bearing, frame.ring)
 
 
 def _tie_shaft(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
-    sun = f"{view.name}.sun"
+    sun = MemberName.of(view.name, "sun")
     if sun in view.case.held_members():
-        _hold(a, f"{view.name}.spline", (m.body.name, "end"), spline_matrix(view), frame.carrier)
+        spline = SupportName.of(f"{view.name}.spline")
+        _hold(a, spline, (m.body.name, "end"), spline_matrix(view), frame.carrier)
     support = view.stage.member("sun").support
     if support.matrix.any():
         matrix = linear_part(support, support_matrix(support, m.radius))
-        _hold(a, sun, (m.body.name, "sun"), matrix, frame.carrier)
-        _obey(a, sun, (m.body.name, "sun"), support, frame.carrier)
+        place = SupportName.of(sun)
+        _hold(a, place, (m.body.name, "sun"), matrix, frame.carrier)
+        _obey(a, place, (m.body.name, "sun"), support, frame.carrier)
 
 
 def _tie_output(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:
@@ -123,10 +128,13 @@ def _tie_output(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> N
     a.link(f"{view.name}.spline", shaft - output, spline_matrix(view))
     port = view.case.port_at(f"{view.name}.sun")
     if port is not None and port.bearing is not None:
-        _bear(a, m.body.name, (m.body.name, m.node), port.bearing, frame.carrier)
+        place = SupportName.of(m.body.name)
+        _bear(a, place, (m.body.name, m.node), port.bearing, frame.carrier)
 
 
-def _bear(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle: int) -> None:
+def _bear(
+    a: Assembly, name: SupportName, node: tuple[str, str], bearing: Bearing, angle: int
+) -> None:
     """A bearing of a node on the housing: its linear part, and what has a law of its own."""
     _support(a, name, node, linear_part(bearing, bearing.matrix), angle)
     _obey(a, name, node, bearing, angle)
@@ -134,7 +142,7 @@ def _bear(a: Assembly, name: str, node: tuple[str, str], bearing: Bearing, angle
 
 def _obey(
     a: Assembly,
-    name: str,
+    name: SupportName,
     node: tuple[str, str],
     bearing: Bearing,
     angle: int,
@@ -149,7 +157,7 @@ def _obey(
 
 def _hold(
     a: Assembly,
-    name: str,
+    name: SupportName,
     node: tuple[str, str],
     matrix: Array,
     angle: int,
@@ -158,14 +166,14 @@ def _hold(
     """A support that may resist rotation about the axis, which is the same in any frame."""
     torsion, rest = np.zeros((6, 6)), np.array(matrix)
     torsion[5, 5], rest[5, 5] = matrix[5, 5], 0.0
-    _support(a, f"{name.removesuffix('_support')}_torsion", node, torsion, -1)
+    _support(a, SupportName.of(name.place, "torsion"), node, torsion, -1)
     if rest.any():
         _support(a, name, node, rest, angle, axes)
 
 
 def _support(
     a: Assembly,
-    name: str,
+    name: SupportName,
     node: tuple[str, str],
     matrix: Array,
     angle: int,

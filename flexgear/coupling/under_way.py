@@ -14,6 +14,7 @@ from flexgear.coupling.rotor_terms import gear_axes
 from flexgear.coupling.system import StageFrame
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.names import SIDES, BodyName, MemberName
 from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
@@ -53,35 +54,36 @@ class UnderWay:
         return frame.ring if m.part == "hub" or m.teeth else frame.carrier
 
 
-def ends_of(b: UnderWay, member: str) -> list[tuple[str, str]]:
+def ends_of(b: UnderWay, member: str) -> list[tuple[BodyName, str]]:
     """Bodies and nodes at which a member meets the rest of the train, with equal shares: the hub
     of an FE ring that turns, both halves of a double-helical ring; none of an FE ring that is held.
     """
-    name, _, part = member.partition(".")
-    stage = b.case.stage(name)
-    form = stage.form(part)
+    at = MemberName.parse(member)
+    stage, body = b.case.stage(at.stage), BodyName.of(at.stage, at.part)
+    form = stage.form(at.part)
     if form == "beam":
-        behind = b.a.has(f"{name}.output")
-        end = ("output", f"{name}.output") if behind else ("shaft", "end")
-        return [(f"{name}.{end[0]}", end[1])]
-    if form == "fe" and part == "ring":
-        return [(f"{name}.hub", f"{name}.hub")] if b.a.has(f"{name}.hub") else []
+        output, shaft = (BodyName.of(at.stage, part) for part in ("output", "shaft"))
+        return [(output, output) if b.a.has(output) else (shaft, "end")]
+    if form == "fe" and at.part == "ring":
+        hub = BodyName.of(at.stage, "hub")
+        return [(hub, hub)] if b.a.has(hub) else []
     if form == "fe":
-        return [(member, "drive")]
-    if part == "ring" and stage.double_helical:
-        return [(f"{member}_{side}", f"{member}_{side}") for side in ("left", "right")]
-    return [(member, member)]
+        return [(body, "drive")]
+    if at.part == "ring" and stage.double_helical:
+        halves = [BodyName.of(at.stage, at.part, side=side) for side in SIDES]
+        return [(half, half) for half in halves]
+    return [(body, body)]
 
 
 def end_rows(b: UnderWay, member: str) -> Array:
     """Motion (6, d) of a member where it meets the rest of the train, in its stage's axes; zero of
     a held FE ring."""
-    name, _, part = member.partition(".")
-    ends, stage = ends_of(b, member), b.case.stage(name)
+    at = MemberName.parse(member)
+    ends, stage = ends_of(b, member), b.case.stage(at.stage)
     rows = np.zeros((6, b.a.size))
     for end in ends:
         rows += b.a.rows(*end) / len(ends)
-    return turn(gear_axes(stage)) @ rows if part == "gear" else rows
+    return turn(gear_axes(stage)) @ rows if at.part == "gear" else rows
 
 
 def rotation(b: UnderWay, member: str) -> Array:
@@ -91,8 +93,8 @@ def rotation(b: UnderWay, member: str) -> Array:
 
 def speed_row(b: UnderWay, member: str) -> Array:
     """Row (d,) of the rotation that stands for a member's speed: pins of an FE carrier."""
-    name, _, part = member.partition(".")
-    frame = b.frames[b.case.stage_index(name)]
-    if part == "carrier" and b.case.stage(name).form("carrier") == "fe" and frame.carrier >= 0:
+    at = MemberName.parse(member)
+    frame, fe = b.frames[b.case.stage_index(member)], b.case.stage(at.stage).form(at.part) == "fe"
+    if at.part == "carrier" and fe and frame.carrier >= 0:
         return b.angles[frame.carrier]
     return rotation(b, member)

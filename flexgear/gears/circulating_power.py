@@ -12,7 +12,9 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Literal
 
+Node = tuple[Literal["shaft", "stage"], str]
 SMALL = 1e-9  # of the largest branch power
 
 
@@ -20,8 +22,8 @@ SMALL = 1e-9  # of the largest branch power
 class Branch:
     """Power ``power`` (W, > 0) from node ``tail`` to node ``head``."""
 
-    tail: str
-    head: str
+    tail: Node
+    head: Node
     power: float
 
 
@@ -37,8 +39,9 @@ def circulating_power(
     branches = []
     for member, power in branch_power.items():
         if abs(power) > SMALL * largest:
-            ends = (f"shaft {shaft_of[member]}", f"stage {stage_of[member]}")
-            tail, head = ends if power > 0 else ends[::-1]
+            shaft: Node = ("shaft", shaft_of[member])
+            stage: Node = ("stage", stage_of[member])
+            tail, head = (shaft, stage) if power > 0 else (stage, shaft)
             branches.append(Branch(tail, head, abs(power)))
     total, through = 0.0, dict.fromkeys(stage_of.values(), 0.0)
     while cycle := _shortest_cycle(branches):
@@ -46,8 +49,9 @@ def circulating_power(
         total += cut
         for branch in cycle:
             branch.power -= cut
-            if branch.head.startswith("stage "):
-                through[branch.head.removeprefix("stage ")] += cut
+            kind, name = branch.head
+            if kind == "stage":
+                through[name] += cut
         branches = [b for b in branches if b.power > SMALL * largest]
     return total, through
 
@@ -71,9 +75,9 @@ def _shortest_cycle(branches: list[Branch]) -> list[Branch]:
     return best
 
 
-def _path(branches: list[Branch], begin: str, end: str) -> list[Branch] | None:
+def _path(branches: list[Branch], begin: Node, end: Node) -> list[Branch] | None:
     """Shortest way from ``begin`` to ``end`` along the flow."""
-    came: dict[str, Branch | None] = {begin: None}
+    came: dict[Node, Branch | None] = {begin: None}
     queue = deque([begin])
     while queue:
         node = queue.popleft()

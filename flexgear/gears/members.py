@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.radii import is_overridden, stage_radii
+from flexgear.model.names import MemberName
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -56,7 +57,7 @@ class Members:
     """
 
     source: str
-    names: tuple[str, ...]
+    names: tuple[MemberName, ...]
     ties: tuple[Tie, ...]
     ports: tuple[Port, ...]
     loads: dict[str, float]

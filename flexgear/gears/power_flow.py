@@ -91,7 +91,7 @@ def power_flow(case: Case) -> PowerFlow:
     branch_torque = _branch_torques(members, ties, ties_torque)
     branch_power = {m: t * speed[m] + 0.0 for m, t in branch_torque.items()}
     power = {m: t * speed[m] + 0.0 for m, t in outside.items()}  # no −0
-    stage_of = {m: m.rsplit(".", 1)[0] for m in members.names}
+    stage_of: dict[str, str] = {m: m.stage for m in members.names}
     shaft_of = shafts(members.names, [(j.first, j.second) for j in case.joints])
     circulating, through = circulating_power(branch_power, shaft_of, stage_of)
     return PowerFlow(

@@ -20,6 +20,7 @@ from flexgear.model.joint import Joint
 from flexgear.model.material import Material
 from flexgear.model.member import CarrierMember, GearMember, Kinematics
 from flexgear.model.member_load import MemberLoad
+from flexgear.model.names import Member, MemberName
 from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
@@ -67,7 +68,7 @@ class Case(Section):
     material: Material
     stages: tuple[Stage, ...] = Field(min_length=1)
     joints: tuple[Joint, ...] = ()
-    held: tuple[str, ...] = ()
+    held: tuple[Member, ...] = ()
     inputs: tuple[Input, ...] = ()
     output: Output | None = None
     loads: tuple[MemberLoad, ...] = ()
@@ -98,17 +99,17 @@ class Case(Section):
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""
-        wanted = name.split(".")[0]
+        wanted = MemberName.parse(name).stage
         return next(k for k, stage in enumerate(self.stages) if stage.name == wanted)
 
-    def member_names(self) -> tuple[str, ...]:
+    def member_names(self) -> tuple[MemberName, ...]:
         """All members, stage by stage: "stage_1.sun", "stage_1.ring", …"""
-        return tuple(f"{s.name}.{member}" for s in self.stages for member in s.members)
+        return tuple(MemberName.of(s.name, part) for s in self.stages for part in s.members)
 
     def member(self, name: str) -> GearMember | CarrierMember:
         """The member of that name; "<stage>.planet" is taken, too."""
-        stage, _, part = name.partition(".")
-        return self.stage(stage).member(part)
+        at = MemberName.parse(name)
+        return self.stage(at.stage).member(at.part)
 
     @property
     def ports(self) -> tuple[Input | Output, ...]:
@@ -138,7 +139,7 @@ class Case(Section):
         own = self.member(name).kinematics
         return own or ("spatial" if self.stage(name).is_flexible else self.kinematics)
 
-    def held_members(self) -> tuple[str, ...]:
+    def held_members(self) -> tuple[MemberName, ...]:
         """Members that do not turn: ``held``, those with kinematics "fixed", default rings."""
         held = {*self.held}
         for name in self.member_names():

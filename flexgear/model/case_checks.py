@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from flexgear.model.errors import echo
 from flexgear.model.machine import check_machines
+from flexgear.model.names import MemberName
 from flexgear.model.read import nearest
 from flexgear.model.section import Missing, Refusal
 
@@ -45,7 +46,7 @@ def _check_members(case: Case) -> None:
     named += [(f"loads.{k}.member", load.member) for k, load in enumerate(case.loads)]
     for k, joint in enumerate(case.joints):
         named += [(f"joints.{k}.first", joint.first), (f"joints.{k}.second", joint.second)]
-    known = list(case.member_names())
+    known: list[str] = list(case.member_names())
     for key, name in named:
         if name not in known:
             raise Refusal(key, f"{echo(name)} is not a member", nearest(name, known))
@@ -85,7 +86,7 @@ def _check_held(case: Case) -> None:
     held = case.held_members()
     for name in case.member_names():
         k = case.stage_index(name)
-        part = name.partition(".")[2]
+        part = name.part
         if case.stages[k].form(part) == "fe":
             continue  # its own supports, or the hub
         support = case.member(name).support
@@ -112,8 +113,8 @@ def _check_behind_shafts(case: Case) -> None:
     """What hangs behind the spline of a sun's shaft is a body that can move in all directions."""
     places = [*(f"inputs.{k}" for k in range(len(case.inputs))), "output"]
     for at, port in zip(places, case.ports, strict=False):
-        name, _, part = port.member.partition(".")
-        beam = case.stage(name).form(part) == "beam"
+        member = MemberName.parse(port.member)
+        beam = case.stage(member.stage).form(member.part) == "beam"
         for key in ("inertia", "mass", "tilt_inertia"):
             if beam and getattr(port, key) is None:
                 problem = f"is missing, and {port.member} has a shaft whose end carries a body"

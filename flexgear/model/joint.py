@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal
 from flexgear.model.springs import Springs
 from flexgear.model.units import Length, Stiffness
@@ -17,8 +18,8 @@ class Joint(Springs):
     length, outer_diameter, inner_diameter: a shaft in place of the springs.
     """
 
-    first: str
-    second: str
+    first: Member
+    second: Member
     tangential: Stiffness = Field(default=0.0, ge=0.0, le=1e14)
     length: Length | None = Field(default=None, ge=1e-3, le=50.0)
     outer_diameter: Length | None = Field(default=None, ge=1e-3, le=5.0)

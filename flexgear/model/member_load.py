@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
+from flexgear.model.names import Member
 from flexgear.model.section import Missing, Refusal, Section
 from flexgear.model.units import Force, Time, Torque
 
@@ -28,7 +29,7 @@ class MemberLoad(Section):
     force_x_n, force_y_n, force_z_n, moment_x_nm, moment_y_nm, moment_z_nm.
     """
 
-    member: str
+    member: Member
     force: tuple[Force, Force, Force] = _NONE
     moment: tuple[Torque, Torque, Torque] = _NONE
     frame: Literal["fixed", "carrier"] = "fixed"

@@ -10,6 +10,7 @@ from typing import Any
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError, echo
+from flexgear.model.names import MemberName
 
 _under_way: ContextVar[tuple[str, ...]] = ContextVar("cases that stages name", default=())
 LoadCase = Callable[[str | Path], Case]
@@ -58,12 +59,13 @@ def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
     """What hangs on the ports of the case that was named hangs on those at the same members."""
     ports = [*data.get("inputs", ()), *([data["output"]] if "output" in data else [])]
     for port in ports:
-        stage, _, part = str(port.get("member", "")).partition(".")
-        theirs = taken.port_at(f"{taken.stages[0].name}.{part}") if stage == name else None
+        at = MemberName.parse(str(port.get("member", "")))
+        there = MemberName.of(taken.stages[0].name, at.part)
+        theirs = taken.port_at(there) if at.stage == name else None
         if theirs is None:
             continue
-        there = theirs.model_dump(mode="python", exclude_none=True)
-        wanted = {key: there[key] for key in _OF_PORTS if key in there}
+        said = theirs.model_dump(mode="python", exclude_none=True)
+        wanted = {key: said[key] for key in _OF_PORTS if key in said}
         if port is not data.get("output"):
             wanted.pop("brake_exponent", None)
         port.update({key: value for key, value in wanted.items() if key not in port})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from flexgear.model.machine import Machine
+from flexgear.model.names import Member
 from flexgear.model.section import Refusal, Section
 from flexgear.model.springs import Bearing
 from flexgear.model.units import Inertia, Mass, Power, Speed, Torque
@@ -19,7 +20,7 @@ class Port(Section):
     transients.
     """
 
-    member: str
+    member: Member
     speed: Speed | None = Field(default=None, ge=-1e4, le=1e4)
     torque: Torque | None = Field(default=None, ge=-1e9, le=1e9)
     inertia: Inertia | None = Field(default=None, ge=0.0, le=1e12)

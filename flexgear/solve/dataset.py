@@ -21,6 +21,7 @@ from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName
 from flexgear.results.dataset import provenance
 from flexgear.results.group_sharing import DEFINITIONS, sharing_histories
 from flexgear.results.labelled_dataset import labelled_dataset
@@ -198,7 +199,7 @@ def body_rows(system: System) -> tuple[list[str], Array]:
 def shown_bodies(system: System) -> Iterator[tuple[str, str, str]]:
     """Name in results, body and node of lumped bodies and of those that bend."""
     for body in system.bodies:
-        part = body.name.rpartition(".")[2]
+        part = body.name.part
         node = body.node_names[0] if len(body.node_names) == 1 else NODES.get(part, "")
         if node not in body.node_names or part == "output":
             continue
@@ -260,10 +261,10 @@ def _supports(model: Model) -> list[str]:
     return [x.name for x in model.system.links if len(x.rows) == 6 and x.name not in bolts]
 
 
-def _nodes(model: Model, part: str, start: str = "") -> list[tuple[str, str]]:
+def _nodes(model: Model, part: str, start: str = "") -> list[tuple[BodyName, str]]:
     """(body, node) of the finite-element bodies of one kind, stage by stage."""
     stages = model.case.flexible_stages.items()
-    bodies = [f"{stage}.{part}" for stage, view in stages if part in view.fe_parts]
+    bodies = [BodyName.of(stage, part) for stage, view in stages if part in view.fe_parts]
     return [
         (body, node)
         for body in bodies
@@ -272,13 +273,13 @@ def _nodes(model: Model, part: str, start: str = "") -> list[tuple[str, str]]:
     ]
 
 
-def _rows_of(system: System, nodes: list[tuple[str, str]], dofs: int) -> Array:
+def _rows_of(system: System, nodes: list[tuple[BodyName, str]], dofs: int) -> Array:
     """Rows of the first dofs of nodes, each in its body's frame."""
     return np.vstack([system.own_rows(*node)[:dofs] for node in nodes])
 
 
-def _node_labels(model: Model, name: str, nodes: list[tuple[str, str]]) -> dict[str, Any]:
-    stages = [body.rpartition(".")[0] for body, _ in nodes]
+def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, str]]) -> dict[str, Any]:
+    stages = [body.stage for body, _ in nodes]
     if name == "carrier_node":
         return {name: [f"{stage}.{node}" for stage, (_, node) in zip(stages, nodes, strict=True)]}
     place = np.array([model.system.body(body).position(node) for body, node in nodes])

@@ -12,6 +12,7 @@ from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.recovery import Recovery
 from flexgear.analysis.transient import Transient
 from flexgear.model.errors import InputError
+from flexgear.model.names import BodyName
 from flexgear.model.read import nearest
 from flexgear.results.fields import field_dataset
 from flexgear.results.labelled_dataset import variable
@@ -87,8 +88,9 @@ def mode_field(
         problem = f"{mode} is not there"
         raise InputError("mode_field", "mode", problem, f"take 1 … {len(found.frequencies)}")
     shape = found.shapes[model.system.slice_of(body), mode - 1]
-    stage, _, part = body.partition(".")
-    moved = np.linalg.norm(model.bodies[stage].by_part[part].recover(shape), axis=-1).max()
+    name = BodyName.parse(body)
+    displacement = model.bodies[name.stage].by_part[name.part].recover(shape)
+    moved = np.linalg.norm(displacement, axis=-1).max()
     if not found.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
     attrs = {"frequency": float(found.frequencies[mode - 1]), "mode": float(mode)}
@@ -99,8 +101,9 @@ def _field(
     model: Model, body: str, coordinates: NDArray[np.float64], attrs: dict[str, float]
 ) -> xr.Dataset:
     """Displacement and stress of a body at its reduced coordinates."""
-    stage, _, part = body.partition(".")
-    reduced, material = model.bodies[stage].by_part[part], model.case.view(stage).material
+    name = BodyName.parse(body)
+    reduced = model.bodies[name.stage].by_part[name.part]
+    material = model.case.view(name.stage).material
     strain = reduced.strain(coordinates)
     stress = stress_of_strain(strain, material.young_modulus, material.poisson_ratio)
     field, made_by = reduced.recover(coordinates), result_attrs(model)

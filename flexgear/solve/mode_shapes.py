@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.analysis.modes import Modes
+from flexgear.model.names import BodyName
 from flexgear.results.quantities import AXES
 from flexgear.solve.deformed import require_bending
 from flexgear.solve.model import Model
@@ -38,8 +39,9 @@ def mode_shapes(model: Model, body: str, found: Modes) -> xr.Dataset:
     ``deformed``.
     """
     require_bending(model, body)
-    stage, _, part = body.partition(".")
-    reduced, own = model.bodies[stage].by_part[part], model.system.slice_of(body)
+    name = BodyName.parse(body)
+    reduced = model.bodies[name.stage].by_part[name.part]
+    own = model.system.slice_of(body)
     kept = moving_modes(found, body)
     shapes = np.zeros((len(kept), len(reduced.points), 3))
     for shape, k in zip(shapes, kept, strict=True):

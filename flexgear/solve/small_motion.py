@@ -20,6 +20,7 @@ import xarray as xr
 from flexgear.gears.backlash import least_backlash
 from flexgear.gears.geometry import bottom_clearance, stage_geometry
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.report.wording import said, words
 from flexgear.results.summary import axis_distance
@@ -73,10 +74,9 @@ def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[Mo
         limits = small_against(case.view(stage.name))
         bodies: dict[str, tuple[float, str]] = {}
         for name, size in motions.items():
-            owner, _, part = name.rpartition(".")
-            if owner == stage.name:
-                kind = part.partition("_")[0]
-                bodies[kind] = max((size, name), bodies.get(kind, (0.0, "")))
+            at = BodyName.parse(name)
+            if at.stage == stage.name:
+                bodies[at.part] = max((size, name), bodies.get(at.part, (0.0, "")))
         shares = [
             MotionShare(name, size, beside, limit)
             for kind, (size, name) in sorted(bodies.items(), key=lambda item: -item[1][0])

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.equilibrium import revolution
 from flexgear.gears.bearing_life import bearing_life_hours
 from flexgear.model.member import PlanetBearing
+from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures
 from flexgear.results.group_sharing import without_rounding
 from flexgear.results.labelled_dataset import coordinate
@@ -107,7 +108,7 @@ def bearing_loads(model: Model, data: xr.Dataset) -> dict[str, dict[str, float]]
             "direction_deg": round(math.degrees(math.atan2(y, x)), 6) + 0.0 if size else 0.0,
             "axial_n": z if abs(z) > UNLOADED * size else 0.0,
         }
-        stage = model.case.stage(name.partition(".")[0])
+        stage = model.case.stage(MemberName.parse(name).stage)
         speed = model.flow.stage(stage.name).planet_relative_speed
         if isinstance(stage.planet_bearing, PlanetBearing):
             life = bearing_life_hours(stage.planet_bearing, size, speed)

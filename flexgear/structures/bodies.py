@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
@@ -23,12 +24,12 @@ Array = NDArray[np.float64]
 class Body:
     """One component of the coupled system.
 
-    name: component name; node_names: (n,) names; positions: (n, 3) m in the body's frame;
+    name: of the body; node_names: (n,) names; positions: (n, 3) m in the body's frame;
     mass: (d, d); stiffness: (d, d), SI; node_map: (6 n, d), node motion = node_map @ q;
     rigid: whether the six coordinates are those of a rigid body.
     """
 
-    name: str
+    name: BodyName
     node_names: tuple[str, ...]
     positions: Array
     mass: Array
@@ -70,7 +71,7 @@ KINEMATICS: dict[str, tuple[int, ...]] = {  # which of the six node dofs a lumpe
 
 
 def lumped_body(
-    name: str,
+    name: BodyName,
     mass: float,
     inertia: tuple[float, float, float],
     kinematics: str = "spatial",

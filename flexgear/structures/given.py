@@ -18,6 +18,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.model.carrier import Carrier
 from flexgear.model.errors import InputError
 from flexgear.model.housing import Housing
+from flexgear.model.names import BodyName
 from flexgear.model.ring import Ring
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView
@@ -87,7 +88,7 @@ def given_housing(housing: Housing, source: str) -> Body:
             "name the nodes that stand on the ground mount_1, mount_2 …",
         )  # fmt: skip
     return Body(
-        name="housing",
+        name=BodyName.of("", "housing"),
         node_names=read.node_names,
         positions=read.positions,
         mass=(read.mass + read.mass.T) / 2,

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from flexgear.model.names import SIDES
 from flexgear.model.stage_view import StageView
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.springs import Spring, ring_springs
 
 Array = NDArray[np.float64]
-SIDES = ("left", "right")
 MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in the plane z = 0
 PLACE = MIRROR[:3]
 

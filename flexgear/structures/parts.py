@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.structures.bodies import Body, rigid_variant
 from flexgear.structures.fe_mesh import (
@@ -28,7 +29,7 @@ def elastic_part(reduced: ReducedBody) -> Body:
     """A reduced body: its node dofs come first."""
     nodes = 6 * len(reduced.node_names)
     return Body(
-        name=reduced.name,
+        name=BodyName.of("", reduced.name),
         node_names=tuple(reduced.node_names),
         positions=np.asarray(reduced.positions),
         mass=reduced.mass,
@@ -68,7 +69,7 @@ def rigid_part(view: StageView, part: str, own: bool = True) -> Body:
         nodes = {node_of_half(n, side): x for side in SIDES for n, x in halves[side].items()}
     positions = np.array(list(nodes.values()))
     return Body(
-        name=part,
+        name=BodyName.of("", part),
         node_names=tuple(nodes),
         positions=positions,
         mass=solid.rigid_mass(view.material.density),

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 
 Array = NDArray[np.float64]
@@ -142,4 +143,4 @@ def shaft_body(
         mass[i : i + 6, i : i + 6] += extra
     positions = np.zeros((n, 3))
     positions[:, 2] = np.sign(direction) * np.array(stations)
-    return Body("shaft", names, positions, mass, stiffness, np.eye(6 * n))
+    return Body(BodyName.of("", "shaft"), names, positions, mass, stiffness, np.eye(6 * n))

@@ -22,6 +22,7 @@ from flexgear.analysis.mode_types import (
     strain_shares,
 )
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.shaft import BeamSection, shaft_body
 
@@ -116,7 +117,10 @@ def accidental():
     scale = (fa[i] / fb[j]) ** 2
     mass = linalg.block_diag(a.mass, b.mass)
     stiffness = linalg.block_diag(a.stiffness, scale * b.stiffness)
-    second = tuple(replace(body, name=f"second.{body.name}") for body in b.bodies)
+    second = tuple(
+        replace(body, name=BodyName.of("second", body.name.part, body.name.planet))
+        for body in b.bodies
+    )
     return a.bodies + second, mass, stiffness, fa[i]
 
 
@@ -200,7 +204,7 @@ def test_rigid_motions_of_a_beam_leave_no_deformation():
     )  # fmt: skip
     values, shapes = linalg.eigh(beam.stiffness, beam.mass)
     f = np.sqrt(np.clip(values, 0, None))
-    at = members([beam], planet=lambda name: False)
+    at = members([beam])
     t = classify(f, shapes, beam.mass, at, rigid=6)
     assert np.abs(t.shares["elastic"][:6]).max() < 1e-6
     np.testing.assert_allclose(t.shares["elastic"][6:], 1.0, atol=1e-6)
@@ -217,7 +221,7 @@ def test_slight_deformation_of_a_member_does_not_hide_its_type():
     held = beam.stiffness + 2e6 * ends.T @ ends
     held += 1e9 * beam.node(beam.node_names[0])[5:].T @ beam.node(beam.node_names[0])[5:]
     values, shapes = linalg.eigh(held, beam.mass)
-    t = classify(np.sqrt(values), shapes, beam.mass, members([beam], planet=lambda name: False))
+    t = classify(np.sqrt(values), shapes, beam.mass, members([beam]))
     assert t.kinds[:3] in (
         ("translational", "translational", "axial"), ("axial", "translational", "translational"),
     )  # fmt: skip
@@ -230,13 +234,20 @@ def test_motions_a_body_does_not_have_are_zero():
     t = rigid_motions(planar)
     np.testing.assert_allclose(t[:, [0, 1, 5]], np.eye(3), atol=1e-12)
     assert not t[:, [2, 3, 4]].any()
-    bodies = [planar, Body("held", ("held",), np.zeros((1, 3)), *[np.zeros((0, 0))] * 2,
-                           np.zeros((6, 0)))]  # fmt: skip
+    nothing, held = np.zeros((0, 0)), BodyName.of("", "held")
+    bodies = [planar, Body(held, ("held",), np.zeros((1, 3)), nothing, nothing, np.zeros((6, 0)))]
     assert [m.name for m in members(bodies)] == ["sun"]
 
 
 def test_planet_names():
-    bodies = [lumped_body(n, 1.0, (1.0, 1.0, 1.0)) for n in ("a.planet_2", "planet_1", "a.sun")]
+    bodies = [
+        lumped_body(n, 1.0, (1.0, 1.0, 1.0))
+        for n in (
+            BodyName.of("a", "planet", 1),
+            BodyName.of("", "planet", 0),
+            BodyName.of("a", "sun"),
+        )
+    ]
     assert [m.planet for m in members(bodies)] == [True, True, False]
 
 

@@ -362,7 +362,7 @@ def _places(case: Case) -> dict[str, tuple[float, float, float]]:
             offset[first, f"{stage.name}.{part}"] = apart
     offset |= {(j.first, j.second): (0.0, 0.0) for j in case.joints}
     for start in case.member_names():
-        waiting = [] if start in across else [start]
+        waiting: list[str] = [] if start in across else [start]
         across.setdefault(start, (0.0, 0.0))
         while waiting:
             here = waiting.pop()
