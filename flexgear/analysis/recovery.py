@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from flexgear.structures.kinematics import turn
 
 Array = NDArray[np.float64]
 Result = Equilibrium | Transient
+BLOCK = 128  # samples over which few of a ring's teeth carry load
 
 
 @njit(**UNCOUNTED)
@@ -53,6 +54,16 @@ def channel_forces(result: Result) -> Array:
     )
     out[:, -ports:] = result.torques
     return out
+
+
+def _in_blocks(forces: Array) -> list[tuple[NDArray[np.intp], Array]]:
+    """Forces (t, n_c) in blocks of samples: which channels are loaded, and their forces."""
+    found = []
+    for start in range(0, len(forces), BLOCK):
+        block = forces[start : start + BLOCK]
+        loaded = np.flatnonzero(block.any(axis=0))
+        found.append((loaded, block[:, loaded]))
+    return found
 
 
 @dataclass(frozen=True)
@@ -83,12 +94,12 @@ class Recovery:
         self.result = result
         self.modal: ModalSystem = result.modal
         self._outputs = {} if outputs is None else outputs
-        self.forces = channel_forces(result)
+        self._forces = _in_blocks(channel_forces(result))
         self._roll = np.zeros_like(result.eta[:, : len(self.modal.input_rows)])
         if isinstance(result, Transient):
             # rotations of a run are those of its modes; dropped modes wind the train up as well
             static = self.modal.system.input_rows @ self.modal.residual_motion
-            self._roll = result.input_angles + self.forces @ static.T
+            self._roll = result.input_angles + self._moved_by_forces(static)
 
     def motion(self, rows: Array) -> Array:
         """rows @ q_el over samples, (t, k); rows (k, d) act on physical coordinates."""
@@ -102,8 +113,15 @@ class Recovery:
         return self._value(known)
 
     def _value(self, output: Output) -> Array:
-        out = self.result.eta @ output.modes.T + self.forces @ output.residual.T
+        out = self.result.eta @ output.modes.T + self._moved_by_forces(output.residual)
         return np.asarray(out - self._roll @ output.rolling.T)
+
+    def _moved_by_forces(self, residual: Array) -> Array:
+        """R f (t, k) of residual (k, n_c)."""
+        out = np.empty((len(self.result.theta), len(residual)))
+        for start, (loaded, forces) in zip(range(0, len(out), BLOCK), self._forces, strict=True):
+            np.matmul(forces, residual[:, loaded].T, out=out[start : start + BLOCK])
+        return out
 
     def node(self, body: str, node: str) -> Array:
         """Motion (t, 6) of a named node in its body's frame, m and rad."""
@@ -117,11 +135,20 @@ class Recovery:
         for support in self.modal.system.rotating_frame_supports:
             if support.name == name:
                 return self._turning_force(support) + self._law_force(name, support.rows)
+        first = 0
         for link in self.modal.system.links:
+            stop = first + len(link.rows)
             if link.name == name:
-                motion = self.named(f"link {name}", partial(np.asarray, link.rows))
+                motion = self._link_motions[:, first:stop]
                 return motion @ link.matrix.T + self._law_force(name, link.rows)
+            first = stop
         raise KeyError(name)
+
+    @cached_property
+    def _link_motions(self) -> Array:
+        """Motions of the rows of all links side by side."""
+        links = self.modal.system.links
+        return self.named("links", lambda: np.vstack([link.rows for link in links]))
 
     def _law_force(self, name: str, rows: Array) -> Array:
         """Force (t, 6) by the law of a bearing, along the motions ``rows`` (6, d) of its spring."""

@@ -44,15 +44,15 @@ def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
         shape=(len(points), len(cells)),
     )
     around, used = (at @ at.T).tocsr(), np.diff(at.indptr) > 0
-    fits, determined = _fits(points, around, np.flatnonzero(used))
+    fits, determined = _fits(points, around, np.flatnonzero(used), determined_only=True)
     lending = (around @ sp.diags_array(determined.astype(float))).tocsr()
     lending.eliminate_zeros()
     alone = np.flatnonzero(used & (np.diff(lending.indptr) == 0))
-    wider, _ = _fits(points, (around @ around).tocsr(), alone)
+    wider, _ = _fits(points, (around @ around).tocsr(), alone, determined_only=False)
     own = np.concatenate([np.flatnonzero(determined), alone])
     lent = np.flatnonzero(~determined & (np.diff(lending.indptr) > 0))
     found = _values(own, len(points)) + _lent(points, lending, lent)
-    return (found @ (_of(fits, determined) + wider)).tocsr()
+    return (found @ (fits + wider)).tocsr()
 
 
 def strain_of_gradient(gradient: Array) -> Array:
@@ -80,10 +80,17 @@ def von_mises(stress: Array) -> Array:
 
 
 def _fits(
-    points: Array, around: sp.csr_matrix, vertices: NDArray[np.integer]
+    points: Array,
+    around: sp.csr_matrix,
+    vertices: NDArray[np.integer],
+    *,
+    determined_only: bool,
 ) -> tuple[sp.csr_matrix, NDArray[np.bool_]]:
     """Gradient and second derivatives (12p, p) of the quadratics about vertices, nine of them in
-    rows 12v + 3 + 3i + j, from values of those around, and whether these determine them (p,)."""
+    rows 12v + 3 + 3i + j, from values of those around, and whether these determine them (p,).
+
+    determined_only: rows of all others are empty.
+    """
     count = len(points)
     determined, parts = np.zeros(count, dtype=bool), []
     own = around[vertices]
@@ -93,7 +100,12 @@ def _fits(
         for start in range(0, len(rows), _CHUNK):
             some = rows[start : start + _CHUNK]
             at, near = vertices[some], own.indices[own.indptr[some][:, None] + np.arange(size)]
-            weights, determined[at] = _derivatives(points[near] - points[at][:, None])
+            terms, back = _terms(points[near] - points[at][:, None])
+            known = determined[at] = _determine(terms)
+            if determined_only:
+                at, near, terms, back = at[known], near[known], terms[known], back[known]
+                known = known[known]
+            weights = _derivatives(terms, back, known)
             lines = (12 * at[:, None] + np.arange(12))[..., None]
             lines, near = np.broadcast_to(lines, weights.shape), near[:, None]
             parts.append((weights, lines, np.broadcast_to(near, weights.shape)))
@@ -105,32 +117,45 @@ def _fits(
     return sp.csr_matrix((values, (lines, columns)), shape=(12 * count, count)), determined
 
 
-def _derivatives(arm: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Weights (n, 12, m) of values at arms (n, m, 3) from n vertices in the first and second
-    derivatives there, and whether they are determined.
+def _terms(arm: Array) -> tuple[Array, Array]:
+    """Terms (n, m, 10) of quadratics at arms (n, m, 3) from n vertices, in ξ = arm @ back, and back
+    (n, 3, 3).
 
-    Patches are made round first, or those of flat cells would look undetermined.
+    Patches are made round so, or those of flat cells would look undetermined.
     """
     spread, axes = np.linalg.eigh(np.einsum("nmi,nmj->nij", arm, arm) / arm.shape[1])
     spread = np.maximum(spread, _FLAT * spread[:, -1:])
-    back = axes / np.sqrt(spread)[:, None]  # (n, 3, 3): xi = arm @ back, grad = back grad_xi
-    xi = arm @ back
-    x, y, z = np.moveaxis(xi, 2, 0)
+    back = axes / np.sqrt(spread)[:, None]  # grad = back grad_ξ
+    x, y, z = np.moveaxis(arm @ back, 2, 0)
     squares = [0.5 * x * x, 0.5 * y * y, 0.5 * z * z, x * y, y * z, x * z]
-    terms = np.stack([np.ones_like(x), x, y, z, *squares], axis=2)
-    size = np.linalg.svd(terms, compute_uv=False)
-    determined = (size.shape[1] == 10) & (size[:, -1] > _DETERMINED * size[:, 0])
-    terms[..., 4:] *= _QUADRATIC
-    inverse = np.linalg.pinv(terms, rcond=1e-10)
-    second = _QUADRATIC * inverse[:, 4:][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]]
-    second = second.reshape(len(arm), 3, 3, -1)
-    second = np.einsum("nia,nabm,njb->nijm", back, second, back).reshape(len(arm), 9, -1)
-    return np.concatenate([back @ inverse[:, 1:4], second], axis=1), determined
+    return np.stack([np.ones_like(x), x, y, z, *squares], axis=2), back
 
 
-def _of(fits: sp.csr_matrix, chosen: NDArray[np.bool_]) -> sp.csr_matrix:
-    """Fits of the chosen vertices alone."""
-    return (sp.diags_array(np.repeat(chosen, 12).astype(float)) @ fits).tocsr()
+def _determine(terms: Array) -> NDArray[np.bool_]:
+    """Whether values determine each quadratic (n,), by the singular values of its terms."""
+    size = np.linalg.eigvalsh(terms.swapaxes(1, 2) @ terms)  # their squares
+    few = terms.shape[1] < terms.shape[2]
+    return (not few) & (size[:, 0] > _DETERMINED**2 * size[:, -1])
+
+
+def _derivatives(terms: Array, back: Array, determined: NDArray[np.bool_]) -> Array:
+    """Weights (n, 12, m) of values in the first and second derivatives of the best quadratics;
+    terms, back: see ``_terms``. Those that are not determined are fitted with small second
+    derivatives."""
+    inverse = np.empty(terms.swapaxes(1, 2).shape)
+    best, rest = terms[determined], terms[~determined]
+    across = best.swapaxes(1, 2)
+    inverse[determined] = np.linalg.solve(across @ best, across)
+    if len(rest):
+        rest[..., 4:] *= _QUADRATIC
+        fitted = np.linalg.pinv(rest, rcond=1e-10)
+        fitted[:, 4:] *= _QUADRATIC
+        inverse[~determined] = fitted
+    second = inverse[:, 4:][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]]
+    second = second.reshape(len(terms), 3, 3, terms.shape[1])
+    second = np.einsum("nia,nabm,njb->nijm", back, second, back, optimize=True)
+    second = second.reshape(len(terms), 9, terms.shape[1])
+    return np.concatenate([back @ inverse[:, 1:4], second], axis=1)
 
 
 def _values(vertices: NDArray[np.integer], count: int) -> sp.csr_matrix:
