@@ -70,7 +70,7 @@ class DofVectors(NamedTuple):
     motion: Array
     before: Array  # motion at the last step, for the account of energy
     image: Array  # (≥ 2 C,) G V and R V of one row, side by side
-    lines: Array  # (2, P + 2 M + 1, ≥ R) G V and share (G − R) V of all rows on ports and lines
+    of_line: Array  # (≥ 2 (P + 2 M + 1),) the same of its line of action, on ports and lines
 
 
 def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
@@ -126,13 +126,13 @@ def _most_blocks(pairs: PairData, blocks: int) -> int:
     return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
 
 
-def dof_vectors(active: ActiveDofs, rows: int) -> DofVectors:
-    """Work space beside ``active`` for so many rows."""
+def dof_vectors(active: ActiveDofs) -> DofVectors:
+    """Work space beside ``active``."""
     room, counts = len(active.channel), active.counts[0]
     head = counts["ports"] + 2 * (len(active.place) - counts["blocks"]) + 1
     free, free_rate, force, motion, before = np.zeros((5, room))
-    image, lines = aligned(rounded_up(2 * room)), aligned(2, head, rounded_up(rows))
-    return DofVectors(free, free_rate, force, motion, before, image, lines)
+    image, of_line = aligned(rounded_up(2 * room)), aligned(rounded_up(2 * head))
+    return DofVectors(free, free_rate, force, motion, before, image, of_line)
 
 
 @njit(**INNER)

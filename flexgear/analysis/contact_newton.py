@@ -108,12 +108,11 @@ def first_memory(data: PairData) -> Array:
 
 @njit(**PART)
 def _evaluate(laws, rows, e, motion, force, tangent):
-    """The law of element e at its motion (2, r). The one of most tooth pairs is a part of its
-    caller: a call by address takes longer than that law."""
+    """The law of element e at its motion (2, r): its potential, J. The one of most tooth pairs is a
+    part of its caller: a call by address takes longer than that law."""
     if rows.element[e].law == ONE_SIDED_LAW:
-        one_sided(rows.parameters[e], motion, force, tangent)
-    else:
-        laws[rows.element[e].law](rows.parameters[e], motion, force, tangent)
+        return one_sided(rows.parameters[e], motion, force, tangent)
+    return laws[rows.element[e].law](rows.parameters[e], motion, force, tangent)
 
 
 @njit(**PART)
@@ -125,7 +124,7 @@ def linearise(laws, rows, e, motion, space):
     for a in range(element.rows):
         own[0, a] = motion[0, element.first + a]
         own[1, a] = motion[1, element.first + a]
-    return laws[element.law](rows.parameters[e], own, space.force[e], space.tangent[e])
+    return _evaluate(laws, rows, e, own, space.force[e], space.tangent[e])
 
 
 @njit(**INNER)

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexgear.analysis.active_dofs import ONE, SIX, TWO, reach_of
 from flexgear.analysis.vectors import SIMD, add_six, fill, padded, put_six, put_two
-from flexgear.coupling.compiled import FAST, INNER, PART, njit
+from flexgear.coupling.compiled import FAST, INNER, PART, ZERO, njit
 
 
 @njit(**INNER)
@@ -48,37 +48,6 @@ def add_row(rows, i, factor, vector):
             vector[d + p] += factor * coef[p]
 
 
-@njit(**INNER, fastmath=FAST)
-def _receptances_of_lines(active, level, share, rows, n, lines, displacement, rate):
-    """What ``row_receptances`` gives as far as it comes from ports and lines of action.
-
-    lines (2, ≥ head, ≥ n): G V and share (G − R) V of all rows side by side, dof by dof, so that a
-    row meets all others in one sum of vectors.
-    """
-    table, head = active.receptance[level], np.uint64(active.counts[0].head)
-    moved, moving = lines[0], lines[1]
-    for i in range(np.uint64(n)):
-        row = rows.row[i]
-        if row.dof < 0:
-            for d in range(head):
-                moved[d, i] = moving[d, i] = 0.0
-            continue
-        first, second, along = table[row.dof], table[row.dof + 1], row.along
-        for d in range(head):
-            g = first[TWO * d] + along * second[TWO * d]
-            r = first[TWO * d + ONE] + along * second[TWO * d + ONE]
-            moved[d, i], moving[d, i] = g, share * (g - r)
-    stop = min(padded(n), displacement.shape[1])
-    for j in range(n):
-        d, along = rows.row[j].dof, rows.row[j].along
-        if d < 0:
-            fill(displacement[j, :stop], 0.0)
-            fill(rate[j, :stop], 0.0)
-        else:
-            put_two(displacement[j, :stop], 1.0, moved[d], along, moved[d + 1])
-            put_two(rate[j, :stop], 1.0, moving[d], along, moving[d + 1])
-
-
 @njit(**PART)
 def _image_of_blocks(active, level, own, coef, place, image):
     """G V and R V of the blocks of one row beyond its line, at the dofs of the rows from it on;
@@ -105,33 +74,47 @@ def _image_of_blocks(active, level, own, coef, place, image):
 def row_receptances(active, level, share, rows, n, vectors, displacement, rate):
     """V_iᵀ G V_j and share · V_iᵀ (G − R) V_j of n rows, both symmetric; vectors: work.
 
-    Lines of action are taken with each other, then blocks with each other, then, where a body has
-    both, blocks with lines.
+    A row's line of action (or port) meets other lines, its blocks meet other blocks and, where a
+    body has both, lines.
     """
-    _receptances_of_lines(active, level, share, rows, n, vectors.lines, displacement, rate)
-    row, coef, place, image, count = rows.row, rows.coef, rows.place, vectors.image, np.uint64(n)
+    table, width = active.receptance[level], padded(2 * active.counts[0].head)
+    row, coef, place, count = rows.row, rows.coef, rows.place, np.uint64(n)
+    of_line, image = vectors.of_line[:width], vectors.image
     for j in range(count):
-        if row[j].beyond >= row[j].width:
-            continue
-        linked = _image_of_blocks(active, level, row[j], coef[j], place[j], image)
+        d, linked, blocks = row[j].dof, False, row[j].beyond < row[j].width
+        if d >= 0:
+            put_two(of_line, 1.0, table[d], row[j].along, table[d + 1])
+        else:
+            fill(of_line, 0.0)
+        if blocks:
+            linked = _image_of_blocks(active, level, row[j], coef[j], place[j], image)
         for i in range(j, count):
             g = r = 0.0
-            for a in range(row[i].beyond, row[i].width):
+            if row[i].dof >= 0:
+                at, along = TWO * np.uint64(row[i].dof), row[i].along
+                g = of_line[at] + along * of_line[at + TWO]
+                r = of_line[at + ONE] + along * of_line[at + TWO + ONE]
+            for a in range(row[i].beyond, row[i].width if blocks else ZERO):
                 v, at = coef[i, a], TWO * place[i, a]
                 for p in range(SIX):
                     g += v[p] * image[at + TWO * p]
                     r += v[p] * image[at + TWO * p + ONE]
+            w = share * (g - r)
+            displacement[i, j] = displacement[j, i] = g
+            rate[i, j] = rate[j, i] = w
+        if linked:
+            _add_lines_to_blocks(row, j, count, share, image, displacement, rate)
+
+
+@njit(**INNER)
+def _add_lines_to_blocks(row, j, count, share, image, displacement, rate):
+    """What the blocks of row j, whose ``image`` is G V and R V, add at the lines of all rows."""
+    for i in range(count):
+        if row[i].dof >= 0:
+            at, along = TWO * np.uint64(row[i].dof), row[i].along
+            g = image[at] + along * image[at + TWO]
+            w = share * (g - image[at + ONE] - along * image[at + TWO + ONE])
             displacement[i, j] += g
-            rate[i, j] += share * (g - r)
-            if i != j:
-                displacement[j, i] += g
-                rate[j, i] += share * (g - r)
-        for i in range(count if linked else np.uint64(0)):
-            if row[i].dof >= 0:
-                at, along = TWO * np.uint64(row[i].dof), row[i].along
-                g = image[at] + along * image[at + TWO]
-                w = share * (g - image[at + ONE] - along * image[at + TWO + ONE])
-                displacement[i, j] += g
-                displacement[j, i] += g
-                rate[i, j] += w
-                rate[j, i] += w
+            displacement[j, i] += g
+            rate[i, j] += w
+            rate[j, i] += w

@@ -56,7 +56,7 @@ def work_space(modal: ModalSystem, track_energy: bool = False, sizes: int = 1) -
         modes=space,
         rows=rows,
         active=active,
-        dofs=dof_vectors(active, count),
+        dofs=dof_vectors(active),
         problem=contact_problem(count),
         space=law_space(len(rows.element), widest(pairs)),
         closing_speed=np.zeros(len(pairs.s0)),

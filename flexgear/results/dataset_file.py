@@ -15,6 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flexgear.files.atomic import PathLike, atomic_file
 from flexgear.model.errors import InputError
@@ -28,13 +29,16 @@ WHOLE = 2**25  # bytes of a file that is read whole
 
 
 @contextlib.contextmanager
-def dataset_file(path: PathLike, names: Sequence[str] = ()) -> Iterator[DatasetFile]:
+def dataset_file(
+    path: PathLike, names: Sequence[str] = (), *, in_memory: int = 0
+) -> Iterator[DatasetFile]:
     """A sink that writes ``path``; the file appears whole when the block ends, or not at all.
 
-    names: variables over time to be kept; none: all.
+    names: variables over time to be kept; none: all. in_memory: bytes up to which samples stay in
+    memory, too, for ``DatasetFile.dataset``.
     """
     with atomic_file(path) as draft:
-        file = DatasetFile(draft, names)
+        file = DatasetFile(draft, names, in_memory)
         try:
             yield file
         finally:
@@ -58,11 +62,16 @@ def open_lazily(path: PathLike) -> xr.Dataset:
 class DatasetFile:
     """A sink that writes netCDF as it comes."""
 
-    def __init__(self, path: Path, names: Sequence[str] = ()) -> None:
-        self._path, self._names = path, tuple(names)
+    def __init__(self, path: Path, names: Sequence[str] = (), in_memory: int = 0) -> None:
+        self._path, self._names, self._in_memory = path, tuple(names), in_memory
         self._file: Any = None
-        self._kept: dict[str, np.dtype[Any]] = {}
+        self._pattern = self._small = xr.Dataset()
+        self._pieces: dict[str, list[NDArray[Any]]] = {}  # of variables over time, where small
         self._samples = 0
+
+    def dataset(self, path: PathLike) -> xr.Dataset:
+        """What was written: from memory where it is small, else from the file, now at ``path``."""
+        return self._small if self._pieces else open_lazily(path)
 
     def begin(self, coming: Coming) -> None:
         """Write all but the samples. InputError for unknown names, and where the disk is too small
@@ -82,21 +91,38 @@ class DatasetFile:
                 stored = {"dtype": stored["dtype"]} if "dtype" in stored else {}
             encoding[name] = {**stored, "chunks": shape}
         self._file = NewFile(self._path, pattern, encoding, {TIME: coming.samples})
-        self._kept = {name: self._file.dtype(name) for name in over_time}
+        self._pattern = pattern
+        self._pieces = {name: [] for name in over_time} if coming.size <= self._in_memory else {}
 
     def append(self, data: xr.Dataset) -> None:
         """Write some samples more."""
         before, self._samples = self._samples, self._samples + data.sizes[TIME]
-        for name, dtype in self._kept.items():
-            values = data.variables[name].to_numpy().astype(dtype)
+        for name in histories(self._pattern):
+            values = data.variables[name].to_numpy().astype(self._file.dtype(name))
             self._file.put(name, values, slice(before, self._samples))
+            if self._pieces:
+                self._pieces[name].append(values)
 
     def finish(self, last: xr.Dataset) -> None:
         """Write what is known only now."""
         for name, variable in last.data_vars.items():
             self._file.put(str(name), variable.to_numpy())
         self._file.set_attributes(last.attrs)
+        if self._pieces:
+            whole = self._pattern.assign(last.data_vars).assign_attrs(last.attrs)
+            self._small = self._as_stored(whole)
         self.close()
+
+    def _as_stored(self, whole: xr.Dataset) -> xr.Dataset:
+        """With all samples, and numbers as exact as in the file."""
+        found: dict[Any, xr.Variable] = {}
+        for name, variable in whole.variables.items():
+            if pieces := self._pieces.get(str(name)):
+                found[name] = xr.Variable(variable.dims, np.concatenate(pieces), variable.attrs)
+            elif name in whole.data_vars and variable.dtype.kind == "f":
+                found[name] = variable.astype(self._file.dtype(str(name)))
+        time = xr.Dataset(coords={TIME: found.pop(TIME)})
+        return whole.drop_vars(list(self._pieces)).merge(time).assign(found)
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""

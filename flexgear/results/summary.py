@@ -88,6 +88,12 @@ def _steady_histories(whole: xr.Dataset, stage: str) -> xr.Dataset:
     )
 
 
+HISTORIES = (  # variables of a run that those of a stage come from
+    "stage_speed", "gear_mesh_force", "rated_gear_mesh_force", "load_sharing", "pair_load",
+    "pair_tooth",
+)  # fmt: skip
+
+
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
     names = ["carrier_speed", "ring_gear_mesh_force", "load_sharing", "planet_force_spread"]
@@ -121,6 +127,8 @@ def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]
     The lowest tooth load is that of all pairs at work on the flank that carries (negative with
     linear contact only); slots without a pair do not count.
     """
+
+    data = data[[name for name in HISTORIES if name in data]]
 
     def of_half(half: str) -> Ranges:
         return ranges_of(

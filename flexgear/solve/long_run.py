@@ -31,7 +31,7 @@ from flexgear.analysis.transient import (
 )
 from flexgear.coupling.modal import ModalSystem
 from flexgear.model.errors import InputError
-from flexgear.results.dataset_file import dataset_file, reopened
+from flexgear.results.dataset_file import WHOLE, dataset_file
 from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
@@ -74,9 +74,9 @@ def shelved(
     if place is None:
         return run(None)
     path = place / f"{name}.nc"
-    with dataset_file(path) as sink:
+    with dataset_file(path, in_memory=WHOLE) as sink:
         found = run(sink)
-    return replace(found, data=reopened(path))
+    return replace(found, data=sink.dataset(path))
 
 
 @dataclass(frozen=True)

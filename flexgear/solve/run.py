@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -106,8 +108,8 @@ def models_of(
     found = {own.variant: own}
     if case.flexible_stages and own.variant != "rigid":
         found["rigid"] = assemble(case, bodies=own.bodies, variants=all_rigid(case))
-    for model in found.values():
-        _ = model.modal  # made once, before threads share it
+    with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
+        list(pool.map(attrgetter("modal"), found.values()))  # made once, before threads share it
     if own.has_errors:
         clean = own.without_errors()
         found[clean.variant] = clean
