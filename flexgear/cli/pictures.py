@@ -170,6 +170,8 @@ def imported() -> None:
     3D renders need."""
     from flexgear.views import animation, render, scenes  # noqa: F401
 
+    render.load_renderer()
+
 
 def _title(figure: Any, caption: str) -> None:
     """The caption above a picture that is looked at alone, with what the picture says itself."""

@@ -53,7 +53,7 @@ def run(
     claim_folder(folder, RUN, origin_of_case(found, "run"), force)
     watch = Stopwatch()
     with (
-        EarlyWorkers(pictures, ready_to_draw) as workers,
+        EarlyWorkers(pictures, ready_to_draw if found.flexible_stages else bool) as workers,
         staged_folder(folder, earlier(RUN)) as stage,
         progress(quiet) as report,
     ):

@@ -36,6 +36,7 @@ TYPE_COLOURS = {
 OTHER_COLOUR = "#D8DBE0"
 MOST_MODES = 40
 MOST_SPRINGS = 7
+LEAST_SHARE = 1e-3  # of an energy: a thinner bar would not be seen
 
 
 @styled
@@ -68,7 +69,10 @@ def modes_chart(data: xr.Dataset, most: int = MOST_MODES) -> Figure:
         start = np.zeros(len(rows))
         colours = _share_colours(part)
         for name, share in part.items():
-            ax.barh(at, 100 * share, 0.75, left=start, color=colours[name], label=name)
+            seen = share >= min(LEAST_SHARE, share.max())
+            ax.barh(
+                at[seen], 100 * share[seen], 0.75, left=start[seen], color=colours[name], label=name
+            )
             start = start + 100 * share
         ax.set(xlim=(0, 100), xlabel=f"share of {title} (%)")
         ax.grid(axis="y", visible=False)
@@ -107,10 +111,12 @@ def _frequencies(ax: Axes, frequency: FloatArray, kinds: list[str], rows: list[l
     elastic = [frequency[r[0]] for r in rows if frequency[r[0]] > 0]
     low = 0.5 * min(elastic, default=1.0)
     high = max(elastic, default=10.0)
+    colours = [_type_colour(kinds[r[0]]) for r in rows]
+    ends = np.maximum(frequency[[r[0] for r in rows]], low)
+    ax.hlines(np.arange(len(rows)), low, ends, colors=colours, lw=1.6)
+    ax.scatter(ends, np.arange(len(rows)), 3.5**2, colours)
     for k, row in enumerate(rows):
-        f, colour = frequency[row[0]], _type_colour(kinds[row[0]])
-        ax.plot([low, max(f, low)], [k, k], color=colour, lw=1.6)
-        ax.plot(max(f, low), k, "o", color=colour, ms=3.5)
+        f = frequency[row[0]]
         times = f" ×{len(row)}" if len(row) > 1 else ""
         ax.annotate(
             f"{f:.5g}{times}", (max(f, low), k), xytext=(5, 0), textcoords="offset points",

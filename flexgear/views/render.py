@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from flexgear.model.errors import FlexgearError
 from flexgear.solve.deformed import deformed
 from flexgear.solve.model import Model
-from flexgear.views.probe import require_rendering
+from flexgear.views.probe import rendering_available, require_rendering
 from flexgear.views.style import (
     FULL_WIDTH_MM,
     MICRO,
@@ -53,6 +53,13 @@ class Snapshot:
     height: float
     right: FloatArray
     up: FloatArray
+
+
+def load_renderer() -> None:
+    """Import what renders, which takes seconds, where this machine can render."""
+    if rendering_available():
+        require_rendering()
+        import pyvista  # noqa: F401
 
 
 def eye_axes(view: str) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -14,6 +14,7 @@ import os
 import re
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -83,11 +84,17 @@ def write_report(
     }
     script = plotly_script() if interactive else None
     plots: dict[str, Any] = {}
-    media, smaller = embedded([p.file for s in sides for p in s.pictures if p.file], MOST_PICTURES)
-    shown = _Shown(media, plots, script is not None)
-    sections = [found for key in SECTIONS if (found := _section(key, sides, shown))]
-    data, left_out, thinned = within(plots, MOST_PLOTS)
-    _keep_still(sections, left_out)
+    pictures = [p.file for s in sides for p in s.pictures if p.file]
+    with ThreadPoolExecutor() as pool:  # what compresses lets go of the interpreter lock
+        packed = [pool.submit(_packed, file) for file in pictures]
+        small_script = pool.submit(deflated, script or "")
+        sections = [
+            found for key in SECTIONS if (found := _section(key, sides, plots, script is not None))
+        ]
+        data, left_out, thinned = within(plots, MOST_PLOTS)
+        whole = {file: one.result() for file, one in zip(pictures, packed, strict=True)}
+    media, smaller = embedded(whole, MOST_PICTURES)
+    _fill_places(sections, media, left_out)
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["symbols"] = symbols
     page = environment.from_string(source["html.j2"]).render(
@@ -101,7 +108,7 @@ def write_report(
         coarse=[said for said, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
-        plotly=deflated(script) if script is not None and plots else None,
+        plotly=small_script.result() if script is not None and plots else None,
         plots=data if script is not None and plots else None,
     )
     with atomic_file(target) as temporary:
@@ -128,13 +135,13 @@ def deflated(text: str) -> str:
     return base64.b64encode(zlib.compress(text.encode())).decode("ascii")
 
 
-def embedded(files: Sequence[Path], most: int) -> tuple[dict[Path, str], bool]:
+def embedded(whole: Mapping[Path, bytes], most: int) -> tuple[dict[Path, str], bool]:
     """Pictures as data URIs, and whether they are smaller ones, as they are where they would take
     more than so many characters; without the largest where even those do."""
-    data, shrink = {file: _packed(file) for file in files}, 1.0
+    data, shrink = dict(whole), 1.0
     while sum(map(len, data.values())) * 4 / 3 > most and shrink > SMALLEST:
         shrink *= 0.75
-        data = {file: _packed(file, shrink) for file in files}
+        data = {file: _packed(file, shrink) for file in whole}
     while sum(map(len, data.values())) * 4 / 3 > most:
         del data[max(data, key=lambda file: len(data[file]))]
     texts = {
@@ -178,12 +185,18 @@ def within(plots: Mapping[str, Any], most: int) -> tuple[str, set[str], bool]:
     return text, set(plots) - set(left), thin
 
 
-def _keep_still(sections: Sequence[Mapping[str, Any]], left_out: set[str]) -> None:
-    """Show the static picture in the place of plots of which some are left out."""
+def _fill_places(
+    sections: Sequence[Mapping[str, Any]], media: Mapping[Path, str], left_out: set[str]
+) -> None:
+    """Put pictures in their places, static ones alone where plots of theirs are left out."""
     places = [x for s in sections for picture in s["pictures"] for x in picture["places"] if x]
     for place in places:
+        file = place.pop("file")
+        place["image"] = media.get(file) if file else None
         if left_out & set(place["plots"]):
             place |= {"plots": [], "note": TOO_LARGE}
+        elif file and file not in media and not place["plots"]:
+            place["note"] = NO_ROOM
 
 
 def _halved(value: Any) -> Any:
@@ -229,19 +242,14 @@ def _cells(rows: Sequence[Row | None]) -> tuple[list[str], str]:
     return shown, f"{change:+.2f} %" if abs(change) < 1e4 else "–"
 
 
-@dataclass(frozen=True)
-class _Shown:
-    """What the page has of pictures: data URIs by file, plots by name as they are given out."""
-
-    media: Mapping[Path, str]
-    plots: dict[str, Any]
-    interactive: bool
-
-
-def _section(key: str, sides: Sequence[Side], shown: _Shown) -> dict[str, Any] | None:
-    """A section with what there is of it; None where there is nothing."""
+def _section(
+    key: str, sides: Sequence[Side], plots: dict[str, Any], interactive: bool
+) -> dict[str, Any] | None:
+    """A section with what there is of it; None where there is nothing. plots: gets those of its
+    pictures, by the names that they are given."""
     tables = side_by_side(sides, key)
-    pictures = [_places(found, shown) for found in _by_name(sides, key)]
+    own = plots if interactive else None
+    pictures = [_places(found, own) for found in _by_name(sides, key)]
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]
@@ -255,25 +263,24 @@ def _by_name(sides: Sequence[Side], section: str) -> Iterator[list[Picture | Non
         yield [pictures.get(name) for pictures in own]
 
 
-def _places(pictures: Sequence[Picture | None], shown: _Shown) -> dict[str, Any]:
+def _places(pictures: Sequence[Picture | None], plots: dict[str, Any] | None) -> dict[str, Any]:
     """A picture as the page needs it, of every side."""
     first = next(p for p in pictures if p is not None)
-    places = [None if p is None else _place(p, shown) for p in pictures]
+    places = [None if p is None else _place(p, plots) for p in pictures]
     return {"caption": first.caption, "sentence": first.sentence, "places": places}
 
 
-def _place(picture: Picture, shown: _Shown) -> dict[str, Any]:
-    names = []
-    for panel in picture.plots if shown.interactive else ():
-        names.append(f"plot{len(shown.plots)}")
-        shown.plots[names[-1]] = panel
-    file = picture.file
+def _place(picture: Picture, plots: dict[str, Any] | None) -> dict[str, Any]:
+    names: list[str] = []
+    if plots is not None:
+        names = [f"plot{len(plots) + k}" for k in range(len(picture.plots))]
+        plots |= zip(names, picture.plots, strict=True)
     return {
         "plots": names,
-        "image": shown.media.get(file) if file else None,
-        "note": NO_ROOM if file and file not in shown.media and not names else "",
+        "file": picture.file,
+        "note": "",
         "shape": "tall" if any("scene" in p.get("layout", {}) for p in picture.plots) else "",
-        "video": file is not None and file.suffix == ".mp4",
+        "video": picture.file is not None and picture.file.suffix == ".mp4",
     }
 
 
