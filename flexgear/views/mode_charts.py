@@ -111,10 +111,12 @@ def _frequencies(ax: Axes, frequency: FloatArray, kinds: list[str], rows: list[l
     elastic = [frequency[r[0]] for r in rows if frequency[r[0]] > 0]
     low = 0.5 * min(elastic, default=1.0)
     high = max(elastic, default=10.0)
-    colours = [_type_colour(kinds[r[0]]) for r in rows]
     ends = np.maximum(frequency[[r[0] for r in rows]], low)
-    ax.hlines(np.arange(len(rows)), low, ends, colors=colours, lw=1.6)
-    ax.scatter(ends, np.arange(len(rows)), 3.5**2, colours)
+    types = np.array([kinds[r[0]] for r in rows])
+    for kind in dict.fromkeys(types.tolist()):
+        at = np.flatnonzero(types == kind)
+        ax.hlines(at, low, ends[at], colors=_type_colour(kind), lw=1.6)
+        ax.scatter(ends[at], at, 3.5**2, _type_colour(kind))
     for k, row in enumerate(rows):
         f = frequency[row[0]]
         times = f" ×{len(row)}" if len(row) > 1 else ""
