@@ -8,21 +8,21 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.pair_data import by_kind
 from flexgear.coupling.system import Variant
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.bodies import rigid_variant
 from flexgear.structures.parts import elastic_part
 
 TORQUE = 4e6
 CLEAN = {  # no manufacturing errors
-    "errors.ring_tooth_um": "0",
-    "errors.planet_tooth_um": "0",
-    "errors.sun_tooth_um": "0",
+    "stage.errors.ring_tooth_um": "0",
+    "stage.errors.planet_tooth_um": "0",
+    "stage.errors.sun_tooth_um": "0",
 }
 
 
 def make_case(**overrides):
     """The bundled stage."""
-    return load_stage("wind-5mw", overrides={**CLEAN, **overrides})
+    return load_case("wind-5mw", overrides={**CLEAN, **overrides}).view()
 
 
 def make_bodies(case, *, drive_z=-0.6, bolt_z=0.215, stiffness=1.0):

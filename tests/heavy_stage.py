@@ -12,12 +12,12 @@ from flexgear.structures.kinematics import turn
 
 G = 9.81
 SMALL = {  # few tooth nodes; teeth and bolts repeat by fives, as the planets do
-    "gear_mesh.contact_law": "linear",
+    "stage.gear_mesh.contact_law": "linear",
     "stage.sun.teeth": "20",
     "stage.planet.teeth": "20",
     "stage.ring.teeth": "60",
     "stage.planet.bore_diameter_mm": "200",
-    "carrier.pin_diameter_mm": "180",
+    "stage.carrier.fe.pin_diameter_mm": "180",
 }
 ON_HOUSING = ("carrier_drive", "carrier_far", "output")
 

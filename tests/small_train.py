@@ -1,8 +1,6 @@
 """A small train as TOML text, for tests to change."""
 
 SMALL = """
-kind = "train"
-
 [material]
 young_modulus_gpa = 210
 poisson_ratio = 0.3
@@ -44,8 +42,6 @@ member = "stage_2.pinion"
 """
 
 ALONE = """
-kind = "train"
-
 [material]
 young_modulus_gpa = 210
 poisson_ratio = 0.3
@@ -72,7 +68,6 @@ member = "stage.sun"
 """
 
 FLEXIBLE = """
-kind = "train"
 kinematics = "spatial"
 
 [material]

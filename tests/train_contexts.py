@@ -75,5 +75,5 @@ output_interval_ms = 1
 
 def mixed(folder):
     """A train with a flexible stage and its cheap bodies."""
-    train = load_case(write(folder, MIXED, 'kind = "train"\nkinematics = "spatial"\n'))
+    train = load_case(write(folder, MIXED, 'kinematics = "spatial"\n'))
     return train, {"first": cheap_stage(train.view(train.stages[0].name))}

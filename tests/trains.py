@@ -64,14 +64,14 @@ inertia_kg_m2 = 0.2
 )
 
 
-def write(folder, text, head='kind = "train"\n', name="train.toml"):
+def write(folder, text, head="", name="train.toml"):
     """A train as a file."""
     path = folder / name
     path.write_text(head + text, encoding="utf-8")
     return path
 
 
-def stage_train(folder, *, planets=4, sun="0", helix=0, head='kind = "train"\n', **overrides):
+def stage_train(folder, *, planets=4, sun="0", helix=0, head="", **overrides):
     """The spur stage as a train; overrides by TOML key."""
     path = write(folder, STAGE.format(planets=planets, sun=sun, helix=helix), head)
     return load_case(path, overrides=overrides)

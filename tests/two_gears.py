@@ -21,7 +21,6 @@ from flexgear.model.load import load_case
 
 TORQUE = 500.0
 GEARS = """
-kind = "train"
 [material]
 young_modulus_gpa = 210
 poisson_ratio = 0.3

@@ -8,14 +8,13 @@ from flexgear.model.case import Case
 from flexgear.model.keys import Key, keys, sections
 from flexgear.model.meaning import prose, words
 from flexgear.model.section import Section, section_of
-from flexgear.model.short_form import ALIASES, short_text
 from flexgear.model.units import unit_name
 
 HEAD = """# Keys of a case
 
 Made from the model. A key is written with one of its units, `face_width_mm = 430` or
 `face_width_m = 0.43`; ranges and defaults are in the first one. What has no default and is not
-needed follows from the case. Names of the short form stand beside those of all cases.
+needed follows from the case.
 """
 LIMITS = (("minimum", "≥"), ("exclusiveMinimum", ">"), ("maximum", "≤"), ("exclusiveMaximum", "<"))
 
@@ -46,20 +45,11 @@ def _section(section: type[Section], places: list[str]) -> str:
     title = "The case" if section is Case else section.__name__
     lines = [f"\n({_anchor(section)})=\n## {title}\n"]
     if places:
-        lines.append("At " + ", ".join(_written(p) for p in places) + ".\n")
+        lines.append("At " + ", ".join(f"`{p}`" for p in places) + ".\n")
     lines.append(prose(section).replace("``", "`") + "\n")
     lines.append("| key | default | range | meaning |\n|---|---|---|---|")
     lines += [_row(section, key) for key in keys(section)]
     return "\n".join(lines) + "\n"
-
-
-def _written(path: str) -> str:
-    """A place in the words of a file, with its name in the short form."""
-    long = path.replace("stages", "stages.0", 1) if path.startswith("stages") else path
-    long = long.replace("inputs", "inputs.0", 1) if long.startswith("inputs") else long
-    short = short_text(long)
-    same = short == long or not any(short.startswith(a) for a, _ in ALIASES[:-1])
-    return f"`{path}`" if same else f"`{path}` (short: `{short}`)"
 
 
 def _row(section: type[Section], key: Key) -> str:

@@ -11,7 +11,7 @@ from flexgear.solve.headlines import HEADLINES
 HEAD = """# Variables and figures of results
 
 Made from their declarations; [](../results.md) explains them. A variable that may lack values says
-when. `[<stage>.]` is left out in the short form of one flexible stage.
+when.
 """
 
 

@@ -14,7 +14,6 @@ from flexgear.cli.analysis_views import (
     equilibrium_figures,
     farthest,
     neglected_lines,
-    of_rings,
     ring_histories,
     show_campbell,
     show_equilibria,
@@ -204,8 +203,7 @@ def simulate(
         )
     start = float(run.data.attrs["settle_s"])
     figures = _figures(model, run, whole.since(start))
-    rest = {stage: transient_figures(r.since(start)) for stage, r in rings.items()}
-    figures |= of_rings(model, rest)
+    figures |= {stage: transient_figures(r.since(start)) for stage, r in rings.items()}
     if energy:
         figures["energy_residual"] = largest_residual(account)
     distance = farthest(figures["distance_from_axis_um_max"])

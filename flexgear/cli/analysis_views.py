@@ -58,18 +58,13 @@ class Shown:
             save_or_rescue(partial(save, data), self.out)
 
 
-def of_rings(model: Model, figures: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Figures of flexible stages by name; of the short form, which has one, its own."""
-    return next(iter(figures.values()), {}) if model.case.is_short else figures
-
-
 def equilibrium_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position (a dataset with that position alone)."""
     rings = {
         stage: _ring_figures(with_spread(stage_part(data, stage)), inside.stage.planets)
         for stage, inside in model.case.fe_ring_stages.items()
     }
-    return {**of_rings(model, rings), **position_figures(model, data.isel(position=0))}
+    return {**rings, **position_figures(model, data.isel(position=0))}
 
 
 def _ring_figures(part: xr.Dataset, planets: int) -> dict[str, Any]:
@@ -107,9 +102,7 @@ def show_equilibria(
     typer.echo(f"{model.case.name}, {model.variant}: equilibrium, {lead} turned by")
     for angle, figures in positions.items():
         typer.echo(f"\n{angle}")
-        single = {k: v for k, v in figures.items() if not isinstance(v, dict)}
-        sections = {"ring": single, **{k: v for k, v in figures.items() if isinstance(v, dict)}}
-        for section, rows in sections.items():
+        for section, rows in figures.items():
             if rows:
                 typer.echo("")
                 key_table(section, rows, "  ")
@@ -123,8 +116,8 @@ def _equilibrium_lengths(
     yield from farthest(displacement_summary(data))
     shapes: dict[str, float] = {}
     for figures in positions.values():
-        for stage, one in {"stage": figures, **figures}.items():
-            for key, size in one.items() if isinstance(one, dict) else ():
+        for stage, one in figures.items():
+            for key, size in one.items():
                 if key.startswith("radial_harmonic_"):
                     shapes[stage] = max(shapes.get(stage, 0.0), size)
     for stage, size in shapes.items():

@@ -64,11 +64,11 @@ def components(case: Case, name: str) -> list[Part]:
     """Components of flexible stages that ``--component`` means; InputError where there are none."""
     require_flexible(case)
     every = [
-        Part(stage, part, part if case.is_short else f"{stage}.{part}")
+        Part(stage, part, part if stage == "stage" else f"{stage}.{part}")
         for stage, view in case.flexible_stages.items()
         for part in view.fe_parts
     ]
-    chosen = [p for p in every if name in ("both", p.name, p.label)]
+    chosen = [p for p in every if name in ("both", p.name, f"{p.stage}.{p.name}")]
     if not chosen:
         raise InputError("--component", name, "is not a component", "name ring, carrier or both")
     return chosen

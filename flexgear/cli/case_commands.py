@@ -27,9 +27,10 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.input_file import MOST_CASE, read_bytes
+from flexgear.model.input_file import MOST_CASE, read_bytes, read_text
 from flexgear.model.load import load_case
 from flexgear.model.schema import json_schema
+from flexgear.model.upgrade import upgraded
 from flexgear.results.origin import origin_of_case
 
 
@@ -98,6 +99,31 @@ def cases(
         raise InputError("--copy", str(copy), "is there already", "choose a new name, or --force")
     write_bytes(copy, with_schema(bundled_text(name), copy))
     typer.echo(f"wrote {copy}; edit it, then: flexgear check {copy}")
+
+
+def upgrade(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A case of an earlier version.")],
+    out: Annotated[Path | None, file_option("--out", "Leave FILE alone, write this one.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+) -> None:
+    """Write a case file of an earlier version in the form of this one, with its comments.
+
+    FILE is replaced, and what it was is kept beside it with .orig after its name.
+    """
+    text = read_text(file)
+    present = upgraded(text, str(file))
+    if present == text:
+        typer.echo(f"{file} has the present form already")
+        return
+    written = out or file.with_name(f"{file.name}.orig")
+    if file_target(written).exists() and not force:
+        raise InputError("upgrade", str(written), "is there already", "move it away, or --force")
+    write_bytes(written, (text if out is None else present).encode())
+    if out is None:
+        write_bytes(file, present.encode())
+    original = f"; what it was is {written}" if out is None else ""
+    typer.echo(f"wrote {out or file}{original}")
+    load_case(out or file)
 
 
 def schema(

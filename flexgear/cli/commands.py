@@ -27,6 +27,7 @@ COMMANDS = {
     "check": Home("case_commands", "check", "Validate a case; geometry, speeds, torques, forces."),
     "cases": Home("case_commands", "cases", "List the bundled cases, print or copy one."),
     "schema": Home("case_commands", "schema", "JSON schema of case files, for editors of TOML."),
+    "upgrade": Home("case_commands", "upgrade", "Write a case of an earlier version anew."),
     "new": Home("new_command", "new", "Propose a stage for a ratio, torque and speed."),
     "mesh": Home("body_commands", "mesh", "FE meshes of ring and carrier, to look at or export."),
     "reduce": Home("body_commands", "reduce", "Reduce ring and carrier; error estimates."),
@@ -45,7 +46,7 @@ COMMANDS = {
 
 
 # they look at a train in one position at most, for which nothing is compiled
-UNCOMPILED = ("check", "cases", "schema", "new", "import")
+UNCOMPILED = ("check", "cases", "schema", "upgrade", "new", "import")
 
 
 def is_compiled(arguments: Sequence[str]) -> bool:

@@ -25,7 +25,7 @@ from flexgear.coupling.system import Variant
 from flexgear.model.case import Case
 from flexgear.results.flanks import tooth_loads
 from flexgear.results.report.sharing import DEFINITION
-from flexgear.results.report.wording import factor
+from flexgear.results.report.wording import factor, titled_by_stage
 from flexgear.results.stage_part import ring_groups, stage_part
 from flexgear.results.summary import sharing_summary
 from flexgear.solve.angles import lead_angles
@@ -116,10 +116,9 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
     if as_json:
         present("", figures, True)
         return
-    of = "" if case.is_short else f", {stage}"
     typer.echo(
-        f"{case.name}{of}: equilibria at rated torque over {math.degrees(period):g} deg of the "
-        "carrier"
+        f"{titled_by_stage(case.name, stage)}: equilibria at rated torque over "
+        f"{math.degrees(period):g} deg of the carrier"
     )
     typer.echo("  flexible        K mean    K max   tooth load kN   tooth node µm   sun mrad")
     for label, row in figures.items():

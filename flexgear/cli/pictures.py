@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 
 from flexgear.cli.display import Report
-from flexgear.cli.planned_pictures import drawings_plan, stages_plan
+from flexgear.cli.planned_pictures import drawings_plan, of_stage, stages_plan
 from flexgear.cli.report_page import place_of, side_of
-from flexgear.cli.run_folder import Folder, RingFolder, read_folder
+from flexgear.cli.run_folder import Folder, RingFolder, prefix_of, read_folder
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
 from flexgear.results.report.wording import said, window_words
@@ -116,8 +116,8 @@ class Pictures:
         content = self.content
         plan: dict[str, tuple[str, Draw]] = {}
         for ring in content.rings:
-            made = {f"{ring.before}{name}": figure for name, figure in _ring_plan(ring).items()}
-            said = f"{ring.name}: " if ring.before else ""
+            made = {f"{ring.prefix}{name}": figure for name, figure in _ring_plan(ring).items()}
+            said = f"{ring.name}: " if ring.prefix else ""
             said += "left half: " if ring.stage.stage.double_helical else ""
             plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
         drawings = drawings_plan(content.case, content.flow)
@@ -284,16 +284,13 @@ def _nearest(equilibria: xr.Dataset, angles: list[float]) -> list[int]:
 
 def _rendered(content: Folder) -> dict[str, str]:
     """Bodies by the names of their 3D renders."""
-    alone = content.case.is_short
-    return {
-        f"{body.rpartition('.')[2] if alone else body.replace('.', '_')}_3d": body
-        for body in content.fields
-    }
+    parted = {body: body.rpartition(".") for body in content.fields}
+    return {f"{prefix_of(stage)}{part}_3d": body for body, (stage, _, part) in parted.items()}
 
 
 def _animated(content: Folder) -> dict[str, RingFolder]:
     """Flexible stages whose turning star is animated, by the name of the picture."""
-    return {f"{ring.before}{ANIMATION}": ring for ring in content.rings}
+    return {f"{ring.prefix}{ANIMATION}": ring for ring in content.rings}
 
 
 def _render(content: Folder, folder: Path, name: str) -> Picture:
@@ -314,7 +311,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["point"].to_numpy(),
         field["cell"].to_numpy(),
         field["displacement"].to_numpy(),
-        title=f"{_said(content, body)}, equilibrium at {torque * factor:g} {unit}",
+        title=f"{_body(body)}, equilibrium at {torque * factor:g} {unit}",
     )
     path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
     scene = body_scene(
@@ -324,7 +321,7 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
         field["von_mises_stress"].to_numpy() if "von_mises_stress" in field else None,
         triangles_of_each(len(content.fields))[0],
     )
-    return Picture(path, f"Deformed {_said(content, body).lower()}, exaggerated as stated", scene)
+    return Picture(path, f"Deformed {_body(body).lower()}, exaggerated as stated", scene)
 
 
 def _swinging(content: Folder) -> dict[str, str]:
@@ -353,17 +350,17 @@ def _swing(content: Folder, folder: Path, name: str) -> Picture:
         f"mode {int(mode)}, {said(float(hz), 'Hz')}"
         for mode, hz in zip(field["mode"], field["frequency"], strict=True)
     ]
-    title = f"{_said(content, body)} in {labels[0]}"
+    title = f"{_body(body)} in {labels[0]}"
     figure = render_deformed(points, cells, shapes[0], title=title, relative=True)
     path = style.save_figure(figure, folder / f"{name}.png", dpi=DPI)
     scene = mode_scene(points, cells, shapes, labels, triangles_of_each(len(content.fields))[1])
-    return Picture(path, f"{_said(content, body)} in the lowest natural modes that move it", scene)
+    return Picture(path, f"{_body(body)} in the lowest natural modes that move it", scene)
 
 
-def _said(content: Folder, body: str) -> str:
+def _body(body: str) -> str:
     """ "Ring", "Ring of stage_1"."""
     stage, _, part = body.partition(".")
-    return part.capitalize() + ("" if content.case.is_short else f" of {stage}")
+    return part.capitalize() + of_stage(stage)
 
 
 def _animate(content: RingFolder, folder: Path, name: str) -> Picture:

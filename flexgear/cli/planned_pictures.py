@@ -69,8 +69,8 @@ def flanks_plan(case: Case, flow: PowerFlow) -> Plan:
     return plan
 
 
-def _of(stage: str) -> str:
-    """Which stage a picture is of; not said of the only one, which the short form calls "stage"."""
+def of_stage(stage: str) -> str:
+    """Which stage a picture is of; empty for the only one, written [stage]."""
     return "" if stage == "stage" else f" of {stage.replace('_', ' ')}"
 
 
@@ -94,7 +94,7 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
     for name, found in data.items():
         if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
             plan[name] = (
-                f"Load sharing{_of(str(found.attrs['stage']))}, quasi-static, over one turn",
+                f"Load sharing{of_stage(str(found.attrs['stage']))}, quasi-static, over one turn",
                 partial(sharing_charts.sharing_chart, found),
             )
     return plan | _transient_plan(flow, data)
@@ -130,12 +130,12 @@ def _face_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
         cycles = data.get(f"gear_mesh_cycles_{stage.name}")
         if cycles is not None:
             plan[f"face_transmission_error_{stage.name}"] = (
-                f"Transmission error{_of(stage.name)}, planet 1, over a gear-mesh cycle without "
-                "errors",
+                f"Transmission error{of_stage(stage.name)}, planet 1, over a gear-mesh cycle "
+                "without errors",
                 partial(gear_mesh_charts.transmission_error_chart, cycles),
             )
             plan[f"face_stiffness_{stage.name}"] = (
-                f"Stiffness of the gear meshes{_of(stage.name)} over a cycle",
+                f"Stiffness of the gear meshes{of_stage(stage.name)} over a cycle",
                 partial(gear_mesh_charts.stiffness_chart, cycles),
             )
     return plan
@@ -147,7 +147,7 @@ def _transient_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
     transient = data["transient"]
     window = window_words(window_of(transient).figures)
     for stage in flow.stages:
-        of, name = _of(stage.name), stage.name
+        of, name = of_stage(stage.name), stage.name
         if stage.gear_mesh_frequency:
             plan[f"transient_forces_{name}"] = (
                 f"Gear-mesh forces{of} in time, the last {CYCLES_SHOWN} gear-mesh cycles",

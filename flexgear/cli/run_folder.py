@@ -19,7 +19,7 @@ from flexgear.model.input_file import MEGABYTE, read_text
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.stage_part import stage_part
-from flexgear.results.summary_keys import lacking
+from flexgear.results.summary_keys import VERSION, lacking
 
 FIELDS = "deformed_"  # how datasets of displacement fields begin
 _MOST = 256 * MEGABYTE  # of a case with a long torque series
@@ -54,15 +54,15 @@ class RingFolder:
         return self.run.case.flexible_stages[self.name]
 
     @property
-    def before(self) -> str:
-        """What names of pictures begin with: nothing where there is one stage in the short form."""
-        return "" if self.run.case.is_short else f"{self.name}_"
+    def prefix(self) -> str:
+        """How names of pictures begin."""
+        return prefix_of(self.name)
 
     @property
     def figures(self) -> Mapping[str, Any]:
         """Its figures of steady running."""
-        steady: Mapping[str, Any] = self.run.summary["steady"]
-        return steady if self.run.case.is_short else steady[self.name]
+        steady: Mapping[str, Any] = self.run.summary["steady"][self.name]
+        return steady
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
         """Datasets of a kind by variant with errors, the case as it is first."""
@@ -79,11 +79,19 @@ class RingFolder:
         return stage_part(self.run.datasets["equilibrium_without_errors"], self.name)
 
 
+def prefix_of(stage: str) -> str:
+    """How names of pictures of a stage begin: with its name, unless it is the only one."""
+    return "" if stage == "stage" else f"{stage}_"
+
+
 def read_folder(folder: Path) -> Folder:
     """Case, datasets and summary of a run; InputError where it is none, or damaged."""
     summary, case = _json(folder, "summary.json"), _json(folder, "case.json")
-    lost = lacking(summary)
-    if lost:
+    version = summary.get("version")
+    if version is not None and summary.get("schema_version") != VERSION:
+        problem = f"holds a run of flexgear {version}, whose results this version does not read"
+        raise InputError("render", str(folder), problem, "run its case again")
+    if lost := lacking(summary):
         raise _damaged(folder, "summary.json", f"{lost[0]} is missing")
     try:
         data = {f.stem: reopened(f) for f in sorted(folder.glob("*.nc"))}

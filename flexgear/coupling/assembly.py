@@ -15,12 +15,18 @@ from flexgear.coupling.system import Link, RotatingFrameSupport
 from flexgear.model.errors import InputError
 from flexgear.model.names import MemberName, SupportName
 from flexgear.model.springs import Bearing, at_height
+from flexgear.model.stage_view import stage_key
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
 MISPLACED = 0.05  # of the size of an FE housing, by which a node may be off its support
 LOOSE = 1e-12  # of the largest eigenvalue, below which a motion counts as not resisted
+_BEARING_KEYS = {  # in a stage, of the last part of a bearing's name
+    "carrier_drive": "carrier.bearing_drive",
+    "carrier_far": "carrier.bearing_far",
+    "hub": "ring.hub.bearing",
+}
 
 
 class Assembly:
@@ -273,6 +279,7 @@ class Assembly:
 
 def _support_key(name: SupportName) -> str:
     """Key of a support in the case: of a lumped member, or of a flexible stage's bearing."""
+    at = MemberName.parse(name.place)
     if name.kind == "support":
-        return f"stages.{name.place}.support"
-    return f"bearings.{MemberName.parse(name).part}"
+        return stage_key(at.stage, f"{at.part}.support")
+    return "output.bearing" if at.part == "output" else stage_key(at.stage, _BEARING_KEYS[at.part])

@@ -41,7 +41,7 @@ from flexgear.gears.radii import stage_radii
 from flexgear.model.case import Case
 from flexgear.model.joint import Joint
 from flexgear.model.names import BodyName, MemberName
-from flexgear.model.stage_view import inside, spoken
+from flexgear.model.stage_view import inside
 from flexgear.structures.bodies import Body, lumped_body
 from flexgear.structures.reduced import ReducedBody
 from flexgear.structures.shaft import BeamSection, beam_element
@@ -66,17 +66,7 @@ def build_system(
     stiffening: of those of all stages; bending: see ``stage_sets``. Raises InputError where the
     case has no single rated state or a body is loose.
     """
-    with spoken(case):
-        return _coupled(case, flexible or {}, variants or {}, stiffening, bending)
-
-
-def _coupled(
-    case: Case,
-    flexible: Mapping[str, Reduced],
-    variants: Mapping[str, Variant],
-    stiffening: Stiffening | None,
-    bending: bool,
-) -> System:
+    flexible, variants = flexible or {}, variants or {}
     flow = power_flow(case)
     bodies, members = _bodies(case, flexible, variants, stiffening)
     b = UnderWay(case, flow, Assembly(bodies, case.source), members, bending)

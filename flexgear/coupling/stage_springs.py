@@ -57,7 +57,7 @@ def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> N
     if np.any(bearing.matrix[5] != 0):
         raise InputError(
             a.source,
-            f"stages.{view.name}.planet_bearing",
+            view.key("planet_bearing"),
             "holds the planet's rotation about its axis, so the gears could not roll",
             "set the stiffness about z (torsion, row 6) to zero",
         )

@@ -21,7 +21,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.input_file import MOST_FE_MESH, require_regular
 from flexgear.model.ring import Ring
-from flexgear.model.stage_view import StageView, inside, spoken
+from flexgear.model.stage_view import StageView, inside
 from flexgear.structures.fe_mesh import require_generated
 from flexgear.structures.parts import rigid_part
 
@@ -30,19 +30,18 @@ RIGID = Variant(False, False, False)
 
 def require_workable(case: Case) -> None:
     """InputError, with the key and what to do, for a case that no analysis could be made of."""
-    with spoken(case):
-        flow = power_flow(case)
-        _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
-        for stage in case.stages:
-            if not stage.is_flexible:
-                forces = flow.stage(stage.name).gear_mesh_forces
-                stage_paths(case.view(stage.name), forces)
-                continue
-            with inside(case, stage):
-                _require_stage(case.view(stage.name))
-        for stage in case.stages:
-            _require_influences(case.view(stage.name))
-        rigid_system(case)
+    flow = power_flow(case)
+    _require_steps(case, max(stage.gear_mesh_frequency for stage in flow.stages))
+    for stage in case.stages:
+        if not stage.is_flexible:
+            forces = flow.stage(stage.name).gear_mesh_forces
+            stage_paths(case.view(stage.name), forces)
+            continue
+        with inside(case, stage):
+            _require_stage(case.view(stage.name))
+    for stage in case.stages:
+        _require_influences(case.view(stage.name))
+    rigid_system(case)
 
 
 def rigid_system(case: Case) -> System:
@@ -87,7 +86,7 @@ def _require_file(view: StageView, name: str, file: Path) -> None:
     from flexgear.structures.build import require_file  # half of the package
 
     try:
-        require_regular(file, f"{name}.fe_mesh_file", MOST_FE_MESH)
+        require_regular(file, f"stage.{name}.fe.fe_mesh_file", MOST_FE_MESH)
     except InputError as fault:
         problem = f"{file}: {fault.problem}"
         raise InputError(view.source, fault.key, problem, fault.remedy) from None

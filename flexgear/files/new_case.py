@@ -42,7 +42,6 @@ def new_case_text(stages: Sequence[Proposal], rated: Rated) -> str:
     ratio = math.prod(p.ratio for p in stages)
     torque = f"{rated.torque:.6g} N m"
     top = text.section("")
-    top.put("kind", "train", "")
     top.put("title", f"{_kinds(stages)} of ratio {ratio:.4g} for {torque}", "")
     top.put("held", [f"{name}.{p.wanted.kind.held}" for name, p in members], "")
     _put(text, "[material]", {

@@ -196,7 +196,7 @@ def _bearings(view: StageView, stage: StageFlow) -> Iterator[str]:
         stiffness = max(bearing.stiffness[:2])
         if stiffness > APART * usual or (carries and 0.0 < stiffness < usual / APART):
             yield (
-                f"{view.written(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
+                f"{view.key(key)}.radial is {stiffness:.3g} N/m, and a roller bearing that "
                 f"carries the {load:.3g} N of a planet or pinion here has about {usual:.2g}; check "
                 "its unit"
             )
@@ -211,6 +211,6 @@ def _rating(case: Case, flow: PowerFlow, view: StageView, stage: StageFlow) -> I
     ratio = bearing.dynamic_rating * bearing.count / stage.planet_bearing_force
     if not 1.0 <= ratio <= APART:
         yield (
-            f"{view.written('planet_bearing')}.dynamic_rating is {ratio:.2g} times the load of a "
+            f"{view.key('planet_bearing')}.dynamic_rating is {ratio:.2g} times the load of a "
             f"planet's bearings, with a life of {hours:.2g} h; check its unit"
         )

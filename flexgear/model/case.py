@@ -24,10 +24,9 @@ from flexgear.model.names import Member, MemberName
 from flexgear.model.ports import Input, Output
 from flexgear.model.read import Written, is_place, put
 from flexgear.model.section import Missing, Section
-from flexgear.model.short_form import missing
 from flexgear.model.solver import Solver
 from flexgear.model.stage import Stage
-from flexgear.model.stage_names import numbered, said
+from flexgear.model.stage_names import numbered, of_only_stage
 from flexgear.model.stage_view import StageView
 from flexgear.model.tolerance import Tolerance, check_tolerance
 from flexgear.model.units import Acceleration
@@ -40,18 +39,15 @@ class Case(Section):
     "<stage>.pinion", ".gear" in a parallel one.
 
     name: of results; that of the file if left out. title: one line for people. source: file that it
-    was read from. kind: "stage", written in the short form (``short_form``), whose names messages
-    and ``with_`` take, too; "train", all that is said here.
-
-    kinematics: of members that do not state their own. gyroscopic: Coriolis and centripetal terms
-    of the carriers' frames, in transients at the speed of the moment. gravity: acceleration in
-    fixed axes, x, y, z. material: of all gears and bodies that do not state their own. stages: from
-    the first on; alone it is written [stage]. joints: splines, couplings and shafts between
-    members. held: members that do not turn; a planetary stage without a held member holds its ring
-    unless that is a port or in a joint. inputs: driven members. output: the loaded member. loads:
-    constant forces and moments on members. drive: machine of the first input. housing: what the
-    bearings stand on. damping: of the structure. tolerance: what a tolerance study draws. solver:
-    numerical options.
+    was read from. kinematics: of members that do not state their own. gyroscopic: Coriolis and
+    centripetal terms of the carriers' frames, in transients at the speed of the moment. gravity:
+    acceleration in fixed axes, x, y, z. material: of all gears and bodies that do not state their
+    own. stages: from the first on; alone it is written [stage]. joints: splines, couplings and
+    shafts between members. held: members that do not turn; a planetary stage without a held member
+    holds its ring unless that is a port or in a joint. inputs: driven members. output: the loaded
+    member. loads: constant forces and moments on members. drive: machine of the first input.
+    housing: what the bearings stand on. damping: of the structure. tolerance: what a tolerance
+    study draws. solver: numerical options.
 
     Without ``output`` the case is one of free vibration, which has modes only: about rest without
     inputs, else about the steady speeds that they give. Only there may members that turn have a
@@ -61,7 +57,6 @@ class Case(Section):
     name: str = "train"
     title: str = ""
     source: str = "train"
-    kind: Literal["stage", "train"] = "train"
     kinematics: Literal["planar", "axial", "spatial"] = "planar"
     gyroscopic: bool = False
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
@@ -91,11 +86,6 @@ class Case(Section):
     def fe_ring_stages(self) -> dict[str, StageView]:
         """Those whose ring is an FE body, with a node at every tooth."""
         return {n: view for n, view in self.flexible_stages.items() if "ring" in view.fe_parts}
-
-    @property
-    def is_short(self) -> bool:
-        """Whether it is written in the short form."""
-        return self.kind == "stage"
 
     def stage_index(self, name: str) -> int:
         """Place of the stage of that name, or of a member's stage, in the train."""
@@ -191,9 +181,9 @@ class Case(Section):
         try:
             return validated_case(data, "with_", Written())
         except InputError as fault:
-            if not self.is_short:
+            if self.stages[0].name != "stage":
                 raise
-            raise said(fault, short=True) from None
+            raise of_only_stage(fault) from None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI, as it is written beside results; ``case_of_dict`` reads it."""
@@ -202,15 +192,14 @@ class Case(Section):
     @classmethod
     def required(cls, data: Mapping[str, Any]) -> list[Missing]:
         """Where power goes in, a member takes it, and the other way round."""
-        lacks = missing(data) if data.get("kind") == "stage" else []
         inputs, loaded = data.get("inputs") or (), data.get("output") is not None
         if loaded and not inputs:
-            return [*lacks, Missing("inputs", "is missing beside output", "add [[inputs]]")]
+            return [Missing("inputs", "is missing beside output", "add [[inputs]]")]
         powers = [k for i in inputs for k in ("torque", "power") if _given(i, k) is not None]
         if powers and not loaded:
             remedy = f"add [output], or take {powers[0]} out for free vibration"
-            return [*lacks, Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
-        return lacks
+            return [Missing("output", f"is missing, and inputs give {powers[0]}", remedy)]
+        return []
 
     @model_validator(mode="before")
     @classmethod
@@ -223,8 +212,6 @@ class Case(Section):
             else stage
             for k, stage in enumerate(data["stages"], 1)
         ]  # fmt: skip
-        if data.get("kind") == "stage" and isinstance(data.get("loads"), (tuple, list)):
-            data = {**data, "loads": tuple(map(_of_the_stage, data["loads"]))}
         return {**data, "stages": tuple(stages)}
 
     @model_validator(mode="after")
@@ -233,14 +220,6 @@ class Case(Section):
         check_case(self)
         check_tolerance(self)
         return self
-
-
-def _of_the_stage(load: Any) -> Any:
-    """A load of the short form, whose members need not name the only stage."""
-    member = load.get("member") if isinstance(load, dict) else None
-    if not isinstance(member, str) or "." in member:
-        return load
-    return {**load, "member": f"stage.{member}"}
 
 
 def case_of_dict(data: Mapping[str, Any]) -> Case:

@@ -10,25 +10,21 @@ from typing import Any
 from flexgear.model.bundled import bundled_cases, bundled_text
 from flexgear.model.case import Case, validated_case
 from flexgear.model.case_files import resolve_files
-from flexgear.model.errors import InputError, echo
+from flexgear.model.errors import InputError
 from flexgear.model.input_file import read_text
 from flexgear.model.named_stage import take_stages
 from flexgear.model.read import Written, nearest, override_data, parse_toml, put, to_si
-from flexgear.model.section import accepted_keys
-from flexgear.model.short_form import lengthened
-from flexgear.model.stage_names import numbered, said
-from flexgear.model.stage_view import StageView
+from flexgear.model.stage_names import numbered, of_only_stage
+from flexgear.model.upgrade import refuse_earlier_file
 
-__all__ = ["Case", "load_case", "load_stage"]
-KINDS = ["stage", "train"]
+__all__ = ["Case", "load_case"]
 
 
 def load_case(source: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Read a TOML file or a bundled case by name; overrides are keyed like the TOML keys.
 
     A single stage may be written [stage]; it is the only element of ``stages`` under another name,
-    in the file, in overrides and in messages. kind = "stage" is the short form of one flexible
-    stage (``short_form``), kind = "train" what says its ports; if left out, what the sections say.
+    in the file, in overrides and in messages. Files of earlier forms are refused (``upgrade``).
     overrides: {"stage.planets": "4", "stage.face_width_mm": "400"}; they win over the file.
     Raises InputError with one line for anything that is wrong.
     """
@@ -44,23 +40,14 @@ def case_of_toml(
     overrides: Mapping[str, str] | None = None,
 ) -> Case:
     """The case of parsed TOML data. where: named in messages; folder: of the files it names."""
-    kind, folder = _kind(raw, where), folder or Path()
-    if kind == "train" and "stage" not in raw:
+    folder = folder or Path()
+    refuse_earlier_file(raw, where)
+    if "stage" not in raw:
         return _case(raw, overrides or {}, where, folder, name)
     try:
-        raw = (
-            lengthened(raw, where, accepted_keys(Case))
-            if kind == "stage"
-            else _with_list(raw, where)
-        )
-        return _case({**raw, "kind": kind}, overrides or {}, where, folder, name)
+        return _case(_with_list(raw, where), overrides or {}, where, folder, name)
     except InputError as fault:
-        raise said(fault, short=kind == "stage") from None
-
-
-def load_stage(source: str | Path, overrides: Mapping[str, str] | None = None) -> StageView:
-    """The only stage of a case; InputError where there are more."""
-    return load_case(source, overrides).view()
+        raise of_only_stage(fault) from None
 
 
 def _read(source: str | Path) -> tuple[dict[str, Any], str, Path, str]:
@@ -104,15 +91,6 @@ def _with_list(raw: Mapping[str, Any], where: str) -> dict[str, Any]:
         )
     rest = {key: value for key, value in raw.items() if key != "stage"}
     return {**rest, "stages": [{"name": "stage", **only}]}
-
-
-def _kind(raw: Mapping[str, Any], where: str) -> str:
-    """What the file describes."""
-    ports = {"inputs", "output"} & {*raw} and not {"ring", "carrier", "shaft"} & {*raw}
-    kind = raw.get("kind", "train" if "stages" in raw or ports else "stage")
-    if kind not in KINDS:
-        raise InputError(where, "kind", f"{echo(kind)} is unknown", nearest(str(kind), KINDS))
-    return str(kind)
 
 
 def _find(source: str | Path) -> tuple[str, str, Path, str]:

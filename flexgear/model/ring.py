@@ -130,4 +130,4 @@ class Ring(FeMeshSource):
                 "give the bolts a stiffness",
             )
         problem = "nothing takes the ring's torque"
-        raise Refusal("bolts", problem, "add [ring.bolts] or [[ring.splines]]")
+        raise Refusal("bolts", problem, "add [ring.fe.bolts] or [[ring.fe.splines]]")

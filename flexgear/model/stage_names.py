@@ -7,19 +7,18 @@ from typing import Any
 
 from flexgear.model.errors import InputError, echo
 from flexgear.model.read import is_place, nearest
-from flexgear.model.short_form import long_key, short_text
+from flexgear.model.upgrade import refuse_earlier_key
 
 
 def numbered(key: str, data: Mapping[str, Any], where: str) -> list[str]:
     """Parts of a dotted key with stages by number: stage.planets -> stages, 0, planets.
 
-    data: that of the case, with ``stages`` and ``kind``. where: named in an InputError.
+    data: that of the case, with ``stages``. where: named in an InputError.
     """
     stages = data.get("stages", ())
     if key == "stage":
         raise InputError(where, key, "is a section, not a key", "name a key of it: stage.planets")
-    if data.get("kind") == "stage":
-        key = long_key(key)
+    refuse_earlier_key(key, where)
     parts = key.split(".")
     if parts[0] == "stage":
         if len(stages) != 1:
@@ -42,7 +41,8 @@ def aliased(text: str) -> str:
     return text.replace("stages[0]", "stage").replace("stages.0", "stage")
 
 
-def said(fault: InputError, *, short: bool) -> InputError:
-    """A fault of a file with [stage], in the words of that file."""
-    words = short_text if short else aliased
-    return InputError(fault.where, words(fault.key), words(fault.problem), words(fault.remedy))
+def of_only_stage(fault: InputError) -> InputError:
+    """A fault of a file with [stage], whose keys it names as that file does."""
+    return InputError(
+        fault.where, aliased(fault.key), aliased(fault.problem), aliased(fault.remedy)
+    )

@@ -16,9 +16,7 @@ from flexgear.model.material import Material
 from flexgear.model.member import SeatBearing
 from flexgear.model.ring import Ring
 from flexgear.model.shaft import Shaft
-from flexgear.model.short_form import long_key, long_text, short_text
 from flexgear.model.solver import Solver
-from flexgear.model.stage_names import said
 
 if TYPE_CHECKING:
     from flexgear.model.case import Case
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
     from flexgear.model.stage import Stage
 
 _PARALLEL_WORDS = {"sun": "pinion", "planet": "gear"}
-_OWN_BODY = r"\bstage\.(?=(carrier|ring|shaft|output|sun|planet_\d+)\b(?!\.))"
 
 
 @dataclass(frozen=True)
@@ -137,11 +134,7 @@ class StageView:
 
     def key(self, name: str = "") -> str:
         """A key of the stage as messages write it: "stages.stage_2.planets"; itself for ""."""
-        return stage_key(self.stage, name)
-
-    def written(self, name: str) -> str:
-        """The same in the short form, where the case is written in it."""
-        return short_text(self.key(name)) if self.case.is_short else self.key(name)
+        return stage_key(self.name, name)
 
     def part(self, role: str) -> str:
         """ "sun", "planet" and "ring" as the stage calls them: pinion and gear if parallel."""
@@ -149,7 +142,7 @@ class StageView:
 
     def refuse(self, name: str, problem: str, remedy: str) -> InputError:
         """The error that says what is wrong with a key of the stage."""
-        return InputError(self.source, self.written(name), problem, remedy)
+        return InputError(self.source, self.key(name), problem, remedy)
 
 
 def _there(found: Any, what: str) -> Any:
@@ -158,37 +151,18 @@ def _there(found: Any, what: str) -> Any:
     return found
 
 
-def stage_key(stage: Stage, key: str) -> str:
+def stage_key(name: str, key: str) -> str:
     """A key of a stage as --set takes it: "stages.stage_2.planets"; the stage alone for ""."""
-    alone = stage.name in ("", "stage")  # written [stage]
-    return f"{'stage' if alone else f'stages.{stage.name}'}.{key}".rstrip(".")
-
-
-@contextmanager
-def spoken(case: Case) -> Iterator[None]:
-    """Within it, an InputError about a case in the short form names keys and bodies as its text
-    does."""
-    try:
-        yield
-    except InputError as fault:
-        if not case.is_short:
-            raise
-        short = said(fault, short=True)
-        texts = [
-            re.sub(_OWN_BODY, "", text)
-            for text in (short.problem.replace("planets of stage", "planets"), short.remedy)
-        ]
-        raise InputError(short.where, short.key, *texts) from None
+    alone = name in ("", "stage")  # written [stage]
+    return f"{'stage' if alone else f'stages.{name}'}.{key}".rstrip(".")
 
 
 @contextmanager
 def inside(case: Case, stage: Stage) -> Iterator[None]:
-    """Within it, an InputError about FE bodies, which says "ring.bolts", tells which stage's."""
+    """Within it, an InputError about FE bodies, with keys "stage.ring.fe", names the stage."""
     try:
         yield
     except InputError as fault:
-        if case.is_short:
-            raise
-        key, remedy = long_key(fault.key), long_text(fault.remedy)
-        own = [text.replace("stages.0", stage_key(stage, "")) for text in (key, remedy)]
-        raise InputError(case.source, own[0], fault.problem, own[1]) from None
+        name = stage_key(stage.name, "") + "."
+        key, remedy = (re.sub(r"(?<![\w.])stage\.", name, t) for t in (fault.key, fault.remedy))
+        raise InputError(case.source, key, fault.problem, remedy) from None

@@ -176,9 +176,11 @@ def build_summary(**pieces: Any) -> dict[str, Any]:
     """
     summary = plain({"schema_version": VERSION, **pieces})
     faults = [f"{key} is missing" for key in lacking(summary)]
-    harmonics = summary.get("steady", {}).get("radial_harmonics_um")
-    if isinstance(harmonics, Sequence) and len(harmonics) != ORDERS:
-        faults.append(f"steady.radial_harmonics_um has {len(harmonics)} orders, not {ORDERS}")
+    for stage, figures in summary.get("steady", {}).items():
+        harmonics = figures.get("radial_harmonics_um", [])
+        if len(harmonics) != ORDERS:
+            key = f"steady.{stage}.radial_harmonics_um"
+            faults.append(f"{key} has {len(harmonics)} orders, not {ORDERS}")
     faults += [f"{key} is not a finite number" for key in not_finite(summary)]
     if faults:
         raise FlexgearError("the summary is incomplete: " + "; ".join(faults))

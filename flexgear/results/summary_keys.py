@@ -1,8 +1,7 @@
 """Every key of ``summary.json``: path, unit, meaning, and whether it must be there.
 
 ``docs`` lists these, `json_schema` is made of them, and `lacking` holds a summary to them. In a path
-angle brackets stand for names that the case has, and "[<stage>.]" for a stage that the short form
-of one flexible stage leaves out. Units end the names; what has no number is null.
+angle brackets stand for names that the case has. Units end the names; what has no number is null.
 """
 
 from __future__ import annotations
@@ -10,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
-VERSION = 2  # of the schema; 1 had carrier_bearing_life_h and planet_bearing_life_h
+VERSION = 3  # of the schema; 2 had a kind, and no stage above figures of an only flexible one
 ALWAYS: Literal["always"] = "always"
 WITH_SECTION: Literal["with its section"] = "with its section"
-STAGE = "[<stage>.]"
 FREE = ("<figure>", "<key>")  # any value, with parts or without
 
 
@@ -26,14 +24,14 @@ class Key(NamedTuple):
     meaning: str
     needed: Literal["", "always", "with its section"] = ""
 
-    def names(self, short: bool) -> list[str]:
-        """Names on the way to it; short: in the short form of one flexible stage."""
-        return self.path.replace(STAGE, "" if short else "<stage>.").split(".")
+    @property
+    def names(self) -> list[str]:
+        """Names on the way to it."""
+        return self.path.split(".")
 
 
 KEYS: tuple[Key, ...] = (
     Key("case", "", "name of the case", ALWAYS),
-    Key("kind", "", "\"stage\": the short form of one flexible stage, or \"train\"", ALWAYS),
     Key("result", "", "\"run\""),
     Key("version", "", "of flexgear", ALWAYS),
     Key("content_hash", "", "SHA-256 of the case", ALWAYS),
@@ -106,10 +104,10 @@ KEYS: tuple[Key, ...] = (
     Key("torque_steps.<torque>.<variant>.gear_mesh_force.<group>.mean_n", "N", "mean"),
     Key("torque_steps.<torque>.<variant>.gear_mesh_force.<group>.max_n", "N", "largest", ALWAYS),
     Key("torque_steps.<torque>.<variant>.load_sharing.<group>", "1", "largest momentary load sharing factor", ALWAYS),
-    Key("torque_steps.<torque>.<variant>.[<stage>.]carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings"),
-    Key("torque_steps.<torque>.<variant>.[<stage>.]tooth_load_n_min", "N", "least load of a pair on the flank that carries"),
-    Key("torque_steps.<torque>.<variant>.[<stage>.]load_sharing_max", "1", "largest load sharing factor at the ring"),
-    Key("torque_steps.<torque>.<variant>.[<stage>.]planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring"),
+    Key("torque_steps.<torque>.<variant>.<stage>.carrier_speed_rpm_min", "1/min", "slowest speed of the carrier, of FE rings"),
+    Key("torque_steps.<torque>.<variant>.<stage>.tooth_load_n_min", "N", "least load of a pair on the flank that carries"),
+    Key("torque_steps.<torque>.<variant>.<stage>.load_sharing_max", "1", "largest load sharing factor at the ring"),
+    Key("torque_steps.<torque>.<variant>.<stage>.planet_force_spread_max", "1", "largest (max F − min F) / rated mean F at the ring"),
     Key("headlines", "", "answers of the first screen of the report, the worst first: see below"),
     Key("neglected", "", "headline figures that are not ten times as large as an effect that is left out: `figure`, `stage`, `value_um` or `load_sharing`, `effects_um`, `sentence` (which is among `warnings`, too)"),
     Key("energy_residual", "1", "largest imbalance of the energy balance; null without one", ALWAYS),
@@ -121,27 +119,27 @@ KEYS: tuple[Key, ...] = (
     Key("fe.<body>.dofs", "1", "of the FE mesh", WITH_SECTION),
     Key("reduction.<body>.<figure>", "1, Hz", "interface dofs, modes, `static_error`, `frequency_error` up to `frequency_limit_hz`, tie, fidelity"),
     Key("second_reduction.<variant>.<figure>", "1, Hz", "as in system, by variant", WITH_SECTION),
-    Key("kinematics.[<stage>.]carrier_speed_rpm", "1/min", "rated", WITH_SECTION),
-    Key("kinematics.[<stage>.]pin_speed_rpm", "1/min", "rated, of the pins against the ring", WITH_SECTION),
-    Key("kinematics.[<stage>.]sun_speed_rpm", "1/min", "rated", WITH_SECTION),
-    Key("kinematics.[<stage>.]gear_mesh_frequency_hz", "Hz", "rated", WITH_SECTION),
-    Key("kinematics.[<stage>.]contact_ratio_ring", "1", "total, ring on planet", WITH_SECTION),
-    Key("kinematics.[<stage>.]contact_ratio_sun", "1", "total, sun on planet", WITH_SECTION),
-    Key("kinematics.[<stage>.]expected_ring_mesh_force_n", "N", "mean rated force of a ring-planet gear mesh", WITH_SECTION),
-    Key("kinematics.[<stage>.]planet_bearing_force_n", "N", "mean rated force of a planet on its pin"),
-    Key("steady.[<stage>.]window_s", "s", "the window of the transient that the figures are of"),
-    Key("steady.[<stage>.]settled", "", "whether it has settled, as in `transient`"),
-    Key("steady.[<stage>.]settling", "", "how that is known"),
-    Key("steady.[<stage>.]carrier_speed_rpm_mean", "1/min", "in the transient", WITH_SECTION),
-    Key("steady.[<stage>.]ring_mesh_force_n_mean", "N", "in the transient, mean of all planets", WITH_SECTION),
-    Key("steady.[<stage>.]ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact", WITH_SECTION),
-    Key("steady.[<stage>.]tooth_displacement_peak_um.<axis>", "µm", "largest displacement of ring tooth 1", WITH_SECTION),
-    Key("steady.[<stage>.]radial_harmonics_um", "µm", "amplitudes 0 … 20 of the ring's shape in the first equilibrium without errors", WITH_SECTION),
-    Key("steady.[<stage>.]load_sharing.<variant>.mean", "1", "mean load sharing factor at the ring", WITH_SECTION),
-    Key("steady.[<stage>.]load_sharing.<variant>.max", "1", "largest", WITH_SECTION),
-    Key("steady.[<stage>.]equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
-    Key("steady.[<stage>.]rim_stress_mpa.<figure>", "MPa", "see below"),
-    Key("steady.[<stage>.]inertia_kg_m2.<end>", "kg m²", "inertias at the ports"),
+    Key("kinematics.<stage>.carrier_speed_rpm", "1/min", "rated", WITH_SECTION),
+    Key("kinematics.<stage>.pin_speed_rpm", "1/min", "rated, of the pins against the ring", WITH_SECTION),
+    Key("kinematics.<stage>.sun_speed_rpm", "1/min", "rated", WITH_SECTION),
+    Key("kinematics.<stage>.gear_mesh_frequency_hz", "Hz", "rated", WITH_SECTION),
+    Key("kinematics.<stage>.contact_ratio_ring", "1", "total, ring on planet", WITH_SECTION),
+    Key("kinematics.<stage>.contact_ratio_sun", "1", "total, sun on planet", WITH_SECTION),
+    Key("kinematics.<stage>.expected_ring_mesh_force_n", "N", "mean rated force of a ring-planet gear mesh", WITH_SECTION),
+    Key("kinematics.<stage>.planet_bearing_force_n", "N", "mean rated force of a planet on its pin"),
+    Key("steady.<stage>.window_s", "s", "the window of the transient that the figures are of"),
+    Key("steady.<stage>.settled", "", "whether it has settled, as in `transient`"),
+    Key("steady.<stage>.settling", "", "how that is known"),
+    Key("steady.<stage>.carrier_speed_rpm_mean", "1/min", "in the transient", WITH_SECTION),
+    Key("steady.<stage>.ring_mesh_force_n_mean", "N", "in the transient, mean of all planets", WITH_SECTION),
+    Key("steady.<stage>.ring_pairs_in_contact.<number>", "1", "share of time with so many pairs in contact", WITH_SECTION),
+    Key("steady.<stage>.tooth_displacement_peak_um.<axis>", "µm", "largest displacement of ring tooth 1", WITH_SECTION),
+    Key("steady.<stage>.radial_harmonics_um", "µm", "amplitudes 0 … 20 of the ring's shape in the first equilibrium without errors", WITH_SECTION),
+    Key("steady.<stage>.load_sharing.<variant>.mean", "1", "mean load sharing factor at the ring", WITH_SECTION),
+    Key("steady.<stage>.load_sharing.<variant>.max", "1", "largest", WITH_SECTION),
+    Key("steady.<stage>.equilibrium_closure_max", "1", "largest imbalance of an equilibrium"),
+    Key("steady.<stage>.rim_stress_mpa.<figure>", "MPa", "see below"),
+    Key("steady.<stage>.inertia_kg_m2.<end>", "kg m²", "inertias at the ports"),
     Key("face_load.<variant>.<flank>.k_h_beta", "1", "K_Hβ, largest over mean line load along the face, of all positions together"),
     Key("face_load.<variant>.<flank>.k_h_alpha", "1", "K_Hα, largest load of a pair over that of an accurate gear mesh under the same force"),
     Key("face_load.<variant>.<flank>.instantaneous_peak_factor", "1", "largest over mean line load at one instant"),
@@ -171,12 +169,10 @@ KEYS: tuple[Key, ...] = (
 
 def lacking(summary: Mapping[str, Any]) -> list[str]:
     """Dotted names of keys that a summary must have and has not."""
-    short = summary.get("kind") == "stage"
     lost: dict[str, None] = {}
     for key in KEYS:
-        names = key.names(short)
-        if key.needed == ALWAYS or (key.needed and names[0] in summary):
-            lost |= dict.fromkeys(_missing(summary, names, ""))
+        if key.needed == ALWAYS or (key.needed and key.names[0] in summary):
+            lost |= dict.fromkeys(_missing(summary, key.names, ""))
     return list(lost)
 
 
@@ -204,8 +200,7 @@ def json_schema(rows: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str
         "description": f"version {VERSION}",
     }
     for key in KEYS:
-        for names in {tuple(key.names(short)): None for short in (False, True)}:
-            _add(root, names, _leaf(key, rows or {}))
+        _add(root, key.names, _leaf(key, rows or {}))
     root["required"] = [k.path for k in KEYS if k.needed == ALWAYS and "." not in k.path]
     root["properties"]["schema_version"] |= {"const": VERSION}
     return root

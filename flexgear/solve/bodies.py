@@ -110,7 +110,7 @@ def reduced_bodies(
     for own in case.stages:
         _make_influences(case.view(own.name), named(own.name, progress))
     for name, stage in case.flexible_stages.items():
-        report = progress if case.is_short else named(name, progress)
+        report = progress if name == "stage" else named(name, progress)
         found[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
     return found
 

@@ -20,7 +20,6 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
 from flexgear.results.report.sharing import Sharing, own_variant, sharing_title, sharings
-from flexgear.results.report.tables import stage_figures
 from flexgear.results.report.wording import (
     factor,
     number,
@@ -65,17 +64,17 @@ def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
 
 
 def _rings(summary: Mapping[str, Any]) -> Iterator[Length]:
-    for stage, one in stage_figures(summary, "steady").items():
+    for stage, one in summary.get("steady", {}).items():
         orders = one["radial_harmonics_um"]
         order = max(range(LEAST_ORDER, len(orders)), key=lambda n: orders[n])
         yield Length(
-            titled_by_stage("Ring shape", stage), stage or "stage", 1e-6 * orders[order],
+            titled_by_stage("Ring shape", stage), stage, 1e-6 * orders[order],
             f"Radial amplitude of its largest wave, {order} round the ring, in equilibrium.",
         )  # fmt: skip
         peaks = one["tooth_displacement_peak_um"]
         axis = max(peaks, key=lambda n: peaks[n])
         yield Length(
-            titled_by_stage("Ring tooth", stage), stage or "stage", 1e-6 * peaks[axis],
+            titled_by_stage("Ring tooth", stage), stage, 1e-6 * peaks[axis],
             f"Largest displacement of tooth node 1 along {axis}, {window_words(one)}.",
         )  # fmt: skip
 

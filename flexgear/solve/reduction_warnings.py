@@ -23,9 +23,7 @@ def reduction_warnings(
     found = []
     for name in bodies:
         stage = case.flexible_stages[name]
-        at = "" if case.is_short else f"{name}."
-        limit = reduction_limit(case, name)
-        found += _warnings(stage, bodies[name], variants[name], limit, at)
+        found += _warnings(stage, bodies[name], variants[name], reduction_limit(case, name))
     return found
 
 
@@ -34,17 +32,16 @@ def _warnings(
     bodies: Iterable[ReducedBody | None],
     bends: Variant,
     wanted: float,
-    at: str,
 ) -> list[str]:
-    """Lines about the bodies that bend; at: before their names."""
+    """Lines about the bodies that bend."""
     found = []
     for body in bodies:
         if body is not None and getattr(bends, body.name):
             if said := _fault(body.report):
-                found.append(f"{at}{body.name}: {said}; {_remedy(view, body.name)}")
+                found.append(f"{view.name}.{body.name}: {said}; {_remedy(view, body.name)}")
             if said := _frequency_fault(body.report, wanted):
-                key = view.written(f"{body.name}.fe.fixed_interface_modes")
-                found.append(f"{at}{body.name}: {said}; raise {key}")
+                key = view.key(f"{body.name}.fe.fixed_interface_modes")
+                found.append(f"{view.name}.{body.name}: {said}; raise {key}")
     return found
 
 
@@ -79,7 +76,7 @@ def _remedy(view: StageView, name: str) -> str:
     """What makes the error smaller, or shows how little it matters."""
     ways = []
     if name == "ring":
-        ways.append(f'try {view.written("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"')
-    key = view.written(f"{name}.fe.flexible")
+        ways.append(f'try {view.key("ring.fe.tie")} = "{_OTHER_TIE[view.ring.tie]}"')
+    key = view.key(f"{name}.fe.flexible")
     ways.append(f"compare with {key} = false to see how much its bending matters")
     return ", or ".join(ways)

@@ -175,7 +175,6 @@ def run(
     motions = _motions(datasets["equilibrium"], own.data)
     summary = build_summary(
         case=case.name,
-        kind=case.kind,
         result="run",
         version=version(),
         content_hash=case.content_hash(),

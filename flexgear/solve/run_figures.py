@@ -190,17 +190,13 @@ def bodies_summary(
     case = first.case
     if not case.flexible_stages:
         return {}
-    alone = case.is_short
     reports = {
-        part if alone else f"{stage}.{part}": body.report
+        f"{stage}.{part}": body.report
         for stage in case.flexible_stages
         for part, body in first.bodies[stage].by_part.items()
     }
     compared = {n: settled(x.data) for n, x in runs.items() if not n.endswith("without errors")}
-    ends = ("drive", "output") if alone else tuple(port.member for port in case.ports)
-    inertias = {
-        end: case.port_inertia(port.member) for end, port in zip(ends, case.ports, strict=True)
-    }
+    inertias = {port.member: case.port_inertia(port.member) for port in case.ports}
     steady = {
         stage: {
             **steady_summary(compared, datasets["equilibrium_without_errors"], stage),
@@ -215,8 +211,8 @@ def bodies_summary(
         "fe": {name: {"dofs": report["fe_dofs"]} for name, report in reports.items()},
         "reduction": {name: _reduction(report) for name, report in reports.items()},
         "second_reduction": {n: finite(m.modal.figures) for n, m in models.items() if not m.ideal},
-        "kinematics": _first_or_all({s: kinematics(first, s) for s in case.flexible_stages}, alone),
-        "steady": _first_or_all(steady, alone and bool(steady)),
+        "kinematics": {s: kinematics(first, s) for s in case.flexible_stages},
+        "steady": steady,
     }
 
 
@@ -242,11 +238,6 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in report.items() if isinstance(v, plain) and k != "fe_dofs"}
 
 
-def _first_or_all(by_stage: dict[str, Any], alone: bool) -> dict[str, Any]:
-    """Figures by stage; of the short form, which has one stage, its own."""
-    return next(iter(by_stage.values())) if alone else by_stage
-
-
 def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> dict[str, Any]:
     """Figures of torque drops by depth and variant, from the drop on."""
     found: dict[str, dict[str, Any]] = {}
@@ -257,9 +248,7 @@ def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> di
             **drop_summary(data),
             "window_s": [start, start + duration + after],
         }
-        rings = {stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages}
-        if rings:
-            figures |= _first_or_all(rings, case.is_short)
+        figures |= {stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages}
         found.setdefault(depth_name(torque), {})[label] = figures
     return found
 

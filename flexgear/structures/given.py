@@ -108,7 +108,9 @@ def _body(view: StageView, name: str, part: Ring | Carrier, expected: Expected) 
         _require_size(figures["mass_kg"], expected.mass, files[0])
     except InputError as fault:
         problem = f"{fault.where}: {fault.key}: {fault.problem}"
-        raise InputError(view.source, f"{name}.fe_mesh_file", problem, fault.remedy) from None
+        raise InputError(
+            view.source, f"stage.{name}.fe.fe_mesh_file", problem, fault.remedy
+        ) from None
     size = len(ordered.stiffness)
     return ReducedBody(
         name=name,

@@ -111,7 +111,7 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     given = key.split(".")
     section: type[Section] | None = Case
     parts = numbered(key, base.model_dump(), WHERE)
-    extra = len(parts) - len(given)  # a key of the short form has fewer
+    extra = len(parts) - len(given)  # stage.planets is stages.0.planets
     owner: type[Section] = Case
     path, suffix, name = list[str](), "", ""
     for k, part in enumerate(parts):

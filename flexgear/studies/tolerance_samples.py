@@ -19,7 +19,6 @@ from scipy.special import ndtr, ndtri
 
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
-from flexgear.model.gear_errors import GearErrors
 from flexgear.model.modifications import Relief
 from flexgear.model.stage import Stage
 from flexgear.model.tolerance import (
@@ -54,8 +53,8 @@ class Ground:
 
 @dataclass(frozen=True)
 class DrawnError:
-    """An error that is drawn. stage: its name, "" in the short form; planets: 0 if not theirs;
-    ground: where it is the amount of a modification."""
+    """An error that is drawn. stage: its name; planets: 0 if not theirs; ground: where it is the
+    amount of a modification."""
 
     stage: str
     key: str
@@ -75,8 +74,8 @@ class DrawnError:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """ "sun_eccentricity", "stage_1.pin_radial 2"."""
-        name = f"{self.stage}.{self.key}" if self.stage else self.key
+        """ "stage.sun_eccentricity", "stage_1.pin_radial 2"."""
+        name = f"{self.stage}.{self.key}"
         return tuple(f"{name} {i + 1}" for i in range(self.planets)) or (name,)
 
 
@@ -84,11 +83,11 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     """What the section ``tolerance`` has drawn; InputError where that is nothing."""
     found: list[DrawnError] = []
     errors = [s.errors for s in case.stages]
-    for stage, name in zip(case.stages, owners(case), strict=True):
+    for stage in case.stages:
         given = case.tolerance.of(stage.name)
         if stage.kind == "parallel":
             given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-        found += _drawn(name, given, stage.planets) + _ground(case, name, stage)
+        found += _drawn(stage.name, given, stage.planets) + _ground(case, stage)
     if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             case.source,
@@ -99,18 +98,13 @@ def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     return tuple(found)
 
 
-def owners(case: Case) -> list[str]:
-    """Names of the stages as errors carry them, which name their random numbers, too."""
-    return [""] if case.is_short else [stage.name for stage in case.stages]
-
-
 def _drawn(
     stage: str, given: Mapping[str, SizeDistribution | PhaseDistribution], planets: int
 ) -> list[DrawnError]:
     return [DrawnError(stage, k, planets if k in OF_PLANETS else 0, d) for k, d in given.items()]
 
 
-def _ground(case: Case, owner: str, stage: Stage) -> list[DrawnError]:
+def _ground(case: Case, stage: Stage) -> list[DrawnError]:
     """Amounts of modifications; of planets for each on its own."""
     found = []
     for (flank, name), distribution in case.tolerance.ground(stage).items():
@@ -120,7 +114,7 @@ def _ground(case: Case, owner: str, stage: Stage) -> list[DrawnError]:
         base = float(relief.amount if relief else given or 0.0)
         ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
         planets = stage.planets if flank.startswith("planet") else 0
-        found.append(DrawnError(owner, f"{flank}_{name}", planets, distribution, ground))
+        found.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
     return found
 
 
@@ -185,10 +179,7 @@ def cut_normal(u: Array, low: float, high: float) -> Array:
 
 def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Case:
     """The case with the errors of sample j; seeds: of its stages' pitch deviations."""
-    stages = [
-        _changed_stage(s, name, values, j, x)
-        for s, name, x in zip(case.stages, owners(case), seeds, strict=True)
-    ]
+    stages = [_changed_stage(s, values, j, x) for s, x in zip(case.stages, seeds, strict=True)]
     return case.model_copy(update={"stages": tuple(stages)})
 
 
@@ -196,25 +187,19 @@ def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
     found = {}
     for error in drawn:
-        stage = case.stages[owners(case).index(error.stage)]
         of_case = error.ground
-        given = of_case.base if of_case else getattr(case.view(stage.name).errors, error.key)
+        given = of_case.base if of_case else getattr(case.stage(error.stage).errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
         found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
     return found
 
 
-def _changed_stage(stage: Stage, name: str, values: Values, j: int, seed: int) -> Stage:
+def _changed_stage(stage: Stage, values: Values, j: int, seed: int) -> Stage:
     """A stage with a sample's errors."""
-    return stage.model_copy(update={"errors": _changed(stage.errors, name, values, j, seed)})
-
-
-def _changed(errors: GearErrors, stage: str, values: Values, j: int, seed: int) -> Any:
-    """Errors with what was drawn for them."""
     update: dict[str, Any] = {"seed": seed}
-    for (owner, key), lines in values.items():
-        if owner == stage and key in type(errors).model_fields:
+    for (name, key), lines in values.items():
+        if name == stage.name and key in type(stage.errors).model_fields:
             numbers = tuple(float(x) for x in lines[j])
             update[key] = numbers if key in OF_PLANETS else numbers[0]
-    return errors.model_copy(update=update)
+    return stage.model_copy(update={"errors": stage.errors.model_copy(update=update)})

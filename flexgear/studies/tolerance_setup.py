@@ -32,7 +32,6 @@ from flexgear.studies.tolerance_samples import (
     Values,
     drawn_errors,
     nominal,
-    owners,
     pitch_seeds,
     sample_values,
     with_sample,
@@ -131,7 +130,7 @@ def sampled(setup: ToleranceSetup, numbers: Sequence[int]) -> Batch:
     """Equilibria of the samples of these numbers over all positions."""
     seed = setup.case.tolerance.seed
     values = sample_values(setup.drawn, seed, numbers)
-    names = owners(setup.case)
+    names = [stage.name for stage in setup.case.stages]
     seeds = list(zip(*(pitch_seeds(name, seed, numbers) for name in names), strict=True))
     return _solved(setup, values, seeds)
 
@@ -190,7 +189,7 @@ def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
         key, base = error.ground.key, error.ground.base
         assert isinstance(error.distribution, SizeDistribution)
         most = max(UNIT, *(abs(end - base) for end in error.distribution.usual))
-        key = f"stages.{error.stage or put.case.stages[0].name}.{key}"
+        key = f"stages.{error.stage}.{key}"
         found.append(gap_factors(put, key, error.ground.with_amount, base, most))
     return np.stack(found, axis=1) if found else np.zeros(0)
 
@@ -201,7 +200,7 @@ def _amounts(setup: ToleranceSetup, values: Values) -> Array:
     for error in setup.drawn:
         if error.ground is None:
             continue
-        stage = owners(setup.case).index(error.stage)
+        stage = setup.case.stage_index(error.stage)
         more = values[error.stage, error.key] - error.ground.base
         planet = [label.planet if error.planets else 0 for label in setup.labels]
         own = np.array([label.stage == stage for label in setup.labels])

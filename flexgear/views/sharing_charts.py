@@ -322,7 +322,7 @@ def _least_span(ax: Axes, share: float) -> None:
 
 
 def _said(name: str) -> str:
-    """stage_1.sun -> stage 1, sun; of the short form's only stage its name is not said."""
+    """stage_1.sun -> stage 1, sun; the name of an only [stage] is left out."""
     stage, _, member = name.partition(".")
     parts = [stage.replace("_", " ") if stage != "stage" else "", member.replace("_", " ")]
     return ", ".join(filter(None, parts))

@@ -12,13 +12,13 @@ from flexgear.coupling.modal import modal_system
 @pytest.fixture(scope="session")
 def linear():
     """All flexible, linear contact."""
-    return make_system(**{"gear_mesh.contact_law": "linear"})
+    return make_system(**{"stage.gear_mesh.contact_law": "linear"})
 
 
 @pytest.fixture(scope="session")
 def one_sided():
     """All flexible, one-sided contact with backlash."""
-    return make_system(**{"gear_mesh.contact_law": "one-sided"})
+    return make_system(**{"stage.gear_mesh.contact_law": "one-sided"})
 
 
 @pytest.fixture(scope="session")

@@ -48,7 +48,7 @@ def eliminated(a, b, n, x):
 
 @pytest.fixture(scope="module")
 def modal():
-    return modal_system(make_system(**{"gear_mesh.contact_law": "one-sided"}), 3000.0)
+    return modal_system(make_system(**{"stage.gear_mesh.contact_law": "one-sided"}), 3000.0)
 
 
 def dense_rows(modal, rows, n):

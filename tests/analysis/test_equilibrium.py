@@ -79,7 +79,7 @@ def test_turning_everything_changes_nothing():
     steps, alpha = 3, 3 * 2 * np.pi / 93
     turned = _turned(ring, alpha, steps)
     a = modal_system(make_system(bodies=(ring, carrier)))
-    angle = {"ring.bolts.first_angle_deg": str(np.degrees(alpha))}
+    angle = {"stage.ring.fe.bolts.first_angle_deg": str(np.degrees(alpha))}
     b = modal_system(make_system(bodies=(turned, carrier), **angle))
     for theta in (0.0, 0.013):
         ea, eb = equilibrium(a, theta, TORQUE), equilibrium(b, theta + alpha, TORQUE)
@@ -143,8 +143,8 @@ def test_mirror_in_the_plane_of_rotation_changes_only_signs():
     assert case.stage.planet_bearing.z == -0.03
     changes = {
         "stage.planet_hand": other,
-        "shaft.direction": side,
-        "bearings.planet.z_mm": "30",
+        "stage.sun.shaft.direction": side,
+        "stage.planet_bearing.z_mm": "30",
     }
     b = modal_system(make_system(bodies=mirrored, **changes))
     sign = np.array([1, 1, -1, -1, -1, 1.0])

@@ -68,7 +68,7 @@ def stepped(modal, sizes, tolerance, guard):
 
 
 def bending(**changes):
-    return make_system(**{"gear_mesh.contact_law": "one-sided", **changes})
+    return make_system(**{"stage.gear_mesh.contact_law": "one-sided", **changes})
 
 
 def with_clearance(folder):
@@ -77,7 +77,7 @@ def with_clearance(folder):
 
 SYSTEMS = {
     "one-sided": lambda _: bending(),
-    "linear": lambda _: bending(**{"gear_mesh.contact_law": "linear"}),
+    "linear": lambda _: bending(**{"stage.gear_mesh.contact_law": "linear"}),
     "rigid-ring": lambda _: make_system(Variant(ring=False)),
     "clearance": with_clearance,
     "gyroscopic": lambda _: build_system(load_case("lin-parker")),

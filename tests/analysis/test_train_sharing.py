@@ -113,9 +113,7 @@ def test_reversed_torque_mirrors_forces(tmp_path):
 
 def test_weight_changes_sharing_once_a_turn(tmp_path):
     """Gravity in the carrier's frame turns: forces repeat after a turn, not after half of one."""
-    train = stage_train(
-        tmp_path, sun="1e8", head='kind = "train"\ngravity_m_per_s2 = [0, -9.81, 0]\n'
-    )
+    train = stage_train(tmp_path, sun="1e8", head="gravity_m_per_s2 = [0, -9.81, 0]\n")
     turns = forces(train, [0.3, 0.3 + 2 * np.pi, 0.3 + np.pi])
     # the constant gear-mesh model does not see which teeth are in mesh
     assert np.allclose(turns[0], turns[1], rtol=1e-9)

@@ -73,7 +73,7 @@ def test_second_order_with_linear_contact_ramped_torque_and_smooth_stiffness(lin
 
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_fast_step_equals_the_plain_solution_with_all_coordinates(law):
-    system = make_system(**{"gear_mesh.contact_law": law})
+    system = make_system(**{"stage.gear_mesh.contact_law": law})
     modal = modal_system(system)  # every coordinate kept: no residual
     assert modal.dropped == 0
     h, steps = 1e-4, 60
@@ -151,7 +151,9 @@ def test_linear_contact_pulls_only_where_the_drive_is_light():
     """Negative tooth loads need a light drive; under one-sided contact there are none."""
     lows = {}
     for law, inertia in (("linear", 2e4), ("linear", 3.8e7), ("one-sided", 2e4)):
-        system = make_system(**{"gear_mesh.contact_law": law, "inertia.drive_kg_m2": str(inertia)})
+        system = make_system(
+            **{"stage.gear_mesh.contact_law": law, "inputs.0.inertia_kg_m2": str(inertia)}
+        )
         r = run(modal_system(system, 3000.0), drop(2e5, 0.01, 0.11), 0.12, 2e-5, interval=1e-4)
         drive = shaped(r, "pair_load")[:, :2]
         lows[law, inertia] = drive.min() / drive[0].max()
@@ -196,7 +198,7 @@ def test_the_case_s_own_drop_is_seen_at_once_after_its_jump():
 
 @pytest.mark.parametrize("exponent", [0, 2])
 def test_brake_laws_hold_the_rated_speed_at_rated_torque(exponent):
-    modal = modal_system(make_system(**{"brake.exponent": str(exponent)}), 1000.0)
+    modal = modal_system(make_system(**{"output.brake_exponent": str(exponent)}), 1000.0)
     r = run(modal, STEADY, 0.2, 1e-4)
     assert r.carrier_speed.mean() == pytest.approx(modal.system.rated_speed, rel=1e-3)
     assert r.output_torque.mean() == pytest.approx(TORQUE * 27 / 120, rel=2e-3)
@@ -204,7 +206,7 @@ def test_brake_laws_hold_the_rated_speed_at_rated_torque(exponent):
 
 def test_observed_order_with_one_sided_contact_is_reported(record_property, capsys):
     """Light drive, deep drop: teeth separate and meet again. The order found is printed."""
-    modal = modal_system(make_system(**{"inertia.drive_kg_m2": "2e4"}), 600.0)
+    modal = modal_system(make_system(**{"inputs.0.inertia_kg_m2": "2e4"}), 600.0)
 
     def end(step):
         r = run(modal, drop(2e5, 0.01, 0.03), 0.04, step, interval=0.04)

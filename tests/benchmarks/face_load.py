@@ -24,11 +24,11 @@ STEPS = {"quick": 400, "full": 4000}
 POSITIONS = {"quick": 100, "full": 1000}
 DENSE = {"quick": 3, "full": 10}
 REPEATS = {"quick": 2, "full": 5}
-FACE = {"gear_mesh.model": "face_load"}
+FACE = {"stage.gear_mesh.model": "face_load"}
 MODELS = {
     "single pairs": {},
     "slices beside each other": FACE,
-    "slices with FE influence": {**FACE, "gear_mesh.tooth_compliance": "fe"},
+    "slices with FE influence": {**FACE, "stage.gear_mesh.tooth_compliance": "fe"},
 }
 SINGLE, BESIDE, COUPLED = MODELS
 

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import FeMesh, RingMeshParameters, ring_fe_mesh
 from flexgear.structures.fem import FeModel, Interface, assemble
@@ -25,7 +25,7 @@ SIZES = {
 
 def ring_case(fidelity: str = "quick") -> StageView:
     """wind-5mw with FE meshes of the given fidelity."""
-    return load_stage("wind-5mw", {"solver.fidelity": fidelity})
+    return load_case("wind-5mw", {"solver.fidelity": fidelity}).view()
 
 
 def ring_mesh(size: str) -> tuple[StageView, FeMesh]:

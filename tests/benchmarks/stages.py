@@ -13,7 +13,7 @@ from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, State, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import carrier_body, ring_body
 
@@ -22,13 +22,13 @@ STEADY = Drive(lambda t: np.full_like(t, TORQUE))
 
 def cheap_system() -> System:
     """wind-5mw, one-sided contact with backlash, on bodies of springs and point masses."""
-    case = load_stage("wind-5mw", CLEAN)
+    case = load_case("wind-5mw", CLEAN).view()
     return stage_system(case, make_bodies(case), Variant())
 
 
 def planet_system(planets: int) -> System:
     """The same with 3 to 8 equally spaced planets, small enough for eight side by side."""
-    case = load_stage(
+    case = load_case(
         "wind-5mw",
         {
             **CLEAN,
@@ -36,16 +36,18 @@ def planet_system(planets: int) -> System:
             "stage.sun.teeth": "51",
             "stage.planet.teeth": "21",
             "stage.planet.bore_diameter_mm": "200",
-            "carrier.pin_diameter_mm": "180",
+            "stage.carrier.fe.pin_diameter_mm": "180",
             "stage.allow_unassemblable": "true",
         },
-    )
+    ).view()
     return stage_system(case, make_bodies(case), Variant())
 
 
 def real_case(size: str) -> StageView:
     """wind-5mw with standard FE bodies in a full run, coarse ones in a quick one."""
-    return load_stage("wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]})
+    return load_case(
+        "wind-5mw", {"solver.fidelity": {"full": "standard", "quick": "quick"}[size]}
+    ).view()
 
 
 @cache

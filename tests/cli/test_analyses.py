@@ -34,7 +34,7 @@ def test_rigid_ring_does_not_bend(flexgear):
     code, text, _ = flexgear("static", "wind-5mw", "--rigid", "ring", "--json", "-q")
     assert code == 0
     # a rigid ring may shift and turn on its bolts, but takes no five-pointed shape
-    assert json.loads(text)["0 deg"]["radial_harmonic_5_um"] < 1e-6
+    assert json.loads(text)["0 deg"]["stage"]["radial_harmonic_5_um"] < 1e-6
 
 
 def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
@@ -44,7 +44,7 @@ def test_reversed_torque_is_shown_on_the_flanks_that_carry(flexgear):
     for torque in ("4e6", "-4e6"):
         code, text, _ = flexgear("simulate", "wind-5mw", "--set", f"drive.torque_nm={torque}", *few)
         assert code == 0
-        found[torque] = json.loads(text)["transient"]
+        found[torque] = json.loads(text)["transient"]["stage"]
     ahead, back = found.values()
     assert ahead["carrying_flank"] == {"ring": "drive", "sun": "drive"}
     assert back["carrying_flank"] == {"ring": "coast", "sun": "coast"}
@@ -110,6 +110,8 @@ def test_a_static_error_above_the_promise_is_one_line_with_what_to_do(
     assert code == 0
     json.loads(text)
     assert err.count("\n") == 1
-    assert err.startswith("flexgear: ring: static error 3.4 % (load: tip end -z), above 2 %; try ")
+    assert err.startswith(
+        "flexgear: stage.ring: static error 3.4 % (load: tip end -z), above 2 %; try "
+    )
     if name != "reduce":
         assert flexgear(name, "wind-5mw", *more, "--json", "-q", "--rigid", "ring")[2] == ""

@@ -64,7 +64,7 @@ def test_wrong_words(flexgear, arguments, words):
         (("face_width_mm = 430", "face_width = 430"), ["face_width", "unit", "face_width_mm"]),
         (("teeth = 93 ", "teeth = 92 "), ["stage"]),
         (("young_modulus_gpa = 210", "young_modulus_gpa = 210000"), ["young_modulus_gpa"]),
-        (("rated_torque_nm = 4e6", ""), ["rated_torque", "missing"]),
+        (('drive_side = "-z"', ""), ["drive_side", "missing"]),
         (("[material]", "[material"), ["TOML"]),
         (('kind = "constant"', 'kind = "csv"\nfile = "wind.csv"'), ["wind.csv"]),
     ],
@@ -91,8 +91,9 @@ def test_mesh_file_without_named_groups(flexgear, tmp_path):
     write_fe_mesh(brick, tmp_path / "bare.vtu")
     code, _, err = flexgear(
         "mesh", "wind-5mw", "-c", "ring", "--quiet",
-        "--set", "ring.fe_mesh=file", "--set", f"ring.fe_mesh_file={tmp_path / 'bare.vtu'}",
-        "--set", "ring.fe_mesh_unit=m",
+        "--set", "stage.ring.fe.fe_mesh=file",
+        "--set", f"stage.ring.fe.fe_mesh_file={tmp_path / 'bare.vtu'}",
+        "--set", "stage.ring.fe.fe_mesh_unit=m",
     )  # fmt: skip
     assert code == 2
     assert "bare.vtu" in one_line(err)

@@ -11,7 +11,7 @@ from flexgear.cli.check_sections import derived
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.bundled import bundled_text
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case, write_fe_mesh
 
 
@@ -67,7 +67,7 @@ def test_torques_of_a_star_stand_beside_the_members_that_they_act_on(flexgear):
 
 
 def test_check_as_json_follows_willis(flexgear):
-    code, out, _ = flexgear("check", "wind-5mw", "--json", "--set", "drive.rated_speed_rpm=10")
+    code, out, _ = flexgear("check", "wind-5mw", "--json", "--set", "inputs.0.speed_rpm=10")
     found = json.loads(out)
     assert code == 0
     assert found["speeds_rpm"]["stage.sun"] == pytest.approx(10 * (1 + 93 / 27))
@@ -120,16 +120,28 @@ def test_check_speaks_up(flexgear, tmp_path):
 def test_a_mesh_file_in_the_wrong_place_is_refused_by_check_and_mesh(flexgear, tmp_path):
     """As CAD has it, with one end of the face at z = 0; the key that is offered mends it."""
     quick = ("--set", "solver.fidelity=quick")
-    case, file = load_stage("wind-5mw", {"solver.fidelity": "quick"}), tmp_path / "ring.msh"
+    case, file = load_case("wind-5mw", {"solver.fidelity": "quick"}).view(), tmp_path / "ring.msh"
     m = ring_of_case(case)
     write_fe_mesh(FeMesh(1e3 * (m.points + [0, 0, 0.215]), m.cells, m.kind, m.facets), file)
-    own = (*quick, "--set", "ring.fe_mesh=file", "--set", f"ring.fe_mesh_file={file}")
+    own = (
+        *quick,
+        "--set",
+        "stage.ring.fe.fe_mesh=file",
+        "--set",
+        f"stage.ring.fe.fe_mesh_file={file}",
+    )
     for command in (("check",), ("mesh", "-q", "-c", "ring")):
         code, out, err = flexgear(*command, "wind-5mw", *own)
         assert (code, out, err.count("\n")) == (2, "", 1)
-        for word in ("ring.msh: tooth_root_", "z 215 mm", "set ring.fe_mesh_shift_mm = -215"):
+        for word in (
+            "ring.msh: tooth_root_",
+            "z 215 mm",
+            "set stage.ring.fe.fe_mesh_shift_mm = -215",
+        ):
             assert word in err
-        code, out, err = flexgear(*command, "wind-5mw", *own, "--set", "ring.fe_mesh_shift_mm=-215")
+        code, out, err = flexgear(
+            *command, "wind-5mw", *own, "--set", "stage.ring.fe.fe_mesh_shift_mm=-215"
+        )
         assert code == 0, err
 
 

@@ -114,7 +114,7 @@ def test_damaged_files_are_one_line(tmp_path, what):
     ("arguments", "words"),
     [
         (["static", "ev-reducer", "--rigid", "all", "--set", "inputs.0.inertia_kg_m2=0"],
-         "leaves output 0 kg m² against turning"),
+         "leaves stage.output 0 kg m² against turning"),
         (["modes", "lin-parker", "--set", "stage.planet.mass_kg=1e-300"],
          "stage.planet.mass_kg: leaves planets of stage 1e-300 kg"),
         (["modes", "nrel-5mw", "--set", "stages.0.carrier.mass_kg=1e-300"],
@@ -128,11 +128,11 @@ def test_damaged_files_are_one_line(tmp_path, what):
 )  # fmt: skip
 def test_figures_that_cannot_be_are_one_line(flexgear, tmp_path, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
-    stage = 'kind = "train"\n[[stages]]\nname = "a"\ncase = "{}"\n'
+    stage = '[[stages]]\nname = "a"\ncase = "{}"\n'
     for name, other in (("itself", "itself"), ("a", "b"), ("b", "a")):
         (tmp_path / f"{name}.toml").write_text(stage.format(f"{other}.toml"))
     for name, value in (("sun", '"rigid"'), ("ring", "3.5")):
-        (tmp_path / f"{name}.toml").write_text(f'kind = "train"\n[stage]\n{name} = {value}\n')
+        (tmp_path / f"{name}.toml").write_text(f"[stage]\n{name} = {value}\n")
     code, _, err = flexgear(*arguments)
     assert code == 2 and err.count("\n") == 1
     assert words in err
@@ -165,9 +165,9 @@ def test_nobody_waits_for_a_pipe(flexgear, tmp_path, kind):
     else:
         key = "file" if kind == "FE mesh" else "reduced"
         code, _, err = flexgear(
-            "check", "wind-5mw", "--set", f"ring.fe_mesh={key}",
-            "--set", f"ring.fe_mesh_file={pipe}", "--set", "ring.fe_mesh_unit=m",
-            *(("--set", f"ring.fe_mesh_nodes={pipe}") if kind == "matrices" else ()),
+            "check", "wind-5mw", "--set", f"stage.ring.fe.fe_mesh={key}",
+            "--set", f"stage.ring.fe.fe_mesh_file={pipe}", "--set", "stage.ring.fe.fe_mesh_unit=m",
+            *(("--set", f"stage.ring.fe.fe_mesh_nodes={pipe}") if kind == "matrices" else ()),
         )  # fmt: skip
     assert code == 2 and err.count("\n") == 1
     assert "is a device or pipe" in err

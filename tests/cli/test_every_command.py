@@ -58,7 +58,7 @@ COMMANDS = {
 }  # fmt: skip
 WRITES = ("sweep", "tolerance")
 OF_A_RUN = {"run", "render"}
-OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema"}
+OF_NO_CASE = {"cache", "cases", "doctor", "import", "new", "schema", "upgrade"}
 
 
 def on_cheap_bodies(patch, cache):
@@ -142,7 +142,7 @@ def test_every_run_is_drawn(flexgear, run_of_case, tmp_path):
 
 
 def test_figures_of_load_along_the_face_are_written_down(flexgear, tmp_path):
-    keys = {"gear_mesh.model": "face_load", "gear_mesh.slices": "5", **CLEAN}
+    keys = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": "5", **CLEAN}
     sets = [word for key, value in keys.items() for word in ("--set", f"{key}={value}")]
     options = ["-q", "--no-pictures", *short("run", "wind-5mw"), *sets, "--json"]
     code, out, err = flexgear("run", "wind-5mw", *options, "--out", tmp_path / "out")

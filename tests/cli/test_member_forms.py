@@ -10,7 +10,6 @@ from stage_samples import stiff_stage
 from flexgear.cli import body_commands
 
 STAGE = """
-kind = "train"
 title = "Small stage"
 [material]
 young_modulus_gpa = 206

@@ -5,7 +5,7 @@ import numpy as np
 
 def test_the_command_writes_keys_and_a_picture(flexgear, tmp_path):
     picture = tmp_path / "flanks.png"
-    few = ["--set", "gear_mesh.slices=5", "--set", "gear_mesh.model=face_load"]
+    few = ["--set", "stage.gear_mesh.slices=5", "--set", "stage.gear_mesh.model=face_load"]
     code, out, err = flexgear(
         "modify", "wind-5mw", "--rigid", "all", *few, "--set", "solver.fidelity=quick",
         "--picture", picture, "--quiet", "--trials", 3,

@@ -258,7 +258,7 @@ def test_render_of_no_run_is_an_input_fault(flexgear, tmp_path):
     (tmp_path / "case.json").write_text("[" * 5000)
     refused(flexgear("render", tmp_path), "cannot be read, case.json")
     (tmp_path / "case.json").write_text("{}")
-    refused(flexgear("render", tmp_path), "cannot be read, summary.json: kind is missing")
+    refused(flexgear("render", tmp_path), "cannot be read, summary.json: version is missing")
     (tmp_path / "summary.json").write_text("[" * 5000)
     refused(flexgear("render", tmp_path), "cannot be read, summary.json")
     (tmp_path / "summary.json").unlink()

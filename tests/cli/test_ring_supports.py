@@ -10,17 +10,19 @@ from flexgear.cli.entry import run
 from flexgear.results.dataset import load
 
 BEFORE, REST = (
-    (Path(__file__).parents[1] / "small_spur_stage.toml").read_text().split("[ring.bolts]\n")
+    (Path(__file__).parents[1] / "small_spur_stage.toml")
+    .read_text()
+    .split("[stage.ring.fe.bolts]\n")
 )
 SPLINE = """fixed_interface_modes = 4
-[[ring.splines]]
+[[stage.ring.fe.splines]]
 z_mm = 0
 half_width_mm = 6
 stiffness_radial_n_per_m = 1e9
 stiffness_axial_n_per_m = 1e8
 stiffness_tilt_nm_per_rad = 1e5
 stiffness_torsion_nm_per_rad = 5e6
-[carrier]
+[stage.carrier.fe]
 fixed_interface_modes = 4
 """
 FAST = ["--set", "solver.fidelity=quick", "--set", "solver.gear_mesh_orders=2"]
@@ -30,7 +32,7 @@ RING_TORQUE = 300 * 72 / 100
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
     file = tmp_path_factory.mktemp("case") / "splined.toml"
-    file.write_text(BEFORE.replace('end = "-z"\n', SPLINE) + REST.split("[carrier]\n")[1])
+    file.write_text(BEFORE.replace('end = "-z"\n', SPLINE) + REST.split("[stage.carrier.fe]\n")[1])
     return str(file)
 
 

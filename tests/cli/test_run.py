@@ -24,7 +24,7 @@ FAST = [
     "--set", "drive.steps.torques_nm=[2e6]",
     "--set", "drive.steps.start_s=0.1",
     "--set", "drive.steps.duration_s=0.05",
-    "--set", "drive.rated_speed_rpm=40",
+    "--set", "inputs.0.speed_rpm=40",
 ]  # fmt: skip
 
 

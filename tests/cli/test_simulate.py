@@ -15,7 +15,6 @@ from flexgear.solve import long_run
 
 SHORT = ("--duration-s", 0.01)
 PAIR = """
-kind = "train"
 material = { young_modulus_gpa = 206, poisson_ratio = 0.3, density_kg_per_m3 = 7850 }
 inputs = [{ member = "stage.pinion", speed_rpm = 1500, torque_nm = 30 }]
 output = { member = "stage.gear" }
@@ -123,7 +122,7 @@ def test_a_stage_in_a_file(flexgear, tmp_path, monkeypatch):
     )  # fmt: skip
     assert code == 0
     assert err.startswith("transient: ")
-    figures, data = json.loads(text)["transient"], load(out)
+    figures, data = json.loads(text)["transient"]["stage"], load(out)
     assert {n for n in data if "time" in data[n].dims} == {"pair_load", "pair_tooth"}
     part = stage_part(data, "stage")
     loads = part["ring_pair_load"].where(part["ring_pair_tooth"] > 0)

@@ -57,7 +57,7 @@ def test_every_line_of_the_list_is_whole_and_every_command_there():
 
 CASES = [
     ("wind-5mw", {}),
-    ("wind-5mw", {"gear_mesh.model": "face_load"}),
+    ("wind-5mw", {"stage.gear_mesh.model": "face_load"}),
     ("herringbone", {}),
     ("nrel-5mw", {}),
     ("grc-750kw", {}),

@@ -160,7 +160,6 @@ def test_run_and_compare(flexgear, tmp_path):
         "equilibrium.nc", "sharing_stage.nc", "transient.nc", "harmonic.nc",
     }  # fmt: skip
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["kind"] == "train"
     assert {p.stem for p in (out / "pictures").iterdir()} >= {
         "power_flow", "modes", "campbell", "sharing_stage", "transient_forces_stage",
         "transient_sharing_stage", "transient_displacements",
@@ -189,7 +188,7 @@ def test_a_bundled_train_is_read_back_from_its_run(name):
 
 def test_a_flexible_stage_in_a_train(flexgear, tmp_path):
     """--rigid reaches it; without one there is nothing to make rigid."""
-    path = write(tmp_path, MIXED, 'kind = "train"\nkinematics = "spatial"\n')
+    path = write(tmp_path, MIXED, 'kinematics = "spatial"\n')
     found = read(flexgear, "modes", path, "--limit-hz", "50")
     assert found["variant"] == "flexible"
     assert "first.ring" in found["modes"][0]["strain_energy"]
@@ -274,7 +273,7 @@ def test_what_cannot_work_is_said_before_any_work(flexgear, tmp_path, monkeypatc
 
     monkeypatch.setattr("flexgear.solve.bodies.stage_bodies", work)
     settings = [*settings, "--set", "stages.second.pinion.support.tilt_nm_per_rad=0"]
-    path = write(tmp_path, MIXED, 'kind = "train"\nkinematics = "spatial"\n')
+    path = write(tmp_path, MIXED, 'kinematics = "spatial"\n')
     said = set()
     for command in ("check", "static", "modes", "simulate", "run", "compare", "tolerance"):
         code, out, err = flexgear(command, path, *settings)

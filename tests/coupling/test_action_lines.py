@@ -9,7 +9,7 @@ from coupled import CLEAN, make_bodies, stage_system
 from flexgear.analysis.contact_springs import rows_at
 from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.system import Variant
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, shaft=False))
 
@@ -17,7 +17,7 @@ VARIANTS = (Variant(), Variant(ring=False), Variant(ring=False, carrier=False, s
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: v.label)
 @pytest.mark.parametrize("hand", ["left", "right"])
 def test_rows_are_their_line_and_blocks_beyond(variant, hand):
-    case = load_stage("wind-5mw", {**CLEAN, "stage.planet_hand": hand})
+    case = load_case("wind-5mw", {**CLEAN, "stage.planet_hand": hand}).view()
     system = stage_system(case, make_bodies(case), variant)
     blocks = len(system.blocks) // 6
     lines = action_lines(system.pairs, blocks)
@@ -38,7 +38,7 @@ def test_rows_are_their_line_and_blocks_beyond(variant, hand):
 
 def test_approach_is_the_radial_part_of_rows():
     """A planet that comes nearer along the line of centres closes its gear mesh by n_x cosβ_b."""
-    case = load_stage("wind-5mw", CLEAN)
+    case = load_case("wind-5mw", CLEAN).view()
     system = stage_system(case, make_bodies(case), Variant())
     pairs, blocks = system.pairs, len(system.blocks) // 6
     count = len(pairs.s0)
@@ -52,7 +52,7 @@ def test_approach_is_the_radial_part_of_rows():
 
 
 def test_what_a_line_covers():
-    case = load_stage("wind-5mw", CLEAN)
+    case = load_case("wind-5mw", CLEAN).view()
     bodies = make_bodies(case)
     system = stage_system(case, bodies, Variant())
     kinds = system.pairs.kind % 2  # ring, sun

@@ -82,7 +82,7 @@ def test_line_contact_closes_by_its_law(approach):
 
 
 def test_a_stage_whose_slices_do_not_bend_each_other_is_that_of_springs():
-    case = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load"})
+    case = load_case("wind-5mw").with_(**{"stage.gear_mesh.model": "face_load"})
     springs = rigid_stage(case)
     pairs = springs.system.pairs
     count = int(pairs.slices[0])

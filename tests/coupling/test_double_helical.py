@@ -20,8 +20,8 @@ from flexgear.structures.reduced import ReducedBody
 
 DOUBLE = {
     "stage.double_helical": "true", "stage.face_width_mm": "190", "stage.half_gap_mm": "60",
-    "stage.helix_angle_deg": "25", "bearings.planet.z_mm": "0", "ring.fits": "[]",
-    "gear_mesh.contact_law": "one-sided",
+    "stage.helix_angle_deg": "25", "stage.planet_bearing.z_mm": "0", "stage.ring.fe.fits": "[]",
+    "stage.gear_mesh.contact_law": "one-sided",
 }  # fmt: skip
 ANGLES = np.array([0.0, 0.02, 0.3])
 
@@ -29,7 +29,7 @@ ANGLES = np.array([0.0, 0.02, 0.3])
 def system(drive_z=-0.6, variant=None, **changes):
     """Ring of two halves, each bolted at its outer end, and a carrier driven at drive_z."""
     direction = "+z" if drive_z < 0 else "-z"
-    case = make_case(**{**DOUBLE, "shaft.direction": direction, **changes})
+    case = make_case(**{**DOUBLE, "stage.sun.shaft.direction": direction, **changes})
     g = stage_geometry(case)
     ring = cheap_ring(case.ring_gear.teeth, g.ring.reference_radius, bolt_z=-0.095)
     size = len(ring.mass)
@@ -89,8 +89,8 @@ def test_energy_closes():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"carrier.plate_gap_mm": "430"}, "both halves and their gap"),
-        ({"gear_mesh.model": "face_load", "gear_mesh.root_stress": "fe"}, "two halves"),
+        ({"stage.carrier.fe.plate_gap_mm": "430"}, "both halves and their gap"),
+        ({"stage.gear_mesh.model": "face_load", "stage.gear_mesh.root_stress": "fe"}, "two halves"),
     ],
 )
 def test_what_does_not_fit_is_said(changes, said):

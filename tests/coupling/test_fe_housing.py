@@ -76,7 +76,7 @@ def places():
     return places_of(bodies, shaft.position("end"))
 
 
-@pytest.mark.parametrize("gap", [{}, {"bearings.carrier_far.clearance_um": "60"}])
+@pytest.mark.parametrize("gap", [{}, {"stage.carrier.bearing_far.clearance_um": "60"}])
 def test_a_stiff_one_is_the_lumped_one(tmp_path, places, gap):
     """What its joints yield falls as one over their stiffness."""
     x = np.array(list(places.values()))

@@ -113,7 +113,10 @@ def test_a_helix_slope_error_on_pairs_that_are_one_spring(tmp_path):
     """The slope at the centre of stiffness of the pair, as the modification's mean gap is."""
     options = {"gear_mesh.model": '"per_pair"', "gear_mesh.contact_law": '"one-sided"'}
     loads = []
-    for key in ("planet.modifications.sun.helix_slope_um", "errors.planet_sun_helix_slope_um"):
+    for key in (
+        "planet.modifications.sun.helix_slope_um",
+        "errors.planet_sun_helix_slope_um",
+    ):
         value = "[60]" if "errors" in key else "60"
         given = {f"stage.{k}": v for k, v in {**options, key: value}.items()}
         modal = modal_system(build_system(stage_train(tmp_path, helix=12, **given)))

@@ -14,7 +14,7 @@ from flexgear.solve.dataset import equilibrium_data
 from flexgear.solve.model import model_of
 from flexgear.structures.kinematics import turn
 
-SEATS = ("bearings.carrier_drive", "bearings.carrier_far", "bearings.output")
+SEATS = ("stage.carrier.bearing_drive", "stage.carrier.bearing_far", "output.bearing")
 ROLLERS = {"count": "40", "rows": "2", "length_mm": "60", "spacing_mm": "80", "clearance_um": "20"}
 MOVING = {
     "housing.kind": '"lumped"',
@@ -37,7 +37,7 @@ def rollers(places=SEATS):
 
 def loaded_system(bodies=None, **given):
     """The small stage with a force and a moment in space on its carrier."""
-    load = {"member": "carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
+    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
     case = make_case(**SMALL, **given).with_(loads=(load,))
     return build_system(case.case, {"stage": bodies or make_bodies(case)})
 
@@ -105,8 +105,8 @@ def test_energy_closes_with_laws_at_all_bearings(law, housing):
 
 def test_results_hold_the_rows_of_seats_beside_those_of_planets():
     """As many rows as any bearing has; those of supports without rollers are missing."""
-    planets = {f"bearings.planet.rollers.{k}": v for k, v in (ROLLERS | {"rows": "1"}).items()}
-    load = {"member": "carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
+    planets = {f"stage.planet_bearing.rollers.{k}": v for k, v in (ROLLERS | {"rows": "1"}).items()}
+    load = {"member": "stage.carrier", "force": (2e5, -4e5, 0.0), "moment": (1e5, 3e5, 0.0)}
     case = make_case(**SMALL, **rollers(SEATS[1:2]), **planets).with_(loads=(load,)).case
     bodies = {"stage": make_bodies(case.view())}
     model = model_of(case, build_system(case, bodies))

@@ -21,7 +21,7 @@ def lumped(folder):
 
 def flexible(_):
     wide = {"stage.helix_angle_deg": "30", "stage.face_width_mm": "470"}
-    return make_system(**wide, **{"gear_mesh.contact_law": "one-sided"})
+    return make_system(**wide, **{"stage.gear_mesh.contact_law": "one-sided"})
 
 
 @pytest.mark.parametrize("make", [lumped, flexible])

@@ -233,7 +233,10 @@ def test_load_along_the_face_turns_with_the_planets_and_their_numbers(tmp_path, 
     pins = np.array(ERRORS["pin_tangential"])
     found = []
     for values, angle in ((pins, 0.7), (np.roll(pins, -1), 0.7 + step)):
-        keys = {"errors.pin_tangential_um": values, "errors.planet_sun_helix_slope_um": values}
+        keys = {
+            "errors.pin_tangential_um": values,
+            "errors.planet_sun_helix_slope_um": values,
+        }
         more = {**face, **{f"stage.{key}": str(v.tolist()) for key, v in keys.items()}}
         case = lumped(held_case(tmp_path, "ring", "sun", "carrier", **more), *LUMPED)
         found.append(revolution(modal_system(build_system(case)), np.array([angle]), TORQUE))

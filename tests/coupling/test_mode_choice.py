@@ -28,7 +28,7 @@ SHARES = (0.05, 0.3, 0.55, 0.8, 0.95, 1.0)  # of the band
 
 @pytest.fixture(scope="module")
 def system():
-    return make_system(**{"gear_mesh.contact_law": "linear"})
+    return make_system(**{"stage.gear_mesh.contact_law": "linear"})
 
 
 @pytest.fixture(scope="module")
@@ -123,9 +123,9 @@ def test_coupled_frequencies_in_the_band_rise_by_no_more_than_the_estimate(seed,
     stiff = 10 ** np.random.default_rng(seed).uniform(-0.5, 0.5, 3)
     system = make_system(
         **{
-            "bearings.planet.radial_n_per_m": f"{3e9 * stiff[0]:.6g}",
-            "bearings.carrier_drive.radial_n_per_m": f"{3e9 * stiff[1]:.6g}",
-            "inertia.drive_kg_m2": f"{2e4 * 10 ** stiff[2]:.6g}",
+            "stage.planet_bearing.radial_n_per_m": f"{3e9 * stiff[0]:.6g}",
+            "stage.carrier.bearing_drive.radial_n_per_m": f"{3e9 * stiff[1]:.6g}",
+            "inputs.0.inertia_kg_m2": f"{2e4 * 10 ** stiff[2]:.6g}",
         }
     )
     modal = modal_system(system, accuracy=accuracy, band_hz=BAND)
@@ -225,7 +225,9 @@ def test_a_floating_sun_hides_no_error(system, solved, estimates):
     omega, phi = solved
     v, k = contact(system)
     assert ((v @ phi[:, :2]) ** 2 / omega[:2] ** 2).sum(axis=1).max() > 1e3 / k.min()
-    held = make_system(**{"bearings.sun.radial_n_per_m": "1e8", "gear_mesh.contact_law": "linear"})
+    held = make_system(
+        **{"stage.sun.support.radial_n_per_m": "1e8", "stage.gear_mesh.contact_law": "linear"}
+    )
     others, shapes = elastic_modes(held)
     assert others[0] > 5 * omega[0]
     floating = choose_modes(omega, estimates, BAND, accuracy=0.01)
@@ -259,7 +261,7 @@ def test_rigid_bodies_and_trains_without_support_rows():
 
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_a_torque_drop_with_chosen_modes_agrees_with_all_modes(law):
-    system = make_system(**{"gear_mesh.contact_law": law})
+    system = make_system(**{"stage.gear_mesh.contact_law": law})
     chosen = modal_system(system, accuracy=0.01, band_hz=BAND)
     assert len(chosen.omega) < 0.2 * system.size
     drop = Drive(lambda t: np.where((t > 0.01) & (t < 0.03), 4e5, TORQUE), (0.01, 0.03))

@@ -24,9 +24,9 @@ from flexgear.structures.tooth_influence.of_case import influence_of, influence_
 CASE = load_case(
     "wind-5mw",
     {
-        "gear_mesh.model": "face_load", "gear_mesh.tooth_compliance": "fe",
-        "gear_mesh.slices": "7", "stage.face_width_mm": "150", "ring.fits": "[]",
-        **{f"errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")},
+        "stage.gear_mesh.model": "face_load", "stage.gear_mesh.tooth_compliance": "fe",
+        "stage.gear_mesh.slices": "7", "stage.face_width_mm": "150", "stage.ring.fe.fits": "[]",
+        **{f"stage.errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")},
     },
 )  # fmt: skip
 CYCLE = 2 * np.pi / CASE.view().stage.ring.teeth * np.arange(4) / 4

@@ -38,9 +38,9 @@ def test_a_fast_stage_is_resolved_up_to_its_highest_wanted_order():
 
 def test_a_slow_stage_is_resolved_up_to_where_its_gears_swing():
     """f_E = √(k̄/m)/2π does not depend on speed; at the ring m is J_p/r_bp² of a planet alone."""
-    slow, slower = (case_pace(small(drive__rated_speed_rpm=n)) for n in (10, 1))
+    slow, slower = (case_pace(small(inputs__0__speed_rpm=n)) for n in (10, 1))
     assert slow.band == slower.band == slow.resonance == case_pace(small()).resonance
-    light = case_pace(small(drive__rated_speed_rpm=1, material__density_kg_per_m3=7850 / 4))
+    light = case_pace(small(inputs__0__speed_rpm=1, material__density_kg_per_m3=7850 / 4))
     assert light.resonance == pytest.approx(2 * slow.resonance)
 
 
@@ -108,6 +108,6 @@ def test_drops_last_until_the_speed_is_back_but_no_longer_than_a_turn():
     inertia = case.inputs[0].inertia + ratio**2 * case.output.inertia
     assert speed_time_constant(case) == pytest.approx(inertia * 2 * math.pi * 25 / 300)
     assert timed_drops(case).after == pytest.approx(min(2 * speed_time_constant(case), turn))
-    assert timed_drops(small(inertia__drive_kg_m2=10)).after == pytest.approx(turn)
+    assert timed_drops(small(inputs__0__inertia_kg_m2=10)).after == pytest.approx(turn)
     given = small(drive__steps__after_s=0.5, drive__steps__start_s=0.0)
     assert timed_drops(given).times[::2] == (0.0, 0.5)

@@ -9,12 +9,12 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance, pair_law
 from flexgear.gears.power_flow import power_flow
 
-WEBER = {"gear_mesh.pair_stiffness": "weber-banaschek"}
+WEBER = {"stage.gear_mesh.pair_stiffness": "weber-banaschek"}
 
 
 @pytest.mark.parametrize("tie", ["root", "flank"])
 def test_what_the_fe_ring_held_is_in_the_gear_mesh_again(tie):
-    case = make_case(**WEBER, **{"ring.tie": tie})
+    case = make_case(**WEBER, **{"stage.ring.fe.tie": tie})
     g, force = stage_geometry(case), power_flow(case.case).stages[0].gear_mesh_forces["ring"]
     split = compliance(case, g, "ring", force)
     held = split.gear_share if tie == "flank" else split.gear.foundation / split.total
@@ -25,7 +25,9 @@ def test_what_the_fe_ring_held_is_in_the_gear_mesh_again(tie):
 
 def test_the_rigid_variant_has_the_stiffness_of_a_ring_that_does_not_bend():
     rigid = make_system(Variant(ring=False), **WEBER).pairs
-    bends, own = (make_system(**WEBER, **k).pairs for k in ({}, {"ring.flexible": "false"}))
+    bends, own = (
+        make_system(**WEBER, **k).pairs for k in ({}, {"stage.ring.fe.flexible": "false"})
+    )
     ring, sun = (rigid.table[rigid.kind == kind][0] for kind in (0, 1))
     np.testing.assert_array_equal(rigid.k_table[ring], own.k_table[ring])
     assert rigid.k_table[ring].max() < 0.95 * bends.k_table[ring].max()

@@ -11,13 +11,13 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.system import Variant
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
-BEFORE, REST = STAGE.split("[ring.bolts]\n")
-BOLTS, AFTER = REST.split("[carrier]\n")
-AFTER = f"[carrier]\n{AFTER}"
-SPLINE = """[[ring.splines]]
+BEFORE, REST = STAGE.split("[stage.ring.fe.bolts]\n")
+BOLTS, AFTER = REST.split("[stage.carrier.fe]\n")
+AFTER = f"[stage.carrier.fe]\n{AFTER}"
+SPLINE = """[[stage.ring.fe.splines]]
 z_mm = 0
 half_width_mm = 6
 stiffness_radial_n_per_m = 1e9
@@ -25,7 +25,7 @@ stiffness_axial_n_per_m = 1e8
 stiffness_tilt_nm_per_rad = 1e5
 stiffness_torsion_nm_per_rad = 5e6
 """
-CLEAN = {f"errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")}
+CLEAN = {f"stage.errors.{gear}_tooth_um": "0" for gear in ("ring", "planet", "sun")}
 TORQUE, RING_TORQUE = 300.0, 300.0 * 72 / 100
 RIGID = Variant(ring=False, carrier=False, shaft=False)
 
@@ -33,7 +33,7 @@ RIGID = Variant(ring=False, carrier=False, shaft=False)
 def stage(folder, supports, **settings):
     file = folder / "stage.toml"
     file.write_text(BEFORE.replace('end = "-z"\n', "") + supports + AFTER)
-    return load_stage(file, {**CLEAN, "solver.fidelity": "quick", **settings})
+    return load_case(file, {**CLEAN, "solver.fidelity": "quick", **settings}).view()
 
 
 def circle(end, factor=1.0):
@@ -43,7 +43,7 @@ def circle(end, factor=1.0):
         key, _, value = line.partition(" = ")
         scaled = f"{factor * float(value)}" if key.startswith("stiffness") else value
         lines.append(f"{key} = {scaled}")
-    return "\n".join(["[[ring.bolts]]", f'end = "{end}"', *lines, ""])
+    return "\n".join(["[[stage.ring.fe.bolts]]", f'end = "{end}"', *lines, ""])
 
 
 def rigid_state(case):
@@ -92,7 +92,7 @@ def test_bolts_on_both_ends_carry_alike_and_do_not_tilt_a_spur_ring(tmp_path):
 
 
 def test_one_circle_may_be_a_table_or_a_list(tmp_path):
-    table = stage(tmp_path, '[ring.bolts]\nend = "+z"\n' + BOLTS)
+    table = stage(tmp_path, '[stage.ring.fe.bolts]\nend = "+z"\n' + BOLTS)
     listed = stage(tmp_path, circle("+z"))
     assert table.ring.bolt_circles == listed.ring.bolt_circles
     a, b = (rigid_state(case).node("stage.ring", "bolt_03")[0] for case in (table, listed))
@@ -102,20 +102,40 @@ def test_one_circle_may_be_a_table_or_a_list(tmp_path):
 @pytest.mark.parametrize(
     ("supports", "settings", "says"),
     [
-        ("", {}, "ring.bolts: nothing takes the ring's torque"),
-        (SPLINE.replace("5e6", "0"), {}, "ring.splines[0].stiffness_torsion_nm_per_rad: is zero"),
-        (SPLINE.replace("_torsion", "_twist"), {}, "ring.splines[0].stiffness_twist_nm_per_rad"),
-        (SPLINE.replace("z_mm = 0", "z_mm = 9"), {}, "ring.splines[0].z_mm: the band"),
-        ("[ring.bolts]\n" + BOLTS, {}, "ring.end: is missing"),
+        ("", {}, "stage.ring.fe.bolts: nothing takes the ring's torque"),
+        (
+            SPLINE.replace("5e6", "0"),
+            {},
+            "stage.ring.fe.splines[0].stiffness_torsion_nm_per_rad: is zero",
+        ),
+        (
+            SPLINE.replace("_torsion", "_twist"),
+            {},
+            "stage.ring.fe.splines[0].stiffness_twist_nm_per_rad",
+        ),
+        (SPLINE.replace("z_mm = 0", "z_mm = 9"), {}, "stage.ring.fe.splines[0].z_mm: the band"),
+        ("[stage.ring.fe.bolts]\n" + BOLTS, {}, "stage.ring.fe.end: is missing"),
         (
             circle("+z").replace("number = 8", "number = 8.5"),
             {},
-            "ring.bolts[0].number: 8.5 is not",
+            "stage.ring.fe.bolts[0].number: 8.5 is not",
         ),
-        ("[ring.bolts]\n" + BOLTS, {"ring.bolts.number": "x"}, "ring.bolts.number: 'x' is not"),
-        (circle("+z"), {"ring.bolts.number": "4"}, "ring.bolts.number: bolts is a list"),
-        (circle("+z") * 2, {"ring.bolts.1.end": "'-x'"}, "ring.bolts.1.end: '-x' is unknown"),
-        (circle("+z") * 2, {}, "ring.bolts: the same circle is listed twice"),
+        (
+            "[stage.ring.fe.bolts]\n" + BOLTS,
+            {"stage.ring.fe.bolts.number": "x"},
+            "stage.ring.fe.bolts.number: 'x' is not",
+        ),
+        (
+            circle("+z"),
+            {"stage.ring.fe.bolts.number": "4"},
+            "stage.ring.fe.bolts.number: bolts is a list",
+        ),
+        (
+            circle("+z") * 2,
+            {"stage.ring.fe.bolts.1.end": "'-x'"},
+            "stage.ring.fe.bolts.1.end: '-x' is unknown",
+        ),
+        (circle("+z") * 2, {}, "stage.ring.fe.bolts: the same circle is listed twice"),
     ],
 )
 def test_supports_that_cannot_be_meant_are_refused(tmp_path, supports, settings, says):
@@ -127,5 +147,5 @@ def test_supports_that_cannot_be_meant_are_refused(tmp_path, supports, settings,
 def test_a_ring_that_nothing_holds_along_the_axis_is_loose(tmp_path):
     lines = [line for line in SPLINE.splitlines() if "axial" not in line]
     case = stage(tmp_path, "\n".join([*lines, ""]))
-    with pytest.raises(InputError, match=r"ring.splines.0.stiffness_axial_n_per_m"):
+    with pytest.raises(InputError, match=r"stage.ring.fe.splines.0.stiffness_axial_n_per_m"):
         rigid_state(case)

@@ -79,8 +79,8 @@ def lumped(folder):
 
 def flexible(_):
     given = ROLLERS | {"length_mm": "120", "spacing_mm": "150"}
-    keys = {f"bearings.planet.rollers.{k}": v for k, v in given.items()}
-    return make_system(**{"gear_mesh.contact_law": "one-sided"}, **keys)
+    keys = {f"stage.planet_bearing.rollers.{k}": v for k, v in given.items()}
+    return make_system(**{"stage.gear_mesh.contact_law": "one-sided"}, **keys)
 
 
 @pytest.mark.parametrize("make", [lumped, flexible])

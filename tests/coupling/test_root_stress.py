@@ -24,8 +24,9 @@ from flexgear.structures.tooth_influence.root_stress import root_influence
 CASE = load_case(
     "wind-5mw",
     {
-        "gear_mesh.model": "face_load", "gear_mesh.root_stress": "fe", "gear_mesh.slices": "5",
-        "stage.face_width_mm": "150", "ring.fits": "[]",
+        "stage.gear_mesh.model": "face_load", "stage.gear_mesh.root_stress": "fe",
+        "stage.gear_mesh.slices": "5",
+        "stage.face_width_mm": "150", "stage.ring.fe.fits": "[]",
     },
 )  # fmt: skip
 CYCLE = 2 * np.pi / CASE.view().stage.ring.teeth * np.arange(3) / 3
@@ -169,4 +170,4 @@ def test_in_time(model):
 
 def test_root_stress_needs_load_along_the_face():
     with pytest.raises(fg.InputError, match=r"root_stress.*face_load"):
-        load_case("wind-5mw", {"gear_mesh.root_stress": "fe"})
+        load_case("wind-5mw", {"stage.gear_mesh.root_stress": "fe"})

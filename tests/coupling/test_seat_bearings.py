@@ -12,15 +12,19 @@ from flexgear.coupling.modal import modal_system
 from flexgear.structures.kinematics import turn
 
 SMALL = {  # few tooth nodes; planets repeat by fives
-    "gear_mesh.contact_law": "linear",
+    "stage.gear_mesh.contact_law": "linear",
     "stage.sun.teeth": "20",
     "stage.planet.teeth": "20",
     "stage.ring.teeth": "60",
     "stage.planet.bore_diameter_mm": "200",
-    "carrier.pin_diameter_mm": "180",
+    "stage.carrier.fe.pin_diameter_mm": "180",
     "gravity_m_per_s2": "[0, -9.81, 0]",
 }
-SEATS = ("carrier_drive", "carrier_far", "output")
+KEYS = {  # by the ends of the bearings' names
+    "carrier_drive": "stage.carrier.bearing_drive",
+    "carrier_far": "stage.carrier.bearing_far",
+    "output": "output.bearing",
+}
 ANGLES = np.array([0.0, 0.7, 3.0])
 HOUSING = {
     "housing.kind": "lumped",
@@ -50,23 +54,22 @@ def reaction(found, name, node, sample):
 def test_without_a_gap_it_is_the_linear_bearing(more, z):
     """The limit c → 0, also off the middle of the seat and between frames that turn: to the share
     that the gap has of what the bearing closes by."""
-    places = {f"bearings.{seat}.z_mm": z for seat in SEATS}
-    gaps = {f"bearings.{seat}.clearance_um": "1e-7" for seat in SEATS}
+    places = {f"{KEYS[seat]}.z_mm": z for seat in KEYS}
+    gaps = {f"{KEYS[seat]}.clearance_um": "1e-7" for seat in KEYS}
     linear, tight = solved(**more, **places), solved(**more, **places, **gaps)
     scale = np.abs(linear.pair_load).max()
     assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
-    for seat in SEATS:
+    for seat in KEYS:
         forces = [Recovery(e).link_force(f"stage.{seat}") for e in (linear, tight)]
         weight = np.abs(forces[0]).max(axis=0)
         assert np.abs(forces[1] - forces[0]).max() < 1e-7 * weight.max()
 
 
-@pytest.mark.parametrize("part", ["planet", "sun"])
-def test_without_a_gap_planets_and_sun_stand_on_linear_bearings(part):
-    at = f"bearings.{part}"
+@pytest.mark.parametrize(("at", "number"), [("stage.planet_bearing", 5), ("stage.sun.support", 1)])
+def test_without_a_gap_planets_and_sun_stand_on_linear_bearings(at, number):
     stiff = {f"{at}.radial_n_per_m": "3e9"}
     linear, tight = solved(**stiff), solved(**stiff, **{f"{at}.clearance_um": "1e-7"})
-    assert len(tight.modal.system.bearings) == {"planet": 5, "sun": 1}[part]
+    assert len(tight.modal.system.bearings) == number
     scale = np.abs(linear.pair_load).max()
     assert np.abs(tight.pair_load - linear.pair_load).max() < 1e-8 * scale
 
@@ -89,10 +92,10 @@ def test_without_a_gap_a_star_stands_on_linear_bearings(tmp_path, at):
 @pytest.mark.parametrize("more", [{}, HOUSING], ids=["ground", "housing"])
 def test_forces_balance_with_gaps_and_rollers(more):
     laws = {
-        "bearings.carrier_drive.clearance_um": "150",
-        "bearings.carrier_drive.z_mm": "20",
-        **{f"bearings.carrier_far.rollers.{k}": v for k, v in ROLLERS.items()},
-        "bearings.output.clearance_um": "50",
+        "stage.carrier.bearing_drive.clearance_um": "150",
+        "stage.carrier.bearing_drive.z_mm": "20",
+        **{f"stage.carrier.bearing_far.rollers.{k}": v for k, v in ROLLERS.items()},
+        "output.bearing.clearance_um": "50",
     }
     found = solved(**more, **laws)
     assert found.closure.max() < 1e-8
@@ -110,7 +113,7 @@ def test_forces_balance_with_gaps_and_rollers(more):
 def test_a_carrier_rests_on_the_bottom_of_its_gap():
     """Without torque it hangs by its weight: each seat is lower by its gap plus F/k."""
     gap, k = 2e-4, 5e9
-    keys = {f"bearings.{seat}.clearance_um": "200" for seat in ("carrier_drive", "carrier_far")}
+    keys = {f"{KEYS[seat]}.clearance_um": "200" for seat in ("carrier_drive", "carrier_far")}
     case = make_case(**SMALL, **keys)
     system = build_system(case.case, {"stage": make_bodies(case)})
     found = revolution(modal_system(system), ANGLES, 1.0)

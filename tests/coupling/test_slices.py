@@ -129,13 +129,17 @@ def one_spring():
 @pytest.fixture(scope="module")
 def one_slice():
     return stage(
-        **{"gear_mesh.model": "face_load", "gear_mesh.slices": 1, "gear_mesh.path_only": True}
+        **{
+            "stage.gear_mesh.model": "face_load",
+            "stage.gear_mesh.slices": 1,
+            "stage.gear_mesh.path_only": True,
+        }
     )
 
 
 @pytest.fixture(scope="module")
 def many_slices():
-    return stage(**{"gear_mesh.model": "face_load"})
+    return stage(**{"stage.gear_mesh.model": "face_load"})
 
 
 def test_one_slice_at_the_centre_of_the_line_is_one_spring(one_spring, one_slice):
@@ -223,7 +227,7 @@ def test_forces_that_are_no_numbers_are_no_equilibrium(many_slices, monkeypatch)
 
 
 def test_twice_the_slices_tell_the_same(many_slices):
-    finer = stage(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 31})
+    finer = stage(**{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 31})
     for gear_mesh in (0, 4, 7):
         one, two = (distribution(m, gear_mesh) for m in (many_slices, finer))
         assert one.max() / one.mean() == pytest.approx(two.max() / two.mean(), rel=0.01)
@@ -255,11 +259,11 @@ RELIEF = {
 def test_tips_touch_off_the_path_unless_they_are_relieved(many_slices):
     """Sharp tips share the load with pairs that have not come onto the path yet; relieved by more
     than teeth give way, they do as if they ended there."""
-    path_only = {"gear_mesh.model": "face_load", "gear_mesh.path_only": True}
+    path_only = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.path_only": True}
     sharp = [revolved(m).pair_load for m in (many_slices, stage(**path_only))]
     assert (sharp[0] > 0).sum() > (sharp[1] > 0).sum()
     assert sharp[0].max() < 0.95 * sharp[1].max()
-    both = [{"gear_mesh.model": "face_load"}, path_only]
-    fine = {"gear_mesh.slices": 101, **RELIEF}  # slices of the longer line are wider
+    both = [{"stage.gear_mesh.model": "face_load"}, path_only]
+    fine = {"stage.gear_mesh.slices": 101, **RELIEF}  # slices of the longer line are wider
     relieved = [revolved(stage(**change, **fine)).pair_load for change in both]
     np.testing.assert_allclose(*relieved, atol=2e-3 * relieved[0].max())

@@ -8,18 +8,18 @@ from flexgear.coupling.links import invariant_part
 from flexgear.structures.interfaces import carrier_supports, ring_supports
 
 STIFFNESS = {  # no two alike
-    "ring.bolts.stiffness_radial_n_per_m": "1.1e9",
-    "ring.bolts.stiffness_tangential_n_per_m": "1.2e9",
-    "ring.bolts.stiffness_axial_n_per_m": "1.3e9",
-    "ring.bolts.stiffness_tilt_nm_per_rad": "1.4e7",
-    "ring.bolts.stiffness_twist_nm_per_rad": "1.5e6",
-    "ring.bolts.first_angle_deg": "5",
-    "ring.fits.0.stiffness_radial_n_per_m": "1.6e9",
-    "ring.fits.0.stiffness_axial_n_per_m": "1.7e8",
-    "ring.fits.1.stiffness_tilt_nm_per_rad": "1.8e7",
-    "bearings.carrier_far.radial_x_n_per_m": "1.9e9",
-    "bearings.carrier_far.radial_y_n_per_m": "2.1e9",
-    "bearings.carrier_drive.axial_n_per_m": "2.2e9",
+    "stage.ring.fe.bolts.stiffness_radial_n_per_m": "1.1e9",
+    "stage.ring.fe.bolts.stiffness_tangential_n_per_m": "1.2e9",
+    "stage.ring.fe.bolts.stiffness_axial_n_per_m": "1.3e9",
+    "stage.ring.fe.bolts.stiffness_tilt_nm_per_rad": "1.4e7",
+    "stage.ring.fe.bolts.stiffness_twist_nm_per_rad": "1.5e6",
+    "stage.ring.fe.bolts.first_angle_deg": "5",
+    "stage.ring.fe.fits.0.stiffness_radial_n_per_m": "1.6e9",
+    "stage.ring.fe.fits.0.stiffness_axial_n_per_m": "1.7e8",
+    "stage.ring.fe.fits.1.stiffness_tilt_nm_per_rad": "1.8e7",
+    "stage.carrier.bearing_far.radial_x_n_per_m": "1.9e9",
+    "stage.carrier.bearing_far.radial_y_n_per_m": "2.1e9",
+    "stage.carrier.bearing_drive.axial_n_per_m": "2.2e9",
 }
 
 

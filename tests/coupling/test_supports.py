@@ -15,8 +15,8 @@ from flexgear.model.errors import InputError
 from flexgear.structures.kinematics import turn
 
 ODD = {  # a carrier bearing softer in one fixed direction
-    "bearings.carrier_far.radial_x_n_per_m": "1e9",
-    "bearings.carrier_far.radial_y_n_per_m": "6e9",
+    "stage.carrier.bearing_far.radial_x_n_per_m": "1e9",
+    "stage.carrier.bearing_far.radial_y_n_per_m": "6e9",
 }
 
 
@@ -104,12 +104,14 @@ def test_soft_mount_turns_by_the_ring_torque():
 
 def test_bearing_that_holds_the_rotation_is_refused():
     with pytest.raises(InputError, match="rotation"):
-        make_system(**{"bearings.carrier_drive.torsion_nm_per_rad": "1e6"})
+        make_system(**{"stage.carrier.bearing_drive.torsion_nm_per_rad": "1e6"})
 
 
 def test_single_point_gear_mesh_shares_load_by_stiffness():
     theta = np.linspace(0, 0.06, 5)
-    lumped = revolution(modal_system(make_system(**{"gear_mesh.model": '"lumped"'})), theta, TORQUE)
+    lumped = revolution(
+        modal_system(make_system(**{"stage.gear_mesh.model": '"lumped"'})), theta, TORQUE
+    )
     pairs = revolution(modal_system(make_system()), theta, TORQUE)
     total, k = shaped(lumped, "pair_load").sum(-1, keepdims=True), shaped(lumped, "pair_stiffness")
     share = k / np.maximum(k.sum(-1, keepdims=True), 1.0)
@@ -122,7 +124,7 @@ def test_single_point_gear_mesh_shares_load_by_stiffness():
 
 
 def test_lumped_and_anisotropic_runs_keep_their_energy():
-    for options in (ODD, {"gear_mesh.model": '"lumped"'}):
+    for options in (ODD, {"stage.gear_mesh.model": '"lumped"'}):
         modal = modal_system(make_system(**options), 2000.0)
         sink = Collector()
         steps = transient(
@@ -140,7 +142,7 @@ def test_lumped_and_anisotropic_runs_keep_their_energy():
 
 
 def test_natural_modes_hold_one_rigid_rotation_and_energy_shares_add_up():
-    system = make_system(**{"gear_mesh.contact_law": '"linear"'})
+    system = make_system(**{"stage.gear_mesh.contact_law": '"linear"'})
     result = modes(system, springs_at(system, 0.1).stiffness, limit_hz=500.0)
     assert result.frequencies[0] == 0.0 and result.frequencies[1] > 1.0
     total = sum(result.energy.values())

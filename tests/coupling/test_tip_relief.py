@@ -29,7 +29,7 @@ def lumped(folder, **changes):
 
 
 def flexible(_, **changes):
-    return make_system(**{"gear_mesh.contact_law": "one-sided"}, **changes)
+    return make_system(**{"stage.gear_mesh.contact_law": "one-sided"}, **changes)
 
 
 def unmodified(system):

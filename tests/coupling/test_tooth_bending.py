@@ -17,7 +17,7 @@ from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import pairs
 from flexgear.structures.tooth_influence.of_case import influence_of, influence_parameters
 
-FE = {"gear_mesh.model": "face_load", "gear_mesh.tooth_compliance": "fe"}
+FE = {"stage.gear_mesh.model": "face_load", "stage.gear_mesh.tooth_compliance": "fe"}
 BASE = load_case("wind-5mw").with_(**FE)
 CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(6) / 6
 COARSE = SegmentDivisions(flank=5, fillet=2, tooth=2, layers=8)
@@ -71,7 +71,7 @@ def test_the_nominal_tangent_is_that_of_lines_that_touch_evenly(assembled):
 
 def test_half_the_load_is_softer_per_load(assembled):
     """Hertz's line contact is: more than half the deflection remains at half the torque."""
-    model = assembled(**{f"errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
+    model = assembled(**{f"stage.errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
     half, full = (
         fg.static(model, CYCLE, share * model.system.rated_torque).transmission_error
         for share in (0.5, 1.0)

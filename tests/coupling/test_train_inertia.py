@@ -13,7 +13,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.links import behind_spline
 from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 STEEL_DENSITY = 7850.0
 ALONE = (
@@ -99,7 +99,7 @@ def test_ends_that_are_ports(tmp_path, said, drive, output):
 
 def test_a_stage_alone_and_as_a_train_of_one_stage_are_the_same_system(tmp_path):
     train = load_case(write(tmp_path, ALONE), {"output.brake_exponent": "2"})
-    case = load_stage("wind-5mw", {"brake.exponent": "2"})
+    case = load_case("wind-5mw", {"output.brake_exponent": "2"}).view()
     bodies = make_bodies(case)
     inside, alone = build_system(train, {"stage_1": bodies}), stage_system(case, bodies)
     for name in ("mass", "stiffness", "rolling", "input_rows", "blocks", "port_rows"):

@@ -16,7 +16,7 @@ from flexgear.analysis.recovery import Recovery
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 
 def loads(result):
@@ -54,8 +54,8 @@ def test_spatial_spur_stage_moves_like_the_planar_one(tmp_path):
 
 RIGID_STAGE = {
     "stage.helix_angle_deg": "0",
-    "gear_mesh.contact_law": "linear",
-    "errors.pin_tangential_um": "[40, 0, 0, -20, 0]",
+    "stage.gear_mesh.contact_law": "linear",
+    "stage.errors.pin_tangential_um": "[40, 0, 0, -20, 0]",
 }
 
 
@@ -143,17 +143,20 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     from flexgear.coupling.system import Variant
 
     stiff = {
-        "bearings.planet.tilt_nm_per_rad": "1e13",
-        "bearings.carrier_drive.tilt_nm_per_rad": "1e13",
-        "bearings.carrier_far.tilt_nm_per_rad": "1e13",
-        "bearings.output.radial_n_per_m": "1e4",
-        "bearings.output.tilt_nm_per_rad": "1e13",
-        "shaft.spline.radial_n_per_m": "1e4",
-        "shaft.spline.torsion_nm_per_rad": "1e13",
+        "stage.planet_bearing.tilt_nm_per_rad": "1e13",
+        "stage.carrier.bearing_drive.tilt_nm_per_rad": "1e13",
+        "stage.carrier.bearing_far.tilt_nm_per_rad": "1e13",
+        "output.bearing.radial_n_per_m": "1e4",
+        "output.bearing.tilt_nm_per_rad": "1e13",
+        "stage.sun.shaft.spline.radial_n_per_m": "1e4",
+        "stage.sun.shaft.spline.torsion_nm_per_rad": "1e13",
     }
-    bolts = {f"ring.bolts.stiffness_{d}_n_per_m": "1e13" for d in ("radial", "tangential", "axial")}
-    own = {f"errors.{key}": value for key, value in errors.items()}
-    case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"gear_mesh.model": model})
+    bolts = {
+        f"stage.ring.fe.bolts.stiffness_{d}_n_per_m": "1e13"
+        for d in ("radial", "tangential", "axial")
+    }
+    own = {f"stage.errors.{key}": value for key, value in errors.items()}
+    case = make_case(**RIGID_STAGE, **stiff, **bolts, **own, **{"stage.gear_mesh.model": model})
     bodies = make_bodies(case)
     twin = lumped_twin(tmp_path, case, bodies, errors)
     system = stage_system(case, bodies, Variant(False, False, False))
@@ -167,7 +170,7 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
 
 
 def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
-    """Whether it is written in the short form or as one of several stages."""
+    """Whether it is alone or one of several stages."""
     text = (
         STEEL
         + """
@@ -184,8 +187,8 @@ member = "stage_1.sun"
     )
     errors = {f"stages.0.errors.{key}": value for key, value in BODY_ERRORS.items()}
     train = load_case(write(tmp_path, text), errors)
-    own = {f"errors.{key}": value for key, value in BODY_ERRORS.items()}
-    case = load_stage("wind-5mw", own)
+    own = {f"stage.errors.{key}": value for key, value in BODY_ERRORS.items()}
+    case = load_case("wind-5mw", own).view()
     bodies = make_bodies(case)
     inside = solved(train, (0.0, 0.02), stage_1=bodies)
 
@@ -224,7 +227,7 @@ member = "second.sun"
 """
     )
     weight = {"gravity_m_per_s2": "[0, -9.81, 0]"}
-    train = load_case(write(tmp_path, text, 'kind = "train"\nkinematics = "spatial"\n'), weight)
+    train = load_case(write(tmp_path, text, 'kinematics = "spatial"\n'), weight)
     bodies = {name: make_bodies(train.view(name)) for name in ("first", "second")}
     system = build_system(train, bodies)
     found = revolution(modal_system(system), np.array([0.0, 0.3]), 4e6)
@@ -242,7 +245,9 @@ def test_a_wave_is_handed_over_from_tooth_to_tooth_without_a_jump():
 
     from flexgear.gears.power_flow import power_flow
 
-    case = make_case(**{"gear_mesh.model": "constant", "errors.pin_tangential_um": "[]"})
+    case = make_case(
+        **{"stage.gear_mesh.model": "constant", "stage.errors.pin_tangential_um": "[]"}
+    )
     system, steps = stage_system(case, make_bodies(case)), 40
     angles = 2 * np.pi / case.stage.ring.teeth * np.arange(steps + 1) / steps
     load = revolution(modal_system(system), angles, 4e6).pair_load
@@ -341,9 +346,7 @@ def test_joint_between_turning_frames_is_a_spring_in_space(two_stages):
 
 def test_weight_is_carried_in_space(tmp_path):
     """Supports of a still train carry the weight of all bodies, whatever the carrier's angle."""
-    train = stage_train(
-        tmp_path, planets=3, sun="1e9", head='kind = "train"\ngravity_m_per_s2 = [0, -9.81, 0]\n'
-    )
+    train = stage_train(tmp_path, planets=3, sun="1e9", head="gravity_m_per_s2 = [0, -9.81, 0]\n")
     system = build_system(train)
     angles = np.array([0.0, 0.7, 2.5])
     result = revolution(modal_system(system), angles, 3000)

@@ -69,7 +69,7 @@ def normals(system):
 
 def test_springs_and_gear_meshes_hold_every_body_against_its_weight():
     """The free body of sun, planets, ring and carrier: no force is left over beside m g."""
-    case = make_case(**SMALL, **{"drive.rated_torque_nm": "1e5"})
+    case = make_case(**SMALL, **{"inputs.0.torque_nm": "1e5"})
     angle = 0.7
     found = solved(case.with_(gravity=(0.0, -G, 0.0)), make_bodies(case), [angle])
     system, recovery = found.modal.system, Recovery(found)
@@ -155,7 +155,7 @@ def test_a_rotor_moment_is_held_by_the_bearings():
     """Six components at the carrier's drive end, in fixed axes."""
     moment, force = np.array([3e5, -2e5, 0.0]), np.array([1e4, 2e4, -3e4])
     plain = make_case(**SMALL)
-    load = {"member": "carrier", "force": tuple(force), "moment": tuple(moment)}
+    load = {"member": "stage.carrier", "force": tuple(force), "moment": tuple(moment)}
     loaded = plain.with_(loads=(load,))
     bodies = make_bodies(plain)
     for angle in (0.0, 1.0):

@@ -13,22 +13,17 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.workable import require_workable
 from flexgear.model.bundled import bundled_cases
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
-SPATIAL = 'kind = "train"\nkinematics = "spatial"\n'
+SPATIAL = 'kinematics = "spatial"\n'
 FIRST = "stages.first."
 TILT = "support.tilt_nm_per_rad"
 NO_TILT = {f"stages.second.{gear}.{TILT}": "0" for gear in ("gear", "pinion")}
 NO_CARRIER_BEARINGS = {
-    f"bearings.carrier_{side}.{key}": "0"
+    f"stage.carrier.bearing_{side}.{key}": "0"
     for side in ("drive", "far")
     for key in ("radial_n_per_m", "axial_n_per_m", "tilt_nm_per_rad")
 }
-
-
-def at_carrier(key):
-    """A key of carrier bearings in the short form, below a stage."""
-    return key.replace("bearings.carrier_", "carrier.bearing_")
 
 
 def refusal(case):
@@ -50,7 +45,7 @@ def test_bundled_cases_work(name):
         (NO_TILT, f"stages.second.pinion.{TILT}",
          f"nothing holds second.pinion against tilting and second.gear against tilting -- give a "
          f"stiffness there and at stages.second.gear.{TILT}"),
-        ({FIRST + at_carrier(key): value for key, value in NO_CARRIER_BEARINGS.items()},
+        ({key.replace("stage.", FIRST): value for key, value in NO_CARRIER_BEARINGS.items()},
          f"{FIRST}carrier.bearing_drive.radial_n_per_m",
          "nothing holds first.carrier sideways and along the axis"),
         ({"joints.0.axial_n_per_m": "0"}, "joints.axial_n_per_m",
@@ -96,27 +91,38 @@ def test_a_ring_that_turns_has_a_hub_and_a_held_carrier_takes_torque(tmp_path):
 
 
 def test_a_pin_goes_into_the_bore_of_its_planet():
-    sizes = {"carrier.pin_diameter_mm": "180", "stage.planet.bore_diameter_mm": "100"}
-    with pytest.raises(InputError, match=r"carrier.pin_diameter_mm: a pin of 180 mm does not go"):
-        load_stage("wind-5mw", sizes)
-    load_stage("wind-5mw", {**sizes, "stage.planet.bore_diameter_mm": "181"})
+    sizes = {"stage.carrier.fe.pin_diameter_mm": "180", "stage.planet.bore_diameter_mm": "100"}
+    with pytest.raises(
+        InputError, match=r"stage.carrier.fe.pin_diameter_mm: a pin of 180 mm does not go"
+    ):
+        load_case("wind-5mw", sizes).view()
+    load_case("wind-5mw", {**sizes, "stage.planet.bore_diameter_mm": "181"}).view()
 
 
 SUPPORTS = [
     ({}, None),
-    ({"bearings.output.axial_n_per_m": "0"}, "bearings.output.axial_n_per_m"),
-    ({"shaft.spline.axial_n_per_m": "0"}, "shaft.spline.axial_n_per_m"),
-    ({"shaft.spline.radial_n_per_m": "0", "shaft.spline.tilt_nm_per_rad": "0"}, None),
-    ({"bearings.output.radial_n_per_m": "0", "bearings.output.tilt_nm_per_rad": "0"}, None),
-    (NO_CARRIER_BEARINGS, "bearings.carrier_drive.axial_n_per_m"),
-    ({"ring.bolts.stiffness_axial_n_per_m": "0"}, "ring.bolts.stiffness_axial_n_per_m"),
+    ({"output.bearing.axial_n_per_m": "0"}, "output.bearing.axial_n_per_m"),
+    ({"stage.sun.shaft.spline.axial_n_per_m": "0"}, "stage.sun.shaft.spline.axial_n_per_m"),
+    (
+        {
+            "stage.sun.shaft.spline.radial_n_per_m": "0",
+            "stage.sun.shaft.spline.tilt_nm_per_rad": "0",
+        },
+        None,
+    ),
+    ({"output.bearing.radial_n_per_m": "0", "output.bearing.tilt_nm_per_rad": "0"}, None),
+    (NO_CARRIER_BEARINGS, "stage.carrier.bearing_drive.axial_n_per_m"),
+    (
+        {"stage.ring.fe.bolts.stiffness_axial_n_per_m": "0"},
+        "stage.ring.fe.bolts.stiffness_axial_n_per_m",
+    ),
 ]
 
 
 @pytest.mark.parametrize(("settings", "key"), SUPPORTS)
 def test_supports_of_a_stage(settings, key):
     """Rigid stand-ins and bodies that bend are held, or not, alike."""
-    case = load_stage("wind-5mw", settings)
+    case = load_case("wind-5mw", settings).view()
     if key is None:
         require_workable(case.case)
         stage_system(case, make_bodies(case))
@@ -128,9 +134,9 @@ def test_supports_of_a_stage(settings, key):
 
 def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
     """Beside rotations those of a sun without spline or bearing: all it has but turning."""
-    loose = {f"shaft.spline.{k}": "0" for k in ("radial_n_per_m", "tilt_nm_per_rad")}
-    held = load_stage("wind-5mw")
-    floating = load_stage("wind-5mw", loose)
+    loose = {f"stage.sun.shaft.spline.{k}": "0" for k in ("radial_n_per_m", "tilt_nm_per_rad")}
+    held = load_case("wind-5mw").view()
+    floating = load_case("wind-5mw", loose).view()
     bodies = make_bodies(held)
     size = [stage_system(case, bodies).rigid.shape[1] for case in (held, floating)]
     assert size == [7, 7 + 4]  # orbit, planets and sun turn; then sideways and tilting, twice each
@@ -140,7 +146,7 @@ def test_a_stage_whose_sun_floats_has_its_rigid_motions(tmp_path):
     ("kinematics", "ways"), [("axial", "along the axis"), ("spatial", "against tilting and along")]
 )
 def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
-    train = stage_train(tmp_path, head=f'kind = "train"\nkinematics = "{kinematics}"\n')
+    train = stage_train(tmp_path, head=f'kinematics = "{kinematics}"\n')
     key, words = refusal(train)
     assert key.startswith("stage.sun.support.")
     for member in ("stage.sun", "stage.ring", "stage.carrier", "planets of stage"):
@@ -152,16 +158,20 @@ def test_a_lumped_stage_is_told_every_direction(tmp_path, kinematics, ways):
 
 
 def test_bolt_holes_have_room_in_the_fe_mesh():
-    settings = {"ring.bolts.number": "50", "ring.bolts.holes": "true", "solver.fidelity": "quick"}
+    settings = {
+        "stage.ring.fe.bolts.number": "50",
+        "stage.ring.fe.bolts.holes": "true",
+        "solver.fidelity": "quick",
+    }
     key, words = refusal(load_case("wind-5mw", settings))
-    assert key == "ring.bolts.number"
+    assert key == "stage.ring.fe.bolts.number"
     assert "too close to each other" in words
 
 
 def test_files_are_there(tmp_path):
-    settings = {"ring.fe_mesh": "file", "ring.fe_mesh_file": str(tmp_path)}
+    settings = {"stage.ring.fe.fe_mesh": "file", "stage.ring.fe.fe_mesh_file": str(tmp_path)}
     key, words = refusal(load_case("wind-5mw", settings))
-    assert key == "ring.fe_mesh_file"
+    assert key == "stage.ring.fe.fe_mesh_file"
     assert "is a folder" in words
 
 

@@ -27,7 +27,7 @@ def plain_stage(**sections):
         "gear_mesh": {"model": "per_pair", "contact_law": "one-sided"}, **sections,
     }  # fmt: skip
     return case_of_toml({
-        "kind": "train", "title": "plain", "stage": stage, "output": {"member": "stage.sun"},
+        "title": "plain", "stage": stage, "output": {"member": "stage.sun"},
         "material": {
             "young_modulus_gpa": 206, "poisson_ratio": 0.3, "density_kg_per_m3": 7850},
         "inputs": [{"member": "stage.carrier", "speed_rpm": 1500, "torque_nm": 300}],

@@ -21,7 +21,7 @@ from flexgear.gears.bearing_life import (
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 positive = st.floats(1e-2, 1e7)
 exponents = st.sampled_from([BALL, ROLLER])
@@ -118,15 +118,15 @@ def test_life_of_the_planet_bearings_of_a_flexible_stage():
     """Both gear meshes push a planet with T/(N R_c) altogether, which turns (z_r/z_p) ω_c against
     its pin; two bearings share it."""
     rating = {"dynamic_rating_kn": "9000", "rolling": "roller", "count": "2"}
-    case = load_stage("wind-5mw", {f"bearings.planet.{k}": v for k, v in rating.items()})
+    case = load_case("wind-5mw", {f"stage.planet_bearing.{k}": v for k, v in rating.items()}).view()
     alone, distance = case.case, stage_geometry(case).center_distance
     hours = planet_bearing_life_hours(alone, power_flow(alone))
     load = case.case.inputs[0].torque / (5 * distance)
     speed = case.case.inputs[0].speed * 93 / 33 / (2 * math.pi)
     turns = 1e6 * (9e6 / (load / 2)) ** (10 / 3)
     assert hours == {"stage": pytest.approx(turns / speed / 3600)}
-    with pytest.raises(InputError, match=r"bearings.planet.rolling: is missing"):
-        load_stage("wind-5mw", {"bearings.planet.dynamic_rating_kn": "9000"})
+    with pytest.raises(InputError, match=r"stage.planet_bearing.rolling: is missing"):
+        load_case("wind-5mw", {"stage.planet_bearing.dynamic_rating_kn": "9000"}).view()
 
 
 def test_a_varying_load_lasts_as_long_as_its_mean_of_the_exponent():
@@ -141,7 +141,9 @@ def test_a_varying_load_lasts_as_long_as_its_mean_of_the_exponent():
 def test_a_life_is_that_of_the_constant_load_of_the_same_damage():
     """Two side by side share each load; half the revolutions without load: twice the life."""
     rating = {"dynamic_rating_kn": "2000", "rolling": "roller", "count": "2"}
-    view = load_stage("wind-5mw", {f"bearings.carrier_far.{k}": v for k, v in rating.items()})
+    view = load_case(
+        "wind-5mw", {f"stage.carrier.bearing_far.{k}": v for k, v in rating.items()}
+    ).view()
     bearings = view.seat_bearings
     expected = 1e6 * (2e6 / 2e5) ** (10 / 3) * 2 * math.pi / 1.2 / 3600
     assert bearing_life_hours(bearings["far"], 4e5, -1.2) == pytest.approx(expected)

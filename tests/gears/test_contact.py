@@ -11,7 +11,7 @@ from gears.stages import flexible_paths
 from flexgear.gears.contact import assembly_mismatch
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 sys.path.insert(0, str(Path(__file__).parent))
 from flanks import Teeth
@@ -85,7 +85,7 @@ class Bench:
 
 @pytest.fixture(scope="module", params=range(len(VARIANTS)))
 def bench(request):
-    return Bench(load_stage("wind-5mw", VARIANTS[request.param]))
+    return Bench(load_case("wind-5mw", VARIANTS[request.param]).view())
 
 
 def first_angles(bench, kind_of_flank="drive"):
@@ -233,7 +233,7 @@ def test_shares_of_pairs_are_those_of_the_contact_ratio(bench):
 
 
 def test_five_times_seventy_two_degrees_assembles_and_eighty_teeth_do_not():
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     phi = np.array(case.stage.planet_angles)
     assert np.abs(assembly_mismatch(stage_geometry(case), phi)).max() < 1e-9
     bad = {
@@ -241,11 +241,11 @@ def test_five_times_seventy_two_degrees_assembles_and_eighty_teeth_do_not():
         "stage.ring.teeth": "57", "stage.ring.addendum": "0.8",
         "stage.planet.bore_diameter_mm": "0",
     }  # fmt: skip
-    other = load_stage("wind-5mw", bad)
+    other = load_case("wind-5mw", bad).view()
     with pytest.raises(InputError, match=r"do not assemble.*26.67.*planet_positions"):
         flexible_paths(other)
-    forced = load_stage("wind-5mw", {**bad, "stage.allow_unassemblable": "true"})
+    forced = load_case("wind-5mw", {**bad, "stage.allow_unassemblable": "true"}).view()
     assert set(flexible_paths(forced)) == {"ring", "sun", "ring_coast", "sun_coast"}
     pitch = 360 / 80  # angles in steps of 360°/(z_s + z_r) assemble
     places = f"[0, {27 * pitch}, {53 * pitch}]"
-    flexible_paths(load_stage("wind-5mw", {**bad, "stage.planet_positions_deg": places}))
+    flexible_paths(load_case("wind-5mw", {**bad, "stage.planet_positions_deg": places}).view())

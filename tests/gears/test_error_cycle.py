@@ -26,7 +26,7 @@ from flexgear.gears.error_cycle import (
 )
 from flexgear.model.errors import FlexgearError
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 TEETH = st.integers(5, 14)
 
@@ -96,7 +96,7 @@ def test_sources_of_errors():
 
 
 def test_bundled_stage_is_sampled_in_whole_gear_mesh_cycles():
-    stage = load_stage("wind-5mw").stage
+    stage = load_case("wind-5mw").view().stage
     whole = error_cycle(stage)
     assert (whole.gear_meshes, whole.turns) == (9207, 99)  # lcm(27, 33, 93)
     s = sample_angles(stage, 8, most=186)

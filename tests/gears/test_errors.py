@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from flexgear.gears.errors import stage_errors, stage_turns
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 DEG = math.pi / 180
 UM = 1e-6
@@ -309,11 +309,11 @@ def test_the_printed_carrier_error_would_be_rolled_away_by_the_planets():
 
 # ------------------------------------------------------------------------------------------ teeth
 def test_a_lumped_and_a_flexible_stage_of_the_same_gears_have_the_same_errors():
-    case = load_stage("wind-5mw", {
-        "errors.ring_pitch_um": "5", "errors.planet_pitch_um": "4", "errors.sun_pitch_um": "3",
-        "errors.pin_tangential_um": "[30, 0, -4, 0, 0]", "errors.pin_radial_um": "[0, 7, 0, 0, 0]",
-        "errors.ring_phase_deg": "20",
-    })  # fmt: skip
+    case = load_case("wind-5mw", {
+        "stage.errors.ring_pitch_um": "5", "stage.errors.planet_pitch_um": "4",
+        "stage.errors.sun_pitch_um": "3", "stage.errors.pin_tangential_um": "[30, 0, -4, 0, 0]",
+        "stage.errors.pin_radial_um": "[0, 7, 0, 0, 0]", "stage.errors.ring_phase_deg": "20",
+    }).view()  # fmt: skip
     lumped = planetary(
         **{k: getattr(case.stage, k) for k in (
             "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",

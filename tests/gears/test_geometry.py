@@ -13,12 +13,12 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.tooth import inverse_involute, involute
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 
 @pytest.fixture(scope="module")
 def case():
-    return load_stage("wind-5mw")
+    return load_case("wind-5mw").view()
 
 
 def test_centre_distance_and_diameters_of_the_bundled_stage(case):
@@ -89,9 +89,10 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
         "stage.normal_module_mm": module, "stage.face_width_mm": width * module,
         "stage.ring.addendum": 0.8, "stage.sun.bore_diameter_mm": 0,
         "stage.planet.bore_diameter_mm": 0, "stage.backlash_ring_mm": 0.01 * module,
-        "stage.backlash_sun_mm": 0.02 * module, "ring.fits": "[]", "carrier.plate_gap_m": 1,
+        "stage.backlash_sun_mm": 0.02 * module, "stage.ring.fe.fits": "[]",
+        "stage.carrier.fe.plate_gap_m": 1,
     }  # fmt: skip
-    case = load_stage("wind-5mw", {k: str(v) for k, v in over.items()})
+    case = load_case("wind-5mw", {k: str(v) for k, v in over.items()}).view()
     reach = (planet + 2 * math.cos(math.radians(helix))) / (sun + planet)
     if planets * math.asin(min(1.0, reach)) > math.pi:
         with pytest.raises(InputError, match="collide"):
@@ -114,10 +115,10 @@ def test_any_unshifted_stage_is_consistent(planets, sun, planet, helix, module, 
 
 def test_profile_shift_moves_all_gears_after_iso():
     """x > 0: thicker teeth everywhere; ring tip inward. x_s + x_p = -(x_p + x_r) keeps distance."""
-    plain = stage_geometry(load_stage("wind-5mw"))
+    plain = stage_geometry(load_case("wind-5mw").view())
     shifts = {"sun": 0.3, "planet": -0.3, "ring": 0.3}
     over = {f"stage.{g}.profile_shift": str(x) for g, x in shifts.items()}
-    g = stage_geometry(load_stage("wind-5mw", over))
+    g = stage_geometry(load_case("wind-5mw", over).view())
     assert g.center_distance == pytest.approx(plain.center_distance)
     for name, x in shifts.items():
         a, b = getattr(plain, name), getattr(g, name)
@@ -151,9 +152,9 @@ def test_gears_that_cannot_mesh_are_refused_with_a_remedy(over, words):
 
 def test_positions_may_be_given_in_any_order_and_turn():
     places = "[360, 648, 216, -216, 72]"
-    case = load_stage("wind-5mw", {"stage.planet_positions_deg": places})
-    plain = stage_geometry(load_stage("wind-5mw"))
+    case = load_case("wind-5mw", {"stage.planet_positions_deg": places}).view()
+    plain = stage_geometry(load_case("wind-5mw").view())
     assert stage_geometry(case).planet_clearance == pytest.approx(plain.planet_clearance)
-    twice = load_stage("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"})
+    twice = load_case("wind-5mw", {"stage.planet_positions_deg": "[0, 72, 144, 216, 576]"}).view()
     with pytest.raises(InputError, match="collide"):
         stage_geometry(twice)

@@ -39,8 +39,10 @@ THIN = {
     "stage.planet.dedendum": "1.8", "stage.planet.root_fillet": "0.2",
 }  # fmt: skip
 SHAFT = {
-    "shaft.sections.0.outer_diameter_mm": "190", "shaft.sections.0.inner_diameter_mm": "0",
-    "shaft.sections.1.outer_diameter_mm": "190", "shaft.sections.1.inner_diameter_mm": "0",
+    "stage.sun.shaft.sections.0.outer_diameter_mm": "190",
+    "stage.sun.shaft.sections.0.inner_diameter_mm": "0",
+    "stage.sun.shaft.sections.1.outer_diameter_mm": "190",
+    "stage.sun.shaft.sections.1.inner_diameter_mm": "0",
 }  # fmt: skip
 RATED = {"stage.planet_bearing.rolling": "roller"}
 
@@ -56,11 +58,23 @@ RATED = {"stage.planet_bearing.rolling": "roller"}
         ("lin-parker", THICK, ["teeth overlap by", "sun gear mesh"]),
         ("wind-5mw", UNDERCUT, ["sun: its tool undercuts"]),
         ("wind-5mw", THIN, ["tips of the sun", "addendum"]),
-        ("wind-5mw", {"drive.rated_torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
+        ("wind-5mw", {"inputs.0.torque_knm": "4e4"}, ["sun gear mesh", "MPa", "check torque"]),
         ("wind-5mw", SHAFT, ["sun's shaft", "section 0", "yields"]),
-        ("wind-5mw", {"bearings.planet.radial_n_per_m": "6e6"}, ["bearings.planet.radial", "unit"]),
-        ("wind-5mw", {"bearings.planet.radial_n_per_m": "6e12"}, ["bearings.planet.radial"]),
-        ("wind-5mw", {"bearings.carrier_far.radial_n_per_m": "1e13"}, ["bearings.carrier_far"]),
+        (
+            "wind-5mw",
+            {"stage.planet_bearing.radial_n_per_m": "6e6"},
+            ["stage.planet_bearing.radial", "unit"],
+        ),
+        (
+            "wind-5mw",
+            {"stage.planet_bearing.radial_n_per_m": "6e12"},
+            ["stage.planet_bearing.radial"],
+        ),
+        (
+            "wind-5mw",
+            {"stage.carrier.bearing_far.radial_n_per_m": "1e13"},
+            ["stage.carrier.bearing_far"],
+        ),
         ("wind-5mw", RATED | {"stage.planet_bearing.dynamic_rating_kn": "4"}, ["times the load"]),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -9810, 0]"}, ["gravity is 9810 m/s²"]),
         ("wind-5mw", {"gravity_m_per_s2": "[0, -0.00981, 0]"}, ["gravity is 0.00981 m/s²"]),

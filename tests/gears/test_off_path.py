@@ -8,7 +8,7 @@ import pytest
 from gears.stages import flexible_paths
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 VARIANTS = {
     "standard": {},
@@ -33,7 +33,7 @@ EVERY = pytest.mark.parametrize("name", VARIANTS)
 def stages():
     found = {}
     for name, keys in VARIANTS.items():
-        case = load_stage("wind-5mw", keys)
+        case = load_case("wind-5mw", keys).view()
         found[name] = (stage_geometry(case), flexible_paths(case))
     return found
 
@@ -199,8 +199,10 @@ def test_rolls_meet_at_the_ends(stages, kind):
 
 def test_path_that_ends_without_a_tip_is_not_prolonged():
     """A sun whose flank ends at its base circle before the planet's tip comes there."""
-    case = load_stage("wind-5mw", {"stage.sun.teeth": "12", "stage.planet.teeth": "42",
-                                   "stage.planets": "3", "stage.ring.teeth": "96"})  # fmt: skip
+    case = load_case("wind-5mw", {
+        "stage.sun.teeth": "12", "stage.planet.teeth": "42", "stage.planets": "3",
+        "stage.ring.teeth": "96",
+    }).view()  # fmt: skip
     path = flexible_paths(case)["sun"]
     assert path.off_path.after is None
     assert np.isinf(path.off_path.gap(path.s_hi + 1e-3))

@@ -21,7 +21,7 @@ from gears.stages import (
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.paths import stage_paths
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 KINDS = ("ring", "sun", "ring_coast", "sun_coast")
 DEG = math.pi / 180
@@ -35,7 +35,7 @@ def contact(path, planet, index, theta, z=0.0):
 def test_per_pair_paths_are_those_of_the_flexible_stage():
     """Same gears, same laws: every field equal to the last bit, but that a ring with teeth in an
     FE mesh loses what that holds."""
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     stage = planetary(
         **{k: getattr(case.stage, k) for k in (
             "planets", "normal_module", "helix_angle", "planet_hand", "face_width", "backlash_ring",

@@ -17,7 +17,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 YOUNG, POISSON = 210e9, 0.3
 PLANE = (1 - POISSON**2) / YOUNG
@@ -29,7 +29,7 @@ PLANE = (1 - POISSON**2) / YOUNG
 @pytest.mark.parametrize("height", [0.5, 0.8])
 def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
     """Bending, shear and shortening of the tooth; with the foundation. Hertz's part taken off."""
-    case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
     tooth, module = getattr(stage_geometry(case), name), case.stage.normal_module
     radius = tooth.form_radius + height * (tooth.tip_radius - tooth.form_radius)
     theory = tooth_compliance(tooth.outline(), np.array([radius]), YOUNG, POISSON)
@@ -46,7 +46,7 @@ def test_a_tooth_bends_as_in_plane_strain(name, bending, whole, height):
 
 
 def test_the_deflection_does_not_depend_on_the_fe_mesh_or_on_the_width_of_the_load():
-    case = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
     g, module = stage_geometry(case), case.stage.normal_module
     p, radius = gear_of(case, "ring"), 0.5 * (g.ring.form_radius + g.ring.tip_radius)
     coarse, fine, spread = (
@@ -94,7 +94,7 @@ def _graded(fine, last):
 @pytest.mark.parametrize("name", ["sun", "planet", "ring"])
 def test_a_load_towards_the_root_leaves_the_foundation_only(name):
     """Continuous where load and middle line cross below the root section, and never negative."""
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     g = stage_geometry(case)
     tooth = getattr(g, name)
     radius = np.linspace(tooth.form_radius, tooth.tip_radius, 400)

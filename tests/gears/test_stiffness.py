@@ -12,7 +12,7 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.gears.stiffness import iso_single_stiffness, pair_stiffness, parabola, table_law
 from flexgear.gears.tooth import ToothOutline
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 
 
 def force_of(case, gear):
@@ -55,7 +55,7 @@ def test_spur_is_the_limit_of_a_small_helix():
 
 
 def test_centroid_travels_along_the_whole_face():
-    path = flexible_paths(load_stage("wind-5mw"))["ring"]
+    path = flexible_paths(load_case("wind-5mw").view())["ring"]
     z = path.zc_grid[path.k_grid > 1e-3 * path.k_grid.max()]
     assert z.max() > 0.9 * path.half_face
     assert z.min() < -0.9 * path.half_face
@@ -78,7 +78,7 @@ def test_iso_single_stiffness_of_a_spur_pair_by_hand():
 def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
     """ISO's q' is a fit of Weber-Banaschek results, good to some 5 %; C_M = 0.8 and C_B taken out
     again. (Within 2 % with roots drawn as arcs, which were too soft.)"""
-    case = load_stage("wind-5mw", {"stage.helix_angle_deg": helix})
+    case = load_case("wind-5mw", {"stage.helix_angle_deg": helix}).view()
     g = stage_geometry(case)
     split = compliance(case, g, gear, force_of(case, gear))
     peak = (1 / split.total).max() / math.cos(g.base_helix_angle) ** 2
@@ -91,7 +91,7 @@ def test_weber_banaschek_is_near_the_theoretical_iso_value(gear, helix):
 
 
 def test_compliances_grow_towards_the_tip():
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     g = stage_geometry(case)
     for name in ("sun", "planet", "ring"):
         gear = getattr(g, name)
@@ -115,7 +115,7 @@ def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
 
     What lies between that point and the flank is the contact's part, down to the middle line.
     """
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     g = stage_geometry(case)
     p, y = g.planet.outline(), 0.015
     flat = ToothOutline(g.planet, p.x, np.full_like(p.y, y), p.flank_points)
@@ -132,7 +132,9 @@ def test_a_tooth_of_constant_thickness_bends_like_a_cantilever():
 
 def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     """1/k_flank = (1 - share)/k_root for ISO; nothing changes at the sun."""
-    root, flank = (load_stage("wind-5mw", {"ring.tie": t}) for t in ("root", "flank"))
+    root, flank = (
+        load_case("wind-5mw", {"stage.ring.fe.tie": t}).view() for t in ("root", "flank")
+    )
     g = stage_geometry(root)
     xi = np.linspace(0, 1, 21)
     split = compliance(root, g, "ring", force_of(root, "ring"))
@@ -141,8 +143,10 @@ def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
     assert np.allclose(ratio, 1 - share, rtol=2e-3)
     assert 0.05 < share.min() < share.max() < 0.75
     assert np.allclose(law_of(root, "sun")(xi), law_of(flank, "sun")(xi))
-    over = {"gear_mesh.pair_stiffness": "weber-banaschek"}
-    both = [load_stage("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank")]
+    over = {"stage.gear_mesh.pair_stiffness": "weber-banaschek"}
+    both = [
+        load_case("wind-5mw", {**over, "stage.ring.fe.tie": t}).view() for t in ("root", "flank")
+    ]
     left = [1 / law_of(c, "ring")(xi) for c in both]
     split = compliance(root, g, "ring", force_of(root, "ring"))
     taken = np.interp(xi, split.xi, split.gear.bending) * math.cos(g.base_helix_angle) ** 2
@@ -152,13 +156,13 @@ def test_flank_tie_takes_the_ring_tooth_out_of_every_law():
 def test_table_law_reads_the_table():
     assert table_law(np.array([0, 1.0]), np.array([1e10, 2e10]))(np.array(0.25)) == 1.25e10
     points = "position = [0.0, 0.5, 1.0], stiffness_n_per_mm_um = [10, 15, 10]"
-    case = load_stage(
+    case = load_case(
         "wind-5mw",
         {
-            "gear_mesh.pair_stiffness": "table",
-            "gear_mesh.table": f"{{ring = {{{points}}}, sun = {{{points}}}}}",
+            "stage.gear_mesh.pair_stiffness": "table",
+            "stage.gear_mesh.table": f"{{ring = {{{points}}}, sun = {{{points}}}}}",
         },
-    )
+    ).view()
     law = law_of(case, "sun")
     assert law(np.array(0.5)) == pytest.approx(15e9)
     assert flexible_paths(case)["sun"].k_grid.max() < 15e9 * 0.43
@@ -167,8 +171,10 @@ def test_table_law_reads_the_table():
 def test_flank_tie_takes_the_ring_tooth_out_of_the_mean_of_a_wave():
     """Of pairs of one stiffness the share that the FE mesh holds is taken out all along the path:
     mean times the mean of 1/(1 − share); with the tie "root" c_γ b is taken whole."""
-    over = {"gear_mesh.model": "constant", "gear_mesh.ring_stiffness_n_per_m": "8e9"}
-    root, flank = (load_stage("wind-5mw", {**over, "ring.tie": t}) for t in ("root", "flank"))
+    over = {"stage.gear_mesh.model": "constant", "stage.gear_mesh.ring_stiffness_n_per_m": "8e9"}
+    root, flank = (
+        load_case("wind-5mw", {**over, "stage.ring.fe.tie": t}).view() for t in ("root", "flank")
+    )
     g = stage_geometry(root)
     split = compliance(root, g, "ring", force_of(root, "ring"))
     more = np.trapezoid(1 / (1 - split.gear_share), split.xi)

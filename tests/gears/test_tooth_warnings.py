@@ -12,7 +12,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.tool import PlainTool
 from flexgear.gears.tooth_warnings import lowest_contact, tooth_warnings, trimmed
 from flexgear.model.bundled import bundled_cases
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 PROFILE_A = {"stage.planet.dedendum": "1.25", "stage.planet.root_fillet": "0.38"}
 SPUR = {"stage.helix_angle_deg": "0"}
@@ -28,7 +28,7 @@ def test_nothing_is_said_of_bundled_cases(name):
 def test_a_rings_tip_on_the_root_of_a_planet():
     """In micrometres as the brute-force tooth stands proud where the ring's tip comes; none with
     the remedy that is told."""
-    view = load_stage("wind-5mw", {**PROFILE_A, **SPUR})
+    view = load_case("wind-5mw", {**PROFILE_A, **SPUR}).view()
     (text,) = tooth_warnings(view)
     g = stage_geometry(view)
     reach = lowest_contact(g.planet, g.ring, g.ring_mesh.working_angle)
@@ -47,7 +47,7 @@ def test_a_rings_tip_on_the_root_of_a_planet():
     assert 5 < proud < 60
     assert f"stands {proud:.1f} µm proud" in text
     assert "planet.dedendum" in text
-    assert not tooth_warnings(load_stage("wind-5mw", SPUR))
+    assert not tooth_warnings(load_case("wind-5mw", SPUR).view())
 
 
 def test_undercut_shortens_the_path_of_contact():
@@ -55,7 +55,7 @@ def test_undercut_shortens_the_path_of_contact():
         "stage.sun.teeth": "12", "stage.planet.teeth": "48", "stage.ring.teeth": "108",
         "stage.planets": "3", **SPUR,
     }  # fmt: skip
-    view = load_stage("wind-5mw", keys)
+    view = load_case("wind-5mw", keys).view()
     texts = tooth_warnings(view)
     assert any("sun: its tool undercuts" in text for text in texts)
     assert any("does not cover the path of contact" in text for text in texts)

@@ -9,7 +9,7 @@ from flexgear.model import input_file
 from flexgear.model.bundled import bundled_text
 from flexgear.model.content import file_digest
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh.files import read_fe_mesh
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices are of POSIX")
@@ -25,19 +25,19 @@ def test_pipes_and_devices_are_refused(tmp_path, device):
         path.symlink_to(device)
     for read in (
         lambda: load_case(path),
-        lambda: load_stage("wind-5mw", {**CSV, "drive.file": str(path)}),
+        lambda: load_case("wind-5mw", {**CSV, "drive.file": str(path)}).view(),
         lambda: read_fe_mesh(path),
     ):
         with pytest.raises(InputError, match="is a device or pipe"):
             read()
-    case = load_stage("wind-5mw", {"ring.fe_mesh_file": str(path)})
+    case = load_case("wind-5mw", {"stage.ring.fe.fe_mesh_file": str(path)}).view()
     assert case.case.content_hash() and file_digest(str(path)).startswith("missing:")
 
 
 def test_huge_files_are_refused_unread(tmp_path):
     for name, read in (
         ("a.toml", load_case),
-        ("a.csv", lambda path: load_stage("wind-5mw", {**CSV, "drive.file": str(path)})),
+        ("a.csv", lambda path: load_case("wind-5mw", {**CSV, "drive.file": str(path)}).view()),
         ("a.inp", read_fe_mesh),
     ):
         with open(tmp_path / name, "wb") as file:
@@ -64,7 +64,7 @@ def test_a_folder_does_not_hide_a_bundled_case(tmp_path, monkeypatch):
         load_case("mine")
     (tmp_path / "wind-5mw").write_text(bundled_text("wind-5mw").replace("[stage]", "[stagge]", 1))
     with pytest.raises(InputError, match="stagge"):
-        load_stage("wind-5mw")
+        load_case("wind-5mw").view()
 
 
 @pytest.mark.parametrize("word", ["a\0b", "~nobody-of-that-name/a", "", "x" * 5000, "loop"])
@@ -74,7 +74,7 @@ def test_odd_names_of_files_are_one_line(tmp_path, monkeypatch, word):
     for read in (
         lambda: load_case(word),
         lambda: load_case(f"{word}.toml"),
-        lambda: load_stage("wind-5mw", {**CSV, "drive.file": word or '""'}),
+        lambda: load_case("wind-5mw", {**CSV, "drive.file": word or '""'}).view(),
         lambda: load_case("nrel-5mw", {"stages.0.case": word or '""'}),
     ):
         with pytest.raises(InputError) as caught:

@@ -52,12 +52,12 @@ WRONG = {
     "no unit": changed("wind-5mw", "stage", "face_width", value=0.4),
     "wrong unit": changed("wind-5mw", "stage", "face_width_rpm", value=400),
     "out of range": changed("wind-5mw", "stage", "pressure_angle_deg", value=50),
-    "wrong word": changed("wind-5mw", "gear_mesh", "model", value="pairs"),
-    "not a number": changed("wind-5mw", "ring", "rim_thickness_mm", value="thick"),
-    "needed key": changed("wind-5mw", "carrier", "hub_bore_mm", drop=True),
+    "wrong word": changed("wind-5mw", "stage", "gear_mesh", "model", value="pairs"),
+    "not a number": changed("wind-5mw", "stage", "ring", "fe", "rim_thickness_mm", value="thick"),
+    "needed key": changed("wind-5mw", "stage", "carrier", "fe", "hub_bore_mm", drop=True),
     "needed in a stage": changed("lin-parker", "stage", "normal_module_mm", drop=True),
-    "short form in the long": changed("nrel-5mw", "ring", value={"rim_thickness_mm": 50}),
-    "short drive in the long": changed("nrel-5mw", "drive", value={"rated_speed_rpm": 12}),
+    "section of an earlier form": changed("nrel-5mw", "ring", value={"rim_thickness_mm": 50}),
+    "key of an earlier form": changed("nrel-5mw", "drive", value={"rated_speed_rpm": 12}),
     "no stage": changed("lin-parker", "stage", drop=True),
 }
 
@@ -72,9 +72,14 @@ def test_what_the_reader_refuses_is_refused(name):
 TAKEN = {
     "another unit": changed("lin-parker", "stage", "face_width_m", value=0.03),
     "several bolt circles": changed(
-        "wind-5mw", "ring", "bolts", value=[bundled("wind-5mw")["ring"]["bolts"]]
+        "wind-5mw",
+        "stage",
+        "ring",
+        "fe",
+        "bolts",
+        value=[bundled("wind-5mw")["stage"]["ring"]["fe"]["bolts"]],
     ),
-    "one shift": changed("wind-5mw", "ring", "fe_mesh_shift_mm", value=2.0),
+    "one shift": changed("wind-5mw", "stage", "ring", "fe", "fe_mesh_shift_mm", value=2.0),
     "a stage of another case": {
         "material": bundled("wind-5mw")["material"],
         "stages": [{"name": "first", "case": "wind-5mw", "ring": {"fe": {"rim_thickness_mm": 90}}}],

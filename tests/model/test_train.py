@@ -8,7 +8,7 @@ from small_train import ALONE, FLEXIBLE, SMALL
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 
 
 @pytest.fixture
@@ -21,22 +21,10 @@ def write(tmp_path):
     return write
 
 
-def test_the_key_kind_decides(write):
-    assert isinstance(load_case(write(SMALL)), Case)
-    assert load_case("wind-5mw").is_short
-    same = load_case("wind-5mw").content_hash()
-    from flexgear.model.bundled import bundled_text
-
-    stated = write('kind = "stage"\n' + bundled_text("wind-5mw"), "wind.toml")
-    assert load_case(stated).content_hash() == same
+def test_only_a_case_of_one_stage_has_the_stage(write):
+    assert load_case(write(ALONE)).view().name == "stage"
     with pytest.raises(InputError, match="stages: are stage_1, stage_2 -- name one"):
-        load_stage(write(SMALL))
-    with pytest.raises(InputError, match="kind: 'trains' is unknown -- did you mean train"):
-        load_case(write(SMALL.replace('"train"', '"trains"')))
-    plain = load_case(write(SMALL.replace('kind = "train"', "")))  # as [[stages]] say
-    assert plain == load_case(write(SMALL))
-    plain = load_case(write(ALONE.replace('kind = "train"', "")))  # as [[inputs]] say
-    assert plain == load_case(write(ALONE))
+        load_case(write(SMALL)).view()
 
 
 def test_members_and_what_is_held(write):
@@ -136,13 +124,13 @@ def test_a_stage_is_seen_as_gear_functions_see_a_case(write):
 
 def test_a_flexible_stage_has_the_gears_of_its_case(write):
     train = load_case(write(FLEXIBLE))
-    case, stage = load_stage("wind-5mw"), train.stages[0]
+    case, stage = load_case("wind-5mw").view(), train.stages[0]
     assert stage.stage == case.stage.stage
     assert stage.gear_mesh.model == "per_pair"
     assert stage.planet_bearing.stiffness == case.stage.planet_bearing.stiffness
     assert stage.errors.ring_tooth == case.errors.ring_tooth
     assert stage.errors.carrier_eccentricity == 30e-6
-    assert stage.ring.fe == case.with_(ring__flexible=False).ring
+    assert stage.ring.fe == case.with_(stage__ring__fe__flexible=False).ring
     assert train.kinematics_of("stage_1.ring") == "spatial"
     assert train.held_members() == ("stage_1.ring",)
     assert train.view("stage_1").material == case.material

@@ -44,7 +44,7 @@ member = "second.sun"
 def two_stages(tmp_path_factory):
     """Equilibria of two flexible stages, one behind the other, both with errors."""
     folder = tmp_path_factory.mktemp("two")
-    case = load_case(write(folder, TWO, 'kind = "train"\nkinematics = "spatial"\n'))
+    case = load_case(write(folder, TWO, 'kinematics = "spatial"\n'))
     bodies = {name: cheap_stage(stage) for name, stage in case.flexible_stages.items()}
     return static(put_together(case, bodies=bodies), [0.0, 0.1, 0.2])
 

@@ -37,29 +37,24 @@ def pieces(make_run):
     run = make_run()
     return {
         "case": "sample",
-        "kind": "stage",
         "variant": "flexible",
         "version": "1",
         "content_hash": "abc",
-        "fe": {"ring": {"dofs": np.int64(100_000)}, "carrier": {"dofs": 50_000}},
-        "reduction": {"ring": REDUCTION, "carrier": REDUCTION},
+        "fe": {"stage.ring": {"dofs": np.int64(100_000)}, "stage.carrier": {"dofs": 50_000}},
+        "reduction": {"stage.ring": REDUCTION, "stage.carrier": REDUCTION},
         "second_reduction": {
             "flexible": {"kept_modes": 96, "modes_limit_hz": 1329.0, "modes_estimate": 0.008}
         },
-        "kinematics": {
-            "carrier_speed_rpm": 11.27,
-            "pin_speed_rpm": 11.27,
-            "sun_speed_rpm": 50.1,
-            "gear_mesh_frequency_hz": 17.5,
-            "contact_ratio_ring": 2.7,
-            "contact_ratio_sun": 2.4,
+        "kinematics": {"stage": {
+            "carrier_speed_rpm": 11.27, "pin_speed_rpm": 11.27, "sun_speed_rpm": 50.1,
+            "gear_mesh_frequency_hz": 17.5, "contact_ratio_ring": 2.7, "contact_ratio_sun": 2.4,
             "expected_ring_mesh_force_n": 4e5,
-        },
-        "steady": steady_summary(
+        }},
+        "steady": {"stage": steady_summary(
             {"flexible": run, "rigid": make_run("rigid")}, star(make_run), "stage"
-        ),
+        )},
         "torque_steps": {
-            "2e6": {"flexible": drop_summary(run) | torque_step_summary(run, "stage")}
+            "2e6": {"flexible": drop_summary(run) | {"stage": torque_step_summary(run, "stage")}}
         },
         "system": dict.fromkeys(("bodies", "coordinates", "kept_modes", "modes_limit_hz", "modes_estimate"), 1),
         "power_flow": {"mobility": 1, "input_power_w": 1.0, "members": {}},
@@ -80,7 +75,7 @@ def pieces(make_run):
 def test_complete_and_readable_again(make_run, tmp_path):
     summary = build_summary(**pieces(make_run))
     assert json.loads(write_json(tmp_path / "summary.json", summary).read_text()) == summary
-    steady = summary["steady"]
+    steady = summary["steady"]["stage"]
     assert len(steady["radial_harmonics_um"]) == 21
     assert steady["radial_harmonics_um"][5] == pytest.approx(40.0)
     assert steady["ring_pairs_in_contact"] == {"3": 1.0}
@@ -105,16 +100,16 @@ def test_empty_slots_do_not_count_as_lowest_load(make_run):
 
 def test_every_gap_is_named(make_run):
     some = pieces(make_run)
-    del some["fe"]["carrier"]["dofs"], some["energy_residual"]
+    del some["fe"]["stage.carrier"]["dofs"], some["energy_residual"]
     some["torque_steps"]["2e6"]["flexible"].pop("speed_rpm_min")
-    some["steady"]["radial_harmonics_um"].pop()
+    some["steady"]["stage"]["radial_harmonics_um"].pop()
     with pytest.raises(FlexgearError) as caught:
         build_summary(**some)
     for words in (
-        "fe.carrier.dofs is missing",
+        "fe.stage.carrier.dofs is missing",
         "energy_residual is missing",
         "torque_steps.2e6.flexible.speed_rpm_min is missing",
-        "20 orders, not 21",
+        "steady.stage.radial_harmonics_um has 20 orders, not 21",
     ):
         assert words in str(caught.value)
 

@@ -10,7 +10,6 @@ from flexgear.solve.headlines import HEADLINES, rows_schema
 
 SCHEMA = json_schema({"headlines": rows_schema()})
 PART = {
-    "kind": "train",
     "schema_version": VERSION,
     "stages": {"first": {"kind": "planetary", "gear_mesh_frequency_hz": 5.0}},
     "torque_steps": {"2e6": {"flexible": {"first": {"carrier_speed_rpm_min": 1.0}}}},
@@ -56,8 +55,6 @@ def test_what_must_be_there_is_named_where_it_is_missing():
     assert not [name for name in lost if name.startswith(("steady", "kinematics", "headlines"))]
 
 
-def test_the_short_form_has_no_stage_between():
-    lost = lacking({"kind": "stage", "steady": {}})
-    assert "steady.carrier_speed_rpm_mean" in lost
-    lost = lacking({"kind": "train", "steady": {"first": {}}})
+def test_figures_of_flexible_stages_stand_below_their_names():
+    lost = lacking({"steady": {"first": {}}})
     assert "steady.first.carrier_speed_rpm_mean" in lost

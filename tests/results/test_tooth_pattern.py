@@ -10,7 +10,7 @@ from flexgear.model.load import load_case
 from flexgear.results.tooth_pattern import carrying_sets, gear_pattern, planet_pattern
 from flexgear.views.pattern_charts import tooth_rows_chart
 
-CASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5})
+CASE = load_case("wind-5mw").with_(**{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5})
 TURN = np.linspace(0, 2 * np.pi, 40, endpoint=False)
 
 

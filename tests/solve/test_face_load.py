@@ -19,7 +19,7 @@ CYCLE = 2 * np.pi / BASE.view().stage.ring.teeth * np.arange(12) / 12
 
 
 def found(**changes):
-    case = BASE.with_(**{"gear_mesh.model": "face_load", **changes})
+    case = BASE.with_(**{"stage.gear_mesh.model": "face_load", **changes})
     return fg.static(rigid_stage(case), CYCLE)
 
 
@@ -41,8 +41,10 @@ def test_line_loads_add_up_along_the_contact_line_and_along_the_face(stage):
 def spur(z):
     """K_Hβ and misalignment, µm, of gear meshes of straight teeth without errors; planet bearings
     at z, m, from mid-face."""
-    clean = {f"errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
-    figures = face_figures(found(**{"stage.helix_angle": 0.0, "bearings.planet.z": z, **clean}))
+    clean = {f"stage.errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
+    figures = face_figures(
+        found(**{"stage.helix_angle": 0.0, "stage.planet_bearing.z": z, **clean})
+    )
     return np.array([[f["k_h_beta"], f["misalignment_um"]] for f in figures.values()]).T
 
 
@@ -63,8 +65,12 @@ def test_tilt_raises_the_factor_in_proportion_while_the_whole_face_touches():
 def straight(**changes):
     """Straight teeth without errors but those given, on the path of contact alone, planet bearings
     at mid-face."""
-    clean = {f"errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
-    own = {"stage.helix_angle": 0.0, "bearings.planet.z": 0.0, "gear_mesh.path_only": True}
+    clean = {f"stage.errors.{gear}_tooth": 0.0 for gear in ("ring", "planet", "sun")}
+    own = {
+        "stage.helix_angle": 0.0,
+        "stage.planet_bearing.z": 0.0,
+        "stage.gear_mesh.path_only": True,
+    }
     return found(**own, **clean, **changes)
 
 
@@ -85,9 +91,9 @@ def test_pairs_of_perfect_straight_teeth_share_ideally():
 
 def test_pitch_deviations_make_pairs_share_unevenly():
     """Straight teeth have their largest load where one pair carries all of it; oblique ones not."""
-    straight_ones = face_figures(straight(**{"errors.sun_pitch": 30e-6})).values()
+    straight_ones = face_figures(straight(**{"stage.errors.sun_pitch": 30e-6})).values()
     assert all(abs(one["k_h_alpha"] - 1.0) < 2e-3 for one in straight_ones)
-    oblique = found(**{"errors.sun_pitch": 30e-6, "gear_mesh.path_only": True})
+    oblique = found(**{"stage.errors.sun_pitch": 30e-6, "stage.gear_mesh.path_only": True})
     uneven = {name: one["k_h_alpha"] for name, one in face_figures(oblique).items()}
     assert max(k for name, k in uneven.items() if " sun " in name) > 1.15
     assert max(k for name, k in uneven.items() if " ring " in name) < 1.1
@@ -95,7 +101,9 @@ def test_pitch_deviations_make_pairs_share_unevenly():
 
 def test_ends_of_the_face_are_flagged_where_a_tilted_tooth_leaves_its_other_end():
     """K = 1 + c f/(2 w) is 2 there, at the last slice's middle a little less."""
-    less, more = (face_figures(straight(**{"errors.ring_helix_slope": f})) for f in (15e-5, 3e-4))
+    less, more = (
+        face_figures(straight(**{"stage.errors.ring_helix_slope": f})) for f in (15e-5, 3e-4)
+    )
     one = less["stage ring 1 drive"]
     assert 1.5 < one["k_h_beta"] < 1.9
     assert one["face_end_contact_positions"] == 0
@@ -138,7 +146,9 @@ def test_contact_pressure_is_that_of_hertz(stage):
 
 def test_planets_of_a_stage_without_errors_are_loaded_alike():
     """Five planets see the same within a cycle: K_Hβ differs by the phase of the positions only."""
-    figures = face_figures(found(**{f"errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")}))
+    figures = face_figures(
+        found(**{f"stage.errors.{g}_tooth": 0.0 for g in ("ring", "planet", "sun")})
+    )
     for kind in ("ring", "sun"):
         k = [f["k_h_beta"] for name, f in figures.items() if f" {kind} " in name]
         assert len(k) == 5
@@ -146,7 +156,7 @@ def test_planets_of_a_stage_without_errors_are_loaded_alike():
 
 
 def test_more_positions_tell_the_same(stage):
-    model = rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"}))
+    model = rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"}))
     finer = fg.static(model, np.linspace(0, CYCLE[1] * 12, 36, endpoint=False))
     one, two = face_figures(stage), face_figures(finer)
     for name in one:
@@ -154,7 +164,9 @@ def test_more_positions_tell_the_same(stage):
 
 
 def in_time(**changes):
-    case = BASE.with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5, **changes})
+    case = BASE.with_(
+        **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5, **changes}
+    )
     return fg.transient(rigid_stage(case), duration=2e-3)
 
 
@@ -167,7 +179,7 @@ def test_in_time_slices_are_there_on_request():
     xr.testing.assert_equal(asked[list(run)].drop_attrs(), run.drop_attrs())
     largest = with_ends(np.nan_to_num(asked["line_load"].to_numpy())).max(axis=(2, 3))
     np.testing.assert_allclose(largest, asked["largest_line_load"], rtol=1e-12)
-    still = fg.static(rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"})), [0.0])
+    still = fg.static(rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"})), [0.0])
     assert set(still) - set(asked) == {"closure", "rim_stress"}
 
 
@@ -181,7 +193,7 @@ def test_pictures_are_drawn(stage):
 @pytest.mark.parametrize("share", [-1.0, 1e-3, 0.0, 3.0])
 def test_any_torque_has_an_equilibrium(share):
     """Turned back the coast flanks carry; hardly loaded, single slices do; at rest none has to."""
-    model = rigid_stage(BASE.with_(**{"gear_mesh.model": "face_load"}))
+    model = rigid_stage(BASE.with_(**{"stage.gear_mesh.model": "face_load"}))
     data = fg.static(model, CYCLE[:3], share * model.system.rated_torque)
     assert data.closure.max() < 1e-8
     carries = data["pair_load"].sum(("position", "slot")).groupby("flank_sense").sum()

@@ -16,7 +16,9 @@ from flexgear.results.transmission_error import order_amplitudes, with_orders
 from flexgear.solve.gear_mesh_cycles import cycle_figures, gear_mesh_cycles
 from flexgear.views.gear_mesh_charts import stiffness_chart, transmission_error_chart
 
-BASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5})
+BASE = load_case("wind-5mw").with_(
+    **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5}
+)
 CROWNED = {
     "stage.planet.modifications.ring.profile_crowning": 12e-6,
     "stage.planet.modifications.sun.helix_slope": 15e-6,
@@ -57,7 +59,7 @@ def test_the_unloaded_error_is_where_equilibria_go_as_the_torque_goes(crowned):
 
 def test_an_error_at_gear_mesh_frequency_is_order_one_of_the_unloaded_error():
     """Involutes without tilt touch where e = ½ (f'₁ + f'₂) sin says, whichever pair does."""
-    case = BASE.with_(**{"errors.sun_tooth": 8e-6, "errors.planet_tooth": 4e-6})
+    case = BASE.with_(**{"stage.errors.sun_tooth": 8e-6, "stage.errors.planet_tooth": 4e-6})
     phase = np.arange(8) / 8
     data = with_orders(fg.static(rigid_stage(case), 2 * np.pi / 93 * phase), phase, 2)
     found = data["unloaded_transmission_error_order"].sel(flank="stage sun 2 drive")

@@ -21,8 +21,7 @@ WINDOW = {"window_s": [0.3, 5.0], "settled": True}
 CASE = load_case("wind-5mw")
 FLOW = power_flow(CASE)
 SUMMARY: dict[str, Any] = {
-    "kind": "stage",
-    "warnings": ["ring: static error 3 %, above 2 %"],
+    "warnings": ["stage.ring: static error 3 %, above 2 %"],
     "stages": {
         "stage": {
             "ring_gear_mesh_force_n": 788e3,
@@ -43,19 +42,19 @@ SUMMARY: dict[str, Any] = {
             "rigid": {"stage ring": shared(1.15), **WINDOW},
         },
     },
-    "kinematics": {"carrier_speed_rpm": 11.27, "sun_speed_rpm": 50.1},
-    "steady": {
+    "kinematics": {"stage": {"carrier_speed_rpm": 11.27, "sun_speed_rpm": 50.1}},
+    "steady": {"stage": {
         "carrier_speed_rpm_mean": 11.27,
         "radial_harmonics_um": [3.0, 9.0, 0.1, 0.2, 0.1, 21.3, 0.1],
         "tooth_displacement_peak_um": {"x": 36.8, "y": 118.4, "z": 12.5},
         **WINDOW,
-    },
+    }},
     "transient": {
         **WINDOW,
         "gear_mesh_force": {"stage ring": {"min_n": 7e5, "mean_n": 788e3, "max_n": 8e5}},
         "displacement_um_max": {"stage.sun": 21.3, "stage.carrier": 3.0},
     },
-    "reduction": {"ring": {"static_error": 0.03}, "carrier": {"static_error": 0.01}},
+    "reduction": {"stage.ring": {"static_error": 0.03}, "stage.carrier": {"static_error": 0.01}},
     "equilibrium_closure_max": 1e-12,
     "energy_residual": 0.002,
     "system": {
@@ -210,8 +209,8 @@ def test_checks_outside_limits_stand_alone():
     assert solution(equilibrium_closure_max=1e-3)["Equilibria"] == "bad"
     assert solution(energy_residual=0.2)["Energy balance"] == "bad"
     assert "Energy balance" not in solution(energy_residual=None)
-    slow = {**SUMMARY["steady"], "carrier_speed_rpm_mean": 10.0}
-    assert solution(steady=slow)["Pins against ring"] == "bad"
+    slow = {**SUMMARY["steady"]["stage"], "carrier_speed_rpm_mean": 10.0}
+    assert solution(steady={"stage": slow})["Pins against ring"] == "bad"
     system = {**SUMMARY["system"], "modes_estimate": None}
     assert solution(system=system)["Modes kept"] == "watch"
 
@@ -259,7 +258,6 @@ def test_the_worst_stage_is_in_front_and_the_others_beside_it():
     group = {"lss ring": {"instantaneous": 1.005, "iec_61400_4": 1.1}}
     summary = {
         **copy.deepcopy(SUMMARY),
-        "kind": "train",
         "stages": known,
         "transient": {**WINDOW, "gear_mesh_force": forces, "displacement_um_max": {}},
         "load_sharing": {"quasi_static": {}, "transient": {"flexible": {**group, **WINDOW}}},

@@ -136,7 +136,7 @@ def test_statics_and_power_flow_take_a_history_at_its_start(tmp_path):
 
 def flexible(**load):
     """A stage with elastic ring and carrier, loaded at the carrier."""
-    case = make_case(**SMALL).with_(loads=({"member": "carrier", **load},))
+    case = make_case(**SMALL).with_(loads=({"member": "stage.carrier", **load},))
     return model_of(case.case, build_system(case.case, {"stage": make_bodies(case)}))
 
 

@@ -18,7 +18,7 @@ from flexgear.analysis import step_plan
 from flexgear.analysis.step_plan import Adaptive, FineWindow, Stepping
 from flexgear.analysis.transient import Collector, Drive, transient
 from flexgear.model.errors import FlexgearError, InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.results import dataset_file as files
 from flexgear.results.dataset import encoding_of, load, save
 from flexgear.results.dataset_file import dataset_file
@@ -74,7 +74,7 @@ def test_a_train_is_the_same_in_a_file_as_in_memory(train, tmp_path):
 def test_a_stage_is_the_same_in_a_file_as_in_memory(tmp_path):
     """With a drop of the torque, so that steps of two sizes meet."""
     settings = {"drive.steps.start_s": "0.005", "drive.steps.duration_s": "0.01"}
-    stage = load_stage("wind-5mw", settings)
+    stage = load_case("wind-5mw", settings).view()
     model = put_together(stage.case, rigid=["all"], bodies={"stage": cheap_stage(stage)})
     drop = stage.case.drive.drop(
         stage.case.drive.steps.torques[0], 0.005, 0.01, model.system.rated_torque

@@ -12,7 +12,9 @@ from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures, misalignment_of_groups
 from flexgear.views.face_load_charts import misalignment_chart
 
-BASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 5})
+BASE = load_case("wind-5mw").with_(
+    **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 5}
+)
 TURN = 2 * np.pi / 93 * np.array([0.0, 0.4, 31.7])
 
 
@@ -50,7 +52,10 @@ def test_the_planets_bearing_tilts_both_gear_meshes_of_a_planet(data):
 
 def test_flanks_come_on_top():
     """What is missing at the +z end lets the bodies come closer by itself, ground or by error."""
-    changes = {"stage.planet.modifications.sun.helix_slope": 15e-6, "errors.sun_helix_slope": 20e-6}
+    changes = {
+        "stage.planet.modifications.sun.helix_slope": 15e-6,
+        "stage.errors.sun_helix_slope": 20e-6,
+    }
     changes["stage.planet.modifications.sun.lead_crowning"] = 8e-6
     found = fg.static(model(False, **changes), TURN[:1])["gear_mesh_misalignment_by_cause"]
     own = found.sel(flank="stage sun 1 drive").isel(position=0)

@@ -49,7 +49,6 @@ def summary(k, far):
     """Of a run, with one K and one distance, µm."""
     group = {"instantaneous": k, "iec_61400_4": 1.35}
     return {
-        "kind": "train",
         "load_sharing": {
             "quasi_static": {"flexible": {"stage": {"stage ring": group}}},
             "transient": {"flexible": {"stage ring": group, "window_s": [0, 1], "settled": True}},

@@ -5,14 +5,14 @@ from stage_samples import cheap_stage
 from stage_samples import missing_the_promise as wrong
 from train_contexts import mixed
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.solve.bodies import variants_of
 from flexgear.solve.reduction_warnings import PROMISED, reduction_warnings
 
 
 @pytest.fixture(scope="module")
 def case():
-    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
+    return load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
 
 
 @pytest.fixture(scope="module")
@@ -36,18 +36,20 @@ def test_the_line_says_body_load_and_remedy(case, bodies):
     ring, carrier = map(wrong, bodies)
     said = stage_warnings(case, (ring, carrier))
     assert said[0] == (
-        "ring: static error 3.4 % (load: tip end -z), above 2 %; "
-        'try ring.tie = "flank", or compare with ring.flexible = false to see how much its bending '
-        "matters"
+        "stage.ring: static error 3.4 % (load: tip end -z), above 2 %; "
+        'try stage.ring.fe.tie = "flank", or compare with '
+        "stage.ring.fe.flexible = false to see how much its bending matters"
     )
-    assert said[1].startswith("carrier: ")
+    assert said[1].startswith("stage.carrier: ")
     assert "tie" not in said[1]
 
 
 def test_what_does_not_bend_has_no_error(case, bodies):
     both = tuple(map(wrong, bodies))
     assert stage_warnings(case, both, ["ring"]) == stage_warnings(case, both)[1:]
-    assert stage_warnings(case.with_(**{"ring.flexible": False}), both)[0].startswith("carrier")
+    assert stage_warnings(case.with_(**{"stage.ring.fe.flexible": False}), both)[0].startswith(
+        "stage.carrier"
+    )
 
 
 def test_keys_are_those_of_the_train(tmp_path, bodies):

@@ -15,8 +15,8 @@ from flexgear.solve.static import static
 def test_lives_of_the_bearings_on_the_seats_of_a_heavy_carrier():
     """Under weight and a force of the rotor; only the seat with a rating has a life."""
     rating = {"dynamic_rating_kn": "3000", "rolling": "roller"}
-    given = {f"bearings.carrier_far.{key}": value for key, value in rating.items()}
-    load = {"member": "carrier", "force": (0.0, -2e5, 0.0)}
+    given = {f"stage.carrier.bearing_far.{key}": value for key, value in rating.items()}
+    load = {"member": "stage.carrier", "force": (0.0, -2e5, 0.0)}
     case = make_case(**SMALL, **given).with_(gravity=(0.0, -G, 0.0), loads=(load,)).case
     model = model_of(case, build_system(case, {"stage": make_bodies(case.view())}))
     data = static(model, np.linspace(0.0, 2 * np.pi, 5, endpoint=False))

@@ -12,7 +12,6 @@ from trains import STAGE, STEEL, stage_train, write
 from flexgear.cli.check_sections import derived
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.model.short_form import long_key
 from flexgear.model.units import DIMENSIONS
 from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import reduced_bodies
@@ -35,11 +34,11 @@ FACTOR = 1 / 16  # a power of two: rounding is no excuse
 ALIKE = 1e-6
 CHEAP = {
     "solver.fidelity": "quick",
-    "ring.fixed_interface_modes": "8",
-    "carrier.fixed_interface_modes": "8",
+    "stage.ring.fe.fixed_interface_modes": "8",
+    "stage.carrier.fe.fixed_interface_modes": "8",
     "drive.steps.torques_nm": "[150]",
-    "brake.exponent": "2",
-    "errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
+    "output.brake_exponent": "2",
+    "stage.errors.pin_tangential_um": "[5, 0, 0, 0]",  # else what moves the sun is rounding alone
 }
 
 
@@ -170,10 +169,10 @@ inertia_kg_m2 = 0.002
 
 
 def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
-    head = 'kind = "train"\nkinematics = "spatial"\n'
+    head = 'kinematics = "spatial"\n'
     held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"
     path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL, held=held), head)
-    small = load_case(path, {long_key(k): v for k, v in CHEAP.items()})
+    small = load_case(path, {k.replace("stage.", "stages.0."): v for k, v in CHEAP.items()})
     trains = (similar(small, 1 / FACTOR), small)
     assert [t.stages[0].stage for t in trains] == [m.case.stages[0].stage for m in stages]
     contexts = [
@@ -184,7 +183,7 @@ def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
 
 
 def test_sweeps_of_a_train_scale(tmp_path):
-    head = 'kind = "train"\n'
+    head = ""
     path = write(tmp_path, STAGE.format(planets=4, sun="0", helix=0), head)
     plan = planned(
         path,
@@ -197,7 +196,7 @@ def test_sweeps_of_a_train_scale(tmp_path):
 
 @pytest.mark.slow
 def test_sweeps_of_a_stage_scale(stages):
-    key = "ring.flexible"
+    key = "stage.ring.fe.flexible"
     values = parse_values(key, "true,false")
     plan = planned(
         SMALL, {key: values}, settings=CHEAP, measures=list(measures_of(load_case(SMALL)))
@@ -236,7 +235,7 @@ def test_a_small_stage_runs_with_the_defaults(stages):
     rated = model.case.with_(**{"drive.steps.torques": ()})
     summary = run(rated, bodies=model.bodies).summary
     assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
-    forces = summary["steady"]["ring_mesh_force_n_mean"]
+    forces = summary["steady"]["stage"]["ring_mesh_force_n_mean"]
     assert forces == pytest.approx(
         power_flow(rated.view().case).stages[0].ring_gear_mesh_force, rel=0.01
     )

@@ -18,7 +18,7 @@ SOFT = {"stage.ring.support.tangential_n_per_m": "1e5"}
 
 
 def line(law="one-sided", **motions):
-    case = load_case("wind-5mw", {"gear_mesh.contact_law": f'"{law}"'})
+    case = load_case("wind-5mw", {"stage.gear_mesh.contact_law": f'"{law}"'})
     named = {f"stage.{name.replace('teeth', ' teeth')}": size for name, size in motions.items()}
     return "".join(large_motions(case, named))
 

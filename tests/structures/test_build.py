@@ -13,7 +13,7 @@ from flexgear.coupling.modal import modal_system
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.results.stage_part import stage_part
 from flexgear.solve.bodies import StageBodies
 from flexgear.solve.model import assemble
@@ -25,14 +25,14 @@ from flexgear.structures.kinematics import rotation, turn
 
 @pytest.fixture(scope="module")
 def case():
-    return load_stage(
+    return load_case(
         "wind-5mw",
         {
             "solver.fidelity": "quick",
-            "ring.fixed_interface_modes": "8",
-            "carrier.fixed_interface_modes": "120",
+            "stage.ring.fe.fixed_interface_modes": "8",
+            "stage.carrier.fe.fixed_interface_modes": "120",
         },
-    )
+    ).view()
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -86,7 +86,7 @@ def test_rigid_motion_carries_the_mass_and_no_force(request, case, name):
 def test_bodies_that_repeat_are_reduced_by_sectors_unless_that_is_off(case, ring, carrier):
     assert ring.report["path"] == "cyclic: 93 sectors, 47 harmonics"
     assert carrier.report["path"] == "cyclic: 5 sectors, 3 harmonics"
-    small = {"ring.fixed_interface_modes": 0, "carrier.fixed_interface_modes": 0}
+    small = {"stage.ring.fe.fixed_interface_modes": 0, "stage.carrier.fe.fixed_interface_modes": 0}
     whole = build.carrier_body(case.with_(**small, **{"solver.cyclic": "off"}))
     assert whole.report["path"] == "general: sectors not asked for"
     b = carrier.interface_dofs
@@ -105,7 +105,7 @@ def test_errors_are_estimated_and_small(ring, carrier):
 
 
 def test_flank_tie_meets_its_bound(case):
-    flank = case.with_(**{"ring.tie": "flank", "ring.fixed_interface_modes": 0})
+    flank = case.with_(**{"stage.ring.fe.tie": "flank", "stage.ring.fe.fixed_interface_modes": 0})
     assert 0 < build.ring_body(flank).report["static_error"] < 0.03
 
 
@@ -114,20 +114,20 @@ def test_reduced_bodies_come_from_the_cache(case, ring, monkeypatch):
         raise AssertionError("meshed again")
 
     monkeypatch.setattr(build, "ring_of_case", refuse)
-    again = build.ring_body(case.with_(**{"bearings.planet.radial": 1e9}))
+    again = build.ring_body(case.with_(**{"stage.planet_bearing.radial": 1e9}))
     assert np.array_equal(again.stiffness, ring.stiffness)
     assert again.report["frequency_error_on_these_supports"]
     assert again.report["static_error"] == ring.report["static_error"]
-    softer = build.ring_body(case.with_(**{"ring.bolts.stiffness_radial": 1e9}))
+    softer = build.ring_body(case.with_(**{"stage.ring.fe.bolts.stiffness_radial": 1e9}))
     assert not softer.report["frequency_error_on_these_supports"]
     assert 0 < softer.report["static_error"] < ring.report["static_error"]  # more motion
     with pytest.raises(AssertionError, match="meshed again"):
-        build.ring_body(case.with_(**{"ring.rim_thickness": 0.19}))
+        build.ring_body(case.with_(**{"stage.ring.fe.rim_thickness": 0.19}))
 
 
 def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring):
     """Tooth and bolt at φ stand at −φ; uy, rx and rz change sign."""
-    left = case.with_(**{"stage.planet_hand": "left", "ring.fixed_interface_modes": 0})
+    left = case.with_(**{"stage.planet_hand": "left", "stage.ring.fe.fixed_interface_modes": 0})
     assert case.stage.planet_hand == "right"
     image, count = build.ring_body(left), {"tooth": 93, "bolt": 25, "fit": 0}
     place = []
@@ -147,9 +147,9 @@ def test_a_left_handed_ring_is_the_mirror_image_of_a_right_handed_one(case, ring
 def fivefold(case):
     """Five planets in phase; the teeth and bolts of the ring repeat with them."""
     teeth = {"stage.ring.teeth": 90, "stage.sun.teeth": 30, "stage.planet.teeth": 30}
-    fewer = {"stage.planet.bore_diameter": 0.38, "carrier.pin_diameter": 0.36}
-    kept = {"carrier.fixed_interface_modes": 40, "ring.fixed_interface_modes": 40}
-    return case.with_(**teeth, **fewer, **kept, errors=GearErrors())
+    fewer = {"stage.planet.bore_diameter": 0.38, "stage.carrier.fe.pin_diameter": 0.36}
+    kept = {"stage.carrier.fe.fixed_interface_modes": 40, "stage.ring.fe.fixed_interface_modes": 40}
+    return case.with_(**teeth, **fewer, **kept, stage__errors=GearErrors())
 
 
 def test_a_ring_repeats_with_its_bolts(fivefold):
@@ -229,7 +229,11 @@ def test_a_star_of_finite_elements_is_the_stage_with_held_ring(tmp_path, ring, c
 
 
 def four_planets(case, degrees):
-    fewer = {"carrier.fixed_interface_modes": 0, "solver.cyclic": "auto", "stage.planets": 4}
+    fewer = {
+        "stage.carrier.fe.fixed_interface_modes": 0,
+        "solver.cyclic": "auto",
+        "stage.planets": 4,
+    }
     return case.with_(**fewer, **{"stage.planet_positions": tuple(np.radians(degrees))})
 
 
@@ -261,7 +265,7 @@ def test_unequal_pins_lead_to_equal_ones(case):
 
 def test_a_stage_with_unequal_planets_is_in_equilibrium(case, ring):
     """Forces take the rated torque; half a turn puts each planet where the opposite one was."""
-    unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(errors=GearErrors())
+    unequal = four_planets(case, (0.0, 87.0, 180.0, 267.0)).with_(stage__errors=GearErrors())
     bodies = StageBodies(ring, build.carrier_body(unequal))
     model = assemble(unequal.case, bodies={"stage": bodies})
     found = stage_part(static(model, np.array([0.3, 0.3 + np.pi])), "stage")
@@ -288,7 +292,7 @@ def test_a_file_that_is_put_back_gives_the_same_body(case, name, request, tmp_pa
         "fe_mesh_turn": 0.7,
         "fixed_interface_modes": 0,
     }
-    own = case.with_(**{f"{name}.{key}": value for key, value in keys.items()})
+    own = case.with_(**{f"stage.{name}.fe.{key}": value for key, value in keys.items()})
     body = {"ring": build.ring_body, "carrier": build.carrier_body}[name](own)
     b = body.interface_dofs
     for made in ("stiffness", "mass"):

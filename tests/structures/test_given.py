@@ -18,8 +18,8 @@ from flexgear.solve.static import static
 # the bolts of the cheap ring stand on 2 m, at +z
 QUICK = {
     "solver.fidelity": "quick",
-    "ring.bolts.circle_diameter_mm": "2000",
-    "ring.end": "+z",
+    "stage.ring.fe.bolts.circle_diameter_mm": "2000",
+    "stage.ring.fe.end": "+z",
 }
 
 
@@ -43,10 +43,10 @@ def given(folder, bodies):
     for body in bodies:
         write_reduced(body, folder, "npz")
         settings |= {
-            f"{body.name}.fe_mesh": "reduced",
-            f"{body.name}.fe_mesh_file": str(folder / f"{body.name}.npz"),
-            f"{body.name}.fe_mesh_nodes": str(folder / f"{body.name}_nodes.csv"),
-            f"{body.name}.fe_mesh_unit": "m",
+            f"stage.{body.name}.fe.fe_mesh": "reduced",
+            f"stage.{body.name}.fe.fe_mesh_file": str(folder / f"{body.name}.npz"),
+            f"stage.{body.name}.fe.fe_mesh_nodes": str(folder / f"{body.name}_nodes.csv"),
+            f"stage.{body.name}.fe.fe_mesh_unit": "m",
         }
     return load_case("wind-5mw", settings)
 
@@ -87,18 +87,20 @@ def test_what_does_not_fit_the_case_is_refused(tmp_path, cheap, spoil, said):
     (stage,) = case.flexible_stages.values()
     with pytest.raises(InputError, match=said) as caught:
         stage_bodies(stage)
-    assert "ring.fe_mesh_file" in str(caught.value) and "\n" not in str(caught.value)
+    assert "stage.ring.fe.fe_mesh_file" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"ring.fe_mesh": "reduced"}, "fe_mesh_file"),
-        ({"ring.fe_mesh": "reduced", "ring.fe_mesh_file": "a.op4"}, "fe_mesh_nodes"),
-        ({"ring.fe_mesh_nodes": "a.csv"}, 'set fe_mesh = "reduced"'),
+        ({"stage.ring.fe.fe_mesh": "reduced"}, "fe_mesh_file"),
+        ({"stage.ring.fe.fe_mesh": "reduced", "stage.ring.fe.fe_mesh_file": "a.op4"},
+         "fe_mesh_nodes"),
+        ({"stage.ring.fe.fe_mesh_nodes": "a.csv"}, 'set fe_mesh = "reduced"'),
         (
-            {"ring.fe_mesh": "reduced", "ring.fe_mesh_file": "a.op4", "ring.fe_mesh_nodes": "a.csv",
-             "ring.fe_mesh_turn_deg": "3"},
+            {"stage.ring.fe.fe_mesh": "reduced", "stage.ring.fe.fe_mesh_file": "a.op4",
+             "stage.ring.fe.fe_mesh_nodes": "a.csv",
+             "stage.ring.fe.fe_mesh_turn_deg": "3"},
             "moves no reduced body",
         ),
     ],

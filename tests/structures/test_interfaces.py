@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.build import UnassembledModel
 from flexgear.structures.fe_mesh import FeMesh, ring_of_case
@@ -13,7 +13,7 @@ from flexgear.structures.interfaces import ring_interface
 
 @pytest.fixture(scope="module")
 def case() -> StageView:
-    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
+    return load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
 
 
 def interface(case: StageView, fe_mesh: FeMesh) -> tuple[Interface, UnassembledModel]:
@@ -27,7 +27,7 @@ def test_a_fit_is_tied_to_its_own_band_whichever_is_listed_first(
     case: StageView, order: int
 ) -> None:
     """Under u = z e_x a node moves by the mean height of what it is tied to."""
-    listed = case.with_(**{"ring.fits": case.ring.fits[::order]})
+    listed = case.with_(**{"stage.ring.fe.fits": case.ring.fits[::order]})
     found, model = interface(listed, ring_of_case(listed))
     field = np.zeros((len(model.nodes), 3))
     field[:, 0] = model.nodes[:, 2]

@@ -11,12 +11,16 @@ from flexgear.gears.laws import compliance
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
 
 COARSE = SegmentDivisions(flank=6, fillet=3, tooth=2, rim=3, layers=5)
-SMALL = {"stage.face_width_mm": "144", "gear_mesh.model": "face_load", "gear_mesh.slices": "5"}
+SMALL = {
+    "stage.face_width_mm": "144",
+    "stage.gear_mesh.model": "face_load",
+    "stage.gear_mesh.slices": "5",
+}
 TURNED = {**SMALL, "stage.planet_hand": "left"}
 SPUR = {**SMALL, "stage.helix_angle_deg": "0"}
 
@@ -39,7 +43,7 @@ def _made(parameters, tied):
 
 def bending(changes, kind):
     """Case, force of the gear mesh, its slices, flexibility, and scale and limit of the contact."""
-    case = load_stage("wind-5mw", {**changes, "ring.fits": "[]"})
+    case = load_case("wind-5mw", {**changes, "stage.ring.fe.fits": "[]"}).view()
     forces = power_flow(case.case).stages[0].gear_mesh_forces
     path, force = stage_paths(case, forces)[kind, ""], forces[kind.removesuffix("_coast")]
     return case, abs(force), path, pair_bending(case, path, path.slices, force)

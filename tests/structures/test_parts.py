@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 from flexgear.solve import bodies as solve_bodies
 from flexgear.structures.fe_mesh import carrier_of_case, ring_of_case, write_fe_mesh
 from flexgear.structures.fe_mesh.body_solids import mesh_solid
@@ -13,7 +13,11 @@ from flexgear.structures.parts import rigid_part
 from flexgear.structures.solids import cylinder, prism
 
 PARTS = {"ring": (ring_of_case, ring_nodes), "carrier": (carrier_of_case, carrier_nodes)}
-HOLES = {"ring.bolts.holes": "true", "ring.bolts.number": "20", "carrier.pin_bore_mm": "100"}
+HOLES = {
+    "stage.ring.fe.bolts.holes": "true",
+    "stage.ring.fe.bolts.number": "20",
+    "stage.carrier.fe.pin_bore_mm": "100",
+}
 
 
 def apart(found, expected):
@@ -27,14 +31,14 @@ def apart(found, expected):
     [
         ("wind-5mw", {}),
         ("wind-5mw", HOLES),
-        ("wind-5mw", {"carrier.drive_side": "+z"}),
+        ("wind-5mw", {"stage.carrier.fe.drive_side": "+z"}),
         ("ev-reducer", {"stage.planet_positions_deg": "[0, 91, 180, 272]"}),
     ],
 )
 def test_mass_and_nodes_are_those_of_the_fe_mesh(name, settings, part):
     """The FE mesh has chords for circles: its mass is off by some thousandths, and the middle of a
     seat by some millionths."""
-    view = load_stage(name, {"solver.fidelity": "standard", **settings})
+    view = load_case(name, {"solver.fidelity": "standard", **settings}).view()
     generate, nodes = PARTS[part]
     fe_mesh, rigid = generate(view), rigid_part(view, part)
     assert apart(rigid.mass, mesh_solid(fe_mesh).rigid_mass(view.material.density)) < 4e-3
@@ -47,14 +51,15 @@ def test_mass_and_nodes_are_those_of_the_fe_mesh(name, settings, part):
 
 def test_a_file_s_mass_is_its_own(tmp_path):
     """Half as wide a ring in the file: half the mass, while the case's sizes say otherwise."""
-    narrow = load_stage(
+    narrow = load_case(
         "wind-5mw",
-        {"solver.fidelity": "quick", "stage.face_width_mm": "215", "ring.fits": "[]"},
-    )
+        {"solver.fidelity": "quick", "stage.face_width_mm": "215", "stage.ring.fe.fits": "[]"},
+    ).view()
     write_fe_mesh(ring_of_case(narrow), tmp_path / "ring.msh", "narrow")
     view = narrow.with_(
-        **{"ring.fe_mesh": "file", "ring.fe_mesh_file": str(tmp_path / "ring.msh"),
-           "ring.fe_mesh_unit": "m"},
+        **{"stage.ring.fe.fe_mesh": "file",
+           "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
+           "stage.ring.fe.fe_mesh_unit": "m"},
     )  # fmt: skip
     expected = mesh_solid(ring_of_case(narrow)).rigid_mass(view.material.density)
     assert apart(rigid_part(view, "ring").mass, expected) < 1e-6
@@ -62,8 +67,8 @@ def test_a_file_s_mass_is_its_own(tmp_path):
 
 
 def test_halves_of_a_ring_are_images_of_each_other():
-    single = load_stage("wind-5mw")
-    wide = {"stage.double_helical": True, "stage.half_gap": 0.05, "carrier.plate_gap": 1.0}
+    single = load_case("wind-5mw").view()
+    wide = {"stage.double_helical": True, "stage.half_gap": 0.05, "stage.carrier.fe.plate_gap": 1.0}
     double = single.with_(**wide)
     half, whole = rigid_part(single, "ring"), rigid_part(double, "ring")
     n = len(half.node_names)
@@ -97,6 +102,8 @@ def test_a_case_whose_ring_does_not_bend_needs_none(monkeypatch):
     """ring.flexible = false is the same as --rigid ring."""
     monkeypatch.setattr(solve_bodies, "ring_body", refused)
     monkeypatch.setattr(solve_bodies, "carrier_body", refused)
-    case = load_case("wind-5mw", {"ring.flexible": "false", "carrier.flexible": "false"})
+    case = load_case(
+        "wind-5mw", {"stage.ring.fe.flexible": "false", "stage.carrier.fe.flexible": "false"}
+    )
     found = solve_bodies.reduced_bodies(case)
     assert found["stage"] == solve_bodies.StageBodies(None, None)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import carrier_of_case
 from flexgear.structures.fem import assemble, facet_sample
 from flexgear.structures.interfaces import carrier_interface, carrier_supports
@@ -14,7 +14,7 @@ def test_a_pin_yields_to_two_rows_as_the_unreduced_carrier_does():
     """Pressure p ~ cos of the angle on either half of the seat: equal pressures push the pin,
     opposite ones tilt it. The displacement of the unreduced carrier is a solution of K + BᵀSB
     itself. An average over all of the displacement was 19 % too stiff against tilting."""
-    view = load_stage("wind-5mw", {"solver.fidelity": "quick"})
+    view = load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
     m = view.material
     model = assemble(carrier_of_case(view), m.young_modulus, m.poisson_ratio, m.density)
     interface = carrier_interface(view, model)

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.results.report.face_load import rim_rows
 from flexgear.structures import probe_loads
 from flexgear.structures.build import ring_condensed
@@ -27,10 +27,10 @@ from flexgear.structures.tooth_influence.ring_shapes import (
 from flexgear.structures.tooth_shapes import carried
 
 OPTIONS = {
-    "solver.fidelity": "quick", "gear_mesh.model": "face_load",
-    "gear_mesh.tooth_compliance": "fe", "gear_mesh.slices": "5",
+    "solver.fidelity": "quick", "stage.gear_mesh.model": "face_load",
+    "stage.gear_mesh.tooth_compliance": "fe", "stage.gear_mesh.slices": "5",
 }  # fmt: skip
-CASE = load_stage("ev-reducer", OPTIONS)
+CASE = load_case("ev-reducer", OPTIONS).view()
 TEETH = CASE.ring_gear.teeth
 TOOTH = 20  # any but those whose answers are kept
 COARSE = SegmentDivisions(flank=4, fillet=2, tooth=2, rim=2, layers=4)
@@ -230,7 +230,7 @@ def test_shapes_count_where_the_static_error_without_them_is_above_the_promise(r
     assert stiff.report["rim_error"] < 0.002 * thin.report["rim_error"]
     assert not stiff.report["rim_counts"] and stiff.rim is None
     for said, taken in (("always", True), ("none", False)):
-        case = load_stage("ev-reducer", {**OPTIONS, "ring.tooth_shapes": said})
+        case = load_case("ev-reducer", {**OPTIONS, "stage.ring.fe.tooth_shapes": said}).view()
         assert (rim.with_rim(case, body).rim is not None) == taken
     loose = body.with_(stiffness=0.0 * ring.stiffness)
     assert rim.with_rim(CASE, loose).rim is None  # supports alone hold no tooth

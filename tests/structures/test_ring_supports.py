@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import ring_groups, ring_of_case
 from flexgear.structures.fe_mesh.placement import Placement, check_place
@@ -23,11 +23,18 @@ stiffness_torsion_nm_per_rad = 5e6
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    before, rest = STAGE.split("[ring.bolts]\n")
-    held = "[[ring.splines]]\n" + BAND.format(z=-5) + "[[ring.fits]]\n" + BAND.format(z=6)
+    before, rest = STAGE.split("[stage.ring.fe.bolts]\n")
+    held = (
+        "[[stage.ring.fe.splines]]\n"
+        + BAND.format(z=-5)
+        + "[[stage.ring.fe.fits]]\n"
+        + BAND.format(z=6)
+    )
     file = tmp_path_factory.mktemp("case") / "stage.toml"
-    file.write_text(before + held + "[carrier]" + rest.split("[carrier]")[1])
-    return load_stage(file, {"solver.fidelity": "quick", "ring.fixed_interface_modes": "4"})
+    file.write_text(before + held + "[stage.carrier.fe]" + rest.split("[stage.carrier.fe]")[1])
+    return load_case(
+        file, {"solver.fidelity": "quick", "stage.ring.fe.fixed_interface_modes": "4"}
+    ).view()
 
 
 def test_each_band_has_a_group_of_its_own_in_its_place(case):
@@ -62,16 +69,18 @@ def test_it_is_reduced_by_sectors_and_its_torsion_is_the_springs(case):
 
 
 def test_holes_of_any_circle_are_numbered_through_all(tmp_path):
-    before, rest = STAGE.split("[ring.bolts]\n")
-    bolts, after = rest.split("[carrier]\n")
+    before, rest = STAGE.split("[stage.ring.fe.bolts]\n")
+    bolts, after = rest.split("[stage.carrier.fe]\n")
     fewer = bolts.replace("number = 8", "number = 4\nfirst_angle_deg = 22.5\nholes = true")
-    held = f'[[ring.bolts]]\n{bolts}[[ring.bolts]]\nend = "+z"\n{fewer}'
+    held = f'[[stage.ring.fe.bolts]]\n{bolts}[[stage.ring.fe.bolts]]\nend = "+z"\n{fewer}'
     before = before.replace("thickness_mm = 9", "thickness_mm = 12")
     file = tmp_path / "stage.toml"
     file.write_text(
-        f"{before}{held}[carrier]\n{after}".replace("thickness_mm = 9", "thickness_mm = 12")
+        f"{before}{held}[stage.carrier.fe]\n{after}".replace(
+            "thickness_mm = 9", "thickness_mm = 12"
+        )
     )
-    case = load_stage(file, {"solver.fidelity": "quick"})
+    case = load_case(file, {"solver.fidelity": "quick"}).view()
     fe_mesh, groups = ring_of_case(case), ring_groups(case)
     check_place(fe_mesh, groups, Placement(), "generated")
     walls = {name for name in fe_mesh.facets if name.startswith("bolt")}

@@ -7,7 +7,7 @@ import pytest
 from plain_meshes import annulus, tetrahedra
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
 from flexgear.structures.field_at import FieldAt
 from flexgear.structures.kinematics import rigid_motion
@@ -21,7 +21,7 @@ from flexgear.structures.tooth_influence.root_stress import (
 from flexgear.structures.tooth_influence.roots_of_ring import both_cuts, ring_root_rows
 
 YOUNG, POISSON = 2.1e11, 0.3
-CASE = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
 MODULE = CASE.stage.normal_module
 COARSE = SegmentDivisions(flank=4, fillet=6, tooth=2, rim=3, layers=2)
 EPS = 1e-4

@@ -8,7 +8,7 @@ import pytest
 from plain_meshes import box, tetrahedra
 
 from flexgear.gears.geometry import stage_geometry
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters
 from flexgear.structures.fem import assemble, element_gradient
 from flexgear.structures.tooth_influence.root_stress import (
@@ -19,7 +19,7 @@ from flexgear.structures.tooth_influence.root_stress import (
 )
 
 STEEL = (2.1e11, 0.3)
-CASE = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
 MODULE = CASE.stage.normal_module
 COARSE = SegmentDivisions(flank=4, fillet=4, tooth=2, rim=3, layers=3)
 

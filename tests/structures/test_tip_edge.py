@@ -8,7 +8,7 @@ import pytest
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.hertz import ContactBody, layer_constant, line_contact
 from flexgear.gears.paths import stage_paths
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.tooth_influence.edge_layer import edge_layer
 from flexgear.structures.tooth_influence.influence import ToothInfluence
 from flexgear.structures.tooth_influence.tip_edge import LESS, Edges, at_tip, contact, tip_ends
@@ -98,8 +98,12 @@ def test_contact_is_complementary(layer):
 def test_the_law_at_the_tips_of_a_case(kind):
     """Exactly what is solved at its two loads, rising with the load, Hertz's further in; the flank
     continued past its tip leaves the gap of the tip edge to first order; no tips on a path only."""
-    keys = {"stage.helix_angle_deg": "0", "gear_mesh.model": "face_load", "ring.fits": "[]"}
-    case = load_stage("wind-5mw", keys)
+    keys = {
+        "stage.helix_angle_deg": "0",
+        "stage.gear_mesh.model": "face_load",
+        "stage.ring.fe.fits": "[]",
+    }
+    case = load_case("wind-5mw", keys).view()
     path = stage_paths(case, {"sun": 8e5, "ring": 8e5})[kind, ""]
     assert path.slices is not None
     ends = tip_ends(path, path.slices)
@@ -120,7 +124,7 @@ def test_the_law_at_the_tips_of_a_case(kind):
             assert tip.alpha[outer] - tip.beta[outer] * math.log(load) > 0
         middle = tip.at(np.array(np.mean([path.s_lo, path.s_hi])))
         assert middle.alpha == middle.beta == middle.inward == 0.0
-    only = load_stage("wind-5mw", {**keys, "gear_mesh.path_only": "true"})
+    only = load_case("wind-5mw", {**keys, "stage.gear_mesh.path_only": "true"}).view()
     path = stage_paths(only, {"sun": 8e5, "ring": 8e5})[kind, ""]
     assert tip_ends(path, path.slices) == []
 

@@ -11,7 +11,7 @@ from plane_teeth import HELD, deflection, hertz, load_at
 from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.weber_banaschek import tooth_compliance
 from flexgear.model.errors import FlexgearWarning, InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import SegmentDivisions, SegmentParameters, tooth_segment
 from flexgear.structures.tooth_influence import ToothInfluence, of_case
 from flexgear.structures.tooth_influence.flank import flank_compliance, flank_normals
@@ -19,7 +19,7 @@ from flexgear.structures.tooth_influence.kept import TOOTH, kept
 from flexgear.structures.tooth_influence.of_case import influence_of
 
 STEEL = (2.1e11, 0.3)
-CASE = load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+CASE = load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
 GEARS = stage_geometry(CASE)
 MODULE = CASE.stage.normal_module
 HALF_WIDTH = 0.05 * MODULE
@@ -184,7 +184,7 @@ def test_next_tooth_moves_less_and_farther_slices_least(influence):
 def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():
     """A ring's tooth beyond its root tie: the same with the rim held elsewhere, and softer than
     held at its base section, which cannot warp there."""
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     tied = of_case.influence_parameters(case, "ring")
     tied = replace(tied, face_width=6 * MODULE, divisions=replace(COARSE, layers=4), margin=0.5)
     shallow = replace(tied, held_radius=tied.tooth.root_radius + 2.5 * MODULE)
@@ -202,11 +202,11 @@ def test_what_a_tie_takes_in_is_counted_once_wherever_the_rim_is_held():
 
 
 def test_where_gears_of_a_case_are_held():
-    case = load_stage("wind-5mw")
+    case = load_case("wind-5mw").view()
     ring = of_case.influence_parameters(case, "ring")
     assert ring.held_radius == pytest.approx(ring.tooth.root_radius + of_case.DEEPEST * MODULE)
     assert of_case.is_tied(case, "ring") and not of_case.is_tied(case, "planet")
-    clamped = load_stage("wind-5mw", {"ring.tie_kind": "rigid"})
+    clamped = load_case("wind-5mw", {"stage.ring.fe.tie_kind": "rigid"}).view()
     alone = of_case.influence_parameters(clamped, "ring")
     assert alone.held_radius is None and alone.teeth == 1
     assert not of_case.is_tied(clamped, "ring")
@@ -215,7 +215,7 @@ def test_where_gears_of_a_case_are_held():
     sun = of_case.influence_parameters(case, "sun")
     assert sun.held_radius == pytest.approx(sun.tooth.root_radius - of_case.DEEPEST * MODULE)
     assert sun.helix_rate < 0 < planet.helix_rate and ring.helix_rate > 0
-    tied = load_stage("wind-5mw", {"ring.tie": "flank"})
+    tied = load_case("wind-5mw", {"stage.ring.fe.tie": "flank"}).view()
     assert of_case.tooth_influence(tied, "ring") is None
 
 
@@ -224,7 +224,7 @@ def test_where_gears_of_a_case_are_held():
     [("planet.bore_diameter_mm", "535")],
 )
 def test_teeth_that_cannot_be_made_are_refused_by_key(key, value):
-    case = load_stage("wind-5mw", {f"stage.{key}": value})
+    case = load_case("wind-5mw", {f"stage.{key}": value}).view()
     with pytest.raises(InputError, match="tooth_compliance") as refused:
         of_case.influence_parameters(case, key.partition(".")[0])
     assert refused.value.key == f"stage.{key}"

@@ -12,7 +12,9 @@ from flexgear.model.load import load_case
 from flexgear.results.face_load import face_figures
 from flexgear.studies.modify import propose_modifications
 
-CASE = load_case("wind-5mw").with_(**{"gear_mesh.model": "face_load", "gear_mesh.slices": 9})
+CASE = load_case("wind-5mw").with_(
+    **{"stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": 9}
+)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +58,9 @@ def test_the_keys_give_what_was_said(proposal):
 
 def test_a_stage_whose_pairs_are_one_spring_is_refused():
     model = rigid_stage(load_case("wind-5mw"))
-    with pytest.raises(InputError, match=r"gear_mesh.model: is 'per_pair', which knows no load"):
+    with pytest.raises(
+        InputError, match=r"stage.gear_mesh.model: is 'per_pair', which knows no load"
+    ):
         propose_modifications(model, "stage")
 
 

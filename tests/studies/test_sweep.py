@@ -188,7 +188,7 @@ class TestInterrupted:
 
     @pytest.mark.parametrize(
         ("case", "key"),
-        [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "drive.rated_torque_nm=2e6,4e6")],
+        [("pitch-drive", "inputs.0.power_kw=3,6"), ("wind-5mw", "inputs.0.torque_nm=2e6,4e6")],
     )
     def test_every_measure_survives_the_disk(self, monkeypatch, case, key):
         for module in (solve_bodies, sweep):
@@ -284,7 +284,7 @@ class TestFlexibleStage:
         monkeypatch.setattr(sweep, "stage_bodies", bodies)
 
     def test_all_measures(self):
-        data = swept("wind-5mw", "drive.rated_torque_nm=2e6,4e6",
+        data = swept("wind-5mw", "inputs.0.torque_nm=2e6,4e6",
                      measures=["frequencies", "frequencies_by_type", "load_sharing",
                                "tooth_load", "tooth_displacement", "bearing_life"],
                      modes=5)  # fmt: skip
@@ -300,7 +300,7 @@ class TestFlexibleStage:
         np.testing.assert_allclose(life, [8.0, 1.0])
 
     def test_bodies_are_made_once_for_keys_they_do_not_depend_on(self):
-        data = swept("wind-5mw", "bearings.planet.radial_n_per_m=1e9,2e9,3e9", modes=3)
+        data = swept("wind-5mw", "stage.planet_bearing.radial_n_per_m=1e9,2e9,3e9", modes=3)
         assert len(self.made) == 1
         assert data.attrs["reductions"] == 1
         assert float(data["frequency"].diff(data["frequency"].dims[0]).min()) > -1e-6

@@ -95,9 +95,9 @@ def test_numbers_reach_the_case_to_the_last_bit(value):
         ("stage.face_width_nm=1,2", ["length", "face_width_mm"]),
         ("stage.face_width_mm=0:1:3:log", ["positive"]),
         ("stage.face_width_mm.0=1,2", ["not a list"]),
-        ("gear_mesh.contact_law=1,2", ["words"]),
-        ("errors.pin_tangential_um.5=1,2", ["5 elements"]),
-        ("errors.pin_tangential_um.0.x=1,2", ["keys below"]),
+        ("stage.gear_mesh.contact_law=1,2", ["words"]),
+        ("stage.errors.pin_tangential_um.5=1,2", ["5 elements"]),
+        ("stage.errors.pin_tangential_um.0.x=1,2", ["keys below"]),
     ],
 )
 def test_what_is_refused_says_why_in_one_line(stage, setting, words):
@@ -190,8 +190,8 @@ class TestListElements:
 
 
 def test_words_and_lists_are_labels(stage):
-    law, pins = keys_of(stage, "gear_mesh.contact_law=linear,one-sided",
-                        "errors.pin_radial_um=[0,0,0,0,0],[9,0,0,0,0]")  # fmt: skip
+    law, pins = keys_of(stage, "stage.gear_mesh.contact_law=linear,one-sided",
+                        "stage.errors.pin_radial_um=[0,0,0,0,0],[9,0,0,0,0]")  # fmt: skip
     assert law.ticks == ("linear", "one-sided")
     assert pins.ticks == ("[0,0,0,0,0]", "[9,0,0,0,0]")
     assert law.values.numbers is None

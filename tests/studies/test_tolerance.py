@@ -121,7 +121,7 @@ class TestPhysics:
         case = load_case("wind-5mw", {"tolerance.samples": "4"})
         data = tolerance(case, workers=1)
         values = sample_values(drawn_errors(case), 1, range(4))
-        seeds = tolerance_setup.pitch_seeds("", 1, range(4))
+        seeds = tolerance_setup.pitch_seeds("stage", 1, range(4))
         count = 93 * 4
         for j in (0, 3):
             model = assemble(with_sample(case, values, j, [seeds[j]]))
@@ -148,8 +148,8 @@ class TestPhysics:
         train = load_case(path, {PIN: "20", "tolerance.samples": "3"})
         data = tolerance(train, workers=1)
         pins = data["error_size"][2].to_numpy().tolist()
-        alone = load_case("wind-5mw", {"ring.flexible": "false", "tolerance.samples": "2",
-                                       "errors.pin_tangential_m": str(pins)})  # fmt: skip
+        alone = load_case("wind-5mw", {"stage.ring.fe.flexible": "false", "tolerance.samples": "2",
+                                       "stage.errors.pin_tangential_m": str(pins)})  # fmt: skip
         stated = tolerance(alone, workers=1)["load_sharing_as_stated"]
         assert np.allclose(data["load_sharing_max"][2], stated, rtol=1e-7)
         assert float(stated.max()) > 1.01
@@ -297,13 +297,14 @@ def test_load_along_the_face_of_a_sample_is_that_of_its_case(cheap):
     case = load_case(
         "wind-5mw",
         {
-            "gear_mesh.model": "face_load", "gear_mesh.slices": "3", "tolerance.samples": "2",
+            "stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": "3",
+            "tolerance.samples": "2",
             "tolerance.errors.sun_helix_slope.standard_deviation_um": "20",
         },
     )  # fmt: skip
     data = tolerance(case, workers=1)
     values = sample_values(drawn_errors(case), 1, range(2))
-    own = with_sample(case, values, 1, tolerance_setup.pitch_seeds("", 1, range(2))[1:])
+    own = with_sample(case, values, 1, tolerance_setup.pitch_seeds("stage", 1, range(2))[1:])
     model, count = assemble(own), 93 * 4
     found = revolution(model.modal, 2 * np.pi / count * np.arange(count)[:, None], 4e6)
     lines, pairs = line_loads(found), model.system.pairs
@@ -320,7 +321,7 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
     turns flanks, by more than in proportion to its amount."""
     at, names = "tolerance.modifications", {}
     keys = {
-        "gear_mesh.model": "face_load", "gear_mesh.slices": "3",
+        "stage.gear_mesh.model": "face_load", "stage.gear_mesh.slices": "3",
         "stage.sun.modifications.tip_relief.amount_um": "20",
         "stage.sun.modifications.tip_relief.length_mm": "18",
         "stage.planet.modifications.lead_crowning_um": "10",
@@ -333,7 +334,7 @@ def test_ground_amounts_of_a_sample_are_those_of_a_case_that_states_them(cheap):
     setup = tolerance_setup.tolerance_setup(load_case("wind-5mw", keys))
     values = sample_values(setup.drawn, 1, range(2))
     sets = tolerance_setup.sets_of(setup, values, [[0], [0]])
-    drawn = {name: values["", key][1] for name, key in names.items()}
+    drawn = {name: values["stage", key][1] for name, key in names.items()}
     assert [len(x) for x in drawn.values()] == [1, 5, 1]
     stated = load_case("wind-5mw", keys).with_(
         **{

@@ -73,7 +73,7 @@ BODIES = {
 @pytest.mark.parametrize("more", [{}, BODIES], ids=["teeth", "bodies"])
 @pytest.mark.parametrize("law", ["linear", "one-sided"])
 def test_flexible_stage(law, more):
-    case = load_case("wind-5mw", {"gear_mesh.contact_law": law, **more})
+    case = load_case("wind-5mw", {"stage.gear_mesh.contact_law": law, **more})
     models, bodies = samples(case), {"stage": make_bodies(case.view())}
     assert_same(models, [build_system(m, bodies) for m in models])
 

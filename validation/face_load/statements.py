@@ -82,7 +82,9 @@ def _bearing_place(fidelity: str) -> list[Row]:
     """What the bundled case had tuned, tried again."""
     found = []
     for z in ("-30", "0", "30"):
-        changes = {} if z == "-30" else {"bearings.planet.z_mm": z}  # the first is the case's own
+        changes = (
+            {} if z == "-30" else {"stage.planet_bearing.z_mm": z}
+        )  # the first is the case's own
         ring, sun = _of_stage("wind-5mw", fidelity, False, **changes)
         tilts = f"tilt {ring.misalignment:.0f}, {sun.misalignment:.0f} µm"
         text = f"ring {ring.k_h_beta:.3f}, sun {sun.k_h_beta:.3f}; {tilts}"

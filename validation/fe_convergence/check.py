@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.build import carrier_body, ring_body
 from flexgear.structures.interfaces import carrier_supports, ring_supports
 from flexgear.views.style import save_figure
@@ -20,7 +20,7 @@ FIDELITIES = ("quick", "standard", "fine")
 
 def reduced(name, **changes):
     """The bundled ring or carrier, from the cache if it was reduced before."""
-    case = load_stage("wind-5mw", changes)
+    case = load_case("wind-5mw", changes).view()
     return case, {"ring": ring_body, "carrier": carrier_body}[name](case)
 
 
@@ -88,7 +88,7 @@ def test_standard_mesh_is_fine_enough(name, results):
 )
 def test_reduction_at_standard_stays_within_its_accepted_errors(body, tie, accepted):
     """Against the unreduced model: every load line by itself, frequencies to 2 kHz."""
-    report = reduced(body, **{"ring.tie": tie, "solver.fidelity": "standard"})[1].report
+    report = reduced(body, **{"stage.ring.fe.tie": tie, "solver.fidelity": "standard"})[1].report
     print(f"\n{body}, {tie}: static {report['static_error_cases']}")
     assert report["static_error"] < accepted
     assert report["frequency_error"] < 0.01

@@ -12,7 +12,7 @@ from cut_teeth.of_case import gear_of
 from numpy.typing import NDArray
 
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from plane_contact.body import Elastic
 from plane_contact.gear_contact import Found, GearContact
@@ -53,7 +53,7 @@ LOADINGS = (
 @cache
 def stage() -> StageView:
     """The stage of case.toml."""
-    return load_stage(CASE)
+    return load_case(CASE).view()
 
 
 def pair(kind: str) -> Pair:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from plane_contact.body import Elastic
 from plane_contact.generate import rounded, text_of
@@ -33,7 +33,7 @@ UNITS = {
 
 def stage() -> StageView:
     """The stage of stage_case.toml."""
-    return load_stage(CASE)
+    return load_case(CASE).view()
 
 
 def springs(view: StageView) -> Springs:

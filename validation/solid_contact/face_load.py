@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from flexgear.coupling.laws.coupled_slices import forces_of
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.tooth_influence import pair_bending
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def pair(s: float, slices: int, compliance: str = "fe") -> Pair:
         "stage.gear_mesh.tooth_compliance": compliance,
         "stage.gear_mesh.slices": str(slices),
     }
-    case = load_stage(CASE, keys)
+    case = load_case(CASE, keys).view()
     forces = power_flow(case.case).stages[0].gear_mesh_forces
     path = stage_paths(case, forces)["ring", ""]
     lines = path.slices

@@ -13,7 +13,7 @@ from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import by_kind
 from flexgear.gears.power_flow import power_flow
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.results.load_sharing import LEAST_SHARE, load_sharing
 from tan2023 import measures
@@ -121,7 +121,7 @@ def error_sets(runs: Runs) -> dict[str, StageView]:
         "no errors": runs.perfect_case,
         "tooth errors of the case": runs.case,
         "and pin 1 off by 30 µm": runs.case.with_(
-            **{"errors.pin_tangential": (30e-6, 0.0, 0.0, 0.0, 0.0)}
+            **{"stage.errors.pin_tangential": (30e-6, 0.0, 0.0, 0.0, 0.0)}
         ),
     }
 
@@ -201,7 +201,7 @@ def spread_is_smaller_when_flexible(runs: Runs) -> Finding:
     tolerance="spread, flexible below all-rigid; no negative tooth load",
 )
 def bundled_case_agrees(runs: Runs) -> Finding:
-    case = load_stage("wind-5mw", overrides={"solver.fidelity": runs.fidelity})
+    case = load_case("wind-5mw", overrides={"solver.fidelity": runs.fidelity}).view()
 
     def one(v: Variant) -> xr.Dataset:
         return runs.short_drop(model_of(case, runs.bodies, v), 4e5)

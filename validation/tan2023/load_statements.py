@@ -188,8 +188,10 @@ def compliance_study(runs: Runs) -> dict[str, dict[str, Passage]]:
     """Tooth passages with single compliances on and off: name -> gear mesh -> passage."""
 
     def compute() -> dict[str, dict[str, Passage]]:
-        stiff = runs.perfect_case.with_(**{"bearings.planet.tilt": 1e12, "bearings.planet.z": 0.0})
-        equal = runs.perfect_case.with_(**{"bearings.planet.z": 0.0})
+        stiff = runs.perfect_case.with_(
+            **{"stage.planet_bearing.tilt": 1e12, "stage.planet_bearing.z": 0.0}
+        )
+        equal = runs.perfect_case.with_(**{"stage.planet_bearing.z": 0.0})
         known = runs.passages
         cases: dict[str, xr.Dataset] = {
             v.label: known[v.label] if v.label in known else runs.passage(v) for v in EIGHT
@@ -289,7 +291,7 @@ def drive_inertia_drops(runs: Runs) -> dict[str, xr.Dataset]:
     """Drops to 2e5 N m with a light and a heavy drive, linear contact."""
     found = {}
     for inertia in ("2e4", "3.8e7"):
-        case = validation_case(runs.fidelity, **{"inertia.drive_kg_m2": inertia})
+        case = validation_case(runs.fidelity, **{"inputs.0.inertia_kg_m2": inertia})
         found[inertia] = runs.short_drop(model_of(case, runs.bodies, FLEXIBLE), 2e5)
     return found
 

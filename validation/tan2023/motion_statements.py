@@ -191,8 +191,11 @@ def sensitivity(runs: Runs) -> dict[str, Array]:
 
     def compute() -> dict[str, Array]:
         base, bolts = runs.case.ring.rim_thickness, runs.case.ring.bolts
-        rim, tangential = "ring.rim_thickness_mm", "ring.bolts.stiffness_tangential_n_per_m"
-        radial = "ring.bolts.stiffness_radial_n_per_m"
+        rim, tangential = (
+            "stage.ring.fe.rim_thickness_mm",
+            "stage.ring.fe.bolts.stiffness_tangential_n_per_m",
+        )
+        radial = "stage.ring.fe.bolts.stiffness_radial_n_per_m"
         changes = {
             "as in the case": {},
             "rim −20 %": {rim: f"{0.8e3 * base:.9g}"},

@@ -21,7 +21,7 @@ from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System, Variant
 from flexgear.gears.geometry import StageGeometry, stage_geometry
 from flexgear.model.gear_errors import GearErrors
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.results.stage_part import stage_part, with_spread
 from flexgear.solve.bodies import StageBodies, stage_bodies
@@ -47,7 +47,7 @@ def validation_case(fidelity: str, **changes: str) -> StageView:
     """The bundled case with the overrides of case.toml, the fidelity and further overrides."""
     chosen = tomllib.loads((Path(__file__).parent / "case.toml").read_text("utf-8"))
     overrides = {**chosen["overrides"], "solver.fidelity": fidelity, **changes}
-    return load_stage(chosen["bundled"], overrides=overrides)
+    return load_case(chosen["bundled"], overrides=overrides).view()
 
 
 def side_by_side(jobs: dict[str, Callable[[], T]]) -> dict[str, T]:
@@ -88,7 +88,7 @@ class Runs:
     def __init__(self, fidelity: str) -> None:
         self.fidelity = fidelity
         self.case = validation_case(fidelity)
-        self.perfect_case = self.case.with_(errors=GearErrors())
+        self.perfect_case = self.case.with_(stage__errors=GearErrors())
         self._models: dict[Variant, Model] = {}
         self._kept: dict[str, Any] = {}
 
@@ -273,7 +273,7 @@ class Runs:
 
     def other_ring(self, **changes: str) -> xr.Dataset:
         """Flexible tooth passages of a fifth of a turn with other ring parameters, quick mesh."""
-        case = validation_case("quick", **changes).with_(errors=GearErrors())
+        case = validation_case("quick", **changes).with_(stage__errors=GearErrors())
         bodies = StageBodies(ring_body(case), self.quick_carrier)
         angles = np.linspace(0, 2 * math.pi / 5, 241)
         return equilibria(model_of(case, bodies, FLEXIBLE), angles)

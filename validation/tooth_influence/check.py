@@ -14,7 +14,7 @@ from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.slices import Nominal, bent
 from flexgear.gears.waves import iso_mean_stiffness
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.structures.fe_mesh import tooth_segment
 from flexgear.structures.fem import assemble, facet_nodes
 from flexgear.structures.tooth_influence import of_case, pair_bending, pairs
@@ -28,7 +28,7 @@ SHARES = (0.2, 0.5, 0.8)  # of the flank, from its root
 
 @pytest.fixture(scope="module")
 def case():
-    return load_stage("wind-5mw", {"gear_mesh.model": "face_load"})
+    return load_case("wind-5mw", {"stage.gear_mesh.model": "face_load"}).view()
 
 
 def accepted(name):

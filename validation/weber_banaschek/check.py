@@ -14,7 +14,7 @@ from flexgear.gears.geometry import stage_geometry
 from flexgear.gears.laws import compliance, line_load
 from flexgear.gears.power_flow import power_flow
 from flexgear.gears.weber_banaschek import tooth_compliance
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.views.style import save_figure
 
 HERE = Path(__file__).parent
@@ -26,7 +26,7 @@ SIZE = 0.3  # of the elements at the tooth, modules
 
 @pytest.fixture(scope="module")
 def case():
-    return load_stage("wind-5mw", {"stage.helix_angle_deg": "0"})
+    return load_case("wind-5mw", {"stage.helix_angle_deg": "0"}).view()
 
 
 def accepted(gear, part):

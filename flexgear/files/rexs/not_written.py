@@ -10,7 +10,7 @@ from flexgear.model.modifications import FlankModifications
 from flexgear.model.section import Section
 
 _WRITTEN = {
-    "name", "title", "source", "kind", "gravity", "material", "stages", "joints", "held", "inputs",
+    "name", "title", "source", "gravity", "material", "stages", "joints", "held", "inputs",
     "output", "loads",
 }  # fmt: skip
 _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}

@@ -248,7 +248,6 @@ class _Conversion:
         racks: dict[str, Rack],
         held: dict[Member, str],
     ) -> None:
-        top.put("kind", "train", "")
         units = self.document.kind("gear_unit")
         title = next((u.name for u in units if u.name.strip()), "")
         shown = "".join(c if c.isprintable() else " " for c in title)[:80]

@@ -75,7 +75,7 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
 
 
 def sharing_title(sharing: Sharing) -> str:
-    """ "Load sharing, stage 1"; the only stage, which the short form calls "stage", is not said."""
+    """ "Load sharing, stage 1"; without the name of the only stage, written [stage]."""
     return titled_by_stage("Load sharing", sharing.stage)
 
 

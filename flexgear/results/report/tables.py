@@ -58,14 +58,8 @@ def tables(case: Case, flow: PowerFlow, summary: Summary) -> list[Table]:
     return [table for part in parts for table in part if table.rows]
 
 
-def stage_figures(summary: Summary, key: str) -> dict[str, Any]:
-    """Figures of flexible stages by name: those of the short form have one stage without a name."""
-    found = summary.get(key, {})
-    return {"": found} if found and summary["kind"] == "stage" else dict(found)
-
-
 def _of(stage: str, what: str) -> str:
-    """A title with its stage, but for the only one, which the short form calls "stage"."""
+    """A title with its stage, but for the only one, written [stage]."""
     return what if stage == "stage" else f"{words(stage)}, {what}"
 
 
@@ -180,8 +174,8 @@ def _deflections(summary: Summary) -> Iterator[Table]:
     rows = [Row(words(name), 1e-6 * value, "m") for name, value in far.items()]
     window = window_words(summary["transient"])
     yield Table("deflections", f"largest displacement from the axis, {window}", rows)
-    for stage, one in stage_figures(summary, "steady").items():
-        at = f" of {words(stage)}" if stage else ""
+    for stage, one in summary.get("steady", {}).items():
+        at = "" if stage == "stage" else f" of {words(stage)}"
         peaks = one["tooth_displacement_peak_um"]
         rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
         yield Table("deflections", f"ring tooth node 1{at}, largest {window_words(one)}", rows)

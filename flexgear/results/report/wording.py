@@ -105,7 +105,7 @@ def words(name: str) -> str:
 
 
 def titled_by_stage(what: str, stage: str) -> str:
-    """A title with its stage, but for the only one, which the short form calls "stage"."""
+    """A title with its stage, but for the only one, written [stage]."""
     return what if stage in ("", "stage") else f"{what}, {words(stage)}"
 
 

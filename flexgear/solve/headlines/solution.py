@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexgear.results.report.tables import stage_figures
-from flexgear.results.report.wording import number, said, window_words, words
+from flexgear.results.report.wording import number, said, titled_by_stage, window_words, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.reduction_warnings import PROMISED
 
@@ -111,15 +110,15 @@ def _forces(summary: Summary) -> Iterator[Check]:
 
 def _speeds(summary: Summary) -> Iterator[Check]:
     """Of the pins against the ring; runs before 0.3 have it of rings that are stationary only."""
-    nominal = stage_figures(summary, "kinematics")
-    for stage, one in stage_figures(summary, "steady").items():
+    nominal = summary.get("kinematics", {})
+    for stage, one in summary.get("steady", {}).items():
         rated = nominal[stage]
         speed = one["carrier_speed_rpm_mean"]
         expected = rated.get("pin_speed_rpm", rated["carrier_speed_rpm"])
         away = abs(speed - expected) / (abs(expected) or abs(rated["sun_speed_rpm"]))
         yield Check(
             _level(away, AGREES, DIFFERS),
-            f"Pins against ring{f', {words(stage)}' if stage else ''}",
+            titled_by_stage("Pins against ring", stage),
             said(speed, "r/min"),
             "speeds are those of the power flow",
             f"The power flow gives {said(expected, 'r/min')}.",

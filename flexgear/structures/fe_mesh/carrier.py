@@ -47,16 +47,16 @@ _SAME_ANGLE = 1e-9  # rad; gaps that differ by less are meshed alike
 # gmsh fails on pins, or never ends, about a third thinner
 _SLENDER = 25.0  # length between the plates over the diameter of a pin, at most
 _THIN = 15.0  # thickness of a plate over that, at most
-_CASE_KEYS = {  # where the case holds what is not a plain key of [carrier]
+_CASE_KEYS = {  # where the case holds what is not a plain key of [stage.carrier.fe]
     "fidelity": "solver.fidelity",
     "planets": "stage.planets",
     "center_distance": "stage.center_distance",
     "planet_tip_radius": "stage.planet.addendum",
     "gear_face_width": "stage.face_width",
-    "seat_drive_diameter": "carrier.seat_drive.diameter",
-    "seat_drive_width": "carrier.seat_drive.width",
-    "seat_far_diameter": "carrier.seat_far.diameter",
-    "seat_far_width": "carrier.seat_far.width",
+    "seat_drive_diameter": "stage.carrier.fe.seat_drive.diameter",
+    "seat_drive_width": "stage.carrier.fe.seat_drive.width",
+    "seat_far_diameter": "stage.carrier.fe.seat_far.diameter",
+    "seat_far_width": "stage.carrier.fe.seat_far.width",
 }
 
 
@@ -305,7 +305,9 @@ class CarrierMeshParameters:
             )
 
     def _reject(self, key: str, problem: str, remedy: str) -> NoReturn:
-        raise InputError(self.where, _CASE_KEYS.get(key, f"carrier.{key}"), problem, remedy)
+        raise InputError(
+            self.where, _CASE_KEYS.get(key, f"stage.carrier.fe.{key}"), problem, remedy
+        )
 
 
 def carrier_fe_mesh(p: CarrierMeshParameters) -> FeMesh:
@@ -328,7 +330,7 @@ def _in_gmsh(p: CarrierMeshParameters) -> FeMesh:
                 return complete(p, rounded, [_half_patches(p, half) for half in halves])
     raise InputError(
         p.where,
-        "carrier",
+        "stage.carrier.fe",
         "no sound FE mesh: some edges nearly touch",
         "move hub, seat, bore and pin diameters apart by a few mm",
     )

@@ -115,28 +115,30 @@ def ring_groups(view: StageView) -> Groups:
     def of_bands(kind: str, meaning: str) -> Family:
         own = [s for s in supports if s.group.startswith(kind)]
         places = np.array([s.place for s in own]).reshape(-1, 3)
-        return Family(kind, meaning, tuple(s.group for s in own), places, True, f"ring.{kind}s")
+        return Family(
+            kind, meaning, tuple(s.group for s in own), places, True, f"stage.ring.fe.{kind}s"
+        )
 
     families = [
         of_teeth("root", "base section of tooth j", tooth.root_radius, 0.0, ring.tie == "root"),
         of_teeth("flank", "flank of tooth j on its -θ side", middle, -half, ring.tie == "flank"),
         of_teeth("backflank", "flank of tooth j on its +θ side", middle, half, False),
-        of_bands("fit", "band of housing fit k, as ring.fits lists them"),
-        of_bands("spline", "outer spline or lugs k, as ring.splines lists them"),
+        of_bands("fit", "band of housing fit k, as ring.fe.fits lists them"),
+        of_bands("spline", "outer spline or lugs k, as ring.fe.splines lists them"),
         Family(
-            *("bolt", "wall of bolt hole k, with ring.bolts.holes = true"),
+            *("bolt", "wall of bolt hole k, with ring.fe.bolts.holes = true"),
             tuple(s.group for s in holes),
             np.array([[*s.place[:2], _ANYWHERE] for s in holes]).reshape(-1, 3),
-            *(True, "ring.bolts.number" if holes else "ring.bolts.holes"),
+            *(True, "stage.ring.fe.bolts.number" if holes else "stage.ring.fe.bolts.holes"),
             radial=max((s.diameter / 2.0 for s in holes), default=0.0),
         ),
     ]
     bolted = {s.end for s in supports if not s.group}
     for name, end, side in (("end_minus", "-z", -1), ("end_plus", "+z", 1)):
-        meaning = f"end face on the {end} side; bolts without holes act there if it is ring.end"
+        meaning = f"end face on the {end} side; bolts without holes act there if it is ring.fe.end"
         place = np.full((1, 3), _ANYWHERE)
         families.append(
-            Family(name, meaning, (name,), place, end in bolted, "ring.end", side=side)  # type: ignore[arg-type]
+            Family(name, meaning, (name,), place, end in bolted, "stage.ring.fe.end", side=side)  # type: ignore[arg-type]
         )
     pitch = tooth.pitch_angle * tooth.reference_radius
     return Groups("ring", tuple(families), tooth.reference_radius, pitch, p.face_width)
@@ -149,7 +151,9 @@ def carrier_groups(view: StageView) -> Groups:
     on_axis = np.array([[0.0, 0.0, _ANYWHERE]])
 
     def at_end(name: str, meaning: str, side: Literal[-1, 1]) -> Family:
-        return Family(name, meaning, (name,), on_axis, True, "carrier.drive_side", side=side)
+        return Family(
+            name, meaning, (name,), on_axis, True, "stage.carrier.fe.drive_side", side=side
+        )
 
     far: Literal[-1, 1] = 1 if drive == -1 else -1
     reference = gears.ring.reference_radius

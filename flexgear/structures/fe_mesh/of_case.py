@@ -27,7 +27,7 @@ def require_generated(view: StageView, part: str) -> None:
 
 
 def ring_of_case(view: StageView) -> FeMesh:
-    """Ring gear as [ring] says; patches as in ring.py."""
+    """Ring gear as [stage.ring.fe] says; patches as in ring.py."""
     p = RingMeshParameters.from_case(view)
     if view.ring.fe_mesh == "generate":
         return ring_fe_mesh(p)
@@ -35,7 +35,7 @@ def ring_of_case(view: StageView) -> FeMesh:
 
 
 def carrier_of_case(view: StageView) -> FeMesh:
-    """Carrier as [carrier] says; patches as in carrier.py."""
+    """Carrier as [stage.carrier.fe] says; patches as in carrier.py."""
     if view.carrier.fe_mesh == "generate":
         return carrier_fe_mesh(CarrierMeshParameters.from_case(view))
     return _own(view, view.carrier, carrier_groups(view), view.carrier.plate_diameter)
@@ -43,10 +43,10 @@ def carrier_of_case(view: StageView) -> FeMesh:
 
 def _own(view: StageView, source: FeMeshSource, groups: Groups, size: float) -> FeMesh:
     """The user's file, moved as the case says; InputError unless its groups are in their place."""
-    file, key = str(source.fe_mesh_file), f"{groups.body}.fe_mesh_file"
+    file, key = str(source.fe_mesh_file), f"stage.{groups.body}.fe.fe_mesh_file"
     if source.fe_mesh == "reduced":
         raise InputError(
-            view.source, f"{groups.body}.fe_mesh", "is reduced: there is no FE mesh",
+            view.source, f"stage.{groups.body}.fe.fe_mesh", "is reduced: there is no FE mesh",
             "name the other component",
         )  # fmt: skip
     placement = Placement(source.fe_mesh_shift, source.fe_mesh_turn)

@@ -189,7 +189,7 @@ def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) 
     }
     set_now = {"shift_mm": any(placement.shift), "turn_deg": any(placement.turn)}
     said = [
-        f"{groups.body}.fe_mesh_{key} = {_numbers(values)}"
+        f"stage.{groups.body}.fe.fe_mesh_{key} = {_numbers(values)}"
         for key, values in keys.items()
         if any(values) or set_now[key]
     ]

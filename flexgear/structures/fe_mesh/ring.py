@@ -192,7 +192,7 @@ class RingMeshParameters:
             reject("stage.face_width", "must be above 0", "give the ring's face width")
         if self.rim_thickness < self.normal_module:
             reject(
-                "ring.rim_thickness",
+                "stage.ring.fe.rim_thickness",
                 f"{self.rim_thickness * 1e3:.1f} mm is thinner than one module",
                 "the rim is counted outside the root circle; give at least one module",
             )
@@ -201,28 +201,30 @@ class RingMeshParameters:
             room = self.straight_radius - tooth.root_radius
             if room < 0.1 * self.rim_thickness or radius - hole < tooth.root_radius:
                 reject(
-                    "ring.bolts.circle_diameter",
+                    "stage.ring.fe.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm leave no rim below the teeth's root at "
                     f"{tooth.root_radius * 2e3:.0f} mm",
                     "raise it or lower the bolts' diameter",
                 )
             if self.has_holes and abs(self.helix_rate) * width / 2.0 * radius > room:
                 reject(
-                    "ring.bolts.holes",
+                    "stage.ring.fe.bolts.holes",
                     f"the helix cannot fade over the {room * 1e3:.0f} mm between the teeth's "
                     "root and the holes, whose axes are straight",
                     "leave the holes out, or raise circle_diameter",
                 )
             if not radius + (1.2 if self.bolt_holes else 1.0) * hole < self.outer_radius:
                 reject(
-                    "ring.bolts.circle_diameter",
+                    "stage.ring.fe.bolts.circle_diameter",
                     f"bolts on {radius * 2e3:.0f} mm break through the outer diameter of "
                     f"{self.outer_radius * 2e3:.0f} mm",
                     "lower it or raise rim_thickness",
                 )
             if 2.0 * radius * np.sin(pi / self.bolts) < 1.2 * self.bolt_diameter:
                 reject(
-                    "ring.bolts.number", "neighbouring bolts overlap", "use fewer or thinner bolts"
+                    "stage.ring.fe.bolts.number",
+                    "neighbouring bolts overlap",
+                    "use fewer or thinner bolts",
                 )
         for number, circle, diameter in self.other_bolts:
             parted = replace(self, bolts=number, bolt_circle_diameter=circle, other_bolts=())
@@ -231,7 +233,7 @@ class RingMeshParameters:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
                 reject(
-                    f"ring.{name.partition('_')[0]}s",
+                    f"stage.ring.fe.{name.partition('_')[0]}s",
                     f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
@@ -328,7 +330,7 @@ def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
         inside = np.flatnonzero((middle > low) & (middle < high))
         if len(inside) == 0:
             kind, _, number = name.partition("_")
-            key = f"ring.{kind}s.{int(number) - 1}"
+            key = f"stage.ring.fe.{kind}s.{int(number) - 1}"
             raise InputError(p.where, key, "the band is too narrow", "make it wider")
         facets[name] = wall(section.outer, inside)
     for k, lines in enumerate(section.holes, p.first_bolt):

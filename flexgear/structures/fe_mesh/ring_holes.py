@@ -110,9 +110,9 @@ def _first_columns(angles: Array, columns: int, across: int, where: str) -> Ints
     if len(angles) > 1 and spacing.min() < across:
         raise InputError(
             where,
-            "ring.bolts.number",
+            "stage.ring.fe.bolts.number",
             "the bolt holes are too close to each other for the FE mesh",
-            "use fewer or thinner bolts, or ring.bolts.holes = false",
+            "use fewer or thinner bolts, or stage.ring.fe.bolts.holes = false",
         )
     return first
 

@@ -7,7 +7,7 @@ import pytest
 
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fe_mesh import (
     CarrierMeshParameters,
@@ -24,7 +24,7 @@ from flexgear.structures.fe_mesh import (
 
 @pytest.fixture(scope="module")
 def case() -> StageView:
-    return load_stage("wind-5mw", {"solver.fidelity": "quick"})
+    return load_case("wind-5mw", {"solver.fidelity": "quick"}).view()
 
 
 def test_the_bundled_case_is_the_generators_default(case: StageView) -> None:
@@ -49,7 +49,7 @@ def test_tooth_equals_the_gear_theory_of_the_same_case(case: StageView, shift: f
 
 
 def test_carrier_follows_the_centre_distance_and_the_drive_side(case: StageView) -> None:
-    p = CarrierMeshParameters.from_case(case.with_(**{"carrier.drive_side": "+z"}))
+    p = CarrierMeshParameters.from_case(case.with_(**{"stage.carrier.fe.drive_side": "+z"}))
     assert p.center_distance == pytest.approx(stage_geometry(case).center_distance)
     assert p.drive_side == "+z"
 
@@ -73,19 +73,19 @@ def test_own_files_are_read_and_checked(case: StageView, tmp_path: Path) -> None
     write_fe_mesh(carrier_of_case(case), tmp_path / "carrier.inp")
     own = case.with_(
         **{
-            "ring.fe_mesh_file": str(tmp_path / "ring.msh"),
-            "ring.fe_mesh": "file",
-            "ring.fe_mesh_unit": "m",
-            "carrier.fe_mesh_file": str(tmp_path / "carrier.inp"),
-            "carrier.fe_mesh": "file",
-            "carrier.fe_mesh_unit": "m",
+            "stage.ring.fe.fe_mesh_file": str(tmp_path / "ring.msh"),
+            "stage.ring.fe.fe_mesh": "file",
+            "stage.ring.fe.fe_mesh_unit": "m",
+            "stage.carrier.fe.fe_mesh_file": str(tmp_path / "carrier.inp"),
+            "stage.carrier.fe.fe_mesh": "file",
+            "stage.carrier.fe.fe_mesh_unit": "m",
         }
     )
     assert set(ring_groups(own).needed) <= set(ring_of_case(own).facets)
     assert set(carrier_groups(own).needed) <= set(carrier_of_case(own).facets)
     with pytest.raises(InputError, match='set fe_mesh_unit = "m"'):
-        ring_of_case(own.with_(**{"ring.fe_mesh_unit": "mm"}))
+        ring_of_case(own.with_(**{"stage.ring.fe.fe_mesh_unit": "mm"}))
     with pytest.raises(InputError, match="25 of 120 missing"):
-        ring_of_case(own.with_(**{"ring.bolts.holes": True}))
-    with pytest.raises(InputError, match=r"ring\.fe_mesh_file.*no such file"):
-        ring_of_case(own.with_(**{"ring.fe_mesh_file": str(tmp_path / "none.msh")}))
+        ring_of_case(own.with_(**{"stage.ring.fe.bolts.holes": True}))
+    with pytest.raises(InputError, match=r"ring\.fe\.fe_mesh_file.*no such file"):
+        ring_of_case(own.with_(**{"stage.ring.fe.fe_mesh_file": str(tmp_path / "none.msh")}))

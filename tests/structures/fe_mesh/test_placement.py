@@ -11,7 +11,7 @@ from small_train import FLEXIBLE
 
 from flexgear.coupling.workable import require_workable
 from flexgear.model.errors import InputError
-from flexgear.model.load import load_case, load_stage
+from flexgear.model.load import load_case
 from flexgear.model.stage_view import StageView
 from flexgear.structures import build
 from flexgear.structures.fe_mesh import (
@@ -29,7 +29,7 @@ BODIES = {"ring": (ring_of_case, ring_groups), "carrier": (carrier_of_case, carr
 
 
 def bundled(**changes: object) -> StageView:
-    return load_stage("wind-5mw", {"solver.fidelity": "quick"}).with_(**changes)
+    return load_case("wind-5mw", {"solver.fidelity": "quick"}).view().with_(**changes)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,9 @@ def keys_of(text: str, body: str) -> Placement:
     """The placement that a refusal offers."""
     found = {}
     for key in ("shift_mm", "turn_deg"):
-        said = re.search(rf"{body}\.fe_mesh_{key} = (\[.*?\]|\S+?)(?=,? and |, or )", text)
+        said = re.search(
+            rf"stage\.{body}\.fe\.fe_mesh_{key} = (\[.*?\]|\S+?)(?=,? and |, or )", text
+        )
         words = said[1].strip("[]").split(", ") if said else ["0"]
         numbers = [float(w) for w in words]
         found[key] = numbers if len(numbers) == 3 else [0.0, 0.0, *numbers]
@@ -70,9 +72,9 @@ def keys_of(text: str, body: str) -> Placement:
     "changes",
     [
         {},
-        {"ring.bolts.holes": True, "ring.bolts.first_angle": 0.05},
-        {"ring.tie": "flank", "stage.planet_hand": "left"},
-        {"carrier.drive_side": "+z", "ring.end": "+z", "ring.fits": ()},
+        {"stage.ring.fe.bolts.holes": True, "stage.ring.fe.bolts.first_angle": 0.05},
+        {"stage.ring.fe.tie": "flank", "stage.planet_hand": "left"},
+        {"stage.carrier.fe.drive_side": "+z", "stage.ring.fe.end": "+z", "stage.ring.fe.fits": ()},
         {"stage.planets": 4, "stage.planet_positions": tuple(np.radians([87.0, 0, 180, 267]))},
         {"stage.planets": 2},
     ],
@@ -114,7 +116,10 @@ def test_keys_that_are_set_count_in_what_is_offered(meshes: dict[str, FeMesh]) -
     away = moved(meshes["ring"], (0, 0, 10), (0, 0, 115))
     half = Placement((0.0, 0.0, -0.1), (0.0, 0.0, float(np.radians(-3))))
     text = refusal(placed(away, half), ring_groups(bundled()), half)
-    assert "set ring.fe_mesh_shift_mm = -115 and ring.fe_mesh_turn_deg = -10, or" in text
+    assert (
+        "set stage.ring.fe.fe_mesh_shift_mm = -115 and stage.ring.fe.fe_mesh_turn_deg = -10, or"
+        in text
+    )
 
 
 def test_what_is_far_below_a_pitch_is_accepted(meshes: dict[str, FeMesh]) -> None:
@@ -154,7 +159,7 @@ def test_clockwise_numbers_are_named(meshes: dict[str, FeMesh]) -> None:
     ("body", "new", "words"),
     [
         ("ring", swapped("fit_1", "fit_2"), ["fit_", "z 185 mm", "z -185 mm"]),
-        ("ring", swapped("end_minus", "end_plus"), ["end_", "2 of 283", "ring.end"]),
+        ("ring", swapped("end_minus", "end_plus"), ["end_", "2 of 283", "stage.ring.fe.end"]),
         ("ring", swapped("tooth_flank", "tooth_backflank"), ["flank_", "186 of 283"]),
         ("ring", swapped("tooth_root_007", "tooth_root_008"), ["tooth_root_00", "2 of 283"]),
         ("carrier", swapped("bearing_drive", "bearing_far"), ["bearing_", "z side"]),
@@ -174,9 +179,13 @@ def test_a_misnamed_group_is_named_with_its_two_places(
     [
         ("ring", {"stage.planet_hand": "left"}, ["tooth_root_001", "degrees", "planet_hand"]),
         ("ring", {"stage.ring.teeth": 92}, ["tooth_root_093", "stage.ring.teeth"]),
-        ("ring", {"ring.fits": ()}, ["fit_1", "ring.fits", "1 more"]),
+        ("ring", {"stage.ring.fe.fits": ()}, ["fit_1", "stage.ring.fe.fits", "1 more"]),
         ("ring", {"stage.normal_module": 0.02}, ["tooth_", "279 of 283"]),
-        ("carrier", {"carrier.drive_side": "+z"}, ["drive", "carrier.drive_side"]),
+        (
+            "carrier",
+            {"stage.carrier.fe.drive_side": "+z"},
+            ["drive", "stage.carrier.fe.drive_side"],
+        ),
         ("carrier", {"stage.planets": 4}, ["pin_5", "stage.planets"]),
         ("carrier", {"stage.normal_module": 0.017}, ["pin_", "5 of 8"]),
     ],
@@ -190,15 +199,17 @@ def test_a_mesh_of_another_case_is_refused(
 
 
 def test_holes_that_the_case_has_not_are_refused() -> None:
-    holed = ring_of_case(bundled(**{"ring.bolts.holes": True}))
-    assert "ring.bolts.holes" in refusal(holed, ring_groups(bundled()))
-    turned = bundled(**{"ring.bolts.holes": True, "ring.bolts.first_angle": np.radians(7.2)})
+    holed = ring_of_case(bundled(**{"stage.ring.fe.bolts.holes": True}))
+    assert "stage.ring.fe.bolts.holes" in refusal(holed, ring_groups(bundled()))
+    turned = bundled(
+        **{"stage.ring.fe.bolts.holes": True, "stage.ring.fe.bolts.first_angle": np.radians(7.2)}
+    )
     assert "25 of 308" in refusal(holed, ring_groups(turned))
 
 
 def own(case: StageView, body: str, path: Path, **keys: object) -> StageView:
     values = {"fe_mesh": "file", "fe_mesh_file": str(path), "fe_mesh_unit": "m", **keys}
-    return case.with_(**{f"{body}.{key}": value for key, value in values.items()})
+    return case.with_(**{f"stage.{body}.fe.{key}": value for key, value in values.items()})
 
 
 @pytest.mark.parametrize("body", ["ring", "carrier"])
@@ -217,17 +228,22 @@ def test_the_opposite_motion_puts_a_file_back(
     assert np.abs(found.points - plain.points).max() < 1e-12
     np.testing.assert_array_equal(found.cells, plain.cells)
     build.require_file(case, body)
-    with pytest.raises(InputError, match=rf"own\.{suffix}: .* set {body}\.fe_mesh_shift_mm = \["):
+    with pytest.raises(
+        InputError, match=rf"own\.{suffix}: .* set stage\.{body}\.fe\.fe_mesh_shift_mm = \["
+    ):
         build.require_file(own(bundled(), body, path), body)
 
 
 def test_one_number_is_along_or_about_the_axis() -> None:
-    keys = {"ring.fe_mesh_shift_mm": "-115", "carrier.fe_mesh_turn_deg": "[0, 0, 10]"}
-    case = load_stage("wind-5mw", keys)
+    keys = {
+        "stage.ring.fe.fe_mesh_shift_mm": "-115",
+        "stage.carrier.fe.fe_mesh_turn_deg": "[0, 0, 10]",
+    }
+    case = load_case("wind-5mw", keys).view()
     assert case.ring.fe_mesh_shift == (0.0, 0.0, -0.115)
     assert case.carrier.fe_mesh_turn == (0.0, 0.0, pytest.approx(np.radians(10)))
     with pytest.raises(InputError, match="fe_mesh_shift_mm: has 2 numbers"):
-        load_stage("wind-5mw", {"ring.fe_mesh_shift_mm": "[1, 2]"})
+        load_case("wind-5mw", {"stage.ring.fe.fe_mesh_shift_mm": "[1, 2]"}).view()
 
 
 def test_node_sets_that_the_case_has_not_are_refused_too(
@@ -258,8 +274,8 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     plain = own(bundled(), "ring", path)
     for case in (
         plain,
-        plain.with_(**{"ring.fe_mesh_shift": (0.0, 0.0, 1e-9)}),
-        plain.with_(**{"ring.fe_mesh_turn": (0.0, 0.0, 1e-9)}),
+        plain.with_(**{"stage.ring.fe.fe_mesh_shift": (0.0, 0.0, 1e-9)}),
+        plain.with_(**{"stage.ring.fe.fe_mesh_turn": (0.0, 0.0, 1e-9)}),
         plain.with_(**{"stage.planet_hand": "left"}),
         plain,
     ):
@@ -274,7 +290,7 @@ def test_where_a_mesh_is_put_and_judged_by_is_part_of_the_caches_key(
     assert not read
     build.require_file(plain.with_(**{"stage.planet_hand": "left"}), "ring")
     assert len(read) == 1
-    assert plain.bodies_hash() != plain.with_(**{"ring.fe_mesh_turn": 1e-9}).bodies_hash()
+    assert plain.bodies_hash() != plain.with_(**{"stage.ring.fe.fe_mesh_turn": 1e-9}).bodies_hash()
 
 
 def test_a_file_of_a_train_is_named_with_its_stage(

@@ -1,0 +1,302 @@
+"""Case files of earlier versions: the only module that knows their form.
+
+Up to 0.2.0 a file had a ``kind``, and one flexible stage could be written in a form of its own,
+whose sections stood for keys of the stage and its ports as ``MOVES`` lists them. Its carrier was
+driven, its sun was the output and its ring was held unless the file said otherwise.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from flexgear.model.errors import InputError
+from flexgear.model.read import parse_toml
+
+MOVES = (  # earlier key, present key; a key stands before those that it begins with
+    ("ring", "stage.ring.fe"),
+    ("carrier", "stage.carrier.fe"),
+    ("shaft", "stage.sun.shaft"),
+    ("bearings.planet", "stage.planet_bearing"),
+    ("bearings.carrier_drive", "stage.carrier.bearing_drive"),
+    ("bearings.carrier_far", "stage.carrier.bearing_far"),
+    ("bearings.sun", "stage.sun.support"),
+    ("bearings.output", "output.bearing"),
+    ("inertia.drive", "inputs.0.inertia"),
+    ("inertia.output_mass", "output.mass"),
+    ("inertia.output_tilt", "output.tilt_inertia"),
+    ("inertia.output", "output.inertia"),
+    ("drive.rated_torque", "inputs.0.torque"),
+    ("drive.rated_speed", "inputs.0.speed"),
+    ("brake.exponent", "output.brake_exponent"),
+    ("brake.rated_torque", "output.brake_torque"),
+    ("gear_mesh", "stage.gear_mesh"),
+    ("errors", "stage.errors"),
+)
+_GONE = ("bearings", "inertia", "brake")  # sections all of whose keys have moved
+_SPLIT = (*_GONE, "drive")  # those whose keys go to several places
+_PORTS = {"inputs.0": "stage.carrier", "output": "stage.sun"}  # where a file says none
+_HEADER = re.compile(r"(\s*\[+)([^\]]*)(\]+)([ \t]*)(.*)", re.DOTALL)
+_LOADED = re.compile(r"loads\.\d+\.member")
+_IN_COMMENT = re.compile(r"(?<=\[)[a-z_.]+(?=\])")
+
+
+def present_key(key: str) -> str:
+    """What an earlier key has become, "" for a key that has not moved."""
+    for earlier, present in MOVES:
+        rest = key[len(earlier) :]
+        if key.startswith(earlier) and (not rest or rest[0] in "._["):
+            return present + rest
+    return ""
+
+
+def earlier_keys(raw: Mapping[str, Any]) -> list[str]:
+    """Keys of a file that are of an earlier form."""
+    top = ["kind"] if "kind" in raw else []
+    if _is_train(raw):
+        return top
+    top += [key for key in raw if key in _GONE or present_key(key)]
+    drive = raw.get("drive")
+    below = [f"drive.{key}" for key in drive] if isinstance(drive, Mapping) else []
+    return top + [key for key in below if present_key(key)]
+
+
+def refuse_earlier_file(raw: Mapping[str, Any], where: str) -> None:
+    """InputError for a file of an earlier form."""
+    for key in earlier_keys(raw)[:1]:
+        problem = "is of the form that cases had up to flexgear 0.2.0"
+        raise InputError(where, key, problem, f"run flexgear upgrade {shlex.quote(where)}")
+
+
+def refuse_earlier_key(key: str, where: str) -> None:
+    """InputError for a key of an earlier form in a setting."""
+    if present := present_key(key):
+        raise InputError(where, key, "is what a key was called up to 0.2.0", f"write {present}")
+
+
+def upgraded(text: str, where: str) -> str:
+    """The text of a case file in the present form, with its comments; unchanged where it is in it.
+
+    Lines stay in their order; keys whose section is gone stand where the first of them stood, or
+    at the end of the section that has them now. InputError where a key is given twice, under its
+    earlier and its present name, or is written in a way in which it cannot be moved.
+    """
+    raw = parse_toml(text, where)
+    if not earlier_keys(raw):
+        return text
+    ports = (
+        {} if _is_train(raw) else {p: m for p, m in _PORTS.items() if p.split(".")[0] not in raw}
+    )
+    wanted: dict[str, Any] = {f"{port}.member": member for port, member in ports.items()}
+    for key, value in _leaves(raw):
+        name = key if _is_train(raw) else present_key(key) or key
+        if name == key and key.partition(".")[0] in _GONE:
+            raise InputError(where, key, "is not a known key", "correct it first")
+        if name in wanted:
+            raise InputError(where, key, f"is given twice, also as {name}", "keep one of them")
+        if key != "kind":
+            wanted[name] = _of_stage(value) if _LOADED.fullmatch(key) else value
+    if _is_train(raw):
+        first, *rest = _blocks(text)
+        first.body = [part for part in first.body if part.path != ("kind",)]
+        present = "".join(map(str, [first, *rest]))
+    else:
+        present = "".join(_rewritten(text, ports))
+    try:
+        written = dict(_leaves(tomllib.loads(present)))
+    except tomllib.TOMLDecodeError:
+        written = {}
+    for key in {**wanted, **written}:
+        if written.get(key) != wanted.get(key):
+            remedy = "write its section once, under a header, not in braces, and run this again"
+            raise InputError(where, key, "has no place in this file as it stands", remedy)
+    return present
+
+
+def _is_train(raw: Mapping[str, Any]) -> bool:
+    """Whether a file of an earlier version has all but the kind in the present form."""
+    return "stages" in raw or raw.get("kind") == "train"
+
+
+def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys and values of parsed TOML; elements of lists by number."""
+    items = enumerate(data) if isinstance(data, list) else data.items()
+    for name, value in items:
+        key = f"{path}{name}"
+        if isinstance(value, (dict, list)):
+            yield from _leaves(value, f"{key}.")
+        else:
+            yield key, value
+
+
+@dataclass
+class _Part:
+    """A statement of a file with the path of its key, or a blank line or comment without one."""
+
+    text: str
+    path: tuple[str, ...] = ()
+    is_header: bool = False
+
+    @property
+    def is_comment(self) -> bool:
+        return not self.path and bool(self.text.strip())
+
+
+@dataclass
+class _Block:
+    """A section as it is written: comments above its header, the header, keys and comments."""
+
+    path: str
+    header: str = ""
+    lead: list[_Part] = field(default_factory=list)
+    body: list[_Part] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        lead, body = ("".join(map(_commented, parts)) for parts in (self.lead, self.body))
+        return f"{lead}{self.header}{body}"
+
+
+def _parts(text: str) -> Iterator[_Part]:
+    """Statements of a TOML file: as many lines as it takes for each to be TOML by itself."""
+    pending = ""
+    for line in text.splitlines(keepends=True):
+        pending += line if line.endswith("\n") else f"{line}\n"
+        try:
+            data = tomllib.loads(pending)
+        except tomllib.TOMLDecodeError:
+            continue
+        is_header = pending.lstrip().startswith("[")
+        if data and not is_header:
+            data = tomllib.loads(f"{pending.partition('=')[0]} = 0")
+        yield _Part(pending, tuple(_path_of(data)), is_header)
+        pending = ""
+
+
+def _path_of(data: Any) -> Iterator[str]:
+    """Names on the way to the only value."""
+    while isinstance(data, dict) and data:
+        ((name, data),) = data.items()
+        yield name
+        data = data[0] if isinstance(data, list) else data
+
+
+def _blocks(text: str) -> list[_Block]:
+    """Sections of a file; comments between a blank line and a header belong to the header."""
+    blocks = [_Block("")]
+    for part in _parts(text):
+        body = blocks[-1].body
+        if not part.is_header:
+            body.append(part)
+            continue
+        start = len(body)
+        while start and body[start - 1].is_comment:
+            start -= 1
+        if start and body[start - 1].path:
+            start = len(body)
+        blocks.append(_Block(".".join(part.path), part.text, body[start:]))
+        del body[start:]
+    return blocks
+
+
+def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
+    """Each key with the comments right above it; other comments and blank lines alone."""
+    above: list[_Part] = []
+    for part in body:
+        if part.is_comment:
+            above.append(part)
+            continue
+        if not part.path:
+            yield from (([], comment) for comment in above)
+            above = []
+        yield above, part
+        above = []
+    yield from (([], comment) for comment in above)
+
+
+def _rewritten(text: str, ports: Mapping[str, str]) -> Iterator[str]:
+    """Pieces of the text with sections and keys under their present names."""
+    blocks: list[_Block] = []
+    moved: dict[str, _Block] = {}  # keys that leave their section, by that which has them now
+    for block in _blocks(text):
+        blocks += _split(block, moved)
+    for port, member in ports.items():
+        if port not in moved:
+            blocks.append(moved.setdefault(port, _Block(port)))
+        moved[port].body.insert(0, _Part(f'member = "{member}"\n', ("member",)))
+    there = {block.path: block for block in reversed(blocks) if block.header}
+    for place, block in moved.items():
+        header = place.removesuffix(".0")
+        if header in there:
+            body = there[header].body
+            end = max((k for k, part in enumerate(body, 1) if part.text.strip()), default=0)
+            body[end:end] = block.body
+            block.body = []
+        else:
+            block.header = f"[[{header}]]\n" if header != place else f"[{place}]\n"
+            block.body.append(_Part("\n"))
+    yield from (str(block) for block in blocks if block.header or block.body)
+
+
+def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
+    """What a section has become: itself under its present name, and those its keys have moved to,
+    which ``moved`` gets."""
+    section = present_key(block.path) or block.path
+    stays, target = _Block(section, _renamed(block.header, section), block.lead), None
+    made, above = [stays], list[_Part]()
+    keys = [f"{block.path}.{'.'.join(part.path)}" for part in block.body if part.path]
+    if gone := block.path in _SPLIT and all(map(present_key, keys)):
+        written = _HEADER.fullmatch(block.header)  # what was said of all of it goes with a key
+        above = [*block.lead, *([_Part(written[5])] if written and written[5].strip() else [])]
+        stays.header, stays.lead = "", []
+    for comments, part in _keyed(block.body):
+        full = ".".join(filter(None, (block.path, *part.path)))
+        present = present_key(full) if part.path else ""
+        if full == "kind":
+            continue
+        if not present or present == f"{section}{full[len(block.path) :]}":
+            place = stays.body if not gone or target is None else target.body
+            if not gone or part.is_comment:
+                place += [*comments, _load(part) if full == "loads.member" else part]
+            continue
+        at, _, name = present.rpartition(".")
+        if at not in moved:
+            made.append(moved.setdefault(at, _Block(at)))
+        target = moved[at]
+        value = part.text[len(part.text.partition("=")[0].rstrip()) :]
+        target.body += [*above, *comments, _Part(f"{name}{value}", (name,))]
+        above = []
+    stays.body += above
+    return made
+
+
+def _of_stage(member: str) -> str:
+    """A member of the stage, whose name the earlier form might leave out; quotes stay."""
+    return re.sub(r"(?<![\w.])\w+(?![\w.])", r"stage.\g<0>", member, count=1)
+
+
+def _load(part: _Part) -> _Part:
+    key, _, member = part.text.partition("=")
+    return _Part(f"{key}={_of_stage(member)}", part.path)
+
+
+def _renamed(header: str, path: str) -> str:
+    """A header of another path, its comment where it was if there is room."""
+    written = _HEADER.fullmatch(header)
+    if written is None or written[2].strip() == path:
+        return header
+    start, earlier, end, gap, rest = written.groups()
+    room = max(1, len(gap) + len(earlier) - len(path)) if gap else 0
+    return f"{start}{path}{end}{' ' * room}{_IN_COMMENT.sub(_present_header, rest)}"
+
+
+def _commented(part: _Part) -> str:
+    """The text of a part; headers in comments under their present names."""
+    return _IN_COMMENT.sub(_present_header, part.text) if part.is_comment else part.text
+
+
+def _present_header(header: re.Match[str]) -> str:
+    return present_key(header[0]) or header[0]
