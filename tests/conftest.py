@@ -15,5 +15,10 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 
 from hypothesis import settings
 
+from flexgear.files.cache_folder import cache_directory
+
+# tests give flexgear caches of their own, and compile nothing anew in each
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_directory() / "compiled"))
+
 settings.register_profile("flexgear", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("flexgear")

@@ -24,8 +24,8 @@ from flexgear.analysis.vectors import (
     padded,
     rounded_up,
 )
+from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.action_lines import action_lines, covered
-from flexgear.coupling.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 

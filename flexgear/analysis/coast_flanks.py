@@ -14,7 +14,7 @@ import math
 
 from flexgear.analysis.active_dofs import channel_motion
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER, PART, njit
+from flexgear.compiled import INNER, PART, njit
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one
 PITCH = 4e-4  # of the base pitch: the same where there is hardly a backlash

@@ -35,7 +35,7 @@ from flexgear.analysis.vectors import (
     rounded_up,
     two_dots,
 )
-from flexgear.coupling.compiled import FAST, INNER, PART, njit
+from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided

@@ -24,7 +24,7 @@ from flexgear.analysis.active_dofs import add_residual, motions
 from flexgear.analysis.contact_newton import linearise
 from flexgear.analysis.row_receptances import place_rows, row_value
 from flexgear.analysis.vectors import put
-from flexgear.coupling.compiled import FAST, INNER, PART, njit
+from flexgear.compiled import FAST, INNER, PART, njit
 from flexgear.coupling.elements import Rows
 from flexgear.coupling.neighbours import neighbour_energy
 from flexgear.coupling.pair_data import LOAD

@@ -24,7 +24,7 @@ from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
 from flexgear.analysis.pair_loads import empty_pair_loads, note_loads
 from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
 from flexgear.analysis.vectors import fill, put
-from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, ZERO, njit
+from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, ZERO, njit
 from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import freeze_neighbours

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import FAST, INNER, njit
+from flexgear.compiled import FAST, INNER, njit
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import UNCOUNTED, njit
+from flexgear.compiled import UNCOUNTED, njit
 from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.pair_data import PairData
 from flexgear.coupling.pairs import fill_rows

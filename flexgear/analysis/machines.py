@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from flexgear.analysis.active_dofs import motions
 from flexgear.analysis.row_receptances import row_value
 from flexgear.analysis.vectors import dot
-from flexgear.coupling.compiled import INNER, njit
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.system import System

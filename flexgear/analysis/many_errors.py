@@ -37,7 +37,7 @@ from flexgear.analysis.static_position import (
     position_work,
     solve_position,
 )
-from flexgear.coupling.compiled import njit
+from flexgear.compiled import njit
 from flexgear.coupling.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, rows_of_pair

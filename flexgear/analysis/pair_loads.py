@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import INNER, njit
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.pair_data import PairData, extra_rows, two_rows
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.compiled import UNCOUNTED, njit
+from flexgear.compiled import UNCOUNTED, njit
 from flexgear.coupling.elements import packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pairs import contact_forces

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.active_dofs import motions
 from flexgear.analysis.row_receptances import row_value
-from flexgear.coupling.compiled import FAST, INNER, UNCOUNTED, njit
+from flexgear.compiled import FAST, INNER, UNCOUNTED, njit
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one
 PATIENCE = 4  # such steps in a row

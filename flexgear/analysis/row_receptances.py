@@ -6,7 +6,7 @@ import numpy as np
 
 from flexgear.analysis.active_dofs import ONE, SIX, TWO, reach_of
 from flexgear.analysis.vectors import SIMD, add_six, fill, padded, put_six, put_two
-from flexgear.coupling.compiled import FAST, INNER, PART, ZERO, njit
+from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 
 
 @njit(**INNER)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.vectors import SIMD, padded
-from flexgear.coupling.compiled import FAST, INNER, PART, njit
+from flexgear.compiled import FAST, INNER, PART, njit
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

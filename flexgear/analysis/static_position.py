@@ -30,7 +30,7 @@ from flexgear.analysis.static_contact import (
     solve_set,
 )
 from flexgear.analysis.vectors import dot, fill, put
-from flexgear.coupling.compiled import INNER, PART, ZERO, njit
+from flexgear.compiled import INNER, PART, ZERO, njit
 from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.neighbours import add_neighbours, yield_to_neighbours

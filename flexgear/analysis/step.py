@@ -45,7 +45,7 @@ from flexgear.analysis.pair_loads import note_loads
 from flexgear.analysis.refinement import after_step, choose_level, step_error
 from flexgear.analysis.row_receptances import add_row, place_rows, row_receptances, row_value
 from flexgear.analysis.vectors import add, dot, fill, put
-from flexgear.coupling.compiled import FAST, INNER, PART, UNCOUNTED, njit
+from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, njit
 from flexgear.coupling.laws import HELD_RATE_LAW
 from flexgear.coupling.neighbours import add_neighbours, freeze_neighbours
 from flexgear.coupling.pair_data import LOAD

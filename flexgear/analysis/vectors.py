@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import FAST, INNER, njit
+from flexgear.compiled import FAST, INNER, njit
 
 CACHE_LINE = 8  # numbers of a cache line
 SIMD = 16  # numbers that a vectorised loop takes at once; what remains it takes one by one

@@ -19,13 +19,13 @@ from flexgear.cli.options import (
     require_flexible,
 )
 from flexgear.cli.outputs import Force, claim_file, file_option
+from flexgear.files.cache_folder import cache_directory
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.results.origin import origin_of_case
 from flexgear.solve.bodies import fe_ring, named, reduction_limit, variants_of
 from flexgear.solve.reduction_warnings import reduction_warnings
 from flexgear.structures.build import carrier_body
-from flexgear.structures.cache import cache_directory
 from flexgear.structures.fe_mesh import (
     FeMesh,
     Groups,

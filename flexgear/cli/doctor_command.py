@@ -18,8 +18,8 @@ import typer
 
 from flexgear.cli.display import as_json_text, said_size
 from flexgear.cli.options import AsJson
+from flexgear.files.cache_folder import cache_directory
 from flexgear.results.version import version
-from flexgear.structures.cache import cache_directory
 
 LIBRARIES = {  # what gmsh and VTK load on Linux, and the package of Debian and Ubuntu that has it
     "libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libGLU.so.1": "libglu1-mesa",

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.compiled import INNER, njit
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.elements import Rows
 
 Array = NDArray[np.float64]

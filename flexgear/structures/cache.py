@@ -1,21 +1,21 @@
 """The cache on disk: where it is, what is in it, how it is emptied.
 
-It holds reduced bodies (`store`), influences of teeth (`tooth_influence`) and finished parts of
-studies that were interrupted. Each entry has a folder named by the SHA-256 of all that it depends
-on. Whatever else lies there is not flexgear's, or is just being made, and stays.
+It holds reduced bodies (`store`), influences of teeth (`tooth_influence`), finished parts of
+studies that were interrupted and the machine code of loops (`flexgear.compiled`). Each entry has a
+folder named by the SHA-256 of all that it depends on. Whatever else lies there is not flexgear's,
+or is just being made, and stays.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flexgear.files.cache_folder import cache_directory
 from flexgear.files.stage import remove_stale
 
 KINDS = {
@@ -23,6 +23,7 @@ KINDS = {
     "influence": "influences of loaded teeth",
     "sweep": "interrupted sweeps",
     "tolerance": "interrupted tolerance studies",
+    "compiled": "compiled loops",
 }
 _ENTRY = re.compile(r"[0-9a-f]{64}")
 
@@ -34,20 +35,6 @@ class Entry:
     kind: str
     path: Path
     size: int
-
-
-def cache_directory() -> Path:
-    """$FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
-    chosen = os.environ.get("FLEXGEAR_CACHE")
-    if chosen:
-        return Path(chosen)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "flexgear"
 
 
 def entries() -> list[Entry]:

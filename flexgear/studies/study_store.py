@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from flexgear.files.atomic import write_bytes
+from flexgear.files.cache_folder import cache_directory
 from flexgear.model.content import content_hash
 from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.model.input_file import read_kept
 from flexgear.results.version import version
-from flexgear.structures.cache import cache_directory, sealed, unsealed
+from flexgear.structures.cache import sealed, unsealed
 
 
 @dataclass(frozen=True)

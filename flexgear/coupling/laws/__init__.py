@@ -8,7 +8,7 @@ carries the force F_i, which acts as −V_i F_i on the train. Its *law* is one c
 parameters (p,): of the element; motion (2, r): δ and δ̇. It fills force (2, r): F, and the part of
 it that has a potential; tangent (2, r, r): ∂F/∂δ and ∂F/∂δ̇; and returns the potential, J. Tangents
 need not be symmetric; r rows may be coupled. A law knows no rows, and the solvers know no law: they
-call it by its address, so that adding one compiles nothing else anew. Only rows under the law
+call it by its address, so that adding one changes none of them. Only rows under the law
 "held_rate" are held: what it gives is not their force but zero, and their force is what that takes.
 
 Laws of bearings also say on which of the six components of the relative motion of inner and outer
@@ -21,7 +21,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from flexgear.coupling.compiled import njit
+from flexgear.compiled import njit
 from flexgear.coupling.laws.basic import (
     GIVEN_FORCE,
     HELD_RATE,

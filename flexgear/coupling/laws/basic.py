@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.coupling.compiled import INNER, njit
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.law import Law, compiled_law
 
 

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from flexgear.coupling.compiled import INNER, njit
+from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws.law import Array, Law, compiled_law
 from flexgear.coupling.laws.slices import COUNT, FIRST, LOOSE, RELAXATION
 

@@ -44,7 +44,7 @@ def compiled_law(function: Callable[..., float]) -> Callable[[], Any]:
     def compiled() -> Any:
         from numba import cfunc, types
 
-        from flexgear.structures.linalg.compiled import kept
+        from flexgear.compiled import kept
 
         real = types.float64
         signature = real(real[::1], real[:, ::1], real[:, ::1], real[:, :, ::1])

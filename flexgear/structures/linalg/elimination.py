@@ -20,8 +20,8 @@ import scipy.sparse as sp
 from cvxopt import amd
 from numpy.typing import NDArray
 
+from flexgear.compiled import njit
 from flexgear.structures.linalg.cholesky import factor_in_order, to_cvxopt
-from flexgear.structures.linalg.compiled import njit
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

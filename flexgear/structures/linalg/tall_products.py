@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.structures.linalg.compiled import njit
+from flexgear.compiled import njit
 from flexgear.structures.linalg.threads import shared
 
 Array = NDArray[np.float64]

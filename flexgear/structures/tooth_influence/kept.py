@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.files.atomic import write_bytes
+from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearError, FlexgearWarning
 from flexgear.model.input_file import read_kept
-from flexgear.structures.cache import cache_directory, sealed, unsealed
+from flexgear.structures.cache import sealed, unsealed
 from flexgear.structures.store import content_key
 from flexgear.structures.tooth_influence.edge_layer import EdgeLayer
 from flexgear.structures.tooth_influence.influence import ToothInfluence

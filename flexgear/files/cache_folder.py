@@ -1,0 +1,16 @@
+"""Where flexgear keeps what is expensive to make."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+def cache_directory() -> Path:
+    """$FLEXGEAR_CACHE, else flexgear's folder in the platform's cache directory."""
+    chosen = os.environ.get("FLEXGEAR_CACHE")
+    if chosen:
+        return Path(chosen)
+    from platformdirs import user_cache_path
+
+    return user_cache_path("flexgear", appauthor=False)

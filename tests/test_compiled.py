@@ -1,0 +1,82 @@
+"""Machine code of loops is kept for the content of all that it was made of."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import flexgear
+from flexgear.compiled import SOURCES
+
+ROOT = Path(flexgear.__file__).parent
+CALLER = """
+import warnings
+with warnings.catch_warnings(record=True) as heard:
+    warnings.simplefilter("always")
+    {limit}
+    import numba
+    import numpy as np
+    from flexgear.compiled import code_folder
+    from flexgear.coupling import laws
+    folder = code_folder()
+    _, force, _ = laws.respond(laws.LINEAR_LAW, [3.0, 0.0], np.ones((2, 1)))
+own = [str(w.message) for w in heard if w.category.__name__ == "FlexgearWarning"]
+kept = folder is not None and any(folder.rglob("*.nbi"))
+print(force[0, 0], kept, len(own), numba.config.CACHE_DIR)
+"""
+NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (256, 256))"
+
+
+def ran(place, cache, limit="pass"):
+    """What the program prints with the package in ``place``: value, kept or not, warnings, numba's
+    own folder."""
+    out = subprocess.run(
+        [sys.executable, "-B", "-c", CALLER.format(limit=limit)], cwd=place, check=True,
+        capture_output=True, text=True, env={"FLEXGEAR_CACHE": str(cache), "PATH": ""},
+    )  # fmt: skip
+    return out.stdout.split()
+
+
+@pytest.fixture
+def copied(tmp_path):
+    """A copy of the package, to be edited."""
+    ignored = shutil.ignore_patterns("__pycache__", "cases", "templates")
+    shutil.copytree(ROOT, tmp_path / "flexgear", ignore=ignored)
+    return tmp_path
+
+
+def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
+    cache = copied / "cache"
+    assert ran(copied, cache)[:3] == ["3.0", "True", "0"]
+    kept = list((cache / "compiled").iterdir())
+    (copied / "flexgear" / "gears" / "power_flow.py").open("a").write("\n# edited\n")
+    ran(copied, cache)
+    assert list((cache / "compiled").iterdir()) == kept
+    basic = copied / "flexgear" / "coupling" / "laws" / "basic.py"
+    basic.write_text(
+        basic.read_text().replace("k, c = parameters[0]", "k, c = 2 * parameters[0]", 1)
+    )
+    assert ran(copied, cache)[:3] == ["6.0", "True", "0"]
+    assert len(list((cache / "compiled").iterdir())) == 2
+
+
+def test_all_that_is_compiled_is_among_the_sources():
+    compiled = {p for p in ROOT.rglob("*.py") if "@njit" in p.read_text("utf-8")}
+    within = {p for p in compiled if p.relative_to(ROOT).as_posix().startswith(SOURCES)}
+    assert compiled == within
+    assert len(compiled) > 15
+
+
+@pytest.mark.parametrize("limit", ["pass", NO_ROOM])
+def test_without_room_code_is_compiled_in_memory_and_it_is_said_once(tmp_path, limit):
+    """A folder that cannot be made, and a disk that is full: no traceback, one line."""
+    cache = tmp_path / "cache"
+    if limit == "pass":
+        cache.write_text("a file in its place")
+    assert ran(ROOT.parent, cache, limit)[:3] == ["3.0", "False", "1"]
+
+
+def test_functions_of_others_are_kept_where_numba_keeps_them(tmp_path):
+    assert ran(ROOT.parent, tmp_path)[3:] == []  # numba's own setting is as empty as before
