@@ -88,32 +88,34 @@ def upgraded(text: str, where: str) -> str:
     raw = parse_toml(text, where)
     if not earlier_keys(raw):
         return text
-    ports = (
-        {} if _is_train(raw) else {p: m for p, m in _PORTS.items() if p.split(".")[0] not in raw}
-    )
+    train = _is_train(raw)
+    ports = {} if train else {p: m for p, m in _PORTS.items() if p.split(".")[0] not in raw}
     wanted: dict[str, Any] = {f"{port}.member": member for port, member in ports.items()}
     for key, value in _leaves(raw):
-        name = key if _is_train(raw) else present_key(key) or key
+        name = key if train else present_key(key) or key
         if name == key and key.partition(".")[0] in _GONE:
             raise InputError(where, key, "is not a known key", "correct it first")
         if name in wanted:
             raise InputError(where, key, f"is given twice, also as {name}", "keep one of them")
         if key != "kind":
-            wanted[name] = _of_stage(value) if _LOADED.fullmatch(key) else value
-    if _is_train(raw):
-        first, *rest = _blocks(text)
-        first.body = [part for part in first.body if part.path != ("kind",)]
-        present = "".join(map(str, [first, *rest]))
+            bare = isinstance(value, str) and "." not in value and _LOADED.fullmatch(key)
+            wanted[name] = f"stage.{value}" if bare and not train else value
+    blocks = _blocks(text)
+    if train:
+        blocks[0].body = [part for part in blocks[0].body if part.path != ("kind",)]
     else:
-        present = "".join(_rewritten(text, ports))
-    try:
-        written = dict(_leaves(tomllib.loads(present)))
-    except tomllib.TOMLDecodeError:
-        written = {}
+        blocks = _rewritten(blocks, ports)
+    remedy = "write sections under headers, each once and none in braces, and run this again"
+    present, written = "", dict[str, Any]()
+    for block in blocks:
+        present += str(block)
+        try:
+            written = dict(_leaves(tomllib.loads(present)))
+        except tomllib.TOMLDecodeError:
+            raise InputError(where, block.path, "has no place in this file", remedy) from None
     for key in {**wanted, **written}:
         if written.get(key) != wanted.get(key):
-            remedy = "write its section once, under a header, not in braces, and run this again"
-            raise InputError(where, key, "has no place in this file as it stands", remedy)
+            raise InputError(where, key, "has no place in this file", remedy)
     return present
 
 
@@ -217,12 +219,10 @@ def _keyed(body: list[_Part]) -> Iterator[tuple[list[_Part], _Part]]:
     yield from (([], comment) for comment in above)
 
 
-def _rewritten(text: str, ports: Mapping[str, str]) -> Iterator[str]:
-    """Pieces of the text with sections and keys under their present names."""
-    blocks: list[_Block] = []
+def _rewritten(earlier: list[_Block], ports: Mapping[str, str]) -> list[_Block]:
+    """Sections with their keys under present names; ports: members of those that the file lacks."""
     moved: dict[str, _Block] = {}  # keys that leave their section, by that which has them now
-    for block in _blocks(text):
-        blocks += _split(block, moved)
+    blocks = [block for each in earlier for block in _split(each, moved)]
     for port, member in ports.items():
         if port not in moved:
             blocks.append(moved.setdefault(port, _Block(port)))
@@ -238,7 +238,7 @@ def _rewritten(text: str, ports: Mapping[str, str]) -> Iterator[str]:
         else:
             block.header = f"[[{header}]]\n" if header != place else f"[{place}]\n"
             block.body.append(_Part("\n"))
-    yield from (str(block) for block in blocks if block.header or block.body)
+    return [block for block in blocks if block.header or block.body]
 
 
 def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
@@ -273,14 +273,11 @@ def _split(block: _Block, moved: dict[str, _Block]) -> list[_Block]:
     return made
 
 
-def _of_stage(member: str) -> str:
-    """A member of the stage, whose name the earlier form might leave out; quotes stay."""
-    return re.sub(r"(?<![\w.])\w+(?![\w.])", r"stage.\g<0>", member, count=1)
-
-
 def _load(part: _Part) -> _Part:
+    """The member of a load under its whole name, whose stage the earlier form might leave out."""
     key, _, member = part.text.partition("=")
-    return _Part(f"{key}={_of_stage(member)}", part.path)
+    whole = re.sub(r"^(\s*[\"'])([^\"'.]+)(?=[\"'])", r"\1stage.\2", member)
+    return _Part(f"{key}={whole}", part.path)
 
 
 def _renamed(header: str, path: str) -> str:

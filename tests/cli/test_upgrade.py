@@ -162,6 +162,8 @@ def moved(data, key):
          {"inputs.0.torque_nm": 3, "stage.errors": {}}),
         ("[errors]\nseed = 1\n[[loads]]\nmember = 'carrier'\n",
          {"loads.0.member": "stage.carrier"}),
+        ("[errors]\nseed = 1\n[[loads]]\nmember = 'stage.sun'  # x y\n[[loads]]\nmember = 3\n",
+         {"loads.0.member": "stage.sun", "loads.1.member": 3}),
     ],
 )  # fmt: skip
 def test_other_ways_to_write_them(flexgear, file, text, wanted):
@@ -212,7 +214,7 @@ def test_members_in_braces_are_named(flexgear, file):
     )
     file.write_text(text, encoding="utf-8")
     err = refused(flexgear, "upgrade", file)
-    assert "has no place in this file as it stands -- write its section once, under a" in err
+    assert "stage.ring.fe: has no place in this file -- write sections under headers" in err
 
 
 def test_an_earlier_key_of_a_setting_is_told_its_present_name(flexgear):
