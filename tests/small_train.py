@@ -1,4 +1,8 @@
-"""A small train as TOML text, for tests to change."""
+"""A small train as TOML text, for tests to change, and the file of a small flexible stage."""
+
+from pathlib import Path
+
+SMALL_STAGE = Path(__file__).parents[1] / "docs" / "examples" / "stage.toml"
 
 SMALL = """
 [material]

@@ -13,12 +13,12 @@ import numpy as np
 import xarray as xr
 
 from flexgear.cli.display import Report
-from flexgear.cli.planned_pictures import drawings_plan, of_stage, stages_plan
+from flexgear.cli.planned_pictures import drawings_plan, stages_plan
 from flexgear.cli.report_page import place_of, side_of
 from flexgear.cli.run_folder import Folder, RingFolder, prefix_of, read_folder
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
-from flexgear.results.report.wording import said, window_words
+from flexgear.results.report.wording import of_stage, said, window_words
 from flexgear.results.settling import settled, window_of
 from flexgear.results.stage_part import with_spread
 from flexgear.studies.early_workers import EarlyWorkers

@@ -15,7 +15,7 @@ from flexgear.gears.power_flow import PowerFlow
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.results.pieces import between
-from flexgear.results.report.wording import window_words
+from flexgear.results.report.wording import of_stage, window_words
 from flexgear.results.root_stress import root_figures
 from flexgear.results.settling import settled, window_of
 from flexgear.results.spectrum import force_spectra
@@ -67,11 +67,6 @@ def flanks_plan(case: Case, flow: PowerFlow) -> Plan:
                 partial(flank_drawing, flank, said),
             )
     return plan
-
-
-def of_stage(stage: str) -> str:
-    """Which stage a picture is of; empty for the only one, written [stage]."""
-    return "" if stage == "stage" else f" of {stage.replace('_', ' ')}"
 
 
 def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:

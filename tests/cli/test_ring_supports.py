@@ -1,19 +1,15 @@
 """A stage whose ring a spline alone holds, by every command on its own FE bodies."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from small_train import SMALL_STAGE
 
 from flexgear.cli.entry import run
 from flexgear.results.dataset import load
 
-BEFORE, REST = (
-    (Path(__file__).parents[1] / "small_spur_stage.toml")
-    .read_text()
-    .split("[stage.ring.fe.bolts]\n")
-)
+BEFORE, REST = SMALL_STAGE.read_text().split("[stage.ring.fe.bolts]\n")
 SPLINE = """fixed_interface_modes = 4
 [[stage.ring.fe.splines]]
 z_mm = 0

@@ -7,13 +7,12 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from small_train import SMALL
+from small_train import SMALL, SMALL_STAGE
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 from flexgear.results.summary_keys import VERSION
 
-PRESENT = Path(__file__).parents[1] / "small_spur_stage.toml"
 PORTS = """\
 # [bearings.sun]           # left out: the sun floats
 # radial_n_per_m = 1e8
@@ -35,7 +34,7 @@ output_tilt_kg_m2 = 0.001
 
 def earlier():
     """The small spur stage as a file of 0.2.0, with comments."""
-    text = PRESENT.read_text(encoding="utf-8")
+    text = SMALL_STAGE.read_text(encoding="utf-8")
     ports, end = text.index("[[inputs]]"), text.index("[output.bearing]")
     text = text[:ports] + PORTS + text[end:]
     for present, old in (
@@ -82,7 +81,7 @@ def test_an_earlier_file_gets_one_line_whose_command_upgrades_it(flexgear, file)
     code, out, _ = flexgear(*command)
     assert (code, out) == (0, "wrote mine.toml; what it was is mine.toml.orig\n")
     assert Path("mine.toml.orig").read_text(encoding="utf-8") == EARLIER
-    assert same(file, PRESENT)
+    assert same(file, SMALL_STAGE)
     assert flexgear("check", "mine.toml")[0] == 0
 
 
@@ -123,9 +122,9 @@ def test_no_file_is_replaced_unasked(flexgear, file, tmp_path):
         assert "is there already" in refused(flexgear, "upgrade", file, *more)
         assert (path.read_text(), file.read_text(encoding="utf-8")) == ("precious", EARLIER)
     assert flexgear("upgrade", file, "--out", other, "--force")[0] == 0
-    assert same(other, PRESENT) and file.read_text(encoding="utf-8") == EARLIER
+    assert same(other, SMALL_STAGE) and file.read_text(encoding="utf-8") == EARLIER
     assert flexgear("upgrade", file, "--force")[0] == 0
-    assert same(file, PRESENT) and original.read_text(encoding="utf-8") == EARLIER
+    assert same(file, SMALL_STAGE) and original.read_text(encoding="utf-8") == EARLIER
 
 
 def test_of_several_stages_only_the_kind_of_the_case_goes(flexgear, file):

@@ -1,9 +1,9 @@
 """Steps, samples and modes follow from the case; numbers too coarse for what it asks are named."""
 
 import math
-from pathlib import Path
 
 import pytest
+from small_train import SMALL_STAGE
 
 from flexgear.coupling.pace import (
     SAMPLES,
@@ -17,11 +17,9 @@ from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
 from flexgear.solve.transient import stepping_of
 
-SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
-
 
 def small(**settings):
-    return load_case(SMALL, {key.replace("__", "."): str(v) for key, v in settings.items()})
+    return load_case(SMALL_STAGE, {key.replace("__", "."): str(v) for key, v in settings.items()})
 
 
 def test_a_fast_stage_is_resolved_up_to_its_highest_wanted_order():

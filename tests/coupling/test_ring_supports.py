@@ -1,10 +1,9 @@
 """What holds an FE ring: bolt circles on either end, fits and splines; closed forms and balance."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from coupled import stage_system
+from small_train import SMALL_STAGE
 
 from flexgear.analysis.equilibrium import equilibrium
 from flexgear.analysis.recovery import Recovery
@@ -13,7 +12,7 @@ from flexgear.coupling.system import Variant
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
 
-STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
+STAGE = SMALL_STAGE.read_text()
 BEFORE, REST = STAGE.split("[stage.ring.fe.bolts]\n")
 BOLTS, AFTER = REST.split("[stage.carrier.fe]\n")
 AFTER = f"[stage.carrier.fe]\n{AFTER}"

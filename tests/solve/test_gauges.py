@@ -1,10 +1,10 @@
 """Strain gauges and rim stress of a small stage with an FE ring."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from small_train import SMALL_STAGE
 
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
@@ -15,7 +15,7 @@ from flexgear.solve.static import static
 from flexgear.solve.transient import transient
 from flexgear.structures.surface_strain import Ray, Surface
 
-STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text(encoding="utf-8")
+STAGE = SMALL_STAGE.read_text(encoding="utf-8")
 GAUGES = """
 [[stage.ring.gauges]]
 name = "here"

@@ -1,11 +1,11 @@
 """No number of one machine: a case λ times as large has λ times the results, of every unit."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from similarity import POWERS, differences, figures_apart, of_one_frequency, similar
+from small_train import SMALL_STAGE
 from train_contexts import bundled, put_together
 from trains import STAGE, STEEL, stage_train, write
 
@@ -29,7 +29,6 @@ from flexgear.studies.sweep import failures, planned, run_sweep
 from flexgear.studies.sweep_keys import parse_values
 from flexgear.studies.tolerance import tolerance
 
-SMALL = Path(__file__).parents[1] / "small_spur_stage.toml"
 FACTOR = 1 / 16  # a power of two: rounding is no excuse
 ALIKE = 1e-6
 CHEAP = {
@@ -49,7 +48,7 @@ def test_every_dimension_has_its_power():
 @pytest.fixture(scope="module")
 def stages():
     """The small stage sixteen times as large, and as it is."""
-    small = load_case(SMALL, CHEAP)
+    small = load_case(SMALL_STAGE, CHEAP)
     return [
         put_together(case, bodies=reduced_bodies(case))
         for case in (similar(small, 1 / FACTOR), small)
@@ -171,7 +170,7 @@ inertia_kg_m2 = 0.002
 def test_a_train_with_a_flexible_stage_scales(stages, tmp_path):
     head = 'kinematics = "spatial"\n'
     held = "radial_n_per_m = 2e8, axial_n_per_m = 1e8, tilt_nm_per_rad = 1e4"
-    path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL, held=held), head)
+    path = write(tmp_path, STEEL + GEARED_DOWN.format(case=SMALL_STAGE, held=held), head)
     small = load_case(path, {k.replace("stage.", "stages.0."): v for k, v in CHEAP.items()})
     trains = (similar(small, 1 / FACTOR), small)
     assert [t.stages[0].stage for t in trains] == [m.case.stages[0].stage for m in stages]
@@ -199,7 +198,10 @@ def test_sweeps_of_a_stage_scale(stages):
     key = "stage.ring.fe.flexible"
     values = parse_values(key, "true,false")
     plan = planned(
-        SMALL, {key: values}, settings=CHEAP, measures=list(measures_of(load_case(SMALL)))
+        SMALL_STAGE,
+        {key: values},
+        settings=CHEAP,
+        measures=list(measures_of(load_case(SMALL_STAGE))),
     )
     assert_sweeps_scale(plan)
 
@@ -223,7 +225,7 @@ def test_tolerance_studies_scale(stages, tmp_path):
     train = stage_train(tmp_path, sun="2e8", **drawn)
     for small in (
         unsaid(train, tolerance=train.tolerance.model_dump(exclude_unset=True)),
-        load_case(SMALL, CHEAP | drawn),
+        load_case(SMALL_STAGE, CHEAP | drawn),
     ):
         assert apart([tolerance(c, workers=1) for c in (similar(small, 1 / FACTOR), small)]) == {}
 
@@ -236,9 +238,7 @@ def test_a_small_stage_runs_with_the_defaults(stages):
     summary = run(rated, bodies=model.bodies).summary
     assert summary["solver"]["modes_band_hz"] == pytest.approx(18_000)
     forces = summary["steady"]["stage"]["ring_mesh_force_n_mean"]
-    assert forces == pytest.approx(
-        power_flow(rated.view().case).stages[0].ring_gear_mesh_force, rel=0.01
-    )
+    assert forces == pytest.approx(power_flow(rated).stages[0].ring_gear_mesh_force, rel=0.01)
 
 
 def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
@@ -252,5 +252,5 @@ def test_the_largest_tooth_load_is_that_of_a_fine_run(stages):
         float(stage_part(simulate(m, duration=span).data, "stage")["ring_pair_load"].max())
         for m in (model, fine)
     )
-    assert usual > power_flow(case.view().case).stages[0].ring_gear_mesh_force
+    assert usual > power_flow(case).stages[0].ring_gear_mesh_force
     assert usual == pytest.approx(exact, rel=0.02)

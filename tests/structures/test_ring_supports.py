@@ -1,9 +1,8 @@
 """A ring that a spline alone holds: meshed, tied and reduced by sectors."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from small_train import SMALL_STAGE
 
 from flexgear.model.load import load_case
 from flexgear.structures import build
@@ -11,7 +10,7 @@ from flexgear.structures.fe_mesh import ring_groups, ring_of_case
 from flexgear.structures.fe_mesh.placement import Placement, check_place
 from flexgear.structures.interfaces import ring_interface
 
-STAGE = (Path(__file__).parents[1] / "small_spur_stage.toml").read_text()
+STAGE = SMALL_STAGE.read_text()
 BAND = """z_mm = {z}
 half_width_mm = 4
 stiffness_radial_n_per_m = 1e9

@@ -15,6 +15,7 @@ from flexgear.results.report.stage_rows import MESH, stage_tables
 from flexgear.results.report.wording import (
     FACTOR,
     excitation_words,
+    of_stage,
     said,
     window_words,
     words,
@@ -175,7 +176,7 @@ def _deflections(summary: Summary) -> Iterator[Table]:
     window = window_words(summary["transient"])
     yield Table("deflections", f"largest displacement from the axis, {window}", rows)
     for stage, one in summary.get("steady", {}).items():
-        at = "" if stage == "stage" else f" of {words(stage)}"
+        at = of_stage(stage)
         peaks = one["tooth_displacement_peak_um"]
         rows = [Row(f"along {axis}", 1e-6 * value, "m") for axis, value in peaks.items()]
         yield Table("deflections", f"ring tooth node 1{at}, largest {window_words(one)}", rows)

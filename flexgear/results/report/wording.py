@@ -109,6 +109,11 @@ def titled_by_stage(what: str, stage: str) -> str:
     return what if stage in ("", "stage") else f"{what}, {words(stage)}"
 
 
+def of_stage(stage: str) -> str:
+    """ " of stage 1"; empty for the only stage, written [stage]."""
+    return "" if stage == "stage" else f" of {words(stage)}"
+
+
 def excitation_words(label: str) -> str:
     """ "stage_1 x 3" -> "Order 3 of the gear mesh of stage 1"."""
     name, _, order = label.rpartition(" x ")
@@ -116,8 +121,7 @@ def excitation_words(label: str) -> str:
         return f"The pass of planets of {words(name.removesuffix(_PASS))}"
     if "." in name:
         return f"{_TIMES.get(order, f'{order} times')} the turn of {words(name)}"
-    stage = "" if name == "stage" else f" of {words(name)}"
-    return f"Order {order} of the gear mesh{stage}"
+    return f"Order {order} of the gear mesh{of_stage(name)}"
 
 
 def split_unit(key: str) -> tuple[str, str]:
