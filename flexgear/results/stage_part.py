@@ -23,13 +23,6 @@ OTHER = {"left": "right", "right": "left"}
 AS_THEY_ARE = ("closure", "output_speed")
 
 
-def flexible_parts(data: xr.Dataset) -> list[str]:
-    """Stages of a dataset whose rings are finite-element bodies."""
-    if "tooth_stage" not in data.coords:
-        return []
-    return [str(s) for s in dict.fromkeys(np.asarray(data["tooth_stage"]).tolist())]
-
-
 def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     """The part of ``data`` that belongs to a stage whose ring is a finite-element body; of a
     double-helical one that of a half, "left" or "right".

@@ -94,41 +94,6 @@ def radial_harmonics(
 
 
 @styled
-def variant_bars(
-    values: Mapping[str, Mapping[str, float]], label: str, baseline: float | None = None
-) -> Figure:
-    """Horizontal bars by variant, one shade a case: ``values[case][variant]`` (e.g. K_γ).
-
-    ``baseline`` is where the bars start (1.0 for load sharing).
-    """
-    if not values:
-        raise FlexgearError("nothing to draw: no values were given")
-    cases = list(values)
-    variants = list(dict.fromkeys(v for case in values.values() for v in case))
-    shades = ["#004488", "#DDAA33", "#BB5566", "#999999"]
-    start = 0.0 if baseline is None else baseline
-    figure, axes = panels(1, 1, height_mm=26 + (4 + 4.5 * len(cases)) * len(variants))
-    ax = axes[0, 0]
-    height = 0.8 / len(cases)
-    for c, case in enumerate(cases):
-        at = np.arange(len(variants)) + (c - (len(cases) - 1) / 2) * height
-        widths = np.array([values[case].get(v, np.nan) for v in variants]) - start
-        shade = shades[c % len(shades)]
-        bars = ax.barh(at, widths, height * 0.92, left=start, color=shade, label=case)
-        texts = ["" if np.isnan(w) else f"{w + start:.4g}" for w in widths]
-        ax.bar_label(bars, texts, padding=2, fontsize=7.5)
-    ax.set_yticks(range(len(variants)), variants)
-    ax.invert_yaxis()
-    ax.grid(axis="y", visible=False)
-    ax.margins(x=0.12)
-    if baseline is not None:
-        ax.axvline(baseline, color=NEUTRAL, lw=0.8)
-    ax.set_xlabel(label)
-    figure.legend(loc="outside lower center", ncols=len(cases))
-    return figure
-
-
-@styled
 def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
     """Energies and work (kJ) over time since the start, and what is left over.
 

@@ -19,7 +19,6 @@ from flexgear.views.style import (
     KILO,
     NEUTRAL,
     panels,
-    planet_colour,
     styled,
     unit_of_torque,
     variant_colours,
@@ -163,33 +162,6 @@ def torque_drop(runs: Runs, window: Window | None = None, gear_mesh: str = "ring
     spread.set_ylabel("force spread /\nrated mean (–)")
     figure.align_ylabels(axes[:, 0])
     finish(figure, spread, chosen, "time")
-    return figure
-
-
-@styled
-def planet_forces(
-    runs: Runs, gear_mesh: str = "ring", x: str = "carrier_angle", window: Window | None = None
-) -> Figure:
-    """Gear-mesh force of each planet (kN) along the line of action, one panel a variant."""
-    chosen = {name: windowed(d, x, window) for name, d in as_runs(runs).items()}
-    figure, axes = panels(len(chosen), 1, height_mm=16 + 52 * len(chosen), sharex=True, sharey=True)
-    planets = 0
-    for ax, (name, dataset) in zip(axes[:, 0], chosen.items(), strict=True):
-        force = np.asarray(variable(dataset, f"{gear_mesh}_gear_mesh_force"), dtype=float)
-        planets = max(planets, force.shape[1])
-        for i in range(force.shape[1]):
-            draw(ax, abscissa(dataset, x), force[:, i] * KILO, planet_colour(i + 1), lw=1.0)
-        ax.set_title(name)
-        ax.set_ylabel(f"{gear_mesh} mesh\nforce (kN)")
-    finish_x(axes[-1, 0], x, planets, *span(chosen, x))
-    figure.legend(
-        handles=[
-            Line2D([], [], color=planet_colour(i + 1), lw=1.5, label=f"planet {i + 1}")
-            for i in range(planets)
-        ],
-        loc="outside lower center",
-        ncols=planets,
-    )
     return figure
 
 

@@ -42,11 +42,6 @@ def test_torque_drop_has_five_panels_with_units(dropped):
     assert figure.axes[-1].get_xlim() == pytest.approx((0.8, 1.6), abs=5e-3)
 
 
-def test_planet_forces_one_panel_a_variant(steady):
-    figure = histories.planet_forces(steady)
-    assert [len(ax.get_lines()) for ax in figure.axes] == [5, 5]
-
-
 def test_any_quantity(steady):
     with pytest.raises(FlexgearError, match="no variable 'nothing'"):
         histories.quantity(steady, "nothing", "x")
@@ -100,15 +95,6 @@ def hex_of(bar) -> str:
 def test_harmonics_of_several_variants_share_the_axis():
     figure = charts.radial_harmonics({"flexible": [1e-6, 2e-6], "rigid": [0.0, 0.0]})
     assert figure.legends[0].get_texts()[1].get_text() == "rigid"
-
-
-def test_variant_bars_start_at_the_baseline():
-    figure = charts.variant_bars({"none": {"a": 1.2, "b": 1.1}}, "$K_γ$ (–)", baseline=1.0)
-    bars = figure.axes[0].patches
-    assert [b.get_x() for b in bars] == [1.0, 1.0]
-    assert bars[0].get_width() == pytest.approx(0.2)
-    with pytest.raises(FlexgearError, match="nothing to draw"):
-        charts.variant_bars({}, "x")
 
 
 def test_energy_balance_residual_is_what_was_put_in(dropped):

@@ -14,7 +14,6 @@ from flexgear.model.errors import InputError
 
 AGREES = 1e-3  # modules, or rad, by which redundant values of a file may be rounded
 _NO_SHIFT = 1e-6
-GEAR_DATA = ("cylindrical_stage_gear_data", "stage_gear_data")
 
 
 class StageWriter:
