@@ -37,9 +37,9 @@ from flexgear.structures.tooth_shapes import RimFlexibility
 Array = NDArray[np.float64]
 
 CASES = {
-    "ev-reducer": ("stage", ""),
-    "wind-5mw": ("stage", ""),
-    "grc-750kw": ("lss", "stages.lss."),
+    "ev-reducer": "stage",
+    "wind-5mw": "stage",
+    "grc-750kw": "lss",
 }
 TILTS = (-0.5, -0.15, 0.0, 0.15, 0.5)  # of the approach, over the face
 POSITIONS = (0.1, 0.35, 0.6, 0.85)  # of a base pitch
@@ -65,10 +65,13 @@ class Ring:
 
 def ring_of(case: str) -> Ring:
     """Of a bundled case, as FE influences have it."""
-    stage, at = CASES[case]
-    options = {"model": "face_load", "tooth_compliance": "fe"}
+    stage, options = CASES[case], {"model": "face_load", "tooth_compliance": "fe"}
     found = load_case(
-        case, {"solver.fidelity": "quick", **{f"{at}gear_mesh.{k}": v for k, v in options.items()}}
+        case,
+        {
+            "solver.fidelity": "quick",
+            **{f"stages.{stage}.gear_mesh.{k}": v for k, v in options.items()},
+        },
     )
     view = found.view(stage)
     force = power_flow(found).stage(stage).gear_mesh_forces["ring"]
