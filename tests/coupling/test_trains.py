@@ -169,36 +169,6 @@ def test_stiffened_flexible_stage_is_the_lumped_train(tmp_path, model, errors):
     assert [g.kind for g in system.gear_meshes] == [g.kind for g in build_system(twin).gear_meshes]
 
 
-def test_flexible_stage_in_a_train_is_the_stage_alone(tmp_path):
-    """Whether it is alone or one of several stages."""
-    text = (
-        STEEL
-        + """
-[[stages]]
-case = "wind-5mw"
-[[inputs]]
-member = "stage_1.carrier"
-speed_rpm = 11.27
-torque_knm = 4000
-inertia_kg_m2 = 1e6
-[output]
-member = "stage_1.sun"
-"""
-    )
-    errors = {f"stages.0.errors.{key}": value for key, value in BODY_ERRORS.items()}
-    train = load_case(write(tmp_path, text), errors)
-    own = {f"stage.errors.{key}": value for key, value in BODY_ERRORS.items()}
-    case = load_case("wind-5mw", own).view()
-    bodies = make_bodies(case)
-    inside = solved(train, (0.0, 0.02), stage_1=bodies)
-
-    alone = revolution(modal_system(stage_system(case, bodies)), np.array([0.0, 0.02]), 4e6)
-    assert np.allclose(
-        inside.pair_load, alone.pair_load, rtol=0, atol=1e-10 * alone.pair_load.max()
-    )
-    assert np.allclose(inside.output_torque, alone.output_torque, rtol=1e-10)
-
-
 def test_two_flexible_stages_follow_each_other(tmp_path):
     """Ring and carrier of both bend; the joint between sun and carrier is a spring in space."""
     text = (
