@@ -382,3 +382,15 @@ def test_every_table_and_picture_has_words_for_readers(tmp_path):
     text = page(tmp_path, side(tmp_path), interactive=False)
     assert text.count("<table>") == text.count('<th scope="col">Figure</th>') > 0
     assert 'alt="A caption. What it shows."' in text
+
+
+def test_sections_close_and_the_case_is_closed_at_first(tmp_path):
+    """By the keyboard, too; what is closed is not printed; the first link skips the verdicts."""
+    one = side(tmp_path)
+    case = [replace(table, section="case") for table in one.tables]
+    text = page(tmp_path, replace(one, tables=[*one.tables, *case]), interactive=False)
+    found = re.findall(r'<section id="(\w+)">\s*<details class="chapter"( open)?>', text)
+    assert [(key, bool(is_open)) for key, is_open in found] == [("meshes", True), ("case", False)]
+    assert text.count("<summary><h2>") == 2
+    assert 'class="skip" href="#meshes"' in text
+    assert "section:has(> .chapter:not([open]))" in text

@@ -1,4 +1,21 @@
 "use strict";
+// Sections open when a link leads to them, and all at once by a button.
+(() => {
+  const chapters = [...document.querySelectorAll("details.chapter")];
+  for (const link of document.querySelectorAll('a[href^="#"]')) {
+    const there = document.querySelector(`${link.getAttribute("href")} > details.chapter`);
+    if (there) link.addEventListener("click", () => { there.open = true; });
+  }
+  const button = document.querySelector("nav button.all");
+  if (!button) return;
+  button.hidden = false;
+  const label = () => { button.textContent = chapters.some((c) => c.open) ? "Close all" : "Open all"; };
+  button.onclick = () => {
+    const open = !chapters.some((c) => c.open);
+    for (const chapter of chapters) chapter.open = open;
+  };
+  for (const chapter of chapters) chapter.addEventListener("toggle", label);
+})();
 // Inflates plotly and the data of the plots, and draws each plot when it comes into view.
 (async () => {
   const place = (id) => document.getElementById(id);
@@ -24,15 +41,20 @@
     };
     [trace.x, trace.y, trace.z] = shape(1);
     const row = document.createElement("div");
+    const heading = document.createElement("h4");
     row.className = "modes";
     const button = (label, press) => {
       const made = document.createElement("button");
+      made.type = "button";
       made.textContent = label;
       made.onclick = () => press(made);
       row.append(made);
       return made;
     };
-    const mark = (chosen) => choices.forEach((c) => c.classList.toggle("on", c === chosen));
+    const mark = (chosen) => {
+      for (const choice of choices) choice.setAttribute("aria-pressed", choice === chosen);
+      heading.textContent = chosen.textContent;
+    };
     const choices = modes.map((one) => button(one.label, (made) => {
       mode = one;
       mark(made);
@@ -49,7 +71,7 @@
       }
       show(1);
     });
-    box.before(row);
+    box.before(row, heading);
   };
   const draw = (box) => {
     const { data, layout, frames, swing } = plots[box.dataset.plot];
@@ -65,16 +87,28 @@
     for (const name of Object.keys(full)) {
       if (/^[xy]axis/.test(name)) full[name] = { ...axis, ...full[name] };
     }
+    const heading = document.createElement("h4");
     if (full.title) {
-      const heading = document.createElement("h4");
       heading.innerHTML = full.title.text;
       box.before(heading);
       delete full.title;
+      // a button that changes what is shown changes the heading, not a title in the plot
+      for (const button of (full.updatemenus ?? []).flatMap((menu) => menu.buttons)) {
+        const titled = button.args[1];
+        if (!titled?.["title.text"]) continue;
+        button.name = titled["title.text"];
+        delete titled["title.text"];
+      }
     }
     const config = { displaylogo: false, responsive: true, displayModeBar: narrow ? false : "hover",
       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"] };
     if (swing) swinging(box, data[0], swing);
-    Plotly.newPlot(box, data, full, config).then(() => frames && Plotly.addFrames(box, frames));
+    Plotly.newPlot(box, data, full, config).then(() => {
+      box.on("plotly_buttonclicked", ({ button }) => {
+        if (button.name) heading.innerHTML = button.name;
+      });
+      return frames && Plotly.addFrames(box, frames);
+    });
   };
   const watcher = new IntersectionObserver((entries) => {
     for (const entry of entries) {
