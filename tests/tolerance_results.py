@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 
+from flexgear.model.names import GearMeshName
 from flexgear.results.dataset import provenance
-from flexgear.results.labelled_dataset import GearMeshName
 from flexgear.results.tolerance_dataset import tolerance_dataset
 
 GROUPS = (("stage_1", "ring", 3), ("stage_1", "sun", 3), ("stage_2", "ring", 4))
 GEAR_MESHES = tuple(
-    GearMeshName(stage, kind, "", planet + 1)
+    GearMeshName.of(stage, kind, "", planet + 1)
     for stage, kind, planets in GROUPS
     for planet in range(planets)
 )

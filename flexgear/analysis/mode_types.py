@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.structures.bodies import Body
 from flexgear.structures.kinematics import rigid_rows
 
@@ -49,12 +50,11 @@ RIGID = 1e-6  # of the highest frequency: below it a mode is rigid
 class Member:
     """One body for the classification.
 
-    name; planet: planet or central member; at: its coordinates in the system; motions: (d_b, 6)
+    name: a part "planet", or a central member; at: its coordinates in the system; motions: (d_b, 6)
     coordinates under unit rigid motion ux … rz, zero columns for motions it does not have.
     """
 
-    name: str
-    planet: bool
+    name: BodyName
     at: slice
     motions: Array
 
@@ -68,7 +68,7 @@ class ModeTypes:
 
     kinds: tuple[str, ...]
     shares: dict[str, Array]
-    bodies: dict[str, Array]
+    bodies: dict[BodyName, Array]
     groups: tuple[tuple[int, ...], ...]
     shapes: Array
     turned: NDArray[np.bool_]
@@ -97,7 +97,7 @@ def members(bodies: Sequence[Body]) -> tuple[Member, ...]:
         at = slice(start, start + body.size)
         start = at.stop
         if body.size:
-            out.append(Member(body.name, body.name.part == "planet", at, rigid_motions(body)))
+            out.append(Member(body.name, at, rigid_motions(body)))
     return tuple(out)
 
 
@@ -199,7 +199,7 @@ def planar_rows(mass: Array, members: Sequence[Member]) -> tuple[Array, Array]:
     rows, masses = [], []
     for m in members:
         plane, own = m.motions[:, :2], mass[m.at, m.at]
-        if m.planet or not np.all(np.abs(plane).max(axis=0) > 0):
+        if m.name.part == "planet" or not np.all(np.abs(plane).max(axis=0) > 0):
             continue
         inertia = plane.T @ own @ plane
         row = np.zeros((2, len(mass)))
@@ -219,7 +219,7 @@ def _projections(mass: Array, members: Sequence[Member]) -> dict[str, Array]:
     for m in members:
         lower = linalg.cholesky(mass[m.at, m.at], lower=True)
         rest = np.eye(lower.shape[0])  # projector in y = Lᵀ q, in which energy is |y|²
-        if m.planet:
+        if m.name.part == "planet":
             rows["planet"].append(_placed(lower.T, m.at, len(mass)))
             continue
         for motion in MOTIONS:  # translation first: what follows turns about the centre of mass

@@ -132,9 +132,9 @@ def _fold(energy: Array, planets: int) -> Array:
 def _largest_circle(body: Body) -> IntArray | None:
     """Nodes of the largest set of one kind of name that stand evenly on a circle round the axis, in
     the order of their angles; None where there are none."""
-    kinds: dict[str, list[int]] = {}
-    for i, name in enumerate(body.node_names):
-        kinds.setdefault(name.rstrip("0123456789"), []).append(i)
+    kinds: dict[tuple[str, str], list[int]] = {}
+    for i, node in enumerate(body.nodes):
+        kinds.setdefault((node.kind, node.side), []).append(i)
     best: IntArray | None = None
     size = float(np.abs(body.positions).max(initial=0.0))
     for own in kinds.values():

@@ -15,6 +15,7 @@ import xarray as xr
 
 from flexgear.cli.display import as_json_text, key_table, shown, table
 from flexgear.cli.outputs import save_or_rescue
+from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset import save
 from flexgear.results.flanks import GEARS, flanks_said
@@ -92,7 +93,7 @@ def show_equilibria(
     """Figures by position."""
     rated = model.system.rated_torque
     torque = abs(float(data["port_torque"].isel(port=0).max()) / rated) if rated else 0.0
-    beside = neglected_lines(model, _equilibrium_lengths(data, positions), torque)
+    beside = neglected_lines(model, _equilibrium_lengths(model, data), torque)
     beside += large_motions(model.case, largest_motions(motion_histories(data)))
     if way.as_json:
         more = {"closure": data.attrs["closure_max"], "neglected": beside}
@@ -109,19 +110,13 @@ def show_equilibria(
     typer.echo("\n" + "\n".join([balance_sentence(data.attrs["closure_max"]), *beside]))
 
 
-def _equilibrium_lengths(
-    data: xr.Dataset, positions: Mapping[str, dict[str, Any]]
-) -> Iterator[Length]:
+def _equilibrium_lengths(model: Model, data: xr.Dataset) -> Iterator[Length]:
     """The largest of all positions: distance from the axis, and shape of each ring."""
     yield from farthest(displacement_summary(data))
-    shapes: dict[str, float] = {}
-    for figures in positions.values():
-        for stage, one in figures.items():
-            for key, size in one.items():
-                if key.startswith("radial_harmonic_"):
-                    shapes[stage] = max(shapes.get(stage, 0.0), size)
-    for stage, size in shapes.items():
-        yield Length(titled_by_stage("Ring shape", stage), stage, 1e-6 * size, "")
+    for stage, view in model.case.fe_ring_stages.items():
+        star = radial_harmonics(stage_part(data, stage)["tooth_displacement"].to_numpy())
+        size = float(np.abs(star[..., view.stage.planets]).max())
+        yield Length(titled_by_stage("Ring shape", stage), stage, size, "")
 
 
 def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
@@ -129,7 +124,7 @@ def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
     if distances_um and max(distances_um.values()) > 0.0:
         name = max(distances_um, key=lambda n: distances_um[n])
         subject = f"Distance of {words(name)} from the axis"
-        yield Length(subject, name.rpartition(".")[0], 1e-6 * distances_um[name], "")
+        yield Length(subject, BodyName.parse(name).stage, 1e-6 * distances_um[name], "")
 
 
 def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:

@@ -14,7 +14,7 @@ from flexgear.coupling.workable import rigid_system
 from flexgear.gears.bearing_life import planet_bearing_life_hours
 from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.gears.radii import stage_radii
-from flexgear.gears.report import case_report
+from flexgear.gears.report import case_reports
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.units import RPM
@@ -31,7 +31,11 @@ def derived(case: Case) -> Sections:
     flow = power_flow(case)
     running = {} if case.output is None else _running(case, flow)
     return {
-        **case_report(case),
+        **{
+            f"{stage} {name}".strip(): section
+            for stage, report in case_reports(case).items()
+            for name, section in report.items()
+        },
         "speeds_rpm": {m: w * RPM for m, w in flow.speed.items()},
         **running,
         **_rayleigh(case),

@@ -18,6 +18,7 @@ from flexgear.cli.report_page import place_of, side_of
 from flexgear.cli.run_folder import Folder, RingFolder, prefix_of, read_folder
 from flexgear.gears.geometry import stage_geometry
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.results.report.wording import of_stage, said, window_words
 from flexgear.results.settling import settled, window_of
 from flexgear.results.stage_part import with_spread
@@ -124,12 +125,12 @@ class Pictures:
         return drawings | plan | stages_plan(content.flow, content.datasets)
 
     @cached_property
-    def renders(self) -> dict[str, str]:
+    def renders(self) -> dict[str, BodyName]:
         """Bodies by the names of their 3D renders."""
         return _rendered(self.content)
 
     @cached_property
-    def swings(self) -> dict[str, str]:
+    def swings(self) -> dict[str, BodyName]:
         """Bodies by the names of the pictures of their mode shapes."""
         return _swinging(self.content)
 
@@ -282,10 +283,9 @@ def _nearest(equilibria: xr.Dataset, angles: list[float]) -> list[int]:
     return [int(np.argmin(np.abs(values - a))) for a in angles]
 
 
-def _rendered(content: Folder) -> dict[str, str]:
+def _rendered(content: Folder) -> dict[str, BodyName]:
     """Bodies by the names of their 3D renders."""
-    parted = {body: body.rpartition(".") for body in content.fields}
-    return {f"{prefix_of(stage)}{part}_3d": body for body, (stage, _, part) in parted.items()}
+    return {f"{prefix_of(body.stage)}{body.part}_3d": body for body in content.fields}
 
 
 def _animated(content: Folder) -> dict[str, RingFolder]:
@@ -324,12 +324,12 @@ def _render(content: Folder, folder: Path, name: str) -> Picture:
     return Picture(path, f"Deformed {_body(body).lower()}, exaggerated as stated", scene)
 
 
-def _swinging(content: Folder) -> dict[str, str]:
+def _swinging(content: Folder) -> dict[str, BodyName]:
     """Bodies by the names of the pictures of their mode shapes, where there are any."""
     return {
-        f"{name.removesuffix('_3d')}_mode_shapes": body
-        for name, body in _rendered(content).items()
-        if content.fields[body].sizes.get("mode", 0)  # earlier runs kept none
+        f"{prefix_of(body.stage)}{body.part}_mode_shapes": body
+        for body, field in content.fields.items()
+        if field.sizes.get("mode", 0)  # earlier runs kept none
     }
 
 
@@ -357,10 +357,9 @@ def _swing(content: Folder, folder: Path, name: str) -> Picture:
     return Picture(path, f"{_body(body)} in the lowest natural modes that move it", scene)
 
 
-def _body(body: str) -> str:
+def _body(body: BodyName) -> str:
     """ "Ring", "Ring of stage_1"."""
-    stage, _, part = body.partition(".")
-    return part.capitalize() + of_stage(stage)
+    return body.part.capitalize() + of_stage(body.stage)
 
 
 def _animate(content: RingFolder, folder: Path, name: str) -> Picture:

@@ -86,11 +86,12 @@ def stages_plan(flow: PowerFlow, data: Mapping[str, xr.Dataset]) -> Plan:
         ),
     }
     plan |= _face_plan(flow, data)
-    for name, found in data.items():
-        if name.startswith("sharing_") and not name.endswith(("_without_errors", "_rigid")):
+    for stage in flow.stages:
+        name = f"sharing_{stage.name}"
+        if name in data:
             plan[name] = (
-                f"Load sharing{of_stage(str(found.attrs['stage']))}, quasi-static, over one turn",
-                partial(sharing_charts.sharing_chart, found),
+                f"Load sharing{of_stage(stage.name)}, quasi-static, over one turn",
+                partial(sharing_charts.sharing_chart, data[name]),
             )
     return plan | _transient_plan(flow, data)
 
@@ -181,7 +182,7 @@ def _of_stage(data: xr.Dataset, stage: str) -> xr.Dataset:
 
 def _shares(data: xr.Dataset, stage: str) -> bool:
     """Whether a stage has planets that share a load."""
-    return any(str(g).split(" ")[0] == stage for g in data["group"].to_numpy())
+    return stage in data["group_stage"].to_numpy()
 
 
 def _forces(data: xr.Dataset, stage: StageFlow) -> Any:

@@ -70,7 +70,7 @@ def run(
                 notes = _draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
-    warn([*(summary["warnings"] if as_json else plain_warnings(summary)), *notes])
+    warn([*(summary["warnings"] if as_json else plain_warnings(found, summary)), *notes])
     require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))

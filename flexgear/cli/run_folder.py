@@ -16,6 +16,7 @@ from flexgear.gears.power_flow import PowerFlow, power_flow
 from flexgear.model.case import Case, case_of_dict
 from flexgear.model.errors import FlexgearError, InputError
 from flexgear.model.input_file import MEGABYTE, read_text
+from flexgear.model.names import BodyName
 from flexgear.model.stage_view import StageView
 from flexgear.results.dataset_file import reopened
 from flexgear.results.stage_part import stage_part
@@ -32,7 +33,7 @@ class Folder:
     case: Case
     flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
-    fields: Mapping[str, xr.Dataset]
+    fields: Mapping[BodyName, xr.Dataset]
     summary: Mapping[str, Any]
 
     @property
@@ -101,13 +102,9 @@ def read_folder(folder: Path) -> Folder:
         raise _damaged(folder, "case.json", str(error).splitlines()[0]) from None
     except FlexgearError as error:
         raise _damaged(folder, "its files", str(error)) from None
-    return Folder(
-        whole,
-        flow,
-        {n: d for n, d in data.items() if not n.startswith(FIELDS)},
-        {n.removeprefix(FIELDS): d for n, d in data.items() if n.startswith(FIELDS)},
-        summary,
-    )
+    of_fields = [name for name in data if name.startswith(FIELDS)]
+    fields = {BodyName.parse(name.removeprefix(FIELDS)): data.pop(name) for name in of_fields}
+    return Folder(whole, flow, data, fields, summary)
 
 
 @contextmanager

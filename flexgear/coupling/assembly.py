@@ -109,13 +109,13 @@ class Assembly:
             )  # fmt: skip
         return np.asarray(place)
 
-    def link(self, name: str, rows: Array, matrix: Array) -> None:
-        """A constant spring: matrix (6, 6) on the relative motion rows (6, d)."""
+    def link(self, name: str, rows: Array, matrix: Array, kind: str = "") -> None:
+        """A constant spring: matrix (6, 6) on the relative motion rows (6, d); see ``Link``."""
         matrix = np.asarray(matrix, dtype=float)
         if not matrix.any():
             return
         add_spring(self.stiffness, rows, matrix)
-        self.links.append(Link(name, rows, matrix))
+        self.links.append(Link(name, rows, matrix, kind))
 
     def contact_node(self, rows: Array, angle: int) -> int:
         """Number of a contact node whose frame has turned by the system's ``angle`` (−1: none)."""

@@ -294,7 +294,7 @@ def _loose_motions(b: UnderWay) -> Array:
     for m in b.members[0]:
         if m.part == "planet":
             orbit[b.a.starts[m.body.name] + 1] = stage_radii(b.case.view()).center_distance
-    known = [row for name, row in motions.items() if "." in name]
+    known = [motions[m.body.name] for m in b.members[0] if m.part == "planet"]
     groups = {"carrier": ("carrier",), "ring": ("ring", "hub"), "sun": ("sun", "output")}
     for member, parts in groups.items():
         if f"{stage.name}.{member}" not in held:

@@ -232,7 +232,7 @@ def _holder(bodies: Sequence[Body], name: BodyName, direction: str) -> str:
 
 def _ring_key(ring: Body, key: str) -> str:
     """Key of what holds a flexible ring: its bolts, or bands where it has none."""
-    kinds = {name.partition("_")[0] for name in ring.node_names}
+    kinds = {node.kind for node in ring.nodes}
     if "bolt" in kinds:
         return f"ring.fe.bolts.{_BOLTS[key]}"
     return f"ring.fe.{'splines' if 'spline' in kinds else 'fits'}.0.stiffness_{key}"

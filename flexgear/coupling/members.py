@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,10 +56,10 @@ class Member:
         return names.get((self.part, self.form), self.body.node_names[0])
 
     @property
-    def teeth(self) -> list[str]:
+    def teeth(self) -> Sequence[str]:
         """Nodes of the teeth of an FE ring; none of any other body."""
         fe_ring = (self.part, self.form) == ("ring", "fe")
-        return [name for name in self.body.node_names if fe_ring and name.startswith("tooth")]
+        return [node for node in self.body.nodes if fe_ring and node.kind == "tooth"]
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,8 @@ def _tie_planet(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> N
             "set the stiffness about z (torsion, row 6) to zero",
         )
     pin, planet = pin_rows(a, view, m.planet), a.rows(m.body.name, m.node)
-    a.link(name, pin - planet, linear_part(bearing, support_matrix(bearing, 0.0)))
+    matrix = linear_part(bearing, support_matrix(bearing, 0.0))
+    a.link(name, pin - planet, matrix, "planet_bearing")
     a.law_bearing(name, planet, pin, bearing)
 
 
@@ -86,7 +87,7 @@ def _tie_fe_ring(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> 
         else:
             under = a.housing_rows(name, place)
         node = a.rows(m.body.name, spring.node) - under
-        a.link(name, spring.axes @ node, spring.matrix)
+        a.link(name, spring.axes @ node, spring.matrix, spring.node.kind)
 
 
 def _tie_fe_carrier(a: Assembly, view: StageView, m: Member, frame: StageFrame) -> None:

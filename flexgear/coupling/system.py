@@ -64,13 +64,14 @@ class StageFrame:
 class Link:
     """A constant spring between two node maps: force = matrix @ (rows @ q), 6 components.
 
-    name: e.g. "bolt_03", "planet_bearing_1"; rows: (6, d) relative motion in the link's axes;
-    matrix: (6, 6) N/m, N, N·m/rad.
+    name: e.g. "stage.bolt_03"; rows: (6, d) relative motion in the link's axes; matrix: (6, 6) N/m,
+    N, N·m/rad; kind: "bolt", "fit" or "spline" of a ring's supports, "planet_bearing", or "".
     """
 
     name: str
     rows: Array
     matrix: Array
+    kind: str = ""
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from flexgear.model.stage_view import StageView
 
 FRICTION = 0.05  # between ground, oiled flanks; 0.03 to 0.08 are usual
+RIM_KEYS = {r: f"free_planet_rim_gives_way_{r}_gear_mesh_um" for r in ("ring", "sun")}
 SHEAR = 0.9  # of a round section
 ORDERS = np.arange(2, 2001)
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ def left_out(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     }
     if stage.planet.bore_diameter > 0.0:
         for role, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
-            found[f"free_planet_rim_gives_way_{role}_gear_mesh_um"] = 1e6 * size
+            found[RIM_KEYS[role]] = 1e6 * size
     if "carrier" in view.fe_parts:
         on_pin = sum(normal[s] * math.cos(m.working_angle) for s, m in g.gear_meshes.items())
         found["pin_bends_in_planet_um"] = 1e6 * _pin(view, on_pin)

@@ -35,17 +35,17 @@ POINTS = 101  # of a flank, along profile and face
 Report = dict[str, dict[str, Any]]
 
 
-def case_report(case: Case) -> Report:
-    """Sections of all stages: "assembly" if there is one stage, else "stage_1 assembly".
+def case_reports(case: Case) -> dict[str, Report]:
+    """``stage_report`` by the name of the stage, "" of the only one.
 
     Raises InputError, with the stage named, for gears that cannot mesh, collide or do not assemble.
     """
-    report: Report = {}
-    for flow in power_flow(case).stages:
-        before = f"{flow.name} " if len(case.stages) > 1 else ""
-        rows = stage_report(case.view(flow.name), flow.gear_mesh_forces)
-        report |= {before + name: section for name, section in rows.items()}
-    return report
+    return {
+        flow.name if len(case.stages) > 1 else "": stage_report(
+            case.view(flow.name), flow.gear_mesh_forces
+        )
+        for flow in power_flow(case).stages
+    }
 
 
 def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:

@@ -127,7 +127,7 @@ class GearErrors(Section):
     @model_validator(mode="after")
     def _plausible(self) -> GearErrors:
         for name in PLANET_LISTS:
-            if name.endswith("_phase"):
+            if name == "planet_eccentricity_phase":
                 continue
             values = getattr(self, name)
             low = 0.0 if name == "planet_eccentricity" else -_LARGEST

@@ -1,15 +1,26 @@
-"""Names of members and bodies: text to the user, fields to the program."""
+"""Names of members, bodies and gear meshes: text to the user, fields to the program."""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+import re
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator
 
 SIDES = ("left", "right")  # halves of a double-helical stage
+_NUMBERED = re.compile(rf"(.+?)(?:_({'|'.join(SIDES)}))?_(\d+)")
 
 
-class MemberName(str):
+class _Name(str):
+    """Text that has its parts as fields, too."""
+
+    def __new__(cls, text: str, **fields: Any) -> Self:
+        name = super().__new__(cls, text)
+        vars(name).update(fields)
+        return name
+
+
+class MemberName(_Name):
     """A member of a stage, "<stage>.<part>"; "<stage>.planet" stands for all of its planets.
 
     ``of`` makes it from its fields, ``parse`` from text, whose part is "" where it has no dot.
@@ -21,25 +32,19 @@ class MemberName(str):
     @classmethod
     def of(cls, stage: str, part: str) -> Self:
         """The part of a stage."""
-        return cls._with(f"{stage}.{part}", stage, part)
+        return cls(f"{stage}.{part}", stage=stage, part=part)
 
     @classmethod
     def parse(cls, text: str) -> Self:
         """What a user wrote."""
         stage, _, part = text.partition(".")
-        return cls._with(text, stage, part)
-
-    @classmethod
-    def _with(cls, text: str, stage: str, part: str) -> Self:
-        name = cls(text)
-        name.stage, name.part = stage, part
-        return name
+        return cls(text, stage=stage, part=part)
 
 
 Member = Annotated[str, AfterValidator(MemberName.parse)]  # in a section of a case
 
 
-class SupportName(str):
+class SupportName(_Name):
     """A spring between a body and the housing: "<place>", or "<place>_support", "<place>_torsion".
 
     place: node of an FE housing on which it stands; kind: "support" of a lumped member, "torsion",
@@ -52,12 +57,10 @@ class SupportName(str):
     @classmethod
     def of(cls, place: str, kind: str = "") -> Self:
         """At a place of the housing."""
-        name = cls(f"{place}_{kind}" if kind else place)
-        name.place, name.kind = place, kind
-        return name
+        return cls(f"{place}_{kind}" if kind else place, place=place, kind=kind)
 
 
-class BodyName(str):
+class BodyName(_Name):
     """A body: "<stage>.<part>", "<stage>.planet_<number from 1>", "<stage>.ring_<side>", "housing".
 
     stage: "" of the housing; planet: from 0, −1 of other bodies; side: half of a double-helical
@@ -73,9 +76,8 @@ class BodyName(str):
     def of(cls, stage: str, part: str, planet: int = -1, side: str = "") -> Self:
         """The body of a part, of one planet, of one half."""
         which = f"_{planet + 1}" if planet >= 0 else f"_{side}" if side else ""
-        name = cls(f"{stage}.{part}{which}" if stage else f"{part}{which}")
-        name.stage, name.part, name.planet, name.side = stage, part, planet, side
-        return name
+        text = f"{stage}.{part}{which}" if stage else f"{part}{which}"
+        return cls(text, stage=stage, part=part, planet=planet, side=side)
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -85,3 +87,82 @@ class BodyName(str):
         if which.isdecimal():
             return cls.of(stage, part, int(which) - 1)
         return cls.of(stage, part, side=which) if which in SIDES else cls.of(stage, last)
+
+
+class NodeName(_Name):
+    """A node of a body: "<kind>_<number>", of one half "<kind>_<side>_<number>", or "<kind>".
+
+    side: half of a double-helical ring, or ""; number: from 1, 0 where there is none.
+    """
+
+    kind: str
+    side: str
+    number: int
+
+    @classmethod
+    def of(cls, kind: str, number: int, digits: int = 1) -> Self:
+        """One of several nodes of a kind."""
+        return cls(f"{kind}_{number:0{digits}}", kind=kind, side="", number=number)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """A name of an FE mesh or of a result."""
+        match = _NUMBERED.fullmatch(text)
+        kind, side, number = match.groups("") if match else (text, "", 0)
+        return cls(text, kind=kind, side=side, number=int(number))
+
+    def of_half(self, side: str) -> NodeName:
+        """Its name where both halves are one body: "tooth_001" -> "tooth_left_001"."""
+        return self.parse(f"{self.kind}_{side}{self.removeprefix(self.kind)}")
+
+
+class GroupName(_Name):
+    """Gear meshes of all planets of a stage, of one kind and side: "<stage> <kind>[ <side>]".
+
+    kind: "ring" or "sun"; side: half of a double-helical stage, or ""; part: both, "sun left".
+    """
+
+    stage: str
+    kind: str
+    side: str
+    part: str
+
+    @classmethod
+    def of(cls, stage: str, kind: str, side: str = "") -> Self:
+        """The group of a stage."""
+        part = f"{kind} {side}" if side else kind
+        return cls(f"{stage} {part}", stage=stage, kind=kind, side=side, part=part)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """A label of a result."""
+        return cls.of(*str(text).split(" "))
+
+
+class GearMeshName(_Name):
+    """A planet against ring or sun: "<group> <planet from 1>"; group: that shares the load."""
+
+    group: GroupName
+    stage: str
+    kind: str
+    side: str
+    planet: int
+
+    @classmethod
+    def of(cls, stage: str, kind: str, side: str, planet: int) -> Self:
+        """The gear mesh of one planet."""
+        group = GroupName.of(stage, kind, side)
+        return cls(f"{group} {planet}", **vars(group), group=group, planet=planet)
+
+
+class FlankName(_Name):
+    """One flank of a gear mesh: "<group> <planet> <sense>"; sense: "drive" or "coast"."""
+
+    group: GroupName
+    sense: str
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """A label of a result."""
+        group, _, sense = str(text).rsplit(" ", 2)
+        return cls(text, group=GroupName.parse(group), sense=sense)

@@ -7,7 +7,7 @@ the keys and remembers how each key was written, so that a later complaint can n
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, NoReturn
@@ -67,7 +67,7 @@ def _toml(text: str, where: str, key: str) -> dict[str, Any]:
     return data
 
 
-def nearest(word: str, words: list[str]) -> str:
+def nearest(word: str, words: Sequence[str]) -> str:
     """ "did you mean x?" and the accepted words where they are few."""
     close = get_close_matches(word, words, n=1, cutoff=0.6)
     some = ", ".join(words[:12]) + (" …" if len(words) > 12 else "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flexgear.model.names import NodeName
 from flexgear.model.ring import End, Fit, Ring
 
 
@@ -18,7 +19,7 @@ class RingSupport:
     diameter: of a bolt.
     """
 
-    node: str
+    node: NodeName
     group: str
     place: tuple[float, float, float]
     angle: float
@@ -29,14 +30,14 @@ class RingSupport:
 
 def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
     """Fits, splines, then bolts circle by circle, numbered through."""
-    out = [_band(f"fit_{k}", band) for k, band in enumerate(ring.fits, 1)]
-    out += [_band(f"spline_{k}", band) for k, band in enumerate(ring.splines, 1)]
+    out = [_band(NodeName.of("fit", k), band) for k, band in enumerate(ring.fits, 1)]
+    out += [_band(NodeName.of("spline", k), band) for k, band in enumerate(ring.splines, 1)]
     for b in ring.bolt_circles:
         end, arm = ring.bolted_end(b), 0.5 * b.circle_diameter
         z = math.copysign(0.5 * face_width, 1.0 if end == "+z" else -1.0)
         along = (b.stiffness_radial, b.stiffness_tangential, b.stiffness_axial)
         for k in range(b.number):
-            node = f"bolt_{ring.first_bolt(b) + k:02d}"
+            node = NodeName.of("bolt", ring.first_bolt(b) + k, digits=2)
             angle = b.first_angle + 2 * math.pi * k / b.number
             out.append(
                 RingSupport(
@@ -52,7 +53,7 @@ def ring_supports(ring: Ring, face_width: float) -> list[RingSupport]:
     return out
 
 
-def _band(node: str, fit: Fit) -> RingSupport:
+def _band(node: NodeName, fit: Fit) -> RingSupport:
     along = (fit.stiffness_radial, fit.stiffness_radial, fit.stiffness_axial)
     about = (fit.stiffness_tilt, fit.stiffness_tilt, fit.stiffness_torsion)
     return RingSupport(node, node, (0.0, 0.0, fit.z), 0.0, (*along, *about))

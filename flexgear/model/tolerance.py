@@ -228,6 +228,14 @@ class FlankDistributions(Section):
         return self
 
 
+FLANKS = {  # gear and its flank by field of ``ModificationDistributions``
+    "sun": ("sun", "drive"),
+    "ring": ("ring", "drive"),
+    "planet_sun": ("planet", "sun"),
+    "planet_ring": ("planet", "ring"),
+}
+
+
 class ModificationDistributions(Section):
     """Distributions of flank modifications, for pairs with slices (``face_load``).
 
@@ -292,7 +300,7 @@ class Tolerance(Section):
         if stage.gear_mesh.model != "face_load":
             return {}
         parallel = stage.kind == "parallel"
-        return {key: x for key, x in found.items() if not (parallel and key[0].endswith("ring"))}
+        return {key: x for key, x in found.items() if not (parallel and "ring" in FLANKS[key[0]])}
 
     def of(self, stage: str) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Distributions of one stage."""
@@ -354,7 +362,7 @@ def _check_ground(case: Case) -> None:
 def ground_flank(stage: Stage, flank: str) -> tuple[str, str]:
     """Gear of a stage and its flank, as ``modifications`` call them, of a field of
     ``ModificationDistributions``."""
-    part, _, side = flank.partition("_")
+    part, side = FLANKS[flank]
     if stage.kind == "parallel":
         return ("gear" if part == "planet" else "pinion"), "drive"
-    return part, side or "drive"
+    return part, side

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from flexgear.gears.face_load import factor_along
+from flexgear.model.names import FlankName
 
 
 END = 2.0  # K at which a tilted tooth begins to leave its other end: see docs/face_load.md
@@ -64,15 +65,10 @@ def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str
     causes together are the largest, since those of a leaning sun cancel in a mean."""
     worst: dict[str, dict[str, float]] = {}
     for flank, one in figures.items():
-        group, own = group_of(flank), one["misalignment_by_cause_um"]
+        group, own = FlankName.parse(flank).group, one["misalignment_by_cause_um"]
         if abs(sum(own.values())) > abs(sum(worst.get(group, {}).values())):
             worst[group] = own
     return worst
-
-
-def group_of(flank: str) -> str:
-    """ "stage ring" of "stage ring 1 drive"."""
-    return flank.rsplit(" ", 2)[0]
 
 
 def _sharing_factor(own: xr.Dataset) -> float:
@@ -106,7 +102,7 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, one in figures.items():
             if one[often] > 0:
-                groups.setdefault(group_of(flank), []).append(one)
+                groups.setdefault(FlankName.parse(flank).group, []).append(one)
         for group, every in groups.items():
             one = max(every, key=lambda x: float(x[size]))
             found.append(

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexgear.results.load_sharing import load_sharing, mesh_load_factor, planet_load_factors
 from flexgear.results.running_sharing import DEFINITIONS, RunningSharing
-from flexgear.results.labelled_dataset import GearMeshName, groups_of
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import groups_of
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of the largest force of a train: below it a gear mesh carries nothing

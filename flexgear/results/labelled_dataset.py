@@ -7,7 +7,6 @@ gear meshes of all planets of a stage on one kind and side, which share its load
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,57 +14,41 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import GearMeshName, GroupName
 from flexgear.results.quantities import AXES, DOFS, S
 from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 
 Labels = Mapping[str, Sequence[Any]]
 DIRECTIONS = ("radial", "tangential", "axial")
+GROUP = ("stage", "kind", "side")  # fields of names that stand beside an axis
+GEAR_MESH = (*GROUP, "planet")
 BESIDE = {  # coordinates that stand beside an axis
     "flank": ("flank_stage", "flank_kind", "flank_side", "flank_planet", "flank_sense"),
     "tooth": ("tooth_stage", "tooth_side", "tooth_number", "tooth_angle"),
 }
 
 
-@dataclass(frozen=True)
-class GearMeshName:
-    """stage: name; kind: "ring" or "sun"; side: "", "left" or "right"; planet: from 1."""
-
-    stage: str
-    kind: str
-    side: str
-    planet: int
-
-    @property
-    def group(self) -> GroupName:
-        """Those it shares the load with, and itself."""
-        return GroupName(self.stage, self.kind, self.side)
-
-    @property
-    def label(self) -> str:
-        """ "stage_1 ring 2", "stage sun left 1"."""
-        return f"{self.group.label} {self.planet}"
-
-
-@dataclass(frozen=True)
-class GroupName:
-    """Gear meshes of all planets of a stage, one kind and side."""
-
-    stage: str
-    kind: str
-    side: str
-
-    @property
-    def label(self) -> str:
-        """ "stage_1 ring", "stage sun left"."""
-        return " ".join(x for x in (self.stage, self.kind, self.side) if x)
-
-
-def groups_of(gear_meshes: Sequence[GearMeshName]) -> dict[GroupName, NDArray[np.int64]]:
-    """Places of the gear meshes of every group with more than one planet, in their order."""
+def groups_of(
+    gear_meshes: Sequence[GearMeshName], least: int = 2
+) -> dict[GroupName, NDArray[np.int64]]:
+    """Places of the gear meshes of every group with at least so many planets, in their order."""
     found: dict[GroupName, list[int]] = {}
     for k, name in enumerate(gear_meshes):
         found.setdefault(name.group, []).append(k)
-    return {g: np.array(at, dtype=np.int64) for g, at in found.items() if len(at) > 1}
+    return {g: np.array(at, dtype=np.int64) for g, at in found.items() if len(at) >= least}
+
+
+def groups_in(data: xr.Dataset | xr.DataArray) -> dict[GroupName, NDArray[np.int64]]:
+    """Places of the gear meshes of every group of a dataset, of one planet, too."""
+    columns = [data[n].to_numpy().tolist() for n in GEAR_MESH]
+    return groups_of([GearMeshName.of(*fields) for fields in zip(*columns, strict=True)], 1)
+
+
+def fields_of(
+    names: Sequence[GearMeshName | GroupName], fields: Sequence[str], before: str = ""
+) -> dict[str, list[Any]]:
+    """Coordinates beside labels of gear meshes or groups."""
+    return {f"{before}{field}": [getattr(name, field) for name in names] for field in fields}
 
 
 def labelled_dataset(
@@ -82,14 +65,16 @@ def labelled_dataset(
     ``gear_meshes``. FlexgearError for a variable that is not known or has wrong axes.
     """
     fixed: dict[str, Sequence[Any]] = {"dof": DOFS, "axis": AXES, "direction": DIRECTIONS}
-    every = {**_gear_mesh_labels(gear_meshes), **fixed, **labels}
-    variables = {name: _variable(name, sample_dim, value) for name, value in arrays.items()}
+    groups = list(groups_of(gear_meshes))
+    named = {"gear_mesh": gear_meshes, "group": groups} if gear_meshes else {}
+    every = {**named, **fixed, **labels}
+    variables = {name: variable(name, value, sample_dim) for name, value in arrays.items()}
     sizes = {str(d): n for v in variables.values() for d, n in v.sizes.items() if d != sample_dim}
     coords = {sample_dim: coordinate(sample_dim, sample_dim, samples)}
     coords |= {d: coordinate(d, d, _ticks(d, n, every)) for d, n in sizes.items()}
-    beside: dict[str, dict[str, Sequence[Any]]] = {
-        "gear_mesh": _beside_gear_mesh(gear_meshes),
-        "group": _beside_group(gear_meshes),
+    beside: dict[str, Mapping[str, Sequence[Any]]] = {
+        "gear_mesh": fields_of(gear_meshes, GEAR_MESH),
+        "group": fields_of(groups, GROUP, "group_"),
         **{dim: {n: labels[n] for n in names if n in labels} for dim, names in BESIDE.items()},
     }
     for dim, columns in beside.items():
@@ -98,30 +83,8 @@ def labelled_dataset(
     return xr.Dataset(variables, coords, dict(attrs))
 
 
-def _gear_mesh_labels(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:
-    if not gear_meshes:
-        return {}
-    return {
-        "gear_mesh": [g.label for g in gear_meshes],
-        "group": [g.label for g in groups_of(gear_meshes)],
-    }
-
-
-def _beside_gear_mesh(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:
-    return {n: [getattr(g, n) for g in gear_meshes] for n in ("stage", "kind", "side", "planet")}
-
-
-def _beside_group(gear_meshes: Sequence[GearMeshName]) -> dict[str, Sequence[Any]]:
-    groups = groups_of(gear_meshes)
-    return {f"group_{n}": [getattr(g, n) for g in groups] for n in ("stage", "kind", "side")}
-
-
 def variable(name: str, value: ArrayLike, sample_dim: str = "") -> xr.Variable:
     """One variable of ``result_quantities`` with its unit, e.g. to add to a dataset."""
-    return _variable(name, sample_dim, value)
-
-
-def _variable(name: str, sample_dim: str, value: ArrayLike) -> xr.Variable:
     if name not in RESULT_QUANTITIES:
         raise FlexgearError(f"'{name}' is not a variable of trains; see results/result_quantities")
     quantity, array = RESULT_QUANTITIES[name], np.asarray(value)

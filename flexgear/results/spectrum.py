@@ -13,6 +13,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from flexgear.results.labelled_dataset import groups_in
+
 Array = NDArray[np.float64]
 MOST = 2**17  # samples that are looked at, the last ones
 HIGHEST = 10.5  # order
@@ -30,21 +32,20 @@ def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
 def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
     """Spectra of the gear-mesh forces of a stage's first planet in a settled transient.
 
-    Variable amplitude (gear_mesh, order) in N, attribute mean_n; frequency: of the gear mesh, Hz.
+    Variable amplitude (gear_mesh, order) in N by kind and side, attribute mean_n; frequency: of the
+    gear mesh, Hz.
     Orders go as far as the samples tell, 10 at most.
     """
     last = data.isel(time=slice(-MOST, None))
-    names = [str(n) for n in last["gear_mesh"].to_numpy()]
-    own = [
-        k for k, name in enumerate(names) if name.split(" ")[0] == stage and name.endswith(" 1")
-    ]
-    force = last["gear_mesh_force"].isel(gear_mesh=own).transpose("gear_mesh", "time").to_numpy()
+    own = np.flatnonzero((last["stage"] == stage) & (last["planet"] == 1))
+    forces = last["gear_mesh_force"].isel(gear_mesh=own).transpose("gear_mesh", "time")
+    force = forces.to_numpy()
     time = last["time"].to_numpy()
     hz, amplitude = amplitudes(force, float(time[-1] - time[0]) / (len(time) - 1))
     order = hz / frequency
     kept = (order > 0) & (order <= HIGHEST)
     return xr.Dataset(
         {"amplitude": (("gear_mesh", "order"), amplitude[:, kept], {"units": "N"})},
-        {"gear_mesh": [names[k] for k in own], "order": order[kept]},
+        {"gear_mesh": [g.part for g in groups_in(forces)], "order": order[kept]},
         {"mean_n": float(np.abs(force).mean())},
     )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexgear.model.names import MemberName, NodeName
 from flexgear.results.flanks import PARTS
 from flexgear.results.load_sharing import planet_force_spread
 from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
@@ -127,14 +128,12 @@ def _named(part: xr.DataArray, **dims: str) -> xr.DataArray:
     return bare.rename({a: b for a, b in dims.items() if a != b})
 
 
-def _own(labels: xr.DataArray, stage: str, start: str = "") -> list[int]:
-    """Places of labels "stage.name"; those of no stage belong to all."""
-    names = [str(n) for n in labels.to_numpy()]
-    return [
-        k
-        for k, n in enumerate(names)
-        if n.startswith(f"{stage}.{start}") or (not start and "." not in n)
-    ]
+def _own(labels: xr.DataArray, stage: str, kind: str = "") -> list[int]:
+    """Places of labels "stage.name", of a kind alone if it is given; those of no stage belong to
+    all."""
+    names = [MemberName.parse(str(n)) for n in labels.to_numpy()]
+    of_stage = [k for k, name in enumerate(names) if name.stage == stage or not name.part]
+    return [k for k in of_stage if kind in ("", NodeName.parse(names[k].part).kind)]
 
 
 def _pairs(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.DataArray]]:
@@ -161,13 +160,13 @@ def _motions(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.
         yield "tooth_displacement", data["tooth_displacement"].isel(tooth=_teeth(data, stage, half))
     if "body_displacement" in data:
         motion = data["body_displacement"]
-        planets = motion.isel(body=_own(data["body"], stage, "planet_"))
+        planets = motion.isel(body=_own(data["body"], stage, "planet"))
         yield "planet_displacement", _named(planets, body="planet")
         yield "sun_displacement", motion.sel(body=f"{stage}.sun")
     if "carrier_displacement" in data:
         motion = data["carrier_displacement"]
         yield "carrier_displacement", motion.isel(carrier_node=_own(data["carrier_node"], stage))
-        pins = motion.isel(carrier_node=_own(data["carrier_node"], stage, "pin_"))
+        pins = motion.isel(carrier_node=_own(data["carrier_node"], stage, "pin"))
         yield "pin_displacement", _named(pins, carrier_node="planet")
 
 
@@ -179,5 +178,5 @@ def _labels(data: xr.Dataset, stage: str) -> dict[str, Sequence[str]]:
     for dim, other in (("carrier_node", "carrier_node"), ("support", "bearing")):
         if dim in data.coords:
             names = [str(data[dim].to_numpy()[k]) for k in _own(data[dim], stage)]
-            found[other] = [n.removeprefix(f"{stage}.") for n in names]
+            found[other] = [MemberName.parse(n).part or n for n in names]
     return found

@@ -15,6 +15,7 @@ import xarray as xr
 
 from flexgear.files.plain import plain
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
 from flexgear.results.contact_share import pairs_in_contact
 from flexgear.results.flanks import carrying_pairs, flank_histories, GEARS
@@ -23,6 +24,7 @@ from flexgear.results.pieces import ranges_of
 from flexgear.results.sinks import TIME, Ranges
 from flexgear.results.stage_part import halves, ring_forces, ring_groups, stage_part, with_spread
 from flexgear.results.group_sharing import sharing_figures
+from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.summary_keys import VERSION, lacking
 
 ORDERS = 21  # radial harmonics 0 … 20
@@ -251,7 +253,7 @@ def central_distance(far: xr.DataArray, largest: xr.DataArray) -> xr.DataArray:
     """Of distances from the axis (…, body) those of central members, none where the largest (body,)
     is rounding beside that of other bodies."""
     names = [str(n) for n in far["body"].to_numpy()]
-    central = [n for n in names if n.rpartition(".")[2].split("_")[0] in CENTRAL]
+    central = [n for n in names if BodyName.parse(n).part in CENTRAL]
     return far.where(largest > UNMOVED * largest.max(), 0.0).sel(body=central)
 
 
@@ -259,13 +261,11 @@ def force_ranges(
     least: xr.DataArray, mean: xr.DataArray, largest: xr.DataArray
 ) -> dict[str, Mapping[str, float]]:
     """Least, mean and largest force of every group, of those (gear_mesh,) of gear meshes, N."""
-    groups = [str(g).rpartition(" ")[0] for g in least["gear_mesh"].to_numpy()]
-    out: dict[str, Mapping[str, float]] = {}
-    for group in dict.fromkeys(groups):
-        own = [g == group for g in groups]
-        out[group] = {
-            "min_n": float(least.to_numpy()[own].min()),
-            "mean_n": float(mean.to_numpy()[own].mean()),
-            "max_n": float(largest.to_numpy()[own].max()),
+    return {
+        group: {
+            "min_n": float(least.to_numpy()[at].min()),
+            "mean_n": float(mean.to_numpy()[at].mean()),
+            "max_n": float(largest.to_numpy()[at].max()),
         }
-    return out
+        for group, at in groups_in(least).items()
+    }

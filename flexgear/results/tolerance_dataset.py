@@ -17,7 +17,8 @@ from flexgear.files.atomic import PathLike
 from flexgear.results.dataset import write_netcdf
 from flexgear.results.load_sharing import mesh_load_factor
 from flexgear.results.quantities import Quantity
-from flexgear.results.labelled_dataset import GearMeshName, groups_of
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import GEAR_MESH, GROUP, fields_of, groups_of
 from flexgear.results.result_quantities import RESULT_QUANTITIES
 
 Array = NDArray[np.float64]
@@ -78,7 +79,12 @@ _ABOUT = {
         ("group",), "1", "share of samples above mesh_load_factor", f"{FEW}, or without that factor"
     ),
 }
-_SIDES = {"": "", "_low": ", lower end of its interval", "_high": ", upper end of its interval"}
+_ENDS = {"": "", "_low": ", lower end of its interval", "_high": ", upper end of its interval"}
+_VARIABLES = {
+    f"{name}{end}": about._replace(meaning=about.meaning + which)
+    for name, about in _ABOUT.items()
+    for end, which in _ENDS.items()
+}
 
 
 def tolerance_dataset(
@@ -90,7 +96,7 @@ def tolerance_dataset(
     confidence: float,
     attrs: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Samples by name as in ``_ABOUT`` and what follows from them.
+    """Samples by name as in ``_VARIABLES`` and what follows from them.
 
     sizes, phases: labels of drawn errors; gear_meshes: those that share a load, group by group;
     samples that are no number are left out of all statistics.
@@ -110,13 +116,12 @@ def tolerance_dataset(
         "size": list(sizes),
         "phase": list(phases),
         "quantile": list(QUANTILES),
-        "group": [g.label for g in groups],
-        "gear_mesh": [g.label for g in gear_meshes],
+        "group": groups,
+        "gear_mesh": list(gear_meshes),
     }
-    for part in ("stage", "kind", "side"):
-        coords[f"group_{part}"] = ("group", [getattr(g, part) for g in groups])
-    for part in ("stage", "kind", "side", "planet"):
-        coords[part] = ("gear_mesh", [getattr(g, part) for g in gear_meshes])
+    of_groups, of_gear_meshes = fields_of(groups, GROUP, "group_"), fields_of(gear_meshes, GEAR_MESH)
+    coords |= {name: ("group", values) for name, values in of_groups.items()}
+    coords |= {name: ("gear_mesh", values) for name, values in of_gear_meshes.items()}
     if not sizes:
         del coords["size"]
     if not phases:
@@ -129,10 +134,7 @@ def tolerance_dataset(
 
 
 def _variable(name: str, values: Array) -> xr.Variable:
-    end = next((e for e in ("_low", "_high") if name.endswith(e)), "")
-    about = _ABOUT[name.removesuffix(end)]
-    about = about._replace(meaning=about.meaning + _SIDES[end])
-    return xr.Variable(about.dims, values, about.attrs)
+    return xr.Variable(_VARIABLES[name].dims, values, _VARIABLES[name].attrs)
 
 
 def _share_above(found: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:

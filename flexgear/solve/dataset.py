@@ -21,15 +21,14 @@ from flexgear.analysis.transient import Transient
 from flexgear.coupling.pair_data import WAVE
 from flexgear.coupling.system import System
 from flexgear.model.case import Case
-from flexgear.model.names import BodyName
+from flexgear.model.names import BodyName, NodeName
 from flexgear.results.dataset import provenance
 from flexgear.results.group_sharing import DEFINITIONS, sharing_histories
-from flexgear.results.labelled_dataset import labelled_dataset
+from flexgear.results.labelled_dataset import GEAR_MESH, fields_of, labelled_dataset
 from flexgear.solve.angles import given_speeds
 from flexgear.solve.face_load import face_arrays, face_labels
 from flexgear.solve.labels import flank_name
 from flexgear.solve.model import Model
-from flexgear.structures.halves import side_of_node
 
 Array = NDArray[np.float64]
 NODES = {"shaft": "sun", "carrier": "drive"}  # nodes that stand for bodies of a flexible stage
@@ -127,12 +126,9 @@ def _flanks(model: Model) -> dict[str, list[Any]]:
     names = [flank_name(model.case, label) for label in model.system.gear_meshes]
     sense = ["drive" if is_drive else "coast" for is_drive in drive]
     return {
-        "flank": [f"{name.label} {s}" for name, s in zip(names, sense, strict=True)],
+        "flank": [f"{name} {s}" for name, s in zip(names, sense, strict=True)],
         "flank_sense": sense,
-        **{
-            f"flank_{k}": [getattr(n, k) for n in names]
-            for k in ("stage", "kind", "side", "planet")
-        },
+        **fields_of(names, GEAR_MESH, "flank_"),
     }
 
 
@@ -185,9 +181,9 @@ def _laws(case: Case) -> dict[str, str]:
     return {name: "; ".join(dict.fromkeys(words)) for name, words in found.items() if words}
 
 
-def result_name(body: str) -> str:
+def result_name(body: BodyName) -> BodyName:
     """Name of a body in results: the shaft of a flexible stage carries its sun."""
-    return body.replace(".shaft", ".sun")
+    return BodyName.of(body.stage, "sun") if body.part == "shaft" else body
 
 
 def body_rows(system: System) -> tuple[list[str], Array]:
@@ -252,47 +248,46 @@ def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> 
 
 
 def _bolts(model: Model) -> list[str]:
-    return [link.name for link in model.system.links if ".bolt" in link.name]
+    return [link.name for link in model.system.links if link.kind == "bolt"]
 
 
 def _supports(model: Model) -> list[str]:
     """Springs between two nodes beside bolts."""
-    bolts = _bolts(model)
-    return [x.name for x in model.system.links if len(x.rows) == 6 and x.name not in bolts]
+    return [x.name for x in model.system.links if len(x.rows) == 6 and x.kind != "bolt"]
 
 
-def _nodes(model: Model, part: str, start: str = "") -> list[tuple[BodyName, str]]:
+def _nodes(model: Model, part: str, kind: str = "") -> list[tuple[BodyName, NodeName]]:
     """(body, node) of the finite-element bodies of one kind, stage by stage."""
     stages = model.case.flexible_stages.items()
     bodies = [BodyName.of(stage, part) for stage, view in stages if part in view.fe_parts]
     return [
         (body, node)
         for body in bodies
-        for node in model.system.body(body).node_names
-        if node.startswith(start)
+        for node in model.system.body(body).nodes
+        if not kind or node.kind == kind
     ]
 
 
-def _rows_of(system: System, nodes: list[tuple[BodyName, str]], dofs: int) -> Array:
+def _rows_of(system: System, nodes: list[tuple[BodyName, NodeName]], dofs: int) -> Array:
     """Rows of the first dofs of nodes, each in its body's frame."""
     return np.vstack([system.own_rows(*node)[:dofs] for node in nodes])
 
 
-def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, str]]) -> dict[str, Any]:
+def _node_labels(model: Model, name: str, nodes: list[tuple[BodyName, NodeName]]) -> dict[str, Any]:
     stages = [body.stage for body, _ in nodes]
     if name == "carrier_node":
         return {name: [f"{stage}.{node}" for stage, (_, node) in zip(stages, nodes, strict=True)]}
     place = np.array([model.system.body(body).position(node) for body, node in nodes])
     return {
         "tooth_stage": stages,
-        "tooth_side": [side_of_node(node) for _, node in nodes],
-        "tooth_number": [int(node.rpartition("_")[2]) for _, node in nodes],
+        "tooth_side": [node.side for _, node in nodes],
+        "tooth_number": [node.number for _, node in nodes],
         "tooth_angle": np.mod(np.arctan2(place[:, 1], place[:, 0]), 2 * np.pi),
     }
 
 
 def planet_bearings(model: Model, recovery: Recovery) -> dict[str, Array]:
     """Forces (t, 3) of planets on their pins, radial, tangential, axial, N, by bearing."""
-    names = [link.name for link in model.system.links if ".planet_bearing_" in link.name]
+    names = [link.name for link in model.system.links if link.kind == "planet_bearing"]
     # links pull the pin towards the planet: pin − planet is their motion
     return {name: -recovery.link_force(name)[:, :3] for name in names}

@@ -23,10 +23,10 @@ from flexgear.structures.strain import stress_of_strain
 LEAST_ENERGY = 1e-12  # share of a mode's kinetic energy: a body with less of it stands still
 
 
-def bending_bodies(model: Model) -> list[str]:
+def bending_bodies(model: Model) -> list[BodyName]:
     """Finite-element bodies that bend: "stage.ring", "stage.carrier"; those with an FE mesh."""
     names = [
-        f"{stage}.{part}"
+        BodyName.of(stage, part)
         for stage, own in model.bodies.items()
         for part, body in own.by_part.items()
         if len(body.points)  # a body that was given reduced has none

@@ -68,17 +68,17 @@ def _rings(case: Case, bodies: Bodies) -> Iterator[tuple[StageView, ReducedBody 
 
 def _teeth(system: System, view: StageView) -> int:
     """Tooth nodes of a stage's ring."""
-    names = system.body(f"{view.name}.ring").node_names
-    return sum(name.startswith("tooth_") for name in names)
+    nodes = system.body(f"{view.name}.ring").nodes
+    return sum(node.kind == "tooth" for node in nodes)
 
 
 def _rim(material: Material, ring: ReducedBody, teeth: int) -> Array:
     """(z, d) stress along the circumference over the teeth, Pa."""
-    names = [name for name in ring.node_names if name.startswith("tooth_")]
+    at = [k for k, node in enumerate(ring.nodes) if node.kind == "tooth"]
     if not len(ring.cells):
-        return np.full((len(names), len(ring.mass)), np.nan)
-    angles = 2 * np.pi * np.array([int(name.rpartition("_")[2]) - 1 for name in names]) / teeth
-    middle = ring.positions[[ring.node_names.index(name) for name in names], 2]
+        return np.full((len(at), len(ring.mass)), np.nan)
+    angles = 2 * np.pi * np.array([ring.nodes[k].number - 1 for k in at]) / teeth
+    middle = ring.positions[at, 2]
     rays = [Ray(float(angle), float(z)) for angle, z in zip(angles, middle, strict=True)]
     strain = Surface(ring).strain(rays)
     return strain.hoop_stress(material.young_modulus, material.poisson_ratio)

@@ -11,8 +11,8 @@ from flexgear.coupling.gear_meshes import GearMeshLabel
 from flexgear.coupling.system import System
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.names import GearMeshName
 from flexgear.results.group_sharing import without_rounding
-from flexgear.results.labelled_dataset import GearMeshName
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class GearMeshes:
 def flank_name(case: Case, label: GearMeshLabel) -> GearMeshName:
     """The gear mesh that a flank belongs to."""
     stage, kind = case.stages[label.stage].name, label.kind.gear
-    return GearMeshName(stage, kind, label.side, label.planet + 1)
+    return GearMeshName.of(stage, kind, label.side, label.planet + 1)
 
 
 def gear_meshes_of(case: Case, system: System) -> GearMeshes:

@@ -101,7 +101,7 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
         flanks = [contact.gear_meshes[m] for m in np.flatnonzero(model.gear_meshes.sign[:, g])]
         rows = np.vstack([flank.rows for flank in flanks])
         matrix = linalg.block_diag(*(flank.matrix for flank in flanks))
-        found[_gear_mesh_spring(name.label)] = rows, matrix
+        found[f"{name.group} gear mesh {name.planet}"] = rows, matrix
     for kind, label in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
         if kind in contact.others:
             found[label] = contact.others[kind].rows, contact.others[kind].matrix
@@ -111,12 +111,6 @@ def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Arra
             place[:, system.slice_of(body.name)] = np.eye(body.size)
             found[body.name] = (place, body.stiffness)
     return found
-
-
-def _gear_mesh_spring(label: str) -> str:
-    """ "stage_1 ring 2" -> "stage_1 ring gear mesh 2"."""
-    group, _, planet = label.rpartition(" ")
-    return f"{group} gear mesh {planet}"
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:

@@ -15,10 +15,11 @@ from typing import Any
 
 from flexgear.gears.gear_mesh_kind import GearMeshKind
 from flexgear.gears.geometry import stage_geometry
-from flexgear.gears.left_out import left_out
+from flexgear.gears.left_out import RIM_KEYS, left_out
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName, FlankName
 from flexgear.results.report.sharing import Sharing, own_variant, sharing_title, sharings
 from flexgear.results.report.wording import (
     factor,
@@ -59,7 +60,7 @@ def _distance(summary: Mapping[str, Any]) -> Iterator[Length]:
     if far:
         name = max(far, key=lambda n: far[n])
         sentence = f"{words(name).capitalize()}, {window_words(transient)}."
-        stage = name.rpartition(".")[0]
+        stage = BodyName.parse(name).stage
         yield Length("Largest displacement from the axis", stage, 1e-6 * far[name], sentence)
 
 
@@ -84,7 +85,7 @@ def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
     largest: dict[str, tuple[float, str]] = {}
     for flank, one in own_variant(summary.get("face_load", {})).items():
         size = one.get("transmission_error_peak_to_peak_um")
-        stage = flank.partition(" ")[0]
+        stage = FlankName.parse(flank).group.stage
         if size is not None and size > largest.get(stage, (0.0, ""))[0]:
             largest[stage] = size, flank
     for stage, (size, flank) in largest.items():
@@ -155,7 +156,7 @@ def _effects(
         return {}
     view = case.view(stage)
     sizes = left_out(view, flow.stage(stage).gear_mesh_forces)
-    rims = [v for key, v in sizes.items() if key.startswith("free_planet_rim")]
+    rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
     found = {"rim": (max(rims), sum(rims))} if rims else {}
     if "pin_bends_in_planet_um" in sizes:
         meshes = stage_geometry(view).gear_meshes.values()

@@ -23,6 +23,7 @@ from flexgear.files.plain import plain
 from flexgear.gears.implausible import implausible
 from flexgear.gears.power_flow import PowerFlow
 from flexgear.model.case import Case
+from flexgear.model.names import BodyName
 from flexgear.results.face_load import edge_warnings, face_figures
 from flexgear.results.settling import window_of
 from flexgear.results.summary import (
@@ -75,7 +76,7 @@ class Run:
     case: Case
     flow: PowerFlow
     datasets: Mapping[str, xr.Dataset]
-    fields: Mapping[str, xr.Dataset]
+    fields: Mapping[BodyName, xr.Dataset]
     summary: dict[str, Any]
 
     def with_timing(self, **seconds: float) -> Run:
@@ -116,7 +117,7 @@ def models_of(
     return found
 
 
-def _fields(own: Model, ideal: Model) -> dict[str, xr.Dataset]:
+def _fields(own: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
     """Of every body that bends: deformed without errors, and its shapes in the natural modes."""
     names = bending_bodies(own)
     found = lowest_modes(own) if names else None
@@ -164,8 +165,8 @@ def run(
         datasets |= sharing
         with watch.stage("transients"):  # what of them goes on after all else
             runs, drops = ended()
-    datasets |= {dataset_name("transient", label): one.data for label, one in runs.items()}
-    datasets |= {drop_name(*key): one.data for key, one in drops.items()}
+    datasets |= {dataset_name("transient", models[n]): one.data for n, one in runs.items()}
+    datasets |= {drop_name(torque, models[n]): one.data for (torque, n), one in drops.items()}
     own = next(iter(runs.values()))
     harmonic: dict[str, Any] = {"reason": why_not_linear(first.system)}
     if harmonic["reason"] is None:
@@ -258,10 +259,10 @@ def _harmonic(model: Model, stepped: xr.Dataset) -> tuple[xr.Dataset, dict[str, 
 
 def _equilibria(
     models: Mapping[str, Model], ideal: Model, progress: Progress
-) -> tuple[dict[str, xr.Dataset], dict[str, xr.Dataset]]:
+) -> tuple[dict[str, xr.Dataset], dict[BodyName, xr.Dataset]]:
     """Equilibria over a turn of the case as it is; of flexible stages also without errors, with the
     fields of their bodies, and with rigid bodies where pairs have slices."""
-    first, fields = next(iter(models.values())), {}
+    first, fields = next(iter(models.values())), dict[BodyName, xr.Dataset]()
     found = {"equilibrium": static(first, _positions(first), progress=progress)}
     if first.case.flexible_stages:
         found["equilibrium_without_errors"] = static(ideal, _positions(first), progress=progress)
@@ -279,13 +280,13 @@ def _face_load(
     empty where no stage has it."""
     cycles, figures = {}, {}
     for label, model in models.items():
-        even = datasets.get(dataset_name("equilibrium", label))
+        even = datasets.get(dataset_name("equilibrium", model))
         if model.ideal or even is None or not sliced_stages(model):
             continue
         found = figures[label] = face_figures(even)
         for stage in sliced_stages(model):
             data = gear_mesh_cycles(model, stage, progress)
-            cycles[dataset_name(f"gear_mesh_cycles_{stage}", label)] = data
+            cycles[dataset_name(f"gear_mesh_cycles_{stage}", model)] = data
             for flank, one in cycle_figures(data).items():
                 found.setdefault(flank, {}).update(one)
     return cycles, figures
@@ -317,10 +318,10 @@ def _positions_words(model: Model) -> str:
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:
     """Quasi-static load sharing by stage and variant."""
     found = {}
-    for label, model in variants.items():
+    for model in variants.values():
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, progress=progress)
-            found[dataset_name(f"sharing_{stage}", label)] = data
+            found[dataset_name(f"sharing_{stage}", model)] = data
     return found
 
 

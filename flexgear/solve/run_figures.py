@@ -18,6 +18,7 @@ from flexgear.gears.root_stress import largest_root_stress
 from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.member import PlanetBearing
+from flexgear.model.names import MemberName
 from flexgear.model.stage_view import StageView
 from flexgear.model.units import RPM
 from flexgear.results.energy_balance import energy_account, largest_residual
@@ -122,12 +123,12 @@ def _lives(
     lives = {}
     bearing = view.stage.planet_bearing
     if view.stage.kind == "planetary" and isinstance(bearing, PlanetBearing):
-        for name in map(str, equilibria["bearing"].to_numpy()):
-            if name.partition(".")[0] == view.name:
+        for name in map(MemberName.parse, equilibria["bearing"].to_numpy().tolist()):
+            if name.stage == view.name:
                 force = equilibria["planet_bearing_force"].sel(bearing=name).to_numpy()
                 load = _loaded(np.hypot(force[:, 0], force[:, 1]), least)
                 speed = flow.planet_relative_speed
-                lives[name.partition(".")[2]] = bearing_life_hours(bearing, load, speed)
+                lives[name.part] = bearing_life_hours(bearing, load, speed)
     for side, load in seats.items():
         seat = view.seat_bearings[side]
         lives[f"carrier_bearing_{side}"] = bearing_life_hours(seat, load, flow.carrier_speed)
@@ -195,7 +196,7 @@ def bodies_summary(
         for stage in case.flexible_stages
         for part, body in first.bodies[stage].by_part.items()
     }
-    compared = {n: settled(x.data) for n, x in runs.items() if not n.endswith("without errors")}
+    compared = {n: settled(x.data) for n, x in runs.items() if not models[n].ideal}
     inertias = {port.member: case.port_inertia(port.member) for port in case.ports}
     steady = {
         stage: {

@@ -94,13 +94,13 @@ def _jobs(models: Mapping[str, Model], progress: Progress) -> dict[Any, tuple[st
                 _steady, model, progress=progress, label=f"transient, {label}",
                 energy=label == as_it_is and bool(case.flexible_stages) and not _has_drops(model),
             )  # fmt: skip
-            jobs[label] = (dataset_name("transient", label), job)
+            jobs[label] = (dataset_name("transient", model), job)
         for torque in () if model.ideal else case.drive.steps.torques:
             job = partial(
                 _drop, model, torque, energy=label == as_it_is, progress=progress,
                 label=f"torque drop to {depth_name(torque)}, {label}",
             )  # fmt: skip
-            jobs[torque, label] = (drop_name(torque, label), job)
+            jobs[torque, label] = (drop_name(torque, model), job)
     return jobs
 
 
@@ -115,16 +115,16 @@ def is_static(model: Model) -> bool:
     )
 
 
-def dataset_name(what: str, label: str) -> str:
+def dataset_name(what: str, model: Model) -> str:
     """File name of a dataset: "transient", "transient_rigid", "transient_without_errors"."""
-    if label.endswith("without errors"):
+    if model.ideal:
         return f"{what}_without_errors"
-    return f"{what}_rigid" if label == "rigid" else what
+    return f"{what}_rigid" if model.variant == "rigid" else what
 
 
-def drop_name(torque: float, label: str) -> str:
+def drop_name(torque: float, model: Model) -> str:
     """File name of a torque drop."""
-    return dataset_name(f"torque_step_{depth_name(torque)}", label)
+    return dataset_name(f"torque_step_{depth_name(torque)}", model)
 
 
 def _steady(model: Model, sink: DatasetSink | None, **options: Any) -> TimedRun:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,7 +27,6 @@ from flexgear.results.report.wording import said, words
 from flexgear.results.summary import axis_distance
 
 SMALL = 0.1  # of the module: paths of contact are then a twentieth off
-LARGE = "Motion that is not small beside"
 CONSEQUENCE = (
     "Paths of contact, pressure angles and which teeth touch are those of gears in their places; "
     "stiffen what holds them, or take figures as a rough guide."
@@ -54,6 +54,12 @@ def largest_motions(histories: xr.Dataset) -> dict[str, float]:
             teeth = histories["tooth_distance"].isel(tooth=stages == stage)
             motions[f"{stage}.ring teeth"] = float(teeth.max())
     return motions
+
+
+def motions_of_summary(summary: Mapping[str, Any]) -> dict[str, float]:
+    """The same of a run by its summary; of runs before 0.3 those of central members in time."""
+    motions_um = summary.get("motion_um_max", summary["transient"]["displacement_um_max"])
+    return {name: 1e-6 * size for name, size in motions_um.items()}
 
 
 @dataclass(frozen=True)
@@ -98,7 +104,7 @@ def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:
             bodies = ", ".join(
                 dict.fromkeys(f"{words(s.body)} by {said(s.size, 'm')}" for s in large)
             )
-            lines.append(f"{LARGE} {beside}: {bodies}. {CONSEQUENCE}")
+            lines.append(f"Motion that is not small beside {beside}: {bodies}. {CONSEQUENCE}")
     return lines
 
 

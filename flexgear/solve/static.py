@@ -15,7 +15,7 @@ from flexgear.model.member import PlanetBearing
 from flexgear.model.names import MemberName
 from flexgear.results.face_load import face_figures
 from flexgear.results.group_sharing import without_rounding
-from flexgear.results.labelled_dataset import coordinate
+from flexgear.results.labelled_dataset import coordinate, groups_in
 from flexgear.results.root_stress import root_extremes
 from flexgear.results.summary import CENTRAL, displacement_summary
 from flexgear.solve.bodies import Progress, silent
@@ -58,8 +58,7 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """Figures of one position of a dataset of equilibria, in the units their names end in."""
     force = without_rounding(data["gear_mesh_force"].to_numpy(), float(np.abs(model.rated).max()))
     factor = data["planet_load_factor"].to_numpy()
-    groups = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
-    at = {g: [g == one for one in groups] for g in dict.fromkeys(groups)}
+    at = groups_in(data)
     figures: dict[str, Any] = {
         "port_torque_nm": _by_label(data["port_torque"], "port"),
         "gear_mesh_force_n": {g: force[own].tolist() for g, own in at.items()},

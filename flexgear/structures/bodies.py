@@ -9,12 +9,13 @@ by a transformation that returns a new body.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.model.errors import FlexgearError
-from flexgear.model.names import BodyName
+from flexgear.model.names import BodyName, NodeName
 from flexgear.structures.kinematics import rigid_rows
 
 Array = NDArray[np.float64]
@@ -36,6 +37,11 @@ class Body:
     stiffness: Array
     node_map: Array
     rigid: bool = False
+
+    @cached_property
+    def nodes(self) -> tuple[NodeName, ...]:
+        """Names of the nodes with their kinds, halves and numbers."""
+        return tuple(map(NodeName.parse, self.node_names))
 
     @property
     def size(self) -> int:

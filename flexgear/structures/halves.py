@@ -23,18 +23,6 @@ MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # of a node's motion, in t
 PLACE = MIRROR[:3]
 
 
-def node_of_half(node: str, side: str) -> str:
-    """Name of a half's node in the whole: "tooth_001" -> "tooth_left_001"."""
-    kind, _, number = node.rpartition("_")
-    return f"{kind}_{side}_{number}"
-
-
-def side_of_node(node: str) -> str:
-    """The half that a node of a ring belongs to: "tooth_left_001" -> "left"; "" in one piece."""
-    side = node.split("_")[1]
-    return side if side in SIDES else ""
-
-
 def whole_ring(view: StageView, half: ReducedBody) -> ReducedBody:
     """The ring that a stage has, of its body about its own mid-plane: itself, or both halves."""
     return both_halves(half, view.stage.half_offset) if view.stage.double_helical else half
@@ -46,9 +34,9 @@ def held_ring_springs(view: StageView) -> list[Spring]:
     own = ring_springs(view)
     if not view.stage.double_helical:
         return own
-    left = [Spring(node_of_half(s.node, "left"), s.matrix, s.angle) for s in own]
+    left = [Spring(s.node.of_half("left"), s.matrix, s.angle) for s in own]
     across = np.outer(MIRROR, MIRROR)
-    right = [Spring(node_of_half(s.node, "right"), across * s.matrix, s.angle) for s in own]
+    right = [Spring(s.node.of_half("right"), across * s.matrix, s.angle) for s in own]
     return left + right
 
 
@@ -68,7 +56,7 @@ def both_halves(half: ReducedBody, offset: float) -> ReducedBody:
     across = np.outer(sign, sign)
     lift = np.array([0.0, 0.0, offset])
     return half.with_(
-        node_names=tuple(node_of_half(n, side) for side in SIDES for n in half.node_names),
+        node_names=tuple(n.of_half(side) for side in SIDES for n in half.nodes),
         positions=np.vstack([half.positions - lift, half.positions * PLACE + lift]),
         mass=_in_order(block_diag(half.mass, across * half.mass), order),
         stiffness=_in_order(block_diag(half.stiffness, across * half.stiffness), order),

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.names import NodeName
 from flexgear.model.ring_supports import ring_supports as ring_held
 from flexgear.model.stage_view import StageView
 from flexgear.structures.fem import (
@@ -47,7 +48,7 @@ def ring_interface(view: StageView, model: FeModel) -> Interface:
     ties: list[Tie] = []
     for j in range(view.ring_gear.teeth):
         sample = facet_sample(model, patches[f"tooth_{ring.tie}_{j + 1:03d}"])
-        name = f"tooth_{j + 1:03d}"
+        name = NodeName.of("tooth", j + 1, digits=3)
         ties.append(tie(name, nodes[name], sample))
     for support in ring_held(ring, view.stage.face_width):
         place = nodes[support.node]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.gears.geometry import stage_geometry
+from flexgear.model.names import NodeName
 from flexgear.model.ring import End
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView
@@ -26,13 +27,13 @@ Array = NDArray[np.float64]
 SEATS = ("drive", "bearing_drive", "bearing_far")
 
 
-def ring_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[str, Array]:
+def ring_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[NodeName, Array]:
     """Place (3,) m of every node of the ring; in end faces of the FE mesh, of the case where there
     is none."""
     radius, teeth = stage_geometry(view).ring.reference_radius, view.ring_gear.teeth
     angles = 2 * np.pi * np.arange(teeth) / teeth
     places = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    nodes = {f"tooth_{j + 1:03d}": place for j, place in enumerate(places)}
+    nodes = {NodeName.of("tooth", j, digits=3): place for j, place in enumerate(places, 1)}
     for support in ring_supports(view.ring, view.stage.face_width):
         place = nodes[support.node] = np.array(support.place)
         if support.end is not None and fe_mesh is not None:
@@ -40,7 +41,7 @@ def ring_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[str, 
     return nodes
 
 
-def carrier_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[str, Array]:
+def carrier_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[NodeName, Array]:
     """Place (3,) m of every node of the carrier; on the axis at the middle of the FE mesh's
     patches, of the case's where there is none."""
     places = {}
@@ -51,10 +52,10 @@ def carrier_nodes(view: StageView, fe_mesh: FeMeshLike | None = None) -> dict[st
             corners = np.asarray(fe_mesh.points)[fe_mesh.facets[name]]
             area = facet_areas(np.asarray(fe_mesh.points), fe_mesh.facets[name])
             places[name] = float(area @ corners[..., 2].mean(axis=1) / area.sum())
-    nodes = {name: np.array([0.0, 0.0, z]) for name, z in places.items()}
+    nodes = {NodeName.parse(name): np.array([0.0, 0.0, z]) for name, z in places.items()}
     radius = stage_geometry(view).center_distance
     for i, angle in enumerate(view.stage.planet_angles):
-        nodes[f"pin_{i + 1}"] = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        nodes[NodeName.of("pin", i + 1)] = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
     return nodes
 
 

@@ -17,7 +17,7 @@ from flexgear.structures.fe_mesh import (
 )
 from flexgear.structures.fe_mesh.body_solids import carrier_solid, mesh_solid, ring_solid
 from flexgear.structures.given import given_carrier, given_ring
-from flexgear.structures.halves import PLACE, SIDES, node_of_half, whole_ring
+from flexgear.structures.halves import PLACE, whole_ring
 from flexgear.structures.kinematics import rigid_rows
 from flexgear.structures.nodes import carrier_nodes, ring_nodes
 from flexgear.structures.reduced import ReducedBody
@@ -62,11 +62,8 @@ def rigid_part(view: StageView, part: str, own: bool = True) -> Body:
     if part == "ring" and view.stage.double_helical:
         lift = np.array([0.0, 0.0, view.stage.half_offset])
         solid = solid.shifted(-lift) + solid.mirrored().shifted(lift)
-        halves = {
-            "left": {name: place - lift for name, place in nodes.items()},
-            "right": {name: place * PLACE + lift for name, place in nodes.items()},
-        }
-        nodes = {node_of_half(n, side): x for side in SIDES for n, x in halves[side].items()}
+        left = {n.of_half("left"): place - lift for n, place in nodes.items()}
+        nodes = left | {n.of_half("right"): place * PLACE + lift for n, place in nodes.items()}
     positions = np.array(list(nodes.values()))
     return Body(
         name=BodyName.of("", part),

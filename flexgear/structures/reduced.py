@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexgear.model.names import NodeName
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
 from flexgear.structures.strain import strain_of_gradient, vertex_gradient
 from flexgear.structures.tooth_shapes import RimFlexibility
@@ -48,6 +49,11 @@ class ReducedBody:
     probe_cases: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     probe_loads: NDArray[np.float64] = field(default_factory=_no_probes, repr=False)
     rim: RimFlexibility | None = field(default=None, repr=False)
+
+    @cached_property
+    def nodes(self) -> tuple[NodeName, ...]:
+        """Names of the nodes with their kinds, halves and numbers."""
+        return tuple(map(NodeName.parse, self.node_names))
 
     @property
     def interface_dofs(self) -> int:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.model.names import NodeName
 from flexgear.model.ring_supports import ring_supports
 from flexgear.model.stage_view import StageView
 from flexgear.structures.kinematics import turn
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 class Spring:
     """matrix: (6, 6) SI in axes that are turned by angle (rad) against those of the body."""
 
-    node: str
+    node: NodeName
     matrix: Array = field(repr=False)
     angle: float = 0.0
 
@@ -46,7 +47,7 @@ def ring_springs(view: StageView) -> list[Spring]:
 def carrier_springs(view: StageView) -> list[Spring]:
     """Bearings of the carrier, in fixed axes."""
     return [
-        Spring(f"bearing_{side}", np.asarray(bearing.matrix))
+        Spring(NodeName.parse(f"bearing_{side}"), np.asarray(bearing.matrix))
         for side, bearing in view.seat_bearings.items()
     ]
 

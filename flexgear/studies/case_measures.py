@@ -16,6 +16,7 @@ from flexgear.gears.stage_flow import StageFlow
 from flexgear.model.case import Case
 from flexgear.model.errors import FlexgearError
 from flexgear.results.flanks import GEARS, tooth_loads
+from flexgear.results.labelled_dataset import groups_in
 from flexgear.results.sinks import Ranges
 from flexgear.results.stage_part import stage_part
 from flexgear.results.summary import axis_distance, central_distance
@@ -221,12 +222,8 @@ def _transient_forces(point: Point) -> Found:
 
 
 def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Values of gear meshes that share a load; labels are those of gear meshes less the planet."""
-    labels = [str(g).rpartition(" ")[0] for g in data["gear_mesh"].to_numpy()]
-    return {
-        group: data[name].isel(gear_mesh=[k for k, g in enumerate(labels) if g == group])
-        for group in dict.fromkeys(labels)
-    }
+    """Values of gear meshes that share a load."""
+    return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
 
 
 def _displacements(point: Point) -> Found:

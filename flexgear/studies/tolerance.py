@@ -113,7 +113,7 @@ def _all(
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:
     case, whole = setup.case, _joined(batches)
     labels = {p: [n for e in setup.drawn if e.is_phase == p for n in e.labels] for p in (0, 1)}
-    positions = {g.name.label: g.positions.stop - g.positions.start for g in setup.groups}
+    positions = {g.name: g.positions.stop - g.positions.start for g in setup.groups}
     return tolerance_dataset(
         {
             "error_size": whole.sizes,

@@ -113,7 +113,7 @@ def _ground(case: Case, stage: Stage) -> list[DrawnError]:
         relief = given if isinstance(given, Relief) else None
         base = float(relief.amount if relief else given or 0.0)
         ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
-        planets = stage.planets if flank.startswith("planet") else 0
+        planets = stage.planets if part in ("planet", "gear") else 0
         found.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
     return found
 

@@ -19,8 +19,9 @@ from flexgear.gears.face_load import factor_along
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.case import Case
 from flexgear.model.errors import InputError
+from flexgear.model.names import GearMeshName, GroupName
 from flexgear.model.tolerance import SizeDistribution
-from flexgear.results.labelled_dataset import GearMeshName, GroupName, groups_of
+from flexgear.results.labelled_dataset import groups_of
 from flexgear.results.load_sharing import load_sharing, planet_load_factors
 from flexgear.solve.angles import lead_speed, one_turn, stage_motions
 from flexgear.solve.bodies import Progress, reduced_bodies, silent

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from scipy.interpolate import griddata
 
 from flexgear.gears.face_load import factor_along, mean_along
+from flexgear.model.names import FlankName
 from flexgear.views.style import (
     MICRO,
     NEUTRAL,
@@ -135,12 +136,9 @@ def misalignment_chart(data: xr.Dataset) -> Figure:
 def carrying(data: xr.Dataset) -> Iterator[tuple[str, list[str]]]:
     """Flanks that carry, by stage, kind and side, in their order."""
     groups: dict[str, list[str]] = {}
-    for name in map(str, data["flank"].to_numpy()):
-        own = data.sel(flank=name)
-        if float(own["face_line_load"].max()) > 0:
-            parts = (str(own[f"flank_{what}"].item()) for what in ("stage", "kind", "side"))
-            said = " ".join(p for p in parts if p).replace("_", " ")
-            groups.setdefault(said, []).append(name)
+    for name in map(FlankName.parse, data["flank"].to_numpy().tolist()):
+        if float(data["face_line_load"].sel(flank=name).max()) > 0:
+            groups.setdefault(name.group.replace("_", " "), []).append(name)
     yield from groups.items()
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName
 from flexgear.views.select import variable
 from flexgear.views.style import (
     NEUTRAL,
@@ -136,7 +137,7 @@ def _stages(data: xr.Dataset) -> set[str]:
     """Names of the stages, which stand before the names of bodies."""
     if "body" not in data.coords:
         return set()
-    return {str(n).rpartition(".")[0] for n in data["body"].to_numpy()}
+    return {BodyName.parse(n).stage for n in data["body"].to_numpy()}
 
 
 def _shares(data: xr.Dataset, name: str, rows: list[list[int]]) -> dict[str, FloatArray]:

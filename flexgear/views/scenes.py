@@ -54,7 +54,8 @@ def body_scene(
         **_coloured(corners, size, "µm"),
     }
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
-    said = f"displacement {factor_text(factor)}, largest {size.max():.1f} µm"
+    shape = f"displacement {factor_text(factor)}"
+    said = f"{shape}, largest {size.max():.1f} µm"
     layout: dict[str, Any] = {
         "title": {"text": said},
         "scene": {"aspectmode": "data", "camera": EYE,
@@ -62,7 +63,8 @@ def body_scene(
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip
     if von_mises is not None:
-        layout["updatemenus"] = [_colours_of(trace, said, MEGA * np.asarray(von_mises)[vertex])]
+        stress = MEGA * np.asarray(von_mises)[vertex]
+        layout["updatemenus"] = [_colours_of(trace, shape, said, stress)]
     return [{"data": [trace], "layout": layout}]
 
 
@@ -149,9 +151,8 @@ def _decimated(surface: Any, triangles: int) -> Any:
     return kept
 
 
-def _colours_of(trace: dict[str, Any], said: str, stress: FloatArray) -> dict[str, Any]:
+def _colours_of(trace: dict[str, Any], shape: str, said: str, stress: FloatArray) -> dict[str, Any]:
     """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
-    shape = said.partition(",")[0]
     ways = {
         "displacement": (trace["intensity"], "µm", said),
         "stress": (

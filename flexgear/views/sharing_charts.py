@@ -18,7 +18,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import BodyName, MemberName
 from flexgear.model.units import RPM
+from flexgear.results.labelled_dataset import groups_in
 from flexgear.views.campbell_chart import campbell_chart
 from flexgear.views.dense import close_up, draw, is_dense, orbit, say_envelope
 from flexgear.views.mode_charts import modes_chart
@@ -132,8 +134,7 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
         _orbit(row[0], motion)
         row[0].set_title(", ".join(filter(None, (_said(stage), "orbit"))))
         dense = False
-        for name, way in motion.items():
-            part, _, half = name.partition("_")
+        for (part, half), way in motion.items():
             times, line = _broken(data, x, np.hypot(way[:, 0], way[:, 1]))
             colour, style = MEMBER_COLOURS[part], HALVES.get(half, "-")
             dense |= draw(row[1], times, line, colour, ls=style, lw=1.0)
@@ -142,11 +143,11 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
         row[1].set_ylabel("distance from the axis (µm)")
         row[1].set_xlabel(label)
         row[1].set(ylim=(0.0, None), xlim=(at.min(), at.max()) if len(at) > 1 else None)
-    shown = [n for motion in stages.values() for n in motion]
+    shown = dict.fromkeys(which for motion in stages.values() for which in motion)
     handles = [
-        Line2D([], [], color=MEMBER_COLOURS[n.split("_")[0]], lw=1.5,
-               ls=HALVES.get(n.partition("_")[2], "-"), label=n.replace("_", " "))
-        for n in dict.fromkeys(shown)
+        Line2D([], [], color=MEMBER_COLOURS[part], lw=1.5, ls=HALVES.get(half, "-"),
+               label=f"{part} {half}".strip())
+        for part, half in shown
     ]  # fmt: skip
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     return figure
@@ -155,11 +156,11 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
 @styled
 def power_flow_chart(flow: PowerFlow) -> Figure:
     """Speeds (r/min), torques and powers of all members as bars; ports and held members marked."""
-    names = list(flow.speed)
+    names = [MemberName.parse(n) for n in flow.speed]
     figure, axes = panels(1, 3, height_mm=26 + 7.0 * len(names), sharey=True)
     at = np.arange(len(names))
-    stages = list(dict.fromkeys(n.rpartition(".")[0] for n in names))
-    colours = [PLANET_COLOURS[stages.index(n.rpartition(".")[0]) % 8] for n in names]
+    stages = list(dict.fromkeys(n.stage for n in names))
+    colours = [PLANET_COLOURS[stages.index(n.stage) % 8] for n in names]
     quantities = (
         ("speed", "r/min", [flow.speed[n] * RPM for n in names]),
         ("torque on the stage", *_scaled([flow.branch_torque[n] for n in names], "N m")),
@@ -189,18 +190,14 @@ def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Gear meshes that share a load, by title: stage, kind, side; samples first."""
     field = variable(data, name)
     field = field.transpose(*[d for d in field.dims if d != "gear_mesh"], "gear_mesh")
-    keys = [tuple(str(variable(data, c)[m].item()) for c in ("stage", "kind", "side"))
-            for m in range(field.sizes["gear_mesh"])]  # fmt: skip
-    out: dict[str, xr.DataArray] = {}
-    for key in dict.fromkeys(keys):
-        stage, kind, side = key
-        members = [m for m, k in enumerate(keys) if k == key]
-        if name == "planet_load_factor" and len(members) < 2:
+    out, groups = dict[str, xr.DataArray](), groups_in(field)
+    for group, at in groups.items():
+        if name == "planet_load_factor" and len(at) < 2:
             continue  # a parallel stage has nothing to share
-        parallel = not any(k[0] == stage and k[1] == "ring" for k in keys)
-        of = "gear mesh" if parallel else f"{kind} gear mesh"
-        title = " ".join(filter(None, (_said(stage), side, of)))
-        out[title] = field.isel(gear_mesh=members)
+        parallel = not any(g.stage == group.stage and g.kind == "ring" for g in groups)
+        of = "gear mesh" if parallel else f"{group.kind} gear mesh"
+        title = " ".join(filter(None, (_said(group.stage), group.side, of)))
+        out[title] = field.isel(gear_mesh=at)
     if not out:
         raise FlexgearError("cannot draw: no stage has more than one planet")
     return out
@@ -283,24 +280,24 @@ def _planet_legend(figure: Figure, planets: Iterable[int]) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 8))
 
 
-def _moving(data: xr.Dataset) -> dict[str, dict[str, FloatArray]]:
-    """In-plane ways (t, 2) in µm of central members that leave their axis, by stage and part."""
+def _moving(data: xr.Dataset) -> dict[str, dict[tuple[str, str], FloatArray]]:
+    """Displacements (t, 2) in µm of central members that leave their axis in its plane, by stage,
+    part and half."""
     field = variable(data, "body_displacement")
     field = field.transpose(*[d for d in field.dims if d not in ("body", "dof")], "body", "dof")
-    stages: dict[str, dict[str, FloatArray]] = {}
+    stages: dict[str, dict[tuple[str, str], FloatArray]] = {}
     largest = float(np.abs(field.to_numpy()[..., :2]).max(initial=0.0)) * MICRO
-    for name in map(str, field["body"].to_numpy()):
-        stage, _, part = name.rpartition(".")
+    for name in map(BodyName.parse, field["body"].to_numpy()):
         way = np.asarray(field.sel(body=name), dtype=float)[:, :2] * MICRO
-        if part.split("_")[0] in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL * largest:
-            stages.setdefault(stage, {})[part] = way
+        if name.part in MEMBER_COLOURS and np.abs(way).max(initial=0.0) > STILL * largest:
+            stages.setdefault(name.stage, {})[name.part, name.side] = way
     return stages
 
 
-def _orbit(ax: Axes, motion: Mapping[str, FloatArray]) -> None:
+def _orbit(ax: Axes, motion: Mapping[tuple[str, str], FloatArray]) -> None:
     """Way in the plane of the sun (else of the member that goes furthest), equal scales."""
-    part = max(motion, key=lambda n: (n in ("sun", "pinion"), np.abs(motion[n]).max()))
-    way, colour = orbit(motion[part]), MEMBER_COLOURS[part.split("_")[0]]
+    at = max(motion, key=lambda n: (n[0] in ("sun", "pinion"), np.abs(motion[n]).max()))
+    way, colour, member = orbit(motion[at]), MEMBER_COLOURS[at[0]], " ".join(at).strip()
     ax.plot(way[:, 0], way[:, 1], color=colour, lw=0.8)
     ax.plot(*way[0], "o", color=colour, ms=3)
     reach = 1.1 * float(np.abs(way).max())
@@ -309,8 +306,8 @@ def _orbit(ax: Axes, motion: Mapping[str, FloatArray]) -> None:
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.xaxis.set_major_locator(MaxNLocator(4))
     ax.yaxis.set_major_locator(MaxNLocator(4))
-    ax.set_xlabel(f"x of the {part.replace('_', ' ')} (µm)")
-    ax.set_ylabel(f"y of the {part.replace('_', ' ')} (µm)")
+    ax.set_xlabel(f"x of the {member} (µm)")
+    ax.set_ylabel(f"y of the {member} (µm)")
 
 
 def _least_span(ax: Axes, share: float) -> None:
@@ -323,8 +320,8 @@ def _least_span(ax: Axes, share: float) -> None:
 
 def _said(name: str) -> str:
     """stage_1.sun -> stage 1, sun; the name of an only [stage] is left out."""
-    stage, _, member = name.partition(".")
-    parts = [stage.replace("_", " ") if stage != "stage" else "", member.replace("_", " ")]
+    at = MemberName.parse(name)
+    parts = [at.stage.replace("_", " ") if at.stage != "stage" else "", at.part.replace("_", " ")]
     return ", ".join(filter(None, parts))
 
 

@@ -22,7 +22,7 @@ def spectrum_chart(spectra: xr.Dataset) -> Figure:
     if float(np.max(found, initial=0.0)) <= CONSTANT * mean:
         return text_only(f"The forces are constant, {KILO * mean:.4g} kN: no amplitudes to show")
     for k, name in enumerate(spectra["gear_mesh"].to_numpy()):
-        ax.plot(order, found[k], color=planet_colour(k + 1), lw=0.9, label=_label(str(name)))
+        ax.plot(order, found[k], color=planet_colour(k + 1), lw=0.9, label=str(name))
     top = float(np.max(found, initial=0.0))
     ax.set_yscale("log")
     ax.set_ylim(top * 10.0**-DECADES, 2 * top)
@@ -33,8 +33,3 @@ def spectrum_chart(spectra: xr.Dataset) -> Figure:
     if len(found) > 1:
         ax.legend(loc="upper right")
     return figure
-
-
-def _label(gear_mesh: str) -> str:
-    """Role and half of a gear mesh by its name: "stage_1 ring left 1" -> "ring left"."""
-    return " ".join(gear_mesh.split(" ")[1:-1])

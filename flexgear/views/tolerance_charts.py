@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from flexgear.model.errors import FlexgearError
+from flexgear.model.names import GroupName
 from flexgear.results.tolerance_statistics import distribution_band
 from flexgear.views.select import variable
 from flexgear.views.style import NEUTRAL, PLANET_COLOURS, FloatArray, panels, styled
@@ -93,9 +94,9 @@ def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
 def _title(names: list[str]) -> str:
     """ "stage 1 ring, sun": the common beginning once."""
     stages: dict[str, list[str]] = {}
-    for name in names:
-        stage, _, rest = name.rpartition(" ")
-        stages.setdefault(stage.replace("_", " "), []).append(rest)
+    for group in map(GroupName.parse, names):
+        start = f"{group.stage} {group.kind}" if group.side else group.stage
+        stages.setdefault(start.replace("_", " "), []).append(group.side or group.kind)
     return ", ".join(f"{stage} {' and '.join(kinds)}".strip() for stage, kinds in stages.items())
 
 

@@ -23,7 +23,7 @@ from flexgear.analysis.mode_types import (
 )
 from flexgear.model.errors import FlexgearError
 from flexgear.model.names import BodyName
-from flexgear.structures.bodies import Body, lumped_body
+from flexgear.structures.bodies import Body
 from flexgear.structures.shaft import BeamSection, shaft_body
 
 # Lin & Parker 1999, J. Vib. Acoust. 121:316, as printed (rounded)
@@ -237,18 +237,6 @@ def test_motions_a_body_does_not_have_are_zero():
     nothing, held = np.zeros((0, 0)), BodyName.of("", "held")
     bodies = [planar, Body(held, ("held",), np.zeros((1, 3)), nothing, nothing, np.zeros((6, 0)))]
     assert [m.name for m in members(bodies)] == ["sun"]
-
-
-def test_planet_names():
-    bodies = [
-        lumped_body(n, 1.0, (1.0, 1.0, 1.0))
-        for n in (
-            BodyName.of("a", "planet", 1),
-            BodyName.of("", "planet", 0),
-            BodyName.of("a", "sun"),
-        )
-    ]
-    assert [m.planet for m in members(bodies)] == [True, True, False]
 
 
 def test_planar_rows_are_mean_motions_with_masses():

@@ -52,12 +52,12 @@ def doubtful(case, *_):
     return StageBodies(missing_the_promise(bodies.ring), bodies.carrier)
 
 
-def test_run_writes_results_and_summary(finished):
+def test_run_writes_results_and_summary(finished, content):
     out, code, said = finished
     assert code == 0
     summary = json.loads((out / "summary.json").read_text())
     assert len(said) == 1
-    assert said == plain_warnings(summary)  # others stand beside their figures
+    assert said == plain_warnings(content.case, summary)  # others stand beside their figures
     beside = [one["sentence"] for one in summary["neglected"]]
     assert [*said, *beside] == summary["warnings"]
     assert lacking(summary) == []

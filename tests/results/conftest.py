@@ -6,7 +6,8 @@ import pytest
 from flexgear.results.dataset import provenance
 from flexgear.results.flanks import PARTS
 from flexgear.results.stage_part import FLANKS, KINDS, stage_part, with_spread
-from flexgear.results.labelled_dataset import GearMeshName, labelled_dataset
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.results.group_sharing import sharing_histories
 
 TIMES, PLANETS, SLOTS, TEETH = 20, 5, 4, 93
@@ -37,7 +38,7 @@ def made_run(variant="flexible", samples=TIMES, stage="stage", sample_dim="time"
         "bolt_force": np.zeros((samples, 25, 3)),
     } | changes
     arrays, labels = _flanks(own, stage)
-    names = [GearMeshName(stage, kind, "", i + 1) for kind in KINDS for i in range(PLANETS)]
+    names = [GearMeshName.of(stage, kind, "", i + 1) for kind in KINDS for i in range(PLANETS)]
     force = np.hstack([own.pop("ring_gear_mesh_force"), load.sum(-1) / 2])
     rated = np.full(len(names), RATED)
     arrays |= {

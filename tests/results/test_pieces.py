@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import GEAR_MESH, fields_of
 from flexgear.results import pieces as pieces_module
 from flexgear.results.contact_share import contact_share
 from flexgear.results.dataset import save
@@ -104,8 +106,11 @@ def test_a_stage(make_run, tmp_path, reads):
 
 def test_a_train(tmp_path, reads):
     rng = np.random.default_rng(3)
+    gear_meshes = [GearMeshName.of("s", kind, "", i) for kind in ("ring", "sun") for i in (1, 2)]
+    beside = fields_of(gear_meshes, GEAR_MESH)
     labels = {
-        "gear_mesh": ["s ring 1", "s ring 2", "s sun 1", "s sun 2"],
+        "gear_mesh": gear_meshes,
+        **{name: ("gear_mesh", values) for name, values in beside.items()},
         "body": ["s.sun", "s.carrier", "s.planet_1"],
         "dof": ["ux", "uy", "uz", "rx", "ry", "rz"],
     }

@@ -21,13 +21,14 @@ def test_orders_and_sidebands_stand_where_they_should():
     """Order 1 with sidebands once a turn of the carrier, z = 20."""
     mesh, t = 20.0, np.arange(8000) / 1000.0
     force = 100 * (1 + 0.2 * np.cos(2 * np.pi * t)) * np.cos(2 * np.pi * mesh * t)
-    names = ["stage ring 1", "stage ring 2", "stage_2 ring 1"]
+    stages, planets = ["stage", "stage", "stage_2"], [1, 2, 1]
+    labels = {"stage": stages, "kind": ["ring"] * 3, "side": [""] * 3, "planet": planets}
     data = xr.Dataset(
         {"gear_mesh_force": (("time", "gear_mesh"), np.outer(force, [1.0, 2.0, 3.0]))},
-        {"time": t, "gear_mesh": names},
+        {"time": t, **{name: ("gear_mesh", values) for name, values in labels.items()}},
     )
     found = force_spectra(data, "stage", mesh)
-    assert found["gear_mesh"].to_numpy().tolist() == ["stage ring 1"]
+    assert found["gear_mesh"].to_numpy().tolist() == ["ring"]
     line = found["amplitude"].isel(gear_mesh=0)
     assert float(line.sel(order=1.0, method="nearest")) == pytest.approx(100, rel=1e-3)
     for side in (0.95, 1.05):

@@ -7,7 +7,8 @@ import pytest
 
 from flexgear.model.errors import FlexgearError
 from flexgear.results.dataset import load, save
-from flexgear.results.labelled_dataset import GearMeshName, groups_of, labelled_dataset
+from flexgear.model.names import GearMeshName
+from flexgear.results.labelled_dataset import groups_of, labelled_dataset
 from flexgear.results.result_quantities import RESULT_COORDINATES, RESULT_QUANTITIES
 from flexgear.results.group_sharing import (
     sharing_coefficients,
@@ -16,8 +17,8 @@ from flexgear.results.group_sharing import (
 )
 
 NAMES = [
-    *[GearMeshName("stage_1", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)],
-    GearMeshName("stage_2", "sun", "", 1),
+    *[GearMeshName.of("stage_1", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)],
+    GearMeshName.of("stage_2", "sun", "", 1),
 ]
 RATED = np.array([10.0] * 6 + [50.0])
 
@@ -58,8 +59,8 @@ def test_gear_meshes_are_found_by_label_and_by_part():
 
 
 def test_sides_are_groups_of_their_own():
-    names = [GearMeshName("stage", "sun", side, i) for side in ("left", "right") for i in (1, 2)]
-    assert {g.label: at.tolist() for g, at in groups_of(names).items()} == {
+    names = [GearMeshName.of("stage", "sun", side, i) for side in ("left", "right") for i in (1, 2)]
+    assert {g: at.tolist() for g, at in groups_of(names).items()} == {
         "stage sun left": [0, 1],
         "stage sun right": [2, 3],
     }
@@ -128,7 +129,7 @@ def test_reversed_torque_counts_as_carried():
 
 
 def test_a_stage_of_two_planets_has_no_iec_factor():
-    names = [GearMeshName("s", "ring", "", i) for i in (1, 2)]
+    names = [GearMeshName.of("s", "ring", "", i) for i in (1, 2)]
     found = sharing_coefficients(np.full((8, 2), 3.0), names, {"s": 4.0})
     assert math.isnan(found["mesh_load_factor"][0])
     assert found["load_sharing_coefficient"][:, 0].tolist() == [1.0, 1.0, 1.0]

@@ -9,7 +9,8 @@ import pytest
 
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.load import load_case
-from flexgear.solve.headlines import HEADLINES, headlines, verdicts
+from flexgear.solve.headlines import HEADLINES, headlines, plain_warnings, verdicts
+from flexgear.solve.small_motion import large_motions
 
 
 def shared(k: float) -> dict[str, Any]:
@@ -181,6 +182,9 @@ def test_deflections_are_held_to_what_is_small():
     said = found(motion_um_max={"stage.sun": 1900.0})["Deflections"]
     assert (said.level, said.figure) == ("bad", "1.9 mm of 1.8 mm")
     assert "106 % of what counts as small beside the module of 18 mm" in said.sentence
+    warnings = [*large_motions(CASE, {"stage.sun": 1.9e-3}), "something else"]
+    summary = {**SUMMARY, "motion_um_max": {"stage.sun": 1900.0}, "warnings": warnings}
+    assert len(warnings) == 2 and plain_warnings(CASE, summary) == ["something else"]
 
 
 @pytest.mark.parametrize(

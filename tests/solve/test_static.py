@@ -19,7 +19,7 @@ def test_forces_and_torques_are_those_of_the_power_flow(name):
         own = [n.group == group for n in model.gear_meshes.names]
         mean = data["gear_mesh_force"].values[:, own].mean(axis=1)
         flow = getattr(model.flow.stage(group.stage), f"{group.kind}_gear_mesh_force")
-        np.testing.assert_allclose(mean, abs(flow), rtol=1e-8, err_msg=group.label)
+        np.testing.assert_allclose(mean, abs(flow), rtol=1e-8, err_msg=group)
     for port in data.port.values:
         given = model.flow.torque[port]
         np.testing.assert_allclose(data["port_torque"].sel(port=port), given, rtol=1e-8)

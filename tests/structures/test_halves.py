@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from cheap_bodies import cheap_ring
 
-from flexgear.structures.halves import MIRROR, PLACE, both_halves, node_of_half, side_of_node
+from flexgear.model.names import NodeName
+from flexgear.structures.halves import MIRROR, PLACE, both_halves
 from flexgear.structures.kinematics import rigid_motion, rigid_rows
 from flexgear.structures.reduced import ReducedBody
 
@@ -53,8 +54,11 @@ def coordinates(half, whole, left, right):
 
 
 def test_names_say_the_half(half, whole):
-    assert node_of_half("tooth_001", "left") == "tooth_left_001"
-    assert [side_of_node(n) for n in ("tooth_right_001", "tooth_001")] == ["right", ""]
+    tooth = NodeName.of("tooth", 1, digits=3)
+    assert tooth.of_half("left") == "tooth_left_001"
+    nodes = [NodeName.parse(n) for n in ("tooth_right_012", "tooth_012", "bearing_drive")]
+    assert [n.kind for n in nodes] == ["tooth", "tooth", "bearing_drive"]
+    assert [(n.side, n.number) for n in nodes] == [("right", 12), ("", 12), ("", 0)]
     assert len(set(whole.node_names)) == 2 * len(half.node_names)
     for side, sign in (("left", -1.0), ("right", 1.0)):
         at = whole.positions[whole.node_names.index(f"bolt_{side}_01")]

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import FlexgearError
 from flexgear.model.load import load_case
+from flexgear.model.names import GearMeshName
 from flexgear.results.group_sharing import sharing_histories
-from flexgear.results.labelled_dataset import GearMeshName, labelled_dataset
+from flexgear.results.labelled_dataset import labelled_dataset
 from flexgear.views import mode_charts, sharing_charts
 from flexgear.views.campbell_chart import (
     BACKWARD,
@@ -25,8 +26,8 @@ from flexgear.views.style import planet_colour
 SAMPLES = 40
 BODIES = ["one.sun", "one.carrier", "one.planet_1", "two.pinion", "two.gear"]
 NAMES = tuple(
-    [GearMeshName("one", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)]
-    + [GearMeshName("two", "sun", "", 1)]
+    [GearMeshName.of("one", kind, "", i) for kind in ("ring", "sun") for i in (1, 2, 3)]
+    + [GearMeshName.of("two", "sun", "", 1)]
 )
 
 

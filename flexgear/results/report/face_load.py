@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from flexgear.results.face_load import group_of, misalignment_of_groups
+from flexgear.model.names import FlankName
+from flexgear.results.face_load import misalignment_of_groups
 from flexgear.results.report.parts import Row, Table
 from flexgear.results.report.wording import words
 
@@ -42,7 +43,7 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
     for variant, flanks in summary.get("face_load", {}).items():
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, one in flanks.items():
-            groups.setdefault(words(group_of(flank)), []).append(one)
+            groups.setdefault(words(FlankName.parse(flank).group), []).append(one)
         rows = [row for name, every in groups.items() for row in _rows(name, every, OF_FLANK)]
         yield Table("face", f"{variant}, equilibria, largest of the planets", rows)
         split = {n: one for n, one in flanks.items() if "misalignment_by_cause_um" in one}

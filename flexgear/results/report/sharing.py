@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from flexgear.model.names import GroupName
 from flexgear.results.report.wording import factor, titled_by_stage, window_words
 
 APART = 0.01  # by which factors in equilibria and in time differ before a sentence says why
@@ -59,14 +60,13 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
     stages: dict[str, tuple[list[float], list[float], float | None]] = {}
     halves: dict[str, dict[str, float]] = {}
     for groups, column in ((groups_of(in_time), 1), *((groups_of(g), 0) for g in static.values())):
-        for group, one in groups.items():
-            stage = stages.setdefault(group.split(" ")[0], ([], [], one["iec_61400_4"]))
+        for label, one in groups.items():
+            group = GroupName.parse(label)
+            stage = stages.setdefault(group.stage, ([], [], one["iec_61400_4"]))
             if one["instantaneous"] is not None:
                 stage[column].append(one["instantaneous"])  # type: ignore[union-attr]
-                name, _, part = group.partition(" ")
-                side = part.partition(" ")[2]  # "ring left" -> "left"
-                of_sides = halves.setdefault(name, {})
-                of_sides[side] = max(of_sides.get(side, 0.0), one["instantaneous"])
+                of_sides = halves.setdefault(group.stage, {})
+                of_sides[group.side] = max(of_sides.get(group.side, 0.0), one["instantaneous"])
     for name, (equilibria, times, assumed) in stages.items():
         if equilibria or times:
             static, dynamic = (max(found, default=None) for found in (equilibria, times))

@@ -287,7 +287,7 @@ def _accuracy(summary: Summary) -> Iterator[Table]:
             Row("frequencies looked at, up to", one.get("frequency_limit_hz"), "Hz"),
         ]
         yield Table("accuracy", f"reduction of {words(name)}", rows)
-    times = summary["timing_s"].items()  # single transients go side by side
-    whole = {name: value for name, value in times if not name.startswith("transient_")}
-    rows = [Row(TIMES.get(name, words(name)), value, "s") for name, value in whole.items()]
+    side_by_side = {f"transient_{variant}" for variant in summary["load_sharing"]["transient"]}
+    times = {n: value for n, value in summary["timing_s"].items() if n not in side_by_side}
+    rows = [Row(TIMES.get(name, words(name)), value, "s") for name, value in times.items()]
     yield Table("accuracy", "wall time", rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any, get_args
 
@@ -18,7 +18,7 @@ from flexgear.solve.headlines.motions import DEFLECTIONS, NEGLECTED, TRANSMISSIO
 from flexgear.solve.headlines.resonances import RESONANCE
 from flexgear.solve.headlines.solution import SOLUTION
 from flexgear.solve.headlines.stresses import FLANK_PRESSURE, ROOT_STRESS
-from flexgear.solve.small_motion import LARGE
+from flexgear.solve.small_motion import large_motions, motions_of_summary
 
 HEADLINES: tuple[Headline, ...] = (
     LARGEST_FORCE, LOAD_SHARING, ROOT_STRESS, FLANK_PRESSURE, BEARING_LIFE, RESONANCE, DEFLECTIONS,
@@ -70,7 +70,7 @@ def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Ve
     found = [
         _verdict(declared[own[0]["name"]], own, len(case.stages) > 1) for own in by_name.values()
     ]
-    warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(summary))
+    warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(case, summary))
     return [*found, *warnings]
 
 
@@ -107,13 +107,8 @@ def _severity(rows: list[Mapping[str, Any]]) -> Callable[[Mapping[str, Any]], fl
     return key
 
 
-def plain_warnings(summary: Mapping[str, Any]) -> list[str]:
+def plain_warnings(case: Case, summary: Mapping[str, Any]) -> list[str]:
     """Warnings that no headline says."""
     beside = {one["sentence"] for one in summary.get("neglected", ())}
-    return list(_not_said(summary["warnings"], beside))
-
-
-def _not_said(warnings: list[str], beside: set[str]) -> Iterator[str]:
-    for text in warnings:
-        if text not in beside and not text.startswith(LARGE):
-            yield text
+    beside |= {*large_motions(case, motions_of_summary(summary))}
+    return [text for text in summary["warnings"] if text not in beside]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from flexgear.model.names import NodeName
 from flexgear.results.report.wording import said, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
 
@@ -32,13 +33,12 @@ def _life(findings: Findings) -> Iterator[Answer]:
 
 def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
     """Bearings that have no life, with their loads."""
-    loads = []
+    loads, rated = [], {NodeName.parse(name).kind for name in lives}
     for key, name in LOADS.items():
         found = figures.get(key, {})
         sides = found if isinstance(found, Mapping) else {"": found}
         for side, load in sides.items():
-            label = f"{name.replace(' ', '_')}_{side}"
-            if load and not any(life.startswith(label) for life in lives):
+            if load and f"{name} {side}".strip().replace(" ", "_") not in rated:
                 at = f", {words(side)} side" if side else ""
                 loads.append(f"{name}{at} ({said(load, 'N')})")
     return f"No dynamic rating given: {', '.join(loads)}." if loads else ""

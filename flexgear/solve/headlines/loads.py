@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from flexgear.model.names import GroupName
 from flexgear.results.report.sharing import Sharing, groups_of, own_variant, sharings
 from flexgear.results.report.wording import factor, number, said, window_words, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
@@ -27,13 +28,13 @@ class _Peak:
 def _peak(findings: Findings, stage: str, figures: Mapping[str, Any], window: str) -> _Peak | None:
     nominal = findings.summary["stages"][stage]
     peaks = []
-    for group, force in figures["gear_mesh_force"].items():
-        name, _, part = group.partition(" ")
-        rated = nominal.get(f"{part.partition(' ')[0]}_gear_mesh_force_n")
-        if name == stage and rated:
+    for label, force in figures["gear_mesh_force"].items():
+        group = GroupName.parse(label)
+        rated = nominal.get(f"{group.kind}_gear_mesh_force_n")
+        if group.stage == stage and rated:
             largest = max(abs(force["max_n"]), abs(force["min_n"]))
             passes_zero = force["min_n"] * force["max_n"] <= 0.0
-            peaks.append(_Peak(largest / rated, largest, part, window, passes_zero))
+            peaks.append(_Peak(largest / rated, largest, group.part, window, passes_zero))
     return max(peaks, key=lambda p: p.ratio, default=None)
 
 
@@ -108,7 +109,7 @@ def _of_stage(findings: Findings, sharing: Sharing) -> Answer:
         (k, window)
         for window, part in _torque_drops(findings)
         for group, k in part["load_sharing"].items()
-        if k is not None and group.partition(" ")[0] == sharing.stage
+        if k is not None and GroupName.parse(group).stage == sharing.stage
     ]
     if drops:
         k, window = max(drops)

@@ -8,15 +8,12 @@ from typing import Any
 from flexgear.results.report.wording import number, said, window_words, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.neglected import EFFECTS, Length, transmission_errors
-from flexgear.solve.small_motion import CONSEQUENCE, motion_shares
+from flexgear.solve.small_motion import CONSEQUENCE, motion_shares, motions_of_summary
 
 
 def _deflections(findings: Findings) -> Iterator[Answer]:
     summary = findings.summary
-    motions_um: Mapping[str, float] = summary.get(
-        "motion_um_max", summary["transient"]["displacement_um_max"]
-    )
-    motions = {name: 1e-6 * size for name, size in motions_um.items()}
+    motions = motions_of_summary(summary)
     window = f"in equilibria and {window_words(summary['transient'])}"
     for stage, shares in motion_shares(findings.case, motions).items():
         worst = max(shares, key=lambda s: s.size / s.limit)

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from flexgear.model.names import GroupName
 from flexgear.results.report.wording import number, said, titled_by_stage, window_words, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline, Level
 from flexgear.solve.reduction_warnings import PROMISED
@@ -86,23 +87,22 @@ def _level(away: float, agrees: float, differs: float) -> Level:
 def _forces(summary: Summary) -> Iterator[Check]:
     """Mean forces of gear meshes beside those of the power flow."""
     away: dict[str, float] = {}
-    for group, force in summary["transient"]["gear_mesh_force"].items():
-        stage, _, part = group.partition(" ")
-        role = "ring" if part.startswith("ring") else "sun"
-        expected = summary["stages"][stage].get(f"{role}_gear_mesh_force_n")
+    for label, force in summary["transient"]["gear_mesh_force"].items():
+        group = GroupName.parse(label)
+        expected = summary["stages"][group.stage].get(f"{group.kind}_gear_mesh_force_n")
         if expected:
             away[group] = abs(abs(force["mean_n"]) / expected - 1.0)
     if not away:
         return
-    group = max(away, key=lambda n: away[n])
+    worst = max(away, key=lambda n: away[n])
     sentence = (
-        f"By so much the mean force of {words(group)} differs from the power flow's, "
+        f"By so much the mean force of {words(worst)} differs from the power flow's, "
         f"{window_words(summary['transient'])}."
     )
     yield Check(
-        _level(away[group], AGREES, DIFFERS),
+        _level(away[worst], AGREES, DIFFERS),
         "Mean gear-mesh force",
-        _percent(away[group]),
+        _percent(away[worst]),
         "mean forces are those of the power flow",
         sentence,
     )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from flexgear.gears.flank_pressure import pitch_point_pressure
 from flexgear.gears.geometry import stage_geometry
-from flexgear.results.face_load import group_of
+from flexgear.model.names import FlankName
 from flexgear.results.report.sharing import own_variant
 from flexgear.results.report.wording import said, words
 from flexgear.solve.headlines.declaration import Answer, Findings, Headline
@@ -29,10 +29,10 @@ def _flank_pressure(findings: Findings) -> Iterator[Answer]:
     for stage in findings.summary["stages"]:
         pressures: dict[str, float] = {}
         for flank, figures in flanks.items():
-            if flank.partition(" ")[0] == stage and "largest_contact_pressure_mpa" in figures:
-                name = group_of(flank).partition(" ")[2]
-                largest = max(pressures.get(name, 0.0), figures["largest_contact_pressure_mpa"])
-                pressures[name] = largest
+            group = FlankName.parse(flank).group
+            if group.stage == stage and "largest_contact_pressure_mpa" in figures:
+                largest = figures["largest_contact_pressure_mpa"]
+                pressures[group.part] = max(pressures.get(group.part, 0.0), largest)
         basis = "along the face, largest of the equilibria"
         if not pressures:
             view = findings.case.view(stage)

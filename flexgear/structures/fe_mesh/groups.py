@@ -113,7 +113,7 @@ def ring_groups(view: StageView) -> Groups:
     holes = [s for s in supports if s.end and s.group]
 
     def of_bands(kind: str, meaning: str) -> Family:
-        own = [s for s in supports if s.group.startswith(kind)]
+        own = [s for s in supports if s.group and s.node.kind == kind]
         places = np.array([s.place for s in own]).reshape(-1, 3)
         return Family(
             kind, meaning, tuple(s.group for s in own), places, True, f"stage.ring.fe.{kind}s"

@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from flexgear.gears.tool import PLAIN_TOOL, PlainTool, plain_tool
 from flexgear.gears.tooth import ToothGeometry
 from flexgear.model.errors import InputError
+from flexgear.model.names import NodeName
 from flexgear.structures.fe_mesh.fe_mesh import HEX_FROM_VTK, FeMesh
 from flexgear.structures.fe_mesh.ring_holes import with_bolt_holes
 from flexgear.structures.fe_mesh.ring_section import (
@@ -160,10 +161,10 @@ class RingMeshParameters:
         return abs(self.helix_rate) * self.face_width / self.tooth.pitch_angle
 
     @property
-    def bands(self) -> list[tuple[str, Band]]:
+    def bands(self) -> list[tuple[NodeName, Band]]:
         """Bands of the outer cylinder by the names of their groups."""
-        fits = [(f"fit_{k}", band) for k, band in enumerate(self.fits, 1)]
-        return fits + [(f"spline_{k}", band) for k, band in enumerate(self.splines, 1)]
+        fits = [(NodeName.of("fit", k), band) for k, band in enumerate(self.fits, 1)]
+        return fits + [(NodeName.of("spline", k), band) for k, band in enumerate(self.splines, 1)]
 
     @property
     def straight_radius(self) -> float:
@@ -233,7 +234,7 @@ class RingMeshParameters:
             tolerance = 1e-9 * width
             if not -width / 2 - tolerance <= low < high <= width / 2 + tolerance:
                 reject(
-                    f"stage.ring.fe.{name.partition('_')[0]}s",
+                    f"stage.ring.fe.{name.kind}s",
                     f"a band from {low * 1e3:.1f} to {high * 1e3:.1f} mm is not on the face of "
                     f"±{width * 5e2:.1f} mm",
                     "move it or make it narrower",
@@ -329,8 +330,7 @@ def _extrude(p: RingMeshParameters, section: RingSection, z: Array) -> FeMesh:
     for name, (low, high) in p.bands:
         inside = np.flatnonzero((middle > low) & (middle < high))
         if len(inside) == 0:
-            kind, _, number = name.partition("_")
-            key = f"stage.ring.fe.{kind}s.{int(number) - 1}"
+            key = f"stage.ring.fe.{name.kind}s.{name.number - 1}"
             raise InputError(p.where, key, "the band is too narrow", "make it wider")
         facets[name] = wall(section.outer, inside)
     for k, lines in enumerate(section.holes, p.first_bolt):
