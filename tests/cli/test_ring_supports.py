@@ -37,7 +37,7 @@ def test_run(case, tmp_path):
     out = tmp_path / "results"
     assert run(["run", case, "--no-pictures", "--out", str(out), "-q", *FAST]) == 0
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["reduction"]["ring"]["path"].startswith("cyclic: 72 sectors")
+    assert summary["reduction"]["stage.ring"]["path"].startswith("cyclic: 72 sectors")
     still = load(out / "equilibrium_without_errors.nc")
     assert "bolt_force" not in still
     force = still["bearing_force"].sel(support="stage.spline_1").to_numpy()
