@@ -17,6 +17,29 @@ TYPE_CHECKING = False  # as in typing, which takes a while to load
 if TYPE_CHECKING:
     from typing import Any
 
+    from flexgear.gears.power_flow import power_flow as power_flow
+    from flexgear.model.case import Case as Case
+    from flexgear.model.errors import FlexgearError as FlexgearError
+    from flexgear.model.errors import InputError as InputError
+    from flexgear.model.load import load_case as load_case
+    from flexgear.results.harmonics import radial_harmonics as radial_harmonics
+    from flexgear.results.stage_part import stage_part as stage_part
+    from flexgear.solve.campbell import campbell as campbell
+    from flexgear.solve.deformed import deformed as deformed
+    from flexgear.solve.deformed import mode_field as mode_field
+    from flexgear.solve.model import Model as Model
+    from flexgear.solve.model import assemble as assemble
+    from flexgear.solve.modes import modes as modes
+    from flexgear.solve.run import run as run
+    from flexgear.solve.static import static as static
+    from flexgear.solve.transient import transient as transient
+    from flexgear.studies.sweep import sweep as sweep
+    from flexgear.studies.tolerance import tolerance as tolerance
+    from flexgear.views.field_series import save_series as save_series
+    from flexgear.views.field_series import swing as swing
+    from flexgear.views.render import deformed_grid as deformed_grid
+    from flexgear.views.render import field_grid as field_grid
+
 __version__ = "0.2.0"
 
 _HOME = {
@@ -48,12 +71,18 @@ __all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
-    """A public name from the module that owns it."""
+    """A public name from the module that owns it; functions look at their arguments' types."""
     if name not in _HOME:
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(_HOME[name]), name)
+    found = getattr(import_module(_HOME[name]), name)
+    if not isinstance(found, type):
+        from flexgear.model.arguments import checked
+
+        found = checked(found, name)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:

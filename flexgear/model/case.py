@@ -77,6 +77,12 @@ class Case(Section):
         """The stage of that name."""
         return self.stages[self.stage_index(name)]
 
+    def __repr__(self) -> str:
+        stages = (f"{stage.name} ({stage.kind})" for stage in self.stages)
+        return f"<flexgear case {self.name!r}: {', '.join(stages)}>"
+
+    __str__ = __repr__
+
     @property
     def flexible_stages(self) -> dict[str, StageView]:
         """Stages with FE bodies or a shaft, by name."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ from flexgear.solve.root_stress import RootTables
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model:
     """A case put together.
 
@@ -46,6 +47,25 @@ class Model:
     ideal: bool = False
     made: ModalSystem | None = None
     with_errors: Model | None = None  # of a model without: gauges, rims and roots are those of it
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        """What a notebook shows of it."""
+        return {
+            "case": self.case.name,
+            "variant": self.variant,
+            "stages": ", ".join(stage.name for stage in self.case.stages),
+            "bodies": str(len(self.system.bodies)),
+            "coordinates": str(self.system.size),
+            "gear meshes": str(len(self.gear_meshes.names)),
+        }
+
+    def __repr__(self) -> str:
+        return f"<flexgear model, {', '.join(f'{k}: {v}' for k, v in self._facts.items())}>"
+
+    def _repr_html_(self) -> str:
+        rows = (f"<tr><th>{k}</th><td>{escape(v)}</td></tr>" for k, v in self._facts.items())
+        return f"<table>{''.join(rows)}</table>"
 
     @property
     def variant(self) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -172,9 +171,30 @@ def simulate(
     return TimedRun(memory.data if sink is None else cost.empty, span, cost.wall, cost.core)
 
 
-def transient(model: Model, duration: float | None = None, **options: Any) -> xr.Dataset:
-    """Samples of ``simulate``, which says what the options are."""
-    return simulate(model, duration=duration, **options).data
+def transient(
+    model: Model,
+    duration: float | None = None,
+    *,
+    drive: TorqueHistory | None = None,
+    torque_share: float = 1.0,
+    output_interval: float | None = None,
+    energy: bool = False,
+    fields: Sequence[str] = (),
+    progress: Progress = silent,
+    label: str = "transient",
+) -> xr.Dataset:
+    """Samples of ``simulate``, which says what the arguments are."""
+    return simulate(
+        model,
+        duration=duration,
+        drive=drive,
+        torque_share=torque_share,
+        output_interval=output_interval,
+        energy=energy,
+        fields=fields,
+        progress=progress,
+        label=label,
+    ).data
 
 
 def torque_drop(
