@@ -117,11 +117,12 @@ def test_normals_pass_through_the_pitch_point_when_the_tip_cuts(turn):
 @settings(max_examples=40, deadline=None)
 @given(teeth=st.integers(8, 40), shift=st.floats(-0.5, 0.8))
 def test_a_rack_undercuts_below_the_textbooks_shift(teeth, shift):
-    """x_min = h_f − ρ(1 − sin α) − z sin² α/2."""
+    """x_min = h_f − ρ(1 − sin α) − z sin² α/2. What is taken off grows with the third power of the
+    shift that is missing: 0.006 before it, it is less than 1e-7 of the module."""
     gear = unit(teeth, shift)
     sine = math.sin(gear.pressure_angle)
     least = gear.dedendum - gear.root_fillet * (1 - sine) - teeth * sine**2 / 2
-    if abs(shift - least) < 2e-3:
+    if abs(shift - least) < 6e-3:
         return
     root = gear.tooth().root
     assert root.freed == (shift < least)
