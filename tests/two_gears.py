@@ -14,9 +14,9 @@ from flexgear.analysis.contact_springs import row_vectors
 from flexgear.analysis.start import start_state
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
-from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import modal_system
-from flexgear.coupling.pairs import build_rows
 from flexgear.model.load import load_case
 
 TORQUE = 500.0

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.refinement import control
-from flexgear.analysis.step import advance
-from flexgear.analysis.step_arrays import Space, State, StepData
+from flexgear.analysis.kernels.refinement import control
+from flexgear.analysis.kernels.step import advance
+from flexgear.analysis.kernels.step_arrays import Space, State, StepData
 from flexgear.analysis.step_space import begin, empty_samples
-from flexgear.coupling.elements import law_functions
+from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]

@@ -14,11 +14,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.coupling.elements import Rows, pair_rows
+from flexgear.coupling.kernels.elements import Rows, pair_rows
+from flexgear.coupling.kernels.neighbours import row_stiffness
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.mode_choice import row_motions
-from flexgear.coupling.neighbours import row_stiffness
 from flexgear.coupling.pair_data import BEARING, SUPPORT, carrying_flanks
-from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]

@@ -19,15 +19,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.coast_flanks import look_at_rest
-from flexgear.analysis.contact_newton import AGREES, TOUCHING, disagree
-from flexgear.analysis.pair_loads import empty_pair_loads, note_loads
-from flexgear.analysis.static_position import CLOSURE, held, position_work, solve_position
-from flexgear.analysis.vectors import fill, put
+from flexgear.analysis.kernels.coast_flanks import look_at_rest
+from flexgear.analysis.kernels.contact_newton import AGREES, TOUCHING, disagree
+from flexgear.analysis.kernels.pair_loads import empty_pair_loads, note_loads
+from flexgear.analysis.kernels.static_position import CLOSURE, held, position_work, solve_position
+from flexgear.analysis.kernels.vectors import fill, put
 from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, ZERO, njit
-from flexgear.coupling.elements import law_functions
+from flexgear.coupling.kernels.elements import law_functions
+from flexgear.coupling.kernels.neighbours import freeze_neighbours
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.neighbours import freeze_neighbours
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import ENERGIES, LEFT_OVER
+from flexgear.analysis.kernels.energy import ENERGIES, LEFT_OVER
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]

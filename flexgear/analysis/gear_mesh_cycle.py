@@ -41,11 +41,11 @@ from flexgear.analysis.contact_springs import (
 )
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.line_loads import LineLoads, line_loads
-from flexgear.coupling.elements import Rows, packed, pair_rows
+from flexgear.coupling.kernels.elements import Rows, packed, pair_rows
+from flexgear.coupling.kernels.neighbours import between_rows
+from flexgear.coupling.kernels.pairs import build_rows, fill_rows
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.neighbours import between_rows
 from flexgear.coupling.pair_data import PairData, carrying_flanks
-from flexgear.coupling.pairs import build_rows, fill_rows
 from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]

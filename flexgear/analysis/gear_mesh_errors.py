@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.compiled import UNCOUNTED, njit
-from flexgear.coupling.elements import packed, pair_rows
+from flexgear.coupling.kernels.elements import packed, pair_rows
+from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.pair_data import PairData
-from flexgear.coupling.pairs import fill_rows
 
 Array = NDArray[np.float64]
 

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.line_loads import LineLoads, interpolated
 from flexgear.analysis.transient import Transient
-from flexgear.coupling.elements import packed, pair_rows
+from flexgear.coupling.kernels.elements import packed, pair_rows
+from flexgear.coupling.kernels.pairs import BESIDE, fill_rows
 from flexgear.coupling.pair_data import FOLLOWING, OF_LINE, PairData
-from flexgear.coupling.pairs import BESIDE, fill_rows
 
 Array = NDArray[np.float64]
 

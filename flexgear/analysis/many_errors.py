@@ -29,8 +29,14 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.static_contact import EXACT, MAX_SETS, solve_dense, solve_set, with_right
-from flexgear.analysis.static_position import (
+from flexgear.analysis.kernels.static_contact import (
+    EXACT,
+    MAX_SETS,
+    solve_dense,
+    solve_set,
+    with_right,
+)
+from flexgear.analysis.kernels.static_position import (
     CLOSURE,
     Held,
     held,
@@ -38,7 +44,7 @@ from flexgear.analysis.static_position import (
     solve_position,
 )
 from flexgear.compiled import njit
-from flexgear.coupling.elements import law_functions
+from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, rows_of_pair
 from flexgear.model.errors import FlexgearError
@@ -230,7 +236,7 @@ def _inverse(matrix, at):
 
 @njit()
 def _row_errors(gears, rows, pairs, theta, waves, n):
-    """Errors (n, J) of all rows, m: what ``coupling.pairs`` adds to a pair's row, for every set."""
+    """Errors (n, J) of all rows, m, for every set: what ``kernels.pairs`` adds to a pair's row."""
     count = waves.offset.shape[1]
     errors, steady = np.zeros((n, count)), np.zeros(count)
     last = -1

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium
 from flexgear.analysis.transient import Transient
 from flexgear.compiled import UNCOUNTED, njit
-from flexgear.coupling.elements import packed, pair_rows
+from flexgear.coupling.kernels.elements import packed, pair_rows
+from flexgear.coupling.kernels.pairs import contact_forces
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.pairs import contact_forces
 from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.springs import at_height
 from flexgear.structures.kinematics import turn

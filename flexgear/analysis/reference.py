@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.contact_springs import row_vectors
-from flexgear.analysis.step import BETA, GAMMA
+from flexgear.analysis.kernels.step import BETA, GAMMA
 from flexgear.analysis.transient import Drive
-from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import elastic_modes
 from flexgear.coupling.pair_data import carrying_flanks
-from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 

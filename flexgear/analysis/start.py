@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_newton import first_memory
-from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import Equilibrium, revolution
-from flexgear.analysis.frame_forces import rated_row
-from flexgear.analysis.machines import PORT
-from flexgear.analysis.step_arrays import State
+from flexgear.analysis.kernels.contact_newton import first_memory
+from flexgear.analysis.kernels.energy import ENERGIES
+from flexgear.analysis.kernels.frame_forces import rated_row
+from flexgear.analysis.kernels.machines import PORT
+from flexgear.analysis.kernels.step_arrays import State
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.refinement import Control, control
+from flexgear.analysis.kernels.refinement import Control, control
 
 Array = NDArray[np.float64]
 CHUNK = 4096  # ticks: handing the arrays over takes as long as some thirty steps

@@ -5,16 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import active_dofs, channels, dof_vectors
-from flexgear.analysis.contact_newton import contact_problem, law_space
-from flexgear.analysis.energy import BOOKED, ENERGIES, Ledger
-from flexgear.analysis.frame_forces import frame_data
-from flexgear.analysis.machines import packed_machines, port_space
-from flexgear.analysis.pair_loads import empty_pair_loads
-from flexgear.analysis.step import BETA, GAMMA
-from flexgear.analysis.step_arrays import ModalData, ModalSpace, Samples, Space, StepData, Work
-from flexgear.analysis.vectors import aligned, rounded_up
-from flexgear.coupling.elements import packed, pair_rows, widest
+from flexgear.analysis.kernels.active_dofs import active_dofs, channels, dof_vectors
+from flexgear.analysis.kernels.contact_newton import contact_problem, law_space
+from flexgear.analysis.kernels.energy import BOOKED, ENERGIES, Ledger
+from flexgear.analysis.kernels.frame_forces import frame_data
+from flexgear.analysis.kernels.machines import packed_machines, port_space
+from flexgear.analysis.kernels.pair_loads import empty_pair_loads
+from flexgear.analysis.kernels.step import BETA, GAMMA
+from flexgear.analysis.kernels.step_arrays import (
+    ModalData,
+    ModalSpace,
+    Samples,
+    Space,
+    StepData,
+    Work,
+)
+from flexgear.analysis.kernels.vectors import aligned, rounded_up
+from flexgear.coupling.kernels.elements import packed, pair_rows, widest
 from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]

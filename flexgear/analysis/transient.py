@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.consistent_acceleration import consistent_acceleration
-from flexgear.analysis.energy import ENERGIES
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.gained import Gained, undamped_contact
+from flexgear.analysis.kernels.energy import ENERGIES
+from flexgear.analysis.kernels.step import RUNAWAY, advance
+from flexgear.analysis.kernels.step_arrays import Samples, State, StepData
 from flexgear.analysis.start import start_state
-from flexgear.analysis.step import RUNAWAY, advance
-from flexgear.analysis.step_arrays import Samples, State, StepData
 from flexgear.analysis.step_plan import (
     Adaptive,
     FineWindow,
@@ -30,7 +30,7 @@ from flexgear.analysis.step_plan import (
     plan_segments,
 )
 from flexgear.analysis.step_space import empty_samples, step_data, work_space
-from flexgear.coupling.elements import law_functions
+from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.machines import GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import first_sizes

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.pair_data import PairData, carrying_flanks
-from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import orthonormal_rigid
 from flexgear.model.errors import InputError
 from flexgear.model.names import BodyName

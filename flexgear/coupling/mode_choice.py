@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from flexgear.coupling.elements import Rows, pair_rows
+from flexgear.coupling.kernels.elements import Rows, pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.pair_data import IntArray, carrying_flanks
-from flexgear.coupling.pairs import build_rows
 from flexgear.coupling.system import System
 from flexgear.model.errors import FlexgearError
 

@@ -30,9 +30,9 @@ is convex, and with the tip if it is a ring's. Both together have ρ_m + ρ_t = 
 The force stands normal to the mate's flank: on the tangent from P to the mate's base circle,
 turned from the line of action by ε = A − arctan(ρ(R)/r_m), |ε| ≈ d ρ_t/(r_t ρ_m). Its lever about
 the mate is r_m, about the other gear (1 − gap'(d)) r_t, because the moments of a touch that rolls
-on do no work. With the line of action kept, as ``coupling.pairs`` does since coefficients of large
-rotations must not vary, that moment is wrong by gap' ≈ 2 c d = 2 gap/d of itself: one or two
-hundredths where the gap is a tooth's deflection. As far apart are gaps with the one gear turned
+on do no work. With the line of action kept, as ``coupling.kernels.pairs`` does since coefficients
+of large rotations must not vary, that moment is wrong by gap' ≈ 2 c d = 2 gap/d of itself: one or
+two hundredths where the gap is a tooth's deflection. As far apart are gaps with the one gear turned
 and with the other.
 
 Where the pitch point lies on the path, tips move away from their mate's root beyond its ends. If

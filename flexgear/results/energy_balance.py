@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flexgear.analysis.energy import LEFT_OVER
+from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.model.errors import FlexgearError
 from flexgear.results.sinks import Ranges
 

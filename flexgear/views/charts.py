@@ -99,8 +99,8 @@ def energy_balance(dataset: xr.Dataset, residual: bool = True) -> Figure:
 
     residual = Δ(kinetic + elastic + pair_elastic) − (input − brake − damping − pair damping
     + parametric work), in percent of the peak elastic energy in the lowest panel. In the dataset
-    brake and damping work count what leaves the system (as `analysis.energy` books them); they are
-    drawn negative.
+    brake and damping work count what leaves the system (as `analysis.kernels.energy` books them);
+    they are drawn negative.
     """
     terms = [t for t in ENERGY_LABELS if f"energy_{t}" in dataset]
     if not terms:

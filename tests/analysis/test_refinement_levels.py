@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from coupled import TORQUE
 
-from flexgear.analysis.refinement import PATIENCE, after_step, choose_level, control
+from flexgear.analysis.kernels.refinement import PATIENCE, after_step, choose_level, control
 from flexgear.analysis.step_plan import Adaptive
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 

@@ -15,13 +15,13 @@ import numpy as np
 import scipy.linalg as sla
 from numba import njit
 
+from flexgear.analysis.kernels.step import BETA, GAMMA
 from flexgear.analysis.reference import damping_matrix, law
-from flexgear.analysis.step import BETA, GAMMA
 from flexgear.analysis.transient import State
-from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import carrying_flanks
-from flexgear.coupling.pairs import build_rows
 
 Array = np.ndarray
 

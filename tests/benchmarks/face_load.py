@@ -13,8 +13,8 @@ from benchmarks.stages import steady_run
 from benchmarks.timing import interleaved
 from flexgear.analysis.contact_springs import row_vectors, rows_at
 from flexgear.analysis.equilibrium import revolution
+from flexgear.coupling.kernels.neighbours import between_rows
 from flexgear.coupling.laws.slices import COUNT, FIRST
-from flexgear.coupling.neighbours import between_rows
 from flexgear.model.load import load_case
 from flexgear.solve.model import Model
 from flexgear.structures.linalg.threads import single_threaded_blas

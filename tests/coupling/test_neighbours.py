@@ -11,7 +11,7 @@ from flexgear.analysis.contact_springs import rows_at
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.gear_mesh_state import gear_mesh_stiffness
 from flexgear.analysis.line_loads import interpolated, line_loads
-from flexgear.coupling.neighbours import row_stiffness
+from flexgear.coupling.kernels.neighbours import row_stiffness
 from flexgear.coupling.pair_data import OF_LINE
 from flexgear.gears.paths import stage_paths
 from flexgear.gears.power_flow import power_flow

@@ -10,10 +10,10 @@ from trains import stage_train
 from flexgear.analysis.equilibrium import revolution
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
-from flexgear.coupling.elements import pair_rows
+from flexgear.coupling.kernels.elements import pair_rows
+from flexgear.coupling.kernels.pairs import build_rows
 from flexgear.coupling.modal import modal_system
 from flexgear.coupling.pair_data import carrying_flanks
-from flexgear.coupling.pairs import build_rows
 
 KEYS = {"amount_um": "60", "length_mm": "12", "form": '"parabolic"'}
 

@@ -7,8 +7,8 @@ import pytest
 from turning_ring import HUB, STANDS, SUPPORT, cheap, held_case, lumped
 
 from flexgear.analysis.contact_springs import springs_at
-from flexgear.analysis.energy import LEFT_OVER
 from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.mode_types import classify, members
 from flexgear.analysis.modes import modes
 from flexgear.analysis.recovery import Recovery

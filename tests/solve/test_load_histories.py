@@ -6,7 +6,7 @@ from coupled import make_bodies, make_case
 from heavy_stage import SMALL
 from trains import STAGE, STEEL, write
 
-from flexgear.analysis.energy import LEFT_OVER
+from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.transient import Collector, Drive, collected, transient
 from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system

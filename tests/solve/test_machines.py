@@ -7,7 +7,7 @@ from stage_samples import cheap_stage
 from train_contexts import put_together
 from trains import stage_train, write
 
-from flexgear.analysis.energy import LEFT_OVER
+from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.coupling.port_machines import require_free_speeds
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case

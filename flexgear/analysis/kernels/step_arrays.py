@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import ActiveDofs, Channels, DofVectors
-from flexgear.analysis.contact_newton import ContactProblem, LawSpace
-from flexgear.analysis.energy import Ledger
-from flexgear.analysis.frame_forces import FrameData
-from flexgear.analysis.machines import PortSpace
-from flexgear.analysis.pair_loads import PairLoads
-from flexgear.coupling.elements import Elements, Rows
+from flexgear.analysis.kernels.active_dofs import ActiveDofs, Channels, DofVectors
+from flexgear.analysis.kernels.contact_newton import ContactProblem, LawSpace
+from flexgear.analysis.kernels.energy import Ledger
+from flexgear.analysis.kernels.frame_forces import FrameData
+from flexgear.analysis.kernels.machines import PortSpace
+from flexgear.analysis.kernels.pair_loads import PairLoads
+from flexgear.coupling.kernels.elements import Elements, Rows
 
 Array = NDArray[np.float64]
 

@@ -24,8 +24,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.static_contact import eliminate, solve_dense
-from flexgear.analysis.vectors import (
+from flexgear.analysis.kernels.static_contact import eliminate, solve_dense
+from flexgear.analysis.kernels.vectors import (
     add_two,
     aligned,
     fill,
@@ -36,7 +36,7 @@ from flexgear.analysis.vectors import (
     two_dots,
 )
 from flexgear.compiled import FAST, INNER, PART, njit
-from flexgear.coupling.elements import places, places_of_gear_mesh, widest
+from flexgear.coupling.kernels.elements import places, places_of_gear_mesh, widest
 from flexgear.coupling.laws import BASIC, HELD_RATE_LAW, ONE_SIDED_LAW
 from flexgear.coupling.laws.basic import one_sided
 from flexgear.coupling.pair_data import PairData, deepest_gap

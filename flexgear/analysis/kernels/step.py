@@ -22,18 +22,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.analysis.active_dofs import (
+from flexgear.analysis.kernels.active_dofs import (
     add_residual,
     gather,
     gather_receptance,
     modal_forces,
     motions,
 )
-from flexgear.analysis.coast_flanks import look_after_step
-from flexgear.analysis.contact_newton import remember, solve_contact, start_guess
-from flexgear.analysis.energy import motion_before, settle
-from flexgear.analysis.frame_forces import rotating_forces, set_loads
-from flexgear.analysis.machines import (
+from flexgear.analysis.kernels.coast_flanks import look_after_step
+from flexgear.analysis.kernels.contact_newton import remember, solve_contact, start_guess
+from flexgear.analysis.kernels.energy import motion_before, settle
+from flexgear.analysis.kernels.frame_forces import rotating_forces, set_loads
+from flexgear.analysis.kernels.machines import (
     add_machines,
     carry_on,
     hold_at_instant,
@@ -41,15 +41,20 @@ from flexgear.analysis.machines import (
     moved_energy,
     tell_machines,
 )
-from flexgear.analysis.pair_loads import note_loads
-from flexgear.analysis.refinement import after_step, choose_level, step_error
-from flexgear.analysis.row_receptances import add_row, place_rows, row_receptances, row_value
-from flexgear.analysis.vectors import add, dot, fill, put
+from flexgear.analysis.kernels.pair_loads import note_loads
+from flexgear.analysis.kernels.refinement import after_step, choose_level, step_error
+from flexgear.analysis.kernels.row_receptances import (
+    add_row,
+    place_rows,
+    row_receptances,
+    row_value,
+)
+from flexgear.analysis.kernels.vectors import add, dot, fill, put
 from flexgear.compiled import FAST, INNER, PART, UNCOUNTED, njit
+from flexgear.coupling.kernels.neighbours import add_neighbours, freeze_neighbours
+from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.laws import HELD_RATE_LAW
-from flexgear.coupling.neighbours import add_neighbours, freeze_neighbours
 from flexgear.coupling.pair_data import LOAD
-from flexgear.coupling.pairs import fill_rows
 
 BETA, GAMMA = 0.25, 0.5
 LOOK = 4  # steps between two looks at unloaded flanks; twice as many while all are far

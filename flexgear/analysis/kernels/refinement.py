@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import motions
-from flexgear.analysis.row_receptances import row_value
+from flexgear.analysis.kernels.active_dofs import motions
+from flexgear.analysis.kernels.row_receptances import row_value
 from flexgear.compiled import FAST, INNER, UNCOUNTED, njit
 
 CALM = 1 / 16  # share of the tolerance below which a step counts towards a longer one

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.vectors import dot
+from flexgear.analysis.kernels.vectors import dot
 from flexgear.compiled import FAST, INNER, njit
 from flexgear.coupling.modal import ModalSystem
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.vectors import SIMD, padded
+from flexgear.analysis.kernels.vectors import SIMD, padded
 from flexgear.compiled import FAST, INNER, PART, njit
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
-from flexgear.analysis.active_dofs import channel_motion
-from flexgear.analysis.vectors import dot
+from flexgear.analysis.kernels.active_dofs import channel_motion
+from flexgear.analysis.kernels.vectors import dot
 from flexgear.compiled import INNER, PART, njit
 
 GAP = 0.3  # of the backlash: what else than the look may close until the next one

@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.active_dofs import motions
-from flexgear.analysis.row_receptances import row_value
-from flexgear.analysis.vectors import dot
+from flexgear.analysis.kernels.active_dofs import motions
+from flexgear.analysis.kernels.row_receptances import row_value
+from flexgear.analysis.kernels.vectors import dot
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed

@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 from flexgear.compiled import INNER, PART, UNCOUNTED, ZERO, as_read, njit
-from flexgear.coupling.elements import PAIR_LAWS, Rows, packed
+from flexgear.coupling.kernels.elements import PAIR_LAWS, Rows, packed
 from flexgear.coupling.laws import COUPLED_SLICES_LAW, SLICES_LAW
 from flexgear.coupling.laws.slices import COUNT, FIRST, RELAXATION
 from flexgear.coupling.pair_data import (

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.vectors import (
+from flexgear.analysis.kernels.vectors import (
     SIMD,
     add_six,
     aligned,

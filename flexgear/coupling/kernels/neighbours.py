@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.compiled import INNER, njit
-from flexgear.coupling.elements import Rows
+from flexgear.coupling.kernels.elements import Rows
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.contact_newton import LawSpace, first_memory, law_space, start_guess
-from flexgear.analysis.static_contact import (
+from flexgear.analysis.kernels.contact_newton import LawSpace, first_memory, law_space, start_guess
+from flexgear.analysis.kernels.static_contact import (
     EXACT,
     LOOSE,
     ContactSet,
@@ -29,13 +29,13 @@ from flexgear.analysis.static_contact import (
     row_values,
     solve_set,
 )
-from flexgear.analysis.vectors import dot, fill, put
+from flexgear.analysis.kernels.vectors import dot, fill, put
 from flexgear.compiled import INNER, PART, ZERO, njit
-from flexgear.coupling.elements import Elements, Rows, packed, pair_rows
+from flexgear.coupling.kernels.elements import Elements, Rows, packed, pair_rows
+from flexgear.coupling.kernels.neighbours import add_neighbours, yield_to_neighbours
+from flexgear.coupling.kernels.pairs import fill_rows
 from flexgear.coupling.modal import ModalSystem
-from flexgear.coupling.neighbours import add_neighbours, yield_to_neighbours
 from flexgear.coupling.pair_data import PairData
-from flexgear.coupling.pairs import fill_rows
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

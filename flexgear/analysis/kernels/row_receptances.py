@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgear.analysis.active_dofs import ONE, SIX, TWO, reach_of
-from flexgear.analysis.vectors import SIMD, add_six, fill, padded, put_six, put_two
+from flexgear.analysis.kernels.active_dofs import ONE, SIX, TWO, reach_of
+from flexgear.analysis.kernels.vectors import SIMD, add_six, fill, padded, put_six, put_two
 from flexgear.compiled import FAST, INNER, PART, ZERO, njit
 
 

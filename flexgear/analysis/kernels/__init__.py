@@ -1,0 +1,1 @@
+"""Loops of equilibria and time steps that are compiled, and the arrays that they take."""
