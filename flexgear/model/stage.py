@@ -317,7 +317,7 @@ class Stage(Section):
                     )
 
     def _check_clearances(self) -> None:
-        """A gear that moves by a module has lost its mates."""
+        """Bearings let no gear move by more than one module: beyond it gears lose contact."""
         supports: dict[str, Bearing | None] = {"planet_bearing": self.planet_bearing}
         for name in self.members:
             supports[f"{name}.support"] = self.member(name).support

@@ -34,7 +34,7 @@ SMALL = 0.1  # of a figure: effects up to there may be neglected without a word
 UNEVEN = 1e-3  # K above one that errors make
 ROUNDING = 1e-6  # of the largest length
 LEAST_ORDER = 2  # of a ring's shape: 0 is its size, 1 its place
-EFFECTS = {"rim": "planet rims that go oval", "pin": "pins that bend inside planets"}
+EFFECTS = {"rim": "ovalising planet rims", "pin": "pins bending inside planets"}
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def beside_lengths(
                 "stage": one.stage,
                 "value_um": 1e6 * one.value,
                 "effects_um": {name: 1e6 * size for name, size in effects.items()},
-                "sentence": f"{one.subject}, {said(one.value, 'm')}: left out are {left}.",
+                "sentence": f"{one.subject}, {said(one.value, 'm')}: the model neglects {left}.",
             }
 
 
@@ -140,9 +140,9 @@ def _beside_sharing(case: Case, flow: PowerFlow, sharing: Sharing) -> list[dict[
             "stage": sharing.stage,
             "load_sharing": k,
             "effects_um": {name: 1e6 * size for name, (size, _) in effects.items()},
-            "sentence": f"{title}, K = {factor(k)}: left out are {left}; the teeth of a planet "
-            f"give way by {_about(teeth)}, with them by up to {_about(soft)} more, so that the "
-            "load would be shared more evenly.",
+            "sentence": f"{title}, K = {factor(k)}: the model neglects {left}. The teeth of "
+            f"a planet deflect by {_about(teeth)}; these effects add up to {_about(soft)}, so that "
+            "planets share the load more evenly than computed.",
         }
     ]
 

@@ -132,20 +132,20 @@ def resonance_verdict(figures: Mapping[str, Any]) -> tuple[Level, str, str]:
     if ideal is not None:
         force = ideal["force_share"]
         level = "watch" if force is None or force >= WATCHED else "note"
-        raised = "" if force is None else f"; met exactly, it would swing {_force(force)}"
-        sentences.append(f"{_met(ideal)}, which it excites though planets are equal{raised}.")
+        raised = "" if force is None else f"; at exact resonance {_force(force)}"
+        sentences.append(f"{_met(ideal)}, which equal planets excite{raised}.")
     if other is not None:
         force = other["force_share"]
-        raised = "" if force is None else f"; one planet alone would swing {_force(force)}"
-        sentences.append(f"{_met(other)}, which takes unequal planets or run-out{raised}.")
-    counts = f"{figures['ideal']} with equal planets, {figures['errors']} only with errors"
-    text = f"Meetings within {margin} {speeds}: {counts}. {' '.join(sentences)}{unknown}"
+        raised = "" if force is None else f"; with a single planet {_force(force)}"
+        sentences.append(f"{_met(other)}, which only unequal planets or run-out excite{raised}.")
+    counts = f"{figures['ideal']} excited by equal planets, {figures['errors']} only with errors"
+    text = f"Orders within {margin} of a mode {speeds}: {counts}. {' '.join(sentences)}{unknown}"
     shown = said(rows[0]["frequency_hz"], "Hz")
     return ("watch" if level == "watch" else "note"), shown, text
 
 
 def _force(share: float) -> str:
-    return f"a gear-mesh force by {100 * share:.2g} % of its mean"
+    return f"a gear-mesh force would vary by {100 * share:.2g} % of its mean"
 
 
 def _met(row: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ def test_static_closes_and_balances(flexgear, tmp_path):
     assert (code, err) == (0, "")
     found = json.loads(text)
     assert list(found) == ["0 deg", "72 deg", "closure", "neglected"]
-    assert any("planet rims that go oval (up to 126 µm)" in x for x in found.pop("neglected"))
+    assert any("ovalising planet rims (up to 126 µm)" in x for x in found.pop("neglected"))
     assert found.pop("closure") < 1e-8
     for position in found.values():
         torques = {"stage.carrier": 4e6, "stage.sun": -4e6 * 27 / 120}

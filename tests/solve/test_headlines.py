@@ -181,7 +181,7 @@ def test_deflections_are_held_to_what_is_small():
     assert found()["Deflections"].level == "good"
     said = found(motion_um_max={"stage.sun": 1900.0})["Deflections"]
     assert (said.level, said.figure) == ("bad", "1.9 mm of 1.8 mm")
-    assert "106 % of what counts as small beside the module of 18 mm" in said.sentence
+    assert "106 % of the limit for small displacements beside the module of 18 mm" in said.sentence
     warnings = [*large_motions(CASE, {"stage.sun": 1.9e-3}), "something else"]
     summary = {**SUMMARY, "motion_um_max": {"stage.sun": 1900.0}, "warnings": warnings}
     assert len(warnings) == 2 and plain_warnings(CASE, summary) == ["something else"]
@@ -200,9 +200,9 @@ def test_checks_within_limits_are_one_line():
     said = found(reduction={"ring": {"static_error": 0.013}})
     assert said["Solution"].level == "good"
     assert said["Solution"].sentence == (
-        "Mean forces are those of the power flow; speeds are those of the power flow; forces "
-        "balance; reduced ring errs by 1.3 % in statics; 0.2 % of the energy is not accounted "
-        "for; modes that are left out err by at most 0.9 % up to 500 Hz; harmonic solution and "
+        "Mean forces agree with the power flow; speeds agree with the power flow; forces "
+        "balance; static error of the reduced ring 1.3 %; energy balance closes within 0.2 %; "
+        "error of the modal truncation at most 0.9 % up to 500 Hz; harmonic solution and "
         "transient differ by less than 0.01 % of the largest force."
     )
     assert solution(reduction={}) == {"checks within limits": "good"}
@@ -229,13 +229,13 @@ def test_the_worst_comes_first_and_warnings_last():
 
 
 def test_neglected_effects_are_one_answer():
-    text = "Ring shape, 21.3 µm: left out are planet rims that go oval (up to 111 µm)."
+    text = "Ring shape, 21.3 µm: the model neglects ovalising planet rims (up to 111 µm)."
     row = {"figure": "Ring shape", "stage": "stage", "value_um": 21.3, "effects_um": {"rim": 111.0}}
     beside = [{**row, "sentence": text}]
     said = found(neglected=beside, warnings=["something else", text])
     assert said["Neglected effects"].level == "watch"
     assert said["Neglected effects"].figure == "up to 111 µm"
-    assert "Planet rims that go oval up to 111 µm" in said["Neglected effects"].sentence
+    assert "Ovalising planet rims up to 111 µm" in said["Neglected effects"].sentence
     assert "ring shape 21.3 µm" in said["Neglected effects"].sentence
     assert said["Warning"].sentence == "something else"
     assert found()["Neglected effects"].level == "good"

@@ -33,7 +33,7 @@ def test_a_tenth_of_a_figure_is_worth_a_sentence(value, effects):
     found = sentences(value)
     assert [list(one["effects_um"]) for one in found] == ([effects] if effects else [])
     for one in found:
-        beside = f"{said(value, 'm')}: left out are planet rims that go oval (up to 126 µm)"
+        beside = f"{said(value, 'm')}: the model neglects ovalising planet rims (up to 126 µm)"
         assert beside in one["sentence"]
 
 
@@ -61,11 +61,13 @@ def test_softer_paths_stand_beside_load_sharing():
     """Rim and pin add c = δ/F to 1/k of both gear meshes: 2 × 125.6 + 2 × 19 cos 20.2° µm to
     788 kN (1/7.96 + 1/10.8) mm/GN."""
     (far, sharing) = neglected(CASE, FLOW, summary(1.02, 14.4))
-    assert far["sentence"].startswith("Largest displacement from the axis, 14.4 µm: left out are")
+    assert far["sentence"].startswith(
+        "Largest displacement from the axis, 14.4 µm: the model neglects"
+    )
     teeth = 788.28e3 * (1 / 7.955e9 + 1 / 10.79e9)
     more = 2 * RIM + 2 * PIN * math.cos(math.radians(20.1587))
     assert (
-        f"give way by {1e6 * teeth:.3g} µm, with them by up to {1e6 * more:.3g} µm more"
+        f"deflect by {1e6 * teeth:.3g} µm; these effects add up to {1e6 * more:.3g} µm"
         in (sharing["sentence"])
     )
     assert (sharing["figure"], sharing["load_sharing"]) == ("Load sharing", 1.02)

@@ -19,8 +19,8 @@ def _deflections(findings: Findings) -> Iterator[Answer]:
         worst = max(shares, key=lambda s: s.size / s.limit)
         farthest = max(shares, key=lambda s: s.size)
         sentence = (
-            f"{words(worst.body).capitalize()}, {_share(worst.size / worst.limit)} of what counts "
-            f"as small beside {worst.beside}; {window}."
+            f"{words(worst.body).capitalize()}, {_share(worst.size / worst.limit)} of the limit "
+            f"for small displacements beside {worst.beside}; {window}."
         )
         if farthest.body != worst.body:
             sentence += f" Largest: {words(farthest.body)}, {said(farthest.size, 'm')}."
@@ -57,7 +57,7 @@ def _neglected(findings: Findings) -> Iterator[Answer]:
         named = ", ".join(f"{x.subject.lower()} {said(x.value, 'm')}" for x in beside)
         sizes = ", ".join(f"{EFFECTS[n]} up to {number(x, 3)} µm" for n, x in effects.items())
         sentences = [f"{sizes[0].upper()}{sizes[1:]}."]
-        sentences += [f"More than a tenth of: {named}."] if named else []
+        sentences += [f"They exceed a tenth of: {named}."] if named else []
         sentences += [r["sentence"] for r in own if "load_sharing" in r]
         shown = f"up to {number(max(effects.values()), 3)} µm"
         yield Answer("watch", stage, max(effects.values()), shown, " ".join(sentences))

@@ -63,18 +63,17 @@ def _checks(summary: Summary) -> Iterator[Check]:
                 "good" if error <= PROMISED else "watch",
                 f"Reduced {words(name)}",
                 figure,
-                f"reduced {words(name)} errs by {figure} in statics",
+                f"static error of the reduced {words(name)} {figure}",
                 f"Static error beside the full FE mesh; up to {promised} is promised.",
             )
     residual = summary["energy_residual"]
     if residual is not None:
-        below = "less than " if residual < NEGLIGIBLE else ""
         figure = _percent(max(residual, NEGLIGIBLE))
         yield Check(
             _level(residual, BALANCED, UNBALANCED),
             "Energy balance",
             figure,
-            f"{below}{figure} of the energy is not accounted for",
+            f"energy balance closes within {figure}",
             "Of the energy in motion that work and losses do not account for.",
         )
     yield from _modes(summary)
@@ -103,7 +102,7 @@ def _forces(summary: Summary) -> Iterator[Check]:
         _level(away[worst], AGREES, DIFFERS),
         "Mean gear-mesh force",
         _percent(away[worst]),
-        "mean forces are those of the power flow",
+        "mean forces agree with the power flow",
         sentence,
     )
 
@@ -120,7 +119,7 @@ def _speeds(summary: Summary) -> Iterator[Check]:
             _level(away, AGREES, DIFFERS),
             titled_by_stage("Pins against ring", stage),
             said(speed, "r/min"),
-            "speeds are those of the power flow",
+            "speeds agree with the power flow",
             f"The power flow gives {said(expected, 'r/min')}.",
         )
 
@@ -136,7 +135,7 @@ def _modes(summary: Summary) -> Iterator[Check]:
             "watch" if estimate is None else "good",
             "Modes kept",
             f"{system['kept_modes']} up to {said(system['modes_limit_hz'], 'Hz')}",
-            f"modes that are left out err by at most {error} up to {upto}",
+            f"error of the modal truncation at most {error} up to {upto}",
             f"They do not cover the band of {upto}.",
         )
     difference = summary["harmonic"].get("largest_difference")
