@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexgear.analysis.kernels.error_positions import Waves
 from flexgear.coupling.pair_data import PairData, gap_columns
 
 Array = NDArray[np.float64]
@@ -97,19 +97,6 @@ def no_errors(base: PairData) -> ErrorSets:
         runout_amplitude=np.zeros((1, *base.runout_amplitude.shape)),
         runout_phase=np.zeros((1, *base.runout_phase.shape)),
     )
-
-
-class Waves(NamedTuple):
-    """Errors with j last, harmonics as factors of sine and cosine of the common angle."""
-
-    offset: Array  # (M, J)
-    slope: Array  # (M, J)
-    sine: Array  # (M, J)
-    cosine: Array  # (M, J)
-    gear: Array  # (M, z, J)
-    planet: Array  # (M, z_p, J)
-    runout_sine: Array  # (M, H, J)
-    runout_cosine: Array  # (M, H, J)
 
 
 def waves_of(sets: ErrorSets) -> Waves:

@@ -27,23 +27,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.equilibrium import Equilibrium, port_torques, revolution
+from flexgear.analysis.equilibrium import Equilibrium, held, port_torques, revolution
 from flexgear.analysis.error_sets import ErrorSets, no_errors, waves_of
-from flexgear.analysis.kernels.static_contact import (
-    EXACT,
-    MAX_SETS,
-    solve_dense,
-    solve_set,
-    with_right,
-)
+from flexgear.analysis.kernels.error_positions import forces_under_errors
 from flexgear.analysis.kernels.static_position import (
     CLOSURE,
     Held,
-    held,
     position_work,
-    solve_position,
 )
-from flexgear.compiled import njit
 from flexgear.coupling.kernels.elements import law_functions
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData, rows_of_pair
@@ -51,8 +42,6 @@ from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
 CHUNK = 25  # positions between two reports of progress
-ROUND_OFF = 1e-11  # of the largest force: pull below which a row counts as unloaded
-GROWTH = 1e15  # of it: gaps beyond 1e4 times the forces come from a singular choice of rows
 
 
 @dataclass(frozen=True)
@@ -108,7 +97,7 @@ def gear_mesh_forces(
     positions = (study.theta, study.torques, forward)
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
-        at = _solve_positions(laws, positions, (start, stop), study.held, waves, work, force)
+        at = forces_under_errors(laws, positions, (start, stop), study.held, waves, work, force)
         if at < stop:
             angle = study.input_angles[at, 0]
             raise FlexgearError(
@@ -137,241 +126,3 @@ def _one_by_one(
         if progress is not None:
             progress((j + 1) / len(sets))
     return force
-
-
-@njit(nogil=True)
-def _solve_positions(laws, positions, span, train, waves, work, force):
-    """Positions of a span into ``force``; the position that failed, or the end."""
-    theta, known, forward = positions
-    meshes, rows, contact = work.elements.gears.mesh, work.rows, work.contact
-    watched, out = np.ones(len(meshes), dtype=np.int64), np.zeros(len(contact.right))
-    extra = train.moved.shape[1]
-    for p in range(span[0], span[1]):
-        n, _, pairs, closure = solve_position(
-            laws, theta[p], known[p], forward[p], watched, train, work, out
-        )
-        if not closure <= CLOSURE:
-            return p
-        # what it solved is still there: the whole matrix and the right side without errors
-        q0, influence, places, loaded, residual = _eliminated(
-            contact, meshes, rows, n, extra, forward[p]
-        )
-        if not residual <= CLOSURE:
-            return p
-        errors = _row_errors(work.elements.gears, rows, pairs, theta[p], waves, n)
-        x = _base(q0, influence, places, errors)
-        _let_go(x, influence, places, loaded, errors, work, n, extra, out)
-        for a in range(len(places)):
-            force[p, rows.row[places[a]].owner] += x[a]
-    return span[1]
-
-
-@njit()
-def _eliminated(contact, meshes, rows, n, extra, forward):
-    """x_S and y_B of the gear-mesh rows under zero errors (c,), and in errors (c, c), N and N/m.
-
-    Also their rows (c,), whether in S (c,), and the residual of the inverse.
-    """
-    matrix, right = contact.matrix, contact.right
-    inside = np.empty(n + extra, dtype=np.int64)  # S, in order
-    place = np.full(n, -1, dtype=np.int64)  # of a row in S
-    places = np.empty(n, dtype=np.int64)
-    loaded = np.zeros(n, dtype=np.int64)
-    s, c = 0, 0
-    for i in range(n):
-        in_s = True
-        if rows.row[i].kind >= 0:
-            in_s = rows.row[i].sided == 0 or (meshes[rows.row[i].owner].carries == 1) == forward
-            places[c], loaded[c] = i, 1 if in_s else 0
-            c += 1
-        if in_s:
-            inside[s], place[i] = i, s
-            s += 1
-    for e in range(extra):
-        inside[s] = n + e
-        s += 1
-    inverse, residual = _inverse(matrix, inside[:s])
-    places, loaded = places[:c], loaded[:c]
-    q0, influence, entries = np.zeros(c), np.zeros((c, c)), np.empty(s)
-    for a in range(c):
-        if loaded[a] == 1:
-            entries[:] = inverse[place[places[a]]]
-        else:
-            entries[:] = 0.0
-            for b in range(s):
-                entries += matrix[places[a], inside[b]] * inverse[b]
-            q0[a] = -right[places[a]]
-            influence[a, a] = -rows.row[places[a]].stiffness
-        for b in range(s):
-            q0[a] += entries[b] * right[inside[b]]
-        for b in range(c):
-            if loaded[b] == 1:
-                influence[a, b] = entries[place[places[b]]] * rows.row[places[b]].stiffness
-    return q0, influence, places, loaded, residual
-
-
-@njit()
-def _inverse(matrix, at):
-    """Inverse of matrix[at, at], scaled as forces and motions have other units; its residual."""
-    s = len(at)
-    a = np.empty((s, s))
-    for i in range(s):
-        for j in range(s):
-            a[i, j] = matrix[at[i], at[j]]
-    by_row, by_column = np.empty(s), np.empty(s)
-    # columns first: rigid motions are large beside forces, and would drown them in every row
-    for j in range(s):
-        by_column[j] = 1.0 / max(np.abs(a[:, j]).max(), 1e-300)
-        a[:, j] *= by_column[j]
-    for i in range(s):
-        by_row[i] = 1.0 / max(np.abs(a[i]).max(), 1e-300)
-        a[i] *= by_row[i]
-    inverse = np.linalg.inv(a)
-    residual = np.abs(a @ inverse - np.eye(s)).max()
-    for i in range(s):
-        for j in range(s):
-            inverse[i, j] *= by_column[i] * by_row[j]
-    return inverse, residual
-
-
-@njit()
-def _row_errors(gears, rows, pairs, theta, waves, n):
-    """Errors (n, J) of all rows, m, for every set: what ``kernels.pairs`` adds to a pair's row."""
-    count = waves.offset.shape[1]
-    errors, steady = np.zeros((n, count)), np.zeros(count)
-    last = -1
-    for q in range(pairs):
-        pair = rows.pair[q]
-        m, row, share = pair.mesh, pair.row, pair.share
-        if m != last:
-            last = m
-            steady[:] = waves.offset[m]
-            for h in range(gears.runout.shape[1]):
-                angle = gears.runout[m, h].rate * theta[gears.runout[m, h].angle]
-                sine, cosine = np.sin(angle), np.cos(angle)
-                for j in range(count):
-                    steady[j] += sine * waves.runout_sine[m, h, j]
-                    steady[j] += cosine * waves.runout_cosine[m, h, j]
-        angle = 2 * np.pi * pair.s / gears.mesh[m].pitch
-        sine, cosine = np.sin(angle), np.cos(angle)
-        tooth, other = pair.tooth, pair.planet_tooth
-        for j in range(count):
-            error = steady[j] + sine * waves.sine[m, j] + cosine * waves.cosine[m, j]
-            error += waves.gear[m, tooth, j] + waves.planet[m, other, j]
-            error += waves.slope[m, j] * pair.z
-            errors[row, j] += share * error
-    return errors
-
-
-@njit()
-def _base(q0, influence, places, errors):
-    """x_S and y_B (c, J) under errors (n, J)."""
-    c, count = len(q0), errors.shape[1]
-    x = np.empty((c, count))
-    for a in range(c):
-        x[a] = q0[a]
-        for b in range(c):
-            factor = influence[a, b]
-            if factor != 0.0:
-                for j in range(count):
-                    x[a, j] += factor * errors[places[b], j]
-    return x
-
-
-@njit()
-def _let_go(x, influence, places, loaded, errors, work, n, extra, out):
-    """Turn x_S and y_B (c, J) into forces: those of S, and 0 in B where nothing parts."""
-    (c, count), rows, active = x.shape, work.rows, work.contact.active
-    wrong = np.zeros(count, dtype=np.int64)
-    for a in range(c):
-        if rows.row[places[a]].sided == 1:
-            for j in range(count):
-                if not x[a, j] >= 0.0:
-                    wrong[j] = 1
-    w = np.empty(c)
-    for j in range(count):
-        if wrong[j] == 0:
-            for a in range(c):
-                if loaded[a] == 0:
-                    x[a, j] = 0.0
-            continue
-        w[:] = x[:, j]
-        chosen, settled = _complement(influence, places, loaded, rows, w, False)
-        if not settled:
-            w[:] = x[:, j]
-            chosen, settled = _complement(influence, places, loaded, rows, w, True)
-        for a in range(c):
-            active[places[a]] = 1 if loaded[a] == 1 and chosen[a] == 0 else 0
-            if loaded[a] == 0:
-                settled = settled and w[a] >= 0.0
-                w[a] = 0.0
-        if not settled:
-            _solve_whole(places, errors[:, j], n, extra, work, out, w)
-        for a in range(c):
-            x[a, j] = w[a]
-
-
-@njit()
-def _solve_whole(places, errors, n, extra, work, out, w):
-    """Forces (c,) from the whole problem under errors (n,) of its rows; work holds it and the guess
-    of loaded rows."""
-    rows, right = work.rows, work.contact.right.copy()
-    contact = with_right(work.contact, right)
-    for i in range(n):
-        if rows.row[i].kind < 0:
-            contact.active[i] = 1
-        else:
-            right[i] += rows.row[i].stiffness * errors[i]
-    share = -1.0
-    for first in (EXACT, 0):  # all at once, else by continuation
-        if share < 0.0:
-            share = solve_set(contact, n, extra, out, first, EXACT)
-    for a in range(len(w)):
-        w[a] = out[places[a]] if share >= 0.0 else np.nan
-
-
-@njit()
-def _complement(influence, places, loaded, rows, w, careful):
-    """Let go what pulls among rows of S; w (c,): x_S and y_B before and after. Which, and whether
-    that settled.
-
-    All wrong rows change sides at once, or careful only the first (Murty's rule), which cannot
-    cycle and leaves a planet that carries nothing its last row, without force.
-    """
-    c = len(w)
-    q, chosen = w.copy(), np.zeros(c, dtype=np.int64)
-    index, z, small = np.empty(c, dtype=np.int64), np.empty(c), np.empty((c, c))
-    least = -ROUND_OFF * np.abs(q).max()
-    for _ in range(4 * MAX_SETS if careful else MAX_SETS):
-        m = 0
-        for i in range(c):
-            if chosen[i] == 1:
-                index[m], z[m] = i, -q[i]
-                m += 1
-        for b in range(m):
-            k = rows.row[places[index[b]]].stiffness
-            for a in range(m):
-                small[a, b] = influence[index[a], index[b]] / k
-        if not solve_dense(small, z, m) or not np.abs(z[:m]).sum() < -GROWTH * least:
-            return chosen, False
-        w[:] = q
-        for a in range(m):
-            given = z[a] / rows.row[places[index[a]]].stiffness
-            for i in range(c):
-                w[i] += influence[i, index[a]] * given
-        wrong, m = 0, 0
-        for i in range(c):
-            bad = loaded[i] == 1 and not w[i] >= least
-            if chosen[i] == 1:
-                w[i], bad = 0.0, not z[m] >= least
-                m += 1
-            elif loaded[i] == 1:
-                w[i] = max(w[i], 0.0)
-            if bad:
-                wrong += 1
-                chosen[i] = 1 - chosen[i]
-                if careful:
-                    break
-        if wrong == 0:
-            return chosen, True
-    return chosen, False

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexgear.analysis.equilibrium import Equilibrium
+from flexgear.analysis.kernels.rows_at_angles import all_forces
 from flexgear.analysis.transient import Transient
-from flexgear.compiled import UNCOUNTED, njit
 from flexgear.coupling.kernels.elements import packed, pair_rows
-from flexgear.coupling.kernels.pairs import contact_forces
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import RotatingFrameSupport
 from flexgear.model.springs import at_height
@@ -30,21 +29,12 @@ Result = Equilibrium | Transient
 BLOCK = 128  # samples over which few of a ring's teeth carry load
 
 
-@njit(**UNCOUNTED)
-def _all_forces(elements, rows, angles, active_flanks, loads, out):
-    """Forces of contact rows on the blocks; ``out`` (t, n_c) starts with them."""
-    pair_load, far_load, other_load = loads
-    for t in range(angles.shape[0]):
-        own = (pair_load[t], far_load[t], other_load[t])
-        contact_forces(elements, rows, angles[t], active_flanks[t], own, out[t])
-
-
 def channel_forces(result: Result) -> Array:
     """Forces on the channels (t, n_c): contact blocks, then torques on the ports."""
     modal = result.modal
     pairs, ports = modal.system.pairs, len(modal.system.ports)
     out = np.zeros((len(result.theta), len(modal.channels)))
-    _all_forces(
+    all_forces(
         packed(pairs),
         pair_rows(pairs),
         result.theta,

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from flexgear.analysis.equilibrium import Equilibrium, revolution
 from flexgear.analysis.kernels.contact_newton import first_memory
 from flexgear.analysis.kernels.energy import ENERGIES
-from flexgear.analysis.kernels.frame_forces import rated_row
 from flexgear.analysis.kernels.machines import PORT
 from flexgear.analysis.kernels.step_arrays import State
+from flexgear.analysis.step_space import rated_row
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.system import System

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from flexgear.analysis.kernels.active_dofs import active_dofs, channels, dof_vectors
+from flexgear.analysis.kernels.active_dofs import AT_ONCE, COUNTS, ActiveDofs, Channels, DofVectors
 from flexgear.analysis.kernels.contact_newton import contact_problem, law_space
 from flexgear.analysis.kernels.energy import BOOKED, ENERGIES, Ledger
-from flexgear.analysis.kernels.frame_forces import frame_data
-from flexgear.analysis.kernels.machines import packed_machines, port_space
+from flexgear.analysis.kernels.frame_forces import FrameData
+from flexgear.analysis.kernels.machines import BRAKE, CONTROLLER, MACHINE, SPEED, port_space
 from flexgear.analysis.kernels.pair_loads import empty_pair_loads
 from flexgear.analysis.kernels.step import BETA, GAMMA
 from flexgear.analysis.kernels.step_arrays import (
@@ -20,11 +23,16 @@ from flexgear.analysis.kernels.step_arrays import (
     StepData,
     Work,
 )
-from flexgear.analysis.kernels.vectors import aligned, rounded_up
+from flexgear.analysis.kernels.vectors import SIMD, aligned, rounded_up
+from flexgear.coupling.action_lines import action_lines, covered
 from flexgear.coupling.kernels.elements import packed, pair_rows, widest
+from flexgear.coupling.machines import Brake, Controller, GivenSpeed
 from flexgear.coupling.modal import ModalSystem
+from flexgear.coupling.pair_data import PairData
+from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def step_data(modal: ModalSystem, sizes: float | Array) -> StepData:
@@ -106,3 +114,96 @@ def empty_samples(modal: ModalSystem, count: int) -> Samples:
         active_flanks=np.zeros((count, len(system.pairs.s0)), dtype=np.int64),
         pairs=empty_pair_loads(system.pairs, count),
     )
+
+
+def channels(modal: ModalSystem, h: Array, inverse: Array, beta: float) -> Channels:
+    """Channels of a system for steps of the sizes h (L,) s with D = ``inverse`` (L, n)."""
+    ports, count = len(modal.system.ports), len(modal.system.pairs.s0)
+    own = len(modal.channels) - ports
+    lines = action_lines(modal.system.pairs, own // 6)
+    p = np.vstack([modal.channel_modes, lines @ modal.channel_modes[:own]])
+    across = lines @ modal.residual[:own]
+    residual = np.block([[modal.residual, across.T], [across, across[:, :own] @ lines.T]])
+    displacement = np.empty((len(h), *residual.shape))
+    for level, size in enumerate(h):
+        np.matmul(p * (beta * size**2 * inverse[level]), p.T, out=displacement[level])
+        displacement[level] += residual
+    modes = np.zeros((len(p), rounded_up(p.shape[1])))
+    modes[:, : p.shape[1]] = p
+    first = np.concatenate([np.arange(0, own, 6), own + ports + 2 * np.arange(count)])
+    return Channels(modes, _spans(p), displacement, np.ascontiguousarray(residual), first)
+
+
+def _spans(p: Array) -> IntArray:
+    """Ranges of modes that hold all that are not zero, in multiples of SIMD."""
+    moves = p != 0.0
+    first = np.where(moves.any(axis=1), moves.argmax(axis=1), 0)
+    stop = np.where(moves.any(axis=1), p.shape[1] - moves[:, ::-1].argmax(axis=1), 0)
+    return np.column_stack([first - first % SIMD, stop + -stop % SIMD]).astype(np.int64)
+
+
+def active_dofs(modal: ModalSystem, sizes: int) -> ActiveDofs:
+    """Empty work space for so many step sizes."""
+    pairs, ports, modes = modal.system.pairs, len(modal.system.ports), modal.modes.shape[1]
+    blocks = (len(modal.channels) - ports) // 6
+    room = ports + 2 * len(pairs.s0) + 6 * _most_blocks(pairs, blocks) + AT_ONCE
+    counts = np.zeros(1, dtype=COUNTS)
+    counts["ports"], counts["blocks"] = ports, blocks
+    return ActiveDofs(
+        counts=counts,
+        channel=np.zeros(room, dtype=np.int64),
+        place=np.full(blocks + len(pairs.s0), -1, dtype=np.int64),
+        modes=aligned(room, rounded_up(modes)),
+        span=np.zeros((room, 2), dtype=np.int64),
+        receptance=aligned(sizes, room, rounded_up(2 * room)),
+        reach=np.zeros((room, 2), dtype=np.int64),
+        gathered=np.zeros(sizes, dtype=np.int64),
+    )
+
+
+def _most_blocks(pairs: PairData, blocks: int) -> int:
+    """Blocks that rows of one step and of the one before may act on beyond lines of action."""
+    teeth = 2 * pairs.slots * int(pairs.per_tooth.sum())
+    beyond = int((covered(pairs) == 1).sum())
+    several = (pairs.support_block, pairs.bearing_block, pairs.load_block)
+    return min(blocks, teeth + beyond + sum(np.asarray(s).size for s in several))
+
+
+def dof_vectors(active: ActiveDofs) -> DofVectors:
+    """Work space beside ``active``."""
+    room, counts = len(active.channel), active.counts[0]
+    head = counts["ports"] + 2 * (len(active.place) - counts["blocks"]) + 1
+    free, free_rate, force, motion, before = np.zeros((5, room))
+    image, of_line = aligned(rounded_up(2 * room)), aligned(rounded_up(2 * head))
+    return DofVectors(free, free_rate, force, motion, before, image, of_line)
+
+
+def frame_data(modal: ModalSystem) -> FrameData:
+    """Of a system at its rated speed."""
+    if not modal.gyroscopic.size:
+        return FrameData(modal.gyroscopic, modal.centripetal, np.zeros(0))
+    return FrameData(modal.gyroscopic, modal.centripetal, rated_row(modal))
+
+
+def rated_row(modal: ModalSystem) -> Array:
+    """Row (n,) of the share of rated speed; zero for a train rated at rest."""
+    rolling = modal.rolling @ modal.system.rated_input_speeds
+    size = float(rolling @ rolling)
+    return np.asarray(rolling / size if size else rolling)
+
+
+def packed_machines(system: System) -> Any:
+    """Records (P,) MACHINE of the ports."""
+    out = np.zeros(len(system.ports), dtype=MACHINE)
+    for record, machine in zip(out, system.machines, strict=True):
+        record["least"], record["most"] = -math.inf, math.inf
+        if isinstance(machine, Brake):
+            record["kind"], record["torque"] = BRAKE, machine.rated_torque
+            record["speed"], record["exponent"] = machine.rated_speed, machine.exponent
+        elif isinstance(machine, Controller):
+            record["kind"], record["proportional"] = CONTROLLER, machine.proportional
+            record["integral"] = machine.integral
+            record["least"], record["most"] = machine.least, machine.most
+        elif isinstance(machine, GivenSpeed):
+            record["kind"] = SPEED
+    return out

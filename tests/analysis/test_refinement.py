@@ -5,7 +5,8 @@ import pytest
 from coupled import TORQUE
 from error_samples import random_sets
 
-from flexgear.analysis.equilibrium import CLOSURE, revolution
+from flexgear.analysis.equilibrium import revolution
+from flexgear.analysis.kernels.static_position import CLOSURE
 from flexgear.coupling.modal import modal_system
 
 

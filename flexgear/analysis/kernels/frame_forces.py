@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from flexgear.analysis.kernels.vectors import dot
 from flexgear.compiled import FAST, INNER, njit
-from flexgear.coupling.modal import ModalSystem
 
 Array = NDArray[np.float64]
 
@@ -30,20 +29,6 @@ class FrameData(NamedTuple):
     gyroscopic: Array  # (n, n) G at rated speed
     centripetal: Array  # (n, n) C at rated speed
     rated: Array  # (n,) v_r / v_rᵀ v_r
-
-
-def frame_data(modal: ModalSystem) -> FrameData:
-    """Of a system at its rated speed."""
-    if not modal.gyroscopic.size:
-        return FrameData(modal.gyroscopic, modal.centripetal, np.zeros(0))
-    return FrameData(modal.gyroscopic, modal.centripetal, rated_row(modal))
-
-
-def rated_row(modal: ModalSystem) -> Array:
-    """Row (n,) of the share of rated speed; zero for a train rated at rest."""
-    rolling = modal.rolling @ modal.system.rated_input_speeds
-    size = float(rolling @ rolling)
-    return np.asarray(rolling / size if size else rolling)
 
 
 @njit(**INNER, fastmath=FAST)

@@ -14,8 +14,7 @@ It stands while the torque is at a limit that the error pushes against.
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,6 @@ from flexgear.analysis.kernels.row_receptances import row_value
 from flexgear.analysis.kernels.vectors import dot
 from flexgear.compiled import INNER, njit
 from flexgear.coupling.laws import HELD_RATE_LAW, LINEAR_RATE_LAW
-from flexgear.coupling.machines import Brake, Controller, GivenSpeed
-from flexgear.coupling.system import System
 
 Array = NDArray[np.float64]
 STICK = 1e-3  # share of rated speed below which a constant brake torque fades
@@ -46,23 +43,6 @@ class PortSpace(NamedTuple):
     given: Array  # torques that are given, zero at the other ports, N·m
     torque: Array  # torques of all, N·m
     guess: Array  # extrapolated speeds, rad/s
-
-
-def packed_machines(system: System) -> Any:
-    """Records (P,) MACHINE of the ports."""
-    out = np.zeros(len(system.ports), dtype=MACHINE)
-    for one, machine in zip(out, system.machines, strict=True):
-        one["least"], one["most"] = -math.inf, math.inf
-        if isinstance(machine, Brake):
-            one["kind"], one["torque"] = BRAKE, machine.rated_torque
-            one["speed"], one["exponent"] = machine.rated_speed, machine.exponent
-        elif isinstance(machine, Controller):
-            one["kind"], one["proportional"] = CONTROLLER, machine.proportional
-            one["integral"] = machine.integral
-            one["least"], one["most"] = machine.least, machine.most
-        elif isinstance(machine, GivenSpeed):
-            one["kind"] = SPEED
-    return out
 
 
 def port_space(count: int) -> PortSpace:

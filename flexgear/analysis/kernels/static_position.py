@@ -34,7 +34,6 @@ from flexgear.compiled import INNER, PART, ZERO, njit
 from flexgear.coupling.kernels.elements import Elements, Rows, packed, pair_rows
 from flexgear.coupling.kernels.neighbours import add_neighbours, yield_to_neighbours
 from flexgear.coupling.kernels.pairs import fill_rows
-from flexgear.coupling.modal import ModalSystem
 from flexgear.coupling.pair_data import PairData
 
 Array = NDArray[np.float64]
@@ -68,27 +67,6 @@ class PositionWork(NamedTuple):
     delta: Array  # (2, R) δ at the solution, and no rate
     channels: Array  # (3, n_c) motion and forces at the solution, work
     local: tuple[IntArray, IntArray, IntArray]  # place, blocks, reach: see ``local_blocks``
-
-
-def held(modal: ModalSystem) -> Held:
-    """The train's answer at rest from its modes and residual flexibility."""
-    system, r = modal.system, modal.rigid_count
-    elastic, omega2 = slice(r, None), modal.omega[r:] ** 2
-    rigid, flexibility = modal.channel_modes[:, :r], modal.static_receptance()
-    follow = (modal.input_rows[:, elastic] / omega2) @ modal.channel_modes[:, elastic].T
-    rotations = follow + system.input_rows @ modal.residual_motion
-    at = len(rigid) - len(system.ports) + system.reactions
-    balance = np.hstack([rigid, -rotations.T])
-    corner = np.zeros((balance.shape[1], balance.shape[1]))
-    corner[r:, :r] = modal.input_rows[:, :r]
-    corner[:, r:] = balance[at].T
-    return Held(
-        flexibility=np.ascontiguousarray(flexibility),
-        moved=np.hstack([rigid, -flexibility[:, at]]),
-        balance=balance,
-        corner=corner,
-        reactions=system.reactions,
-    )
 
 
 def position_work(pairs: PairData, train: Held, ports: int) -> PositionWork:
