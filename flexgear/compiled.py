@@ -32,7 +32,15 @@ from flexgear.files.cache_folder import cache_directory
 from flexgear.model.errors import FlexgearWarning
 
 UNCOMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-SOURCES = ("compiled.py", "analysis", "coupling", "structures/linalg", "structures/cyclic")
+SOURCES = (  # of what is compiled, and of the named tuples and constants that it takes
+    "compiled.py",
+    "analysis/kernels",
+    "coupling/kernels",
+    "coupling/laws",
+    "coupling/pair_data.py",
+    "structures/linalg",
+    "structures/cyclic/projection.py",
+)
 ROOM = 2**26  # bytes that the machine code of all loops takes at most
 MOST_FOLDERS = 4  # of earlier sources that are kept: of other versions, and of edits
 SAID = "FLEXGEAR_COMPILES_IN_MEMORY"  # environment variable: a program of the same tree warned

@@ -1,5 +1,9 @@
 """Machine code of loops is kept for the content of all that it was made of."""
 
+import ast
+import importlib
+import inspect
+import re
 import shutil
 import subprocess
 import sys
@@ -51,7 +55,8 @@ def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     cache = copied / "cache"
     assert ran(copied, cache)[:3] == ["3.0", "True", "0"]
     kept = list((cache / "compiled").iterdir())
-    (copied / "flexgear" / "gears" / "power_flow.py").open("a").write("\n# edited\n")
+    for edited in ("gears/power_flow.py", "coupling/system.py", "analysis/equilibrium.py"):
+        (copied / "flexgear" / edited).open("a").write("\n# edited\n")
     ran(copied, cache)
     assert list((cache / "compiled").iterdir()) == kept
     basic = copied / "flexgear" / "coupling" / "laws" / "basic.py"
@@ -62,11 +67,41 @@ def test_an_edit_of_any_source_of_loops_compiles_anew_and_no_other_does(copied):
     assert len(list((cache / "compiled").iterdir())) == 2
 
 
+def is_source(file, sources=SOURCES):
+    return file.relative_to(ROOT).as_posix().startswith(sources)
+
+
 def test_all_that_is_compiled_is_among_the_sources():
-    compiled = {p for p in ROOT.rglob("*.py") if "@njit" in p.read_text("utf-8")}
-    within = {p for p in compiled if p.relative_to(ROOT).as_posix().startswith(SOURCES)}
-    assert compiled == within
-    assert len(compiled) > 15
+    compiled = [
+        file for file in ROOT.rglob("*.py")
+        if re.search(r"^@(njit|compiled_law)|= njit\(", file.read_text("utf-8"), re.MULTILINE)
+    ]  # fmt: skip
+    assert [file for file in compiled if not is_source(file)] == []
+    assert len(compiled) > 25
+
+
+def data_from_elsewhere(file, sources):
+    """Constants, named tuples and modules that a file imports from flexgear's files which are no
+    sources; functions and other classes are no part of machine code."""
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if not isinstance(node, ast.ImportFrom) or not node.module.startswith("flexgear"):
+            continue
+        module = importlib.import_module(node.module)
+        for alias in node.names:
+            value = getattr(module, alias.name)
+            origin = value if inspect.ismodule(value) else module
+            data = not callable(value) or (isinstance(value, type) and issubclass(value, tuple))
+            if data and not is_source(Path(origin.__file__), sources):
+                yield f"{node.module}.{alias.name} in {file.relative_to(ROOT)}"
+
+
+def test_data_of_compiled_functions_is_among_the_sources():
+    files = [file for file in ROOT.rglob("*.py") if is_source(file)]
+    assert [text for file in files for text in data_from_elsewhere(file, SOURCES)] == []
+    fewer = tuple(source for source in SOURCES if source != "coupling/pair_data.py")
+    missed = [text for file in files for text in data_from_elsewhere(file, fewer)]
+    assert "flexgear.coupling.pair_data.LOAD in analysis/kernels/step.py" in missed
+    assert "flexgear.coupling.pair_data.PairData in coupling/kernels/elements.py" in missed
 
 
 @pytest.mark.parametrize("limit", ["pass", NO_ROOM])
