@@ -54,7 +54,7 @@ def plan_segments(
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Step sizes chosen by an error estimate (``refinement``).
+    """Step sizes chosen by an error estimate (``kernels.refinement``).
 
     tolerance: error of a pair's load that one step may make, as a share of the largest load at
     rated torque; shortest, longest: s. Sizes are the longest one halved some times.

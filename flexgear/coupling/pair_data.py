@@ -3,7 +3,7 @@
 A *gear mesh* m is one planet against ring or sun (one flank, one half of a double-helical stage).
 Blocks are 6-dof nodes. Besides gear meshes there are supports that turn against a frame, bearings
 with a law of their own (``laws``), and forces given from outside. Compiled loops read the same data
-as records (``elements``); how rows follow from them: ``pairs``.
+as records (``kernels.elements``); how rows follow from them: ``kernels.pairs``.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Everything that does not change with the carrier angle is in ``mass`` and ``stiffness``: bodies,
 bearings, bolts, spline. Gear meshes and supports that are not invariant to rotation are rows of
-``pairs`` and enter every solve through the contact blocks.
+``kernels.pairs`` and enter every solve through the contact blocks.
 """
 
 from __future__ import annotations
