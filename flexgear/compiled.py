@@ -100,8 +100,8 @@ def code_folder() -> Path | None:
 
 
 def fingerprint() -> str:
-    """SHA-256 of all sources that anything is compiled from."""
-    root, digest = Path(__file__).parent, hashlib.sha256()
+    """SHA-256 of all sources that anything is compiled from, and of how much it is optimised."""
+    root, digest = Path(__file__).parent, hashlib.sha256(f"{numba.config.OPT}\n".encode())
     for source in SOURCES:
         path = root / source
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

@@ -3,13 +3,12 @@
 In CI the examples are the same at every call: what is merged is not judged by a throw of dice.
 Everywhere else they are new ones; what they find is a fault all the same.
 
-Loops are compiled at the level of the commands, whose code is kept and taken from there; each of
-the tests' processes has one thread for products of matrices, or they get in each other's way.
+Compiled loops are taken from the cache of the commands; each of the tests' processes has one
+thread for products of matrices, or they get in each other's way.
 """
 
 import os
 
-os.environ.setdefault("NUMBA_OPT", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 

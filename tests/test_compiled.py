@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+import os
 import re
 import shutil
 import subprocess
@@ -115,3 +116,15 @@ def test_without_room_code_is_compiled_in_memory_and_it_is_said_once(tmp_path, l
 
 def test_functions_of_others_are_kept_where_numba_keeps_them(tmp_path):
     assert ran(ROOT.parent, tmp_path)[3:] == []  # numba's own setting is as empty as before
+
+
+def test_code_of_another_level_of_optimisation_is_kept_apart():
+    code = "from flexgear.compiled import fingerprint; print(fingerprint())"
+    prints = {
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+            env={**os.environ, "NUMBA_OPT": level},
+        ).stdout
+        for level in ("1", "3")
+    }  # fmt: skip
+    assert len(prints) == 2

@@ -6,22 +6,18 @@ Nothing heavy is imported here: a signal that comes before ``main`` begins ends 
 from __future__ import annotations
 
 import os
-import signal
 
-from flexgear.files import STOPPING
+from flexgear.cli.stopping import STOPPED, on_stop
 
 TYPE_CHECKING = False  # as in typing, which takes longer to load than all the rest here
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from types import FrameType
 
 __all__ = ["main"]
-STOPPED = "stopped; nothing half-written was left"
-# What libraries read when they are imported. Steps take up to 4 % longer for the lower level of
-# compilation, and it takes a seventh less. Matrices are small: threads of one product wait for one
-# another, and both processors have other work.
+# What libraries read when they are imported. Matrices are small: threads of one product wait for
+# one another, and both processors have other work.
 SETTINGS = {
-    "NUMBA_OPT": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "VECLIB_MAXIMUM_THREADS": "1",
@@ -36,15 +32,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from flexgear.cli import entry
 
     entry.main(arguments)
-
-
-def on_stop(handler: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
-    """Set what happens at the signals that stop a run; those that are ignored, as under nohup or
-    in a shell's background, stay so."""
-    for name in STOPPING:
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, handler)
 
 
 def _leave(number: int, frame: FrameType | None) -> None:

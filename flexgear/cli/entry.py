@@ -20,8 +20,8 @@ from typing import Any, TextIO
 
 import typer
 
-from flexgear.cli import STOPPED, on_stop
 from flexgear.cli.commands import Commands, is_compiled
+from flexgear.cli.stopping import STOPPED, on_stop
 from flexgear.model.errors import FlexgearError, FlexgearWarning, InputError, shortened
 
 INTERRUPTED = 130
