@@ -76,13 +76,13 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'flexgear' has no attribute {name!r}")
     from importlib import import_module
 
-    found = getattr(import_module(_HOME[name]), name)
-    if not isinstance(found, type):
+    attribute = getattr(import_module(_HOME[name]), name)
+    if not isinstance(attribute, type):
         from flexgear.model.arguments import checked
 
-        found = checked(found, name)
-    globals()[name] = found
-    return found
+        attribute = checked(attribute, name)
+    globals()[name] = attribute
+    return attribute
 
 
 def __dir__() -> list[str]:

@@ -61,9 +61,9 @@ class FlankCycle:
 
 
 def _harmonics(values: Array) -> NDArray[np.complex128]:
-    found = np.fft.rfft(values, axis=0) / len(values)
-    found[1:] *= 2.0
-    return found
+    coefficients = np.fft.rfft(values, axis=0) / len(values)
+    coefficients[1:] *= 2.0
+    return coefficients
 
 
 @dataclass(frozen=True)
@@ -97,13 +97,13 @@ def springs_at(system: System, input_angles: Array | float = 0.0) -> ContactSpri
 
 def other_springs(system: System, rows: Rows, n: int) -> dict[int, Springs]:
     """Springs of the supports and bearings among the first n rows, with nominal stiffness."""
-    found = {}
+    springs = {}
     for kind in (SUPPORT, BEARING):
         at = np.flatnonzero(rows.kind[:n] == kind)
         if len(at):
             vectors = row_vectors(system, rows, n)[at]
-            found[kind] = Springs(vectors, np.diag(rows.stiffness[at]))
-    return found
+            springs[kind] = Springs(vectors, np.diag(rows.stiffness[at]))
+    return springs
 
 
 def rows_at(system: System, input_angles: float | Array = 0.0) -> tuple[Rows, int]:

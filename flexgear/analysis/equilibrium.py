@@ -137,7 +137,7 @@ def revolution(
     modes = (np.ascontiguousarray(modal.channel_modes[:, r:]), modal.omega[r:] ** 2)
     out = np.zeros(len(work.contact.right))
     loads = empty_pair_loads(pairs, count)
-    found = Positions(
+    positions = Positions(
         theta=theta,
         known=known,
         torques=known.copy(),
@@ -150,7 +150,7 @@ def revolution(
     for start in range(0, count, CHUNK):
         stop = min(start + CHUNK, count)
         p, failed = solve_positions(
-            laws, (start, stop), forward, train, modes, work, out, found, loads
+            laws, (start, stop), forward, train, modes, work, out, positions, loads
         )
         if p < stop:
             raise FlexgearError(_refusal(input_angles[p, 0], known[p, 0], failed))
@@ -160,8 +160,8 @@ def revolution(
         modal,
         input_angles,
         theta,
-        found.torques,
-        found.eta,
+        positions.torques,
+        positions.eta,
         loads.load,
         loads.tooth,
         loads.stiffness,
@@ -169,8 +169,8 @@ def revolution(
         loads.far,
         loads.approach,
         loads.supports,
-        found.active_flanks,
-        found.closure,
+        positions.active_flanks,
+        positions.closure,
     )
 
 

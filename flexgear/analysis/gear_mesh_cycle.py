@@ -82,7 +82,7 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
     a train without load, of which all pairs in the zone of contact do. So do those of a gear mesh
     that the torques leave unloaded.
     """
-    found: dict[int, _Samples] = {}
+    samples: dict[int, _Samples] = {}
     for stage in sorted({label.stage for label in system.gear_meshes}):
         own = np.array([label.stage == stage for label in system.gear_meshes])
         theta = _cycle(system, own)
@@ -90,8 +90,8 @@ def mean_springs(system: System, modal: ModalSystem | None) -> ContactSprings:
         if modal is not None:
             at_zero = np.zeros((len(theta), len(system.input_rows)))
             result = revolution(modal, at_zero, system.rated_torque, theta=theta)
-        found |= _samples(system, theta, own, result)
-    return _springs(system, found, np.zeros(len(system.angles)), cycles=True)
+        samples |= _samples(system, theta, own, result)
+    return _springs(system, samples, np.zeros(len(system.angles)), cycles=True)
 
 
 def _cycle(system: System, own: NDArray[np.bool_]) -> Array:
@@ -277,14 +277,14 @@ def _springs(
     system: System, samples: dict[int, _Samples], theta: Array, cycles: bool
 ) -> ContactSprings:
     """Means over the positions of ``samples``; other springs at angles (A,)."""
-    d, found, over = system.size, {}, {}
+    d, springs, over = system.size, {}, {}
     for m, own in samples.items():
         blocks, count = system.blocks[own.columns], len(own.stiffness)
-        found[m] = Springs(own.rows @ blocks, np.eye(len(own.rows)) / count)
+        springs[m] = Springs(own.rows @ blocks, np.eye(len(own.rows)) / count)
         if cycles:
             over[m] = FlankCycle(own.stiffness, own.damping, own.force, blocks)
     nothing = Springs(np.zeros((0, d)), np.zeros((0, 0)))
     rows = pair_rows(system.pairs)
     n, _ = build_rows(system.pairs, rows, theta, carrying_flanks(system.pairs))
-    flanks = tuple(found.get(m, nothing) for m in range(len(system.pairs.s0)))
+    flanks = tuple(springs.get(m, nothing) for m in range(len(system.pairs.s0)))
     return ContactSprings(flanks, other_springs(system, rows, n), over)

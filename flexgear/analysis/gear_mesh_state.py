@@ -45,10 +45,10 @@ def pairs_at(result: Equilibrium | Transient) -> PairsAt:
     tooth = np.full(result.pair_load.shape, -1, dtype=np.int16)
     for t, theta in enumerate(np.ascontiguousarray(result.theta)):
         _, _, count = fill_rows(elements, theta, result.active_flanks[t], rows)
-        found = rows.pair[:count]
-        m, at = found["mesh"], (t, found["mesh"], found["slot"])
-        error[at] = found["error"] - pairs.error_slope[m] * found["z"] - pairs.gap[m]
-        tooth[at] = found["planet_tooth"]
+        records = rows.pair[:count]
+        m, at = records["mesh"], (t, records["mesh"], records["slot"])
+        error[at] = records["error"] - pairs.error_slope[m] * records["z"] - pairs.gap[m]
+        tooth[at] = records["planet_tooth"]
     return PairsAt(error, tooth)
 
 
@@ -66,16 +66,16 @@ def first_touch(pairs: PairData, lines: LineLoads, error: Array) -> Array:
 def gear_mesh_stiffness(result: Equilibrium | Transient, lines: LineLoads) -> Array:
     """dΣF/dx (t, M) N/m of gear meshes under their load; 0 where no pair touches."""
     pairs: PairData = result.modal.system.pairs
-    found = np.nan_to_num(lines.tangent).sum(axis=(2, 3, 4))
+    stiffness = np.nan_to_num(lines.tangent).sum(axis=(2, 3, 4))
     for m in map(int, np.flatnonzero(pairs.bent)):
-        for t in range(len(found)):
+        for t in range(len(stiffness)):
             slots = np.flatnonzero(result.pair_tooth[t, m] >= 0)
             if len(slots) > 1:
                 slots = slots[np.argsort(result.pair_position[t, m, slots])]
-                found[t, m] = _together(
+                stiffness[t, m] = _together(
                     pairs, m, result.pair_position[t, m, slots], lines.tangent[t, m, slots]
                 )
-    return found
+    return stiffness
 
 
 def _together(pairs: PairData, m: int, s: Array, tangent: Array) -> float:

@@ -241,7 +241,7 @@ def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Cros
     Frequencies are taken as straight between factors: the error falls with the square of the
     spacing. Rigid motions, which every line meets at rest, do not count.
     """
-    s, found = campbell.factors, []
+    s, met = campbell.factors, []
     for line in lines:
         gap = campbell.frequencies - line.slope * s[:, None]
         for mode in range(gap.shape[1]):
@@ -249,7 +249,7 @@ def crossings(campbell: Campbell, lines: Sequence[ExcitationLine]) -> tuple[Cros
             for i in np.flatnonzero(g[:-1] * g[1:] < 0):
                 share = g[i] / (g[i] - g[i + 1])
                 at = s[i] + share * (s[i + 1] - s[i])
-                found.append(Crossing(line, mode, float(at), float(line.slope * at)))
+                met.append(Crossing(line, mode, float(at), float(line.slope * at)))
             for i in np.flatnonzero((g == 0) & (f > 0)):
-                found.append(Crossing(line, mode, float(s[i]), float(f[i])))
-    return tuple(sorted(found, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))
+                met.append(Crossing(line, mode, float(s[i]), float(f[i])))
+    return tuple(sorted(met, key=lambda c: (float(f"{c.factor:.9g}"), c.mode)))

@@ -67,15 +67,18 @@ def _of_gear_mesh(
     result: Equilibrium | Transient, pairs: PairData, m: int, count: int, out: LineLoads
 ) -> None:
     at = np.nonzero(result.pair_tooth[:, m] >= 0)  # samples and slots
-    s, found = result.pair_position[:, m][at], result.pair_approach[:, m][at]
+    s, approaches = result.pair_position[:, m][at], result.pair_approach[:, m][at]
     values = interpolated(pairs, m, s)
     radius = values[:, 0]
     z, stiffness, gap = np.split(values[:, OF_LINE : OF_LINE + 3 * count], 3, axis=1)
     centre = line_centres(pairs, m, s)
     with np.errstate(divide="ignore", invalid="ignore"):
         lever = np.where(radius > 0, 0.5 / radius, 0.0)
-    tilt, turned = lever * (found[:, 1] - found[:, 0]), lever * (found[:, 3] - found[:, 2])
-    middle, approach = found[:, :2].mean(axis=1), found[:, 2:].mean(axis=1)
+    tilt, turned = (
+        lever * (approaches[:, 1] - approaches[:, 0]),
+        lever * (approaches[:, 3] - approaches[:, 2]),
+    )
+    middle, approach = approaches[:, :2].mean(axis=1), approaches[:, 2:].mean(axis=1)
     x = middle[:, None] + tilt[:, None] * (z - centre[:, None]) - gap
     far = 0.5 + lever[:, None] * (z - centre[:, None])  # share of the second row in each slice
     if pairs.bent[m]:

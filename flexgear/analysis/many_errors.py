@@ -117,12 +117,14 @@ def _one_by_one(
     for j in range(len(sets)):
         system = modal.system.with_(pairs=sets.pairs(study.pairs, j))
         try:
-            found = revolution(replace(modal, system=system), study.input_angles, study.torques)
+            equilibrium = revolution(
+                replace(modal, system=system), study.input_angles, study.torques
+            )
         except FlexgearError:
             continue  # a set without an equilibrium must not cost the others
-        force[:, :, j] = found.pair_load.sum(axis=-1)
+        force[:, :, j] = equilibrium.pair_load.sum(axis=-1)
         if look is not None:
-            look(j, found)
+            look(j, equilibrium)
         if progress is not None:
             progress((j + 1) / len(sets))
     return force

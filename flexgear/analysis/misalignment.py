@@ -37,14 +37,14 @@ def tilt_by_cause(recovery: Recovery) -> Array:
     """
     result, pairs = recovery.result, recovery.modal.system.pairs
     turned, pins = _rotations(recovery), _against_pins(recovery)
-    found = np.zeros((*result.pair_tooth.shape, len(CAUSES)))
+    by_cause = np.zeros((*result.pair_tooth.shape, len(CAUSES)))
     for m in range(len(pairs.s0)):
         for cause, tilt in _of_bodies(recovery, turned, pins, m).items():
-            found[:, m, :, CAUSES.index(cause)] = tilt
-        found[:, m, :, CAUSES.index("errors")] = pairs.error_slope[m]
-        found[:, m, :, CAUSES.index("modifications")] = -ground_slope(pairs, m)
-    found[result.pair_tooth < 0] = np.nan
-    return found
+            by_cause[:, m, :, CAUSES.index(cause)] = tilt
+        by_cause[:, m, :, CAUSES.index("errors")] = pairs.error_slope[m]
+        by_cause[:, m, :, CAUSES.index("modifications")] = -ground_slope(pairs, m)
+    by_cause[result.pair_tooth < 0] = np.nan
+    return by_cause
 
 
 def _of_bodies(
@@ -62,13 +62,13 @@ def _of_bodies(
     cos, sin = np.cos(pairs.phi[m] + lag), np.sin(pairs.phi[m] + lag)
     across = np.stack([cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]], axis=-1)
     gear = KINDS[pairs.kind[m]].gear
-    found = {gear: np.einsum("tsi,ti->ts", rotation, across)}
+    tilt = {gear: np.einsum("tsi,ti->ts", rotation, across)}
     planet = -(turned[:, pairs.planet_block[m]] @ axis)[:, None]
     pin = pins.get(_bearing_of(recovery.modal.system, m))
     if pin is None:
-        return {**found, "gear": planet}
+        return {**tilt, "gear": planet}
     bearing = (pin @ axis)[:, None]
-    return {**found, "planet bearing": bearing, "carrier": planet - bearing}
+    return {**tilt, "planet bearing": bearing, "carrier": planet - bearing}
 
 
 def ground_slope(pairs: PairData, m: int) -> float:
@@ -109,5 +109,5 @@ def _against_pins(recovery: Recovery) -> dict[str, Array]:
     links = [link for link in system.links if link.name in names]
     if not links:
         return {}
-    found = recovery.motion(np.vstack([link.rows[3:5] for link in links]))
-    return {link.name: found[:, 2 * k : 2 * k + 2] for k, link in enumerate(links)}
+    motion = recovery.motion(np.vstack([link.rows[3:5] for link in links]))
+    return {link.name: motion[:, 2 * k : 2 * k + 2] for k, link in enumerate(links)}

@@ -71,10 +71,10 @@ def nodal_indices(system: System, shapes: Array, stage: str, angles: Sequence[fl
         order = np.argsort(np.mod(angles, 2 * np.pi))
         energy += _of_planets(system, [planets[i] for i in order], shapes)
     whole = energy.sum(axis=0)
-    found = np.argmax(energy, axis=0).astype(np.int64)
-    found[energy.max(axis=0) < PURE * whole] = MIXED
-    found[whole < LEAST * np.einsum("dm,dm->m", shapes, system.mass @ shapes)] = ABSENT
-    return found
+    indices = np.argmax(energy, axis=0).astype(np.int64)
+    indices[energy.max(axis=0) < PURE * whole] = MIXED
+    indices[whole < LEAST * np.einsum("dm,dm->m", shapes, system.mass @ shapes)] = ABSENT
+    return indices
 
 
 def _of_planets(system: System, names: list[str], shapes: Array) -> Array:

@@ -36,9 +36,9 @@ class Loaded:
     planet: int
 
 
-def decay(system: System, found: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
+def decay(system: System, modes: Modes, cycles: Mapping[int, FlankCycle]) -> Array:
     """γ = 2ζω of modes (m,), 1/s."""
-    shapes = found.shapes
+    shapes = modes.shapes
     strained = np.einsum("dm,dm->m", shapes, system.stiffness @ shapes)
     total = system.damping.rate(np.sqrt(np.clip(strained, 0.0, None)))
     for cycle in cycles.values():
@@ -48,7 +48,7 @@ def decay(system: System, found: Modes, cycles: Mapping[int, FlankCycle]) -> Arr
 
 
 def resonant_force(
-    found: Modes,
+    modes: Modes,
     rates: Array,
     gear_meshes: Sequence[Loaded],
     orders: Sequence[int],
@@ -60,8 +60,8 @@ def resonant_force(
     rates: γ of the modes (m,); groups: indices of modes of one frequency; alone: the only planet
     whose gear meshes push.
     """
-    omega = 2 * np.pi * found.frequencies
-    closing = np.stack([_mean_row(one.cycle) @ found.shapes for one in gear_meshes])
+    omega = 2 * np.pi * modes.frequencies
+    closing = np.stack([_mean_row(one.cycle) @ modes.shapes for one in gear_meshes])
     stiffness = np.array([one.cycle.stiffness.mean() for one in gear_meshes])
     mean = np.array([one.force for one in gear_meshes])
     out = np.zeros((len(orders), len(groups)))
@@ -71,7 +71,7 @@ def resonant_force(
             for one, k in zip(gear_meshes, stiffness, strict=True)
             if alone in (None, one.planet)
         )
-        work = found.shapes.T @ pushed
+        work = modes.shapes.T @ pushed
         for g, own in enumerate(groups):
             with np.errstate(divide="ignore", invalid="ignore"):
                 answer = closing[:, own] @ (work[own] / (omega[own] * rates[own]))

@@ -48,12 +48,12 @@ def channel_forces(result: Result) -> Array:
 
 def _in_blocks(forces: Array) -> list[tuple[NDArray[np.intp], Array]]:
     """Forces (t, n_c) in blocks of samples: which channels are loaded, and their forces."""
-    found = []
+    parts = []
     for start in range(0, len(forces), BLOCK):
         block = forces[start : start + BLOCK]
         loaded = np.flatnonzero(block.any(axis=0))
-        found.append((loaded, block[:, loaded]))
-    return found
+        parts.append((loaded, block[:, loaded]))
+    return parts
 
 
 @dataclass(frozen=True)
@@ -143,17 +143,17 @@ class Recovery:
     def _law_force(self, name: str, rows: Array) -> Array:
         """Force (t, 6) by the law of a bearing, along the motions ``rows`` (6, d) of its spring."""
         pairs, at = self.modal.system.pairs, len(self.modal.system.pairs.support_stiffness)
-        found = np.zeros((len(self.result.theta), 6))
+        force = np.zeros((len(self.result.theta), 6))
         for bearing in self.modal.system.bearings:
             stop = at + len(bearing.components)
             if bearing.name == name:
                 # a spring may say outer less inner
                 sign = np.sign(np.sum(rows * (at_height(-bearing.z) @ bearing.relative)))
-                found[:, bearing.components] = sign * self.result.support_load[:, at:stop]
-                found = self._turned(bearing.angle, found, -1) @ at_height(bearing.z)
+                force[:, bearing.components] = sign * self.result.support_load[:, at:stop]
+                force = self._turned(bearing.angle, force, -1) @ at_height(bearing.z)
             at = stop
         assert at + len(pairs.load_block) == self.result.support_load.shape[1]
-        return found
+        return force
 
     def row_loads(self, names: Sequence[str]) -> Array:
         """Radial force (t, names, rows) of the rows of bearings, N; NaN where they have none.
@@ -161,17 +161,17 @@ class Recovery:
         rows: as many as any bearing of the train has; 0 where none of those named has rollers.
         """
         rollers = {b.name: b.part_rows for b in self.modal.system.bearings if b.has_parts}
-        found = {}
+        loads = {}
         for name in names:
             if name in rollers:
                 load = self.bearing_loads(name)
                 psi = 2 * np.pi * np.arange(load.shape[2]) / load.shape[2]
-                found[name] = np.abs(load @ np.exp(1j * psi))
-        rows = max(rollers.values()) if found else 0
+                loads[name] = np.abs(load @ np.exp(1j * psi))
+        rows = max(rollers.values()) if loads else 0
         out = np.full((len(self.result.theta), len(names), rows), np.nan)
         for i, name in enumerate(names):
-            if name in found:
-                out[:, i, : found[name].shape[1]] = found[name]
+            if name in loads:
+                out[:, i, : loads[name].shape[1]] = loads[name]
         return out
 
     def bearing_loads(self, name: str) -> Array:

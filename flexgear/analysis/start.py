@@ -152,10 +152,10 @@ def _ports(system: System, told: Array, torques: Array, speeds: Array) -> Any:
     return out
 
 
-def _first_energy(modal: ModalSystem, found: Equilibrium, velocity: Array) -> float:
+def _first_energy(modal: ModalSystem, equilibrium: Equilibrium, velocity: Array) -> float:
     """Energy of an equilibrium and of its speed, at least the rated one, J."""
     rated = modal.rolling @ modal.system.rated_input_speeds
     kinetic = 0.5 * max(float(velocity @ velocity), float(rated @ rated))
-    elastic = 0.5 * float(np.sum((modal.omega * found.eta[0]) ** 2))
-    stiffness = np.where(found.pair_stiffness[0] > 0, found.pair_stiffness[0], np.inf)
-    return kinetic + elastic + 0.5 * float(np.sum(found.pair_load[0] ** 2 / stiffness))
+    elastic = 0.5 * float(np.sum((modal.omega * equilibrium.eta[0]) ** 2))
+    stiffness = np.where(equilibrium.pair_stiffness[0] > 0, equilibrium.pair_stiffness[0], np.inf)
+    return kinetic + elastic + 0.5 * float(np.sum(equilibrium.pair_load[0] ** 2 / stiffness))

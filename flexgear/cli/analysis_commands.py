@@ -79,12 +79,12 @@ def static(
     quiet: Quiet = False,
 ) -> None:
     """Static equilibrium at angles: gear-mesh forces, load sharing, displacements."""
-    found = read_case(case, settings)
-    parts, way = rigid_parts(rigid, found), Shown(as_json, out)
-    claim_file(out, origin_of_case(found), force)
+    source = read_case(case, settings)
+    parts, way = rigid_parts(rigid, source), Shown(as_json, out)
+    claim_file(out, origin_of_case(source), force)
     degrees = angle_deg or [0.0]
     with progress(quiet) as report:
-        model = put_together(found, parts, report)
+        model = put_together(source, parts, report)
         data = equilibria(model, _turned(model, degrees), torque_nm, report)
     way.keep(data)
     positions = {
@@ -132,11 +132,11 @@ def modes(
     """Natural modes of the coupled train: frequencies, types, the components that move."""
     if limit_hz is not None and not limit_hz > 0:
         raise InputError("--limit-hz", f"{limit_hz:g}", "is not positive", "e.g. 500")
-    found = read_case(case, settings, loaded=False)
-    parts, way = rigid_parts(rigid, found), Shown(as_json, out)
-    claim_file(out, origin_of_case(found), force)
+    source = read_case(case, settings, loaded=False)
+    parts, way = rigid_parts(rigid, source), Shown(as_json, out)
+    claim_file(out, origin_of_case(source), force)
     with progress(quiet) as report:
-        model = put_together(found, parts, report)
+        model = put_together(source, parts, report)
         limit_hz = usual_limit(model) if limit_hz is None else limit_hz
         if campbell:
             if angle_deg is not None:
@@ -178,21 +178,21 @@ def simulate(
     """Transient under the case's drive."""
     if duration_s is not None and not duration_s > 0:
         raise InputError("--duration-s", f"{duration_s:g}", "is not positive", "e.g. 1.5")
-    found = read_case(case, settings)
-    parts, names = rigid_parts(rigid, found), saved_names(save_only, out)
-    claim_file(out, origin_of_case(found), force)
+    source = read_case(case, settings)
+    parts, names = rigid_parts(rigid, source), saved_names(save_only, out)
+    claim_file(out, origin_of_case(source), force)
     if not torque_share > 0:
         raise InputError("--torque-share", f"{torque_share:g}", "is not positive", "e.g. 1.5")
-    stepping = stepping_of(found, power_flow(found), duration_s)
-    refuse_endless(stepping, found.source)
-    ranges = partial(WindowedRanges, edges=window_edges(stepping.duration, found.solver.settle))
+    stepping = stepping_of(source, power_flow(source), duration_s)
+    refuse_endless(stepping, source.source)
+    ranges = partial(WindowedRanges, edges=window_edges(stepping.duration, source.solver.settle))
     whole, account = ranges(train_histories), Ranges(energy_account)
     motions = Ranges(motion_histories)
-    rings = {stage: ranges(partial(ring_histories, stage)) for stage in found.fe_ring_stages}
+    rings = {stage: ranges(partial(ring_histories, stage)) for stage in source.fe_ring_stages}
     with kept(out, names, quiet) as sinks, progress(quiet) as report:
-        model = put_together(found, parts, report)
-        short = [] if duration_s is not None else cut_short(found, model.flow)
-        warn([*too_coarse(model.pace, found.solver), *short])
+        model = put_together(source, parts, report)
+        short = [] if duration_s is not None else cut_short(source, model.flow)
+        warn([*too_coarse(model.pace, source.solver), *short])
         run = run_transient(
             model,
             duration=duration_s,
@@ -208,11 +208,11 @@ def simulate(
         figures["energy_residual"] = largest_residual(account)
     distance = farthest(figures["distance_from_axis_um_max"])
     beside = neglected_lines(model, distance, torque_share)
-    beside += large_motions(found, largest_motions(motions.largest))
+    beside += large_motions(source, largest_motions(motions.largest))
     if as_json:
         present("", {"transient": {**figures, "neglected": beside}}, True)
     else:
-        show_transient(f"{found.name}, {model.variant}: transient", figures, beside)
+        show_transient(f"{source.name}, {model.variant}: transient", figures, beside)
     Shown(as_json, out).wrote()
 
 

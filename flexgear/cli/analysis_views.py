@@ -129,15 +129,15 @@ def farthest(distances_um: Mapping[str, float]) -> Iterator[Length]:
 
 def neglected_lines(model: Model, lengths: Iterator[Length], torque_share: float) -> list[str]:
     """Sentences about effects that are left out and not small against these figures."""
-    found = beside_lengths(model.case, model.flow, lengths, torque_share)
-    return [str(one["sentence"]) for one in found]
+    effects = beside_lengths(model.case, model.flow, lengths, torque_share)
+    return [str(one["sentence"]) for one in effects]
 
 
 def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Shown) -> None:
     rows = mode_rows(data)
     if way.as_json:
-        found = {"variant": model.variant, "modes": rows}
-        typer.echo(as_json_text(found))
+        figures = {"variant": model.variant, "modes": rows}
+        typer.echo(as_json_text(figures))
         return
     upto = "" if limit_hz is None else f" up to {limit_hz:g} Hz"
     typer.echo(f"{model.case.name}, {model.variant}: {len(rows)} modes{upto}")
@@ -177,7 +177,7 @@ def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, way: Shown)
     figures = resonance_figures(model.case, data, modes)
     level, _, sentence = resonance_verdict(figures)
     if way.as_json:
-        found = {
+        content = {
             "variant": model.variant,
             "gyroscopic": bool(data.attrs["gyroscopic"]),
             "speed_factor": data["speed_factor"].to_numpy().tolist(),
@@ -191,7 +191,7 @@ def show_campbell(model: Model, data: xr.Dataset, modes: xr.Dataset, way: Shown)
             "crossings": crossing_rows(data),
             "resonance": {**figures, "level": level, "verdict": sentence},
         }
-        typer.echo(as_json_text(found))
+        typer.echo(as_json_text(content))
         return
     typer.echo(
         f"{model.case.name}, {model.variant}: {data.sizes['mode']} modes from rest to "
@@ -296,10 +296,10 @@ def show_transient(title: str, figures: dict[str, Any], beside: list[str]) -> No
     if "energy_residual" in figures:
         rows["energy not accounted for"] = said(figures["energy_residual"], "share")
     table(title, rows)
-    for name, found in figures.items():
-        if isinstance(found, dict) and found and name != "second_reduction":
+    for name, value in figures.items():
+        if isinstance(value, dict) and value and name != "second_reduction":
             typer.echo("")
-            key_table(name, {k: _plain(v) for k, v in found.items()})
+            key_table(name, {k: _plain(v) for k, v in value.items()})
     last = [*([DEFINITION] if figures["load_sharing"] else []), *beside]
     if last:
         typer.echo("\n" + "\n".join(last))

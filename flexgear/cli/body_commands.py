@@ -90,8 +90,8 @@ def mesh(
     quiet: Quiet = False,
 ) -> None:
     """Generate (or read) the FE meshes of ring and carrier; export one, or list their groups."""
-    found = read_case(case, settings, loaded=False)
-    parts, stages = components(found, component), found.flexible_stages
+    source = read_case(case, settings, loaded=False)
+    parts, stages = components(source, component), source.flexible_stages
     if groups and export is not None:
         raise InputError("--export", str(export), "writes no list of groups", "leave --groups out")
     if groups:
@@ -99,7 +99,7 @@ def mesh(
         if as_json:
             present("", {name: _groups(g) for name, g in tables.items()}, True)
             return
-        typer.echo(f"{found.name}: named groups of FE meshes")
+        typer.echo(f"{source.name}: named groups of FE meshes")
         for name, group in tables.items():
             typer.echo("")
             table(name, _families(group))
@@ -110,7 +110,7 @@ def mesh(
         )
     if export is not None:
         require_format(export)
-    claim_file(export, origin_of_case(found), force)
+    claim_file(export, origin_of_case(source), force)
     figures = {}
     with progress(quiet) as report:
         for part in parts:
@@ -119,8 +119,8 @@ def mesh(
             report(f"{part.label}: FE mesh", 1.0)
             figures[part.label] = _figures(fe_mesh)
             if export is not None:
-                write_fe_mesh(fe_mesh, export, found.name)
-    present(f"{found.name}: FE meshes, {_fidelity(found)}", figures, as_json)
+                write_fe_mesh(fe_mesh, export, source.name)
+    present(f"{source.name}: FE meshes, {_fidelity(source)}", figures, as_json)
     if export is not None and not as_json:
         typer.echo(f"\nwrote {export}, lengths in m")
 
@@ -178,23 +178,23 @@ def reduce(
     quiet: Quiet = False,
 ) -> None:
     """Reduce ring and carrier to their interface nodes, with error estimates; kept in a cache."""
-    found = read_case(case, settings, loaded=False)
-    parts, bodies = components(found, component), {}
+    source = read_case(case, settings, loaded=False)
+    parts, bodies = components(source, component), {}
     with progress(quiet) as report:
         for part in parts:
-            stage, limit = found.flexible_stages[part.stage], reduction_limit(found, part.stage)
+            stage, limit = source.flexible_stages[part.stage], reduction_limit(source, part.stage)
             bodies[part.label] = BODIES[part.name](stage, named(part.label, report), limit)
     known = {
         stage: [body for p, body in zip(parts, bodies.values(), strict=True) if p.stage == stage]
         for stage in dict.fromkeys(p.stage for p in parts)
     }
-    warn(reduction_warnings(found, known, variants_of(found)))
+    warn(reduction_warnings(source, known, variants_of(source)))
     figures = {
         name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
         for name, body in bodies.items()
     }
     rows = figures if as_json else {name: _told(one) for name, one in figures.items()}
-    present(f"{found.name}: reductions, {_fidelity(found)}", rows, as_json)
+    present(f"{source.name}: reductions, {_fidelity(source)}", rows, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")
 

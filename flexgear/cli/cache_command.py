@@ -19,17 +19,17 @@ def cache(
     """Place, size and entries of the cache; a body that is missing there is made again."""
     place = store.cache_directory()
     try:
-        found = store.clear() if clear else store.entries()
+        entries = store.clear() if clear else store.entries()
     except OSError as error:
         text = error.strerror or error
         raise FlexgearError(f"the cache {place}: {error.filename or ''}: {text}") from error
     kinds = {
-        name: [entry.size for entry in found if entry.kind == kind]
+        name: [entry.size for entry in entries if entry.kind == kind]
         for kind, name in store.KINDS.items()
     }
     if as_json:
         figures = {n: {"entries": len(s), "size_bytes": sum(s)} for n, s in kinds.items()}
-        size = sum(entry.size for entry in found)
+        size = sum(entry.size for entry in entries)
         out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
         typer.echo(as_json_text(out))
         return

@@ -51,16 +51,16 @@ def check(
 
     What can hardly be meant, as colliding planets or stress beyond any steel, is a line each.
     """
-    found = read_case(case, settings, loaded=False)
+    source = read_case(case, settings, loaded=False)
     if out is not None:
-        claim_folder(out, CHECK, origin_of_case(found, "check"), force)
-    figures, doubts = derived(found), implausible(found, power_flow(found))
+        claim_folder(out, CHECK, origin_of_case(source, "check"), force)
+    figures, doubts = derived(source), implausible(source, power_flow(source))
     if out is not None:
-        _write(out, found, figures, doubts)
+        _write(out, source, figures, doubts)
     if as_json:
         typer.echo(as_json_text({**figures, "warnings": doubts}))
     else:
-        present(f"{found.name}: {found.title or 'valid'}", with_reasons(figures))
+        present(f"{source.name}: {source.title or 'valid'}", with_reasons(figures))
     warn(doubts)
 
 
@@ -72,8 +72,8 @@ def _write(folder: Path, case: Case, figures: Sections, doubts: Sequence[str]) -
     plan = flanks_plan(case, power_flow(case))
     head = {"result": "check", "case": case.name, "content_hash": case.content_hash()}
     with staged_folder(folder, earlier(CHECK)) as stage:
-        found = {**head, "figures": figures, "warnings": list(doubts)}
-        write_json(stage / "summary.json", found)
+        content = {**head, "figures": figures, "warnings": list(doubts)}
+        write_json(stage / "summary.json", content)
         for name, (_, draw) in plan.items():
             save_figure(draw(), stage / f"{name}.png")
 
@@ -136,13 +136,13 @@ def schema(
     An editor that knows taplo (Even Better TOML in VS Code) completes, explains and checks the keys
     of a case that begins with the line "#:schema ./flexgear.schema.json".
     """
-    found = _summary_schema() if summary else json_schema()
-    text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
+    content = _summary_schema() if summary else json_schema()
+    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
     if out is None:
         typer.echo(text, nl=False)
         return
     there = file_target(out)
-    if there.exists() and found["title"].encode() not in read_bytes(there, "--out", MOST_CASE):
+    if there.exists() and content["title"].encode() not in read_bytes(there, "--out", MOST_CASE):
         kind = "summaries" if summary else "cases"
         problem = f"is there and no schema of {kind}"
         raise InputError("--out", str(out), problem, "choose a new name")

@@ -74,18 +74,18 @@ def compare(
     if other is not None:
         compare_runs(case, other, out, interactive, force, quiet)
         return
-    found = read_case(case, settings)
+    source = read_case(case, settings)
     if against is not None:
         reference = read_case(against, None)
-        figures: dict[str, dict[str, Any]] = side_by_side(found, reference)
-        present(f"{found.name} against {reference.name}", figures, as_json)
+        figures: dict[str, dict[str, Any]] = side_by_side(source, reference)
+        present(f"{source.name} against {reference.name}", figures, as_json)
         return
     if positions is not None:
-        require_flexible(found, "--positions")
-    if cycles is None and found.fe_ring_stages:
-        _variants(found, positions or POSITIONS, as_json, quiet)
+        require_flexible(source, "--positions")
+    if cycles is None and source.fe_ring_stages:
+        _variants(source, positions or POSITIONS, as_json, quiet)
     else:
-        _sharing(found, cycles, as_json, quiet)
+        _sharing(source, cycles, as_json, quiet)
 
 
 def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
@@ -133,10 +133,10 @@ def _variants(case: Case, positions: int, as_json: bool, quiet: bool) -> None:
 def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None:
     """Load sharing by analysis and variant, with and without errors."""
     with progress(quiet) as report:
-        found = models_of(case, report)
-        own = next(iter(found.values()))
+        models = models_of(case, report)
+        own = next(iter(models.values()))
         warn(reduction_warnings(case, own.bodies, own.system.variants))
-        figures = compare_sharing(found, cycles=cycles, progress=report)
+        figures = compare_sharing(models, cycles=cycles, progress=report)
     if as_json:
         present("", figures, True)
         return
@@ -160,7 +160,7 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     typer.echo(
         "mean-based, cycle-based: from the largest loads of gear-mesh cycles (docs/results.md)"
     )
-    static = [label for label, context in found.items() if is_static(context)]
+    static = [label for label, context in models.items() if is_static(context)]
     if static:
         typer.echo(
             f"{'; '.join(static)}: rolls in one equilibrium, so that a transient adds nothing"

@@ -24,11 +24,11 @@ def compare_runs(
 ) -> None:
     """Write the report of two folders of runs and say where it is."""
     folders = [_folder(name) for name in (first, second)]
-    found = [read_folder(folder) for folder in folders]
+    runs = [read_folder(folder) for folder in folders]
     target = PAGE if out is None else out
     if target.suffix != ".html":
         raise InputError("--out", str(target), "is no page", "name a file that ends in .html")
-    names = " against ".join(one.case.name for one in found)
+    names = " against ".join(one.case.name for one in runs)
     claim_file(target, Origin(names), force)
     with (
         EarlyWorkers(True, imported) as workers,
@@ -36,7 +36,7 @@ def compare_runs(
     ):
         sides = [
             _side(one, Sheet(folder, Path(place) / str(k)), workers, quiet)
-            for k, (one, folder) in enumerate(zip(found, folders, strict=True))
+            for k, (one, folder) in enumerate(zip(runs, folders, strict=True))
         ]
         write_report(target, names, names, sides, interactive)
     typer.echo(f"compared {first} (A) with {second} (B) in {target}")

@@ -48,8 +48,8 @@ def doctor(as_json: AsJson = False) -> None:
     findings = list(look())
     wrong = [one for one in findings if one.mend]
     if as_json:
-        found = {"healthy": not wrong, "findings": [asdict(one) for one in findings]}
-        typer.echo(as_json_text(found))
+        content = {"healthy": not wrong, "findings": [asdict(one) for one in findings]}
+        typer.echo(as_json_text(content))
     else:
         width = max(len(one.what) for one in findings)
         for one in findings:
@@ -78,7 +78,7 @@ def _packages() -> Iterator[Finding]:
     except importlib.metadata.PackageNotFoundError:
         yield Finding("packages", "flexgear is not installed", "python -m pip install .")
         return
-    found, wrong = [], []
+    versions, wrong = [], []
     for line in wanted:
         if ";" in line:
             continue  # of an extra
@@ -89,11 +89,11 @@ def _packages() -> Iterator[Finding]:
         except importlib.metadata.PackageNotFoundError:
             wrong.append(f"{name} is missing")
             continue
-        found.append(f"{name} {has}")
+        versions.append(f"{name} {has}")
         if _numbers(has) < _numbers(least):
             wrong.append(f"{name} {has} is older than {least}")
     mend = f"{sys.executable} -m pip install --upgrade flexgear" if wrong else ""
-    yield Finding("packages", "; ".join(wrong) or ", ".join(found), mend)
+    yield Finding("packages", "; ".join(wrong) or ", ".join(versions), mend)
 
 
 def _numbers(text: str) -> list[int]:

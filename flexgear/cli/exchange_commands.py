@@ -48,8 +48,8 @@ def import_rexs(
         made = case_of_document(read_rexs(file), file, load_case)
     write_bytes(target, with_schema(made.text, target))
     if as_json:
-        found = {"case": str(target), "assumed": made.assumed, "left_out": made.left_out}
-        typer.echo(as_json_text(found))
+        content = {"case": str(target), "assumed": made.assumed, "left_out": made.left_out}
+        typer.echo(as_json_text(content))
         return
     typer.echo(_summary(made, target))
 
@@ -95,11 +95,11 @@ def export(
         raise InputError(
             "export", "--rexs", "is missing", "say what to write: --rexs box.rexs, --reduced DIR"
         )
-    found = read_case(case, settings, loaded=False)
+    source = read_case(case, settings, loaded=False)
     if rexs is not None:
-        _write_rexs(found, rexs, force)
+        _write_rexs(source, rexs, force)
     if reduced is not None:
-        _write_reduced(found, reduced, form, Wanted(component, recovery, force, quiet))
+        _write_reduced(source, reduced, form, Wanted(component, recovery, force, quiet))
 
 
 def _write_rexs(case: Case, rexs: Path, force: bool) -> None:

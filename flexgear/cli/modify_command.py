@@ -55,8 +55,8 @@ def modify(
     quiet: Quiet = False,
 ) -> None:
     """Propose helix slope and crowning of the planets' flanks under load, as keys to copy."""
-    found = read_case(case, settings)
-    parts, name = rigid_parts(rigid, found), _stage(found, stage)
+    source = read_case(case, settings)
+    parts, name = rigid_parts(rigid, source), _stage(source, stage)
     wanted = next((a for a in AIMS if a == aim), None)
     if wanted is None:
         raise InputError("modify", "--for", f"{aim!r} is no aim", f"use {' or '.join(AIMS)}")
@@ -67,16 +67,16 @@ def modify(
         raise InputError(
             "modify", "--picture", f"{picture} is no picture", f"end it in .{', .'.join(PICTURES)}"
         )
-    claim_file(picture, origin_of_case(found), force)
-    require_slices(found, name)  # before bodies are made
+    claim_file(picture, origin_of_case(source), force)
+    require_slices(source, name)  # before bodies are made
     with progress(quiet) as report:
-        model = put_together(found, parts, report)
+        model = put_together(source, parts, report)
         proposal = propose_modifications(
             model, name, shares=shares, aim=wanted, relief=relief, trials=trials, progress=report
         )
     if picture is not None:
         save_or_rescue(partial(save_figure, before_and_after(*proposal.data)), picture)
-    keys = keys_to_copy(found, name, proposal)
+    keys = keys_to_copy(source, name, proposal)
     if as_json:
         present("modify", _figures(proposal), as_json=True)
         return

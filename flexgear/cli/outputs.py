@@ -93,16 +93,16 @@ def earlier(names: Sequence[str]) -> Callable[[Path], list[Path]]:
     """Function: a folder -> its files called ``names`` (patterns) that flexgear wrote, and the
     pictures among them; new results take the place of all of them."""
 
-    def found(folder: Path) -> list[Path]:
+    def files_in(folder: Path) -> list[Path]:
         return [f for f in _named(folder, names) if is_picture(f) or origin_of(f) is not None]
 
-    return found
+    return files_in
 
 
 def _named(folder: Path, names: Sequence[str]) -> list[Path]:
     """Files in ``folder`` that match a pattern of ``names``, but for hidden ones."""
-    found = (f for name in names for f in sorted(folder.glob(name)))
-    return [f for f in found if not f.name.startswith(".")]
+    files = (f for name in names for f in sorted(folder.glob(name)))
+    return [f for f in files if not f.name.startswith(".")]
 
 
 def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
@@ -148,13 +148,13 @@ def require_pictures(lost: Sequence[str], folder: Path) -> None:
 def _require_own(files: Iterable[Path], origin: Origin) -> None:
     origins = {f: origin_of(f) for f in files}
     ours = any(o is not None and o.same(origin) for o in origins.values())
-    for file, found in origins.items():
-        if found is None and is_picture(file) and ours:
+    for file, owner in origins.items():
+        if owner is None and is_picture(file) and ours:
             continue
-        if found is None:
+        if owner is None:
             problem = f"is there already and no result of {origin.name}"
-        elif not found.same(origin):
-            problem = f"holds a {_KINDS.get(found.result, 'result')} of {found.name}"
+        elif not owner.same(origin):
+            problem = f"holds a {_KINDS.get(owner.result, 'result')} of {owner.name}"
         else:
             continue
         remedy = "name another place, or replace it with --force"

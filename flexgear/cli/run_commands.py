@@ -48,19 +48,19 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Every analysis of a case, with results, summary, pictures and a report in one folder."""
-    found = read_case(case, settings)
-    folder = Path("results") / found.name if out is None else out
-    claim_folder(folder, RUN, origin_of_case(found, "run"), force)
+    source = read_case(case, settings)
+    folder = Path("results") / source.name if out is None else out
+    claim_folder(folder, RUN, origin_of_case(source, "run"), force)
     watch = Stopwatch()
     with (
-        EarlyWorkers(pictures, ready_to_draw if found.flexible_stages else bool) as workers,
+        EarlyWorkers(pictures, ready_to_draw if source.flexible_stages else bool) as workers,
         staged_folder(folder, earlier(RUN)) as stage,
         progress(quiet) as report,
     ):
         with watch.stage("bodies"):
-            bodies = reduced_bodies(found, report)
-        result = run_all(found, report, watch, bodies=bodies, place=stage)
-        content = Folder(found, result.flow, result.datasets, result.fields, result.summary)
+            bodies = reduced_bodies(source, report)
+        result = run_all(source, report, watch, bodies=bodies, place=stage)
+        content = Folder(source, result.flow, result.datasets, result.fields, result.summary)
         notes: list[str] = []
         lost: list[str] = []
         with watch.stage("saving"):
@@ -70,12 +70,12 @@ def run(
                 notes = _draw(content, stage, stage, report, workers, interactive)
         summary = result.with_timing(**watch.seconds).summary
         write_json(stage / "summary.json", summary)
-    warn([*(summary["warnings"] if as_json else plain_warnings(found, summary)), *notes])
+    warn([*(summary["warnings"] if as_json else plain_warnings(source, summary)), *notes])
     require_pictures(lost, folder)
     if as_json:
         typer.echo(as_json_text(summary))
         return
-    _show(f"{found.name}: results in {folder}", found, result.flow, summary)
+    _show(f"{source.name}: results in {folder}", source, result.flow, summary)
 
 
 def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> None:
@@ -86,14 +86,14 @@ def _show(title: str, case: Case, flow: PowerFlow, summary: dict[str, Any]) -> N
     lowest = [m for m in summary["modes"]["lowest"] if m["frequency_hz"] > 0][:3]
     modes = ", ".join(f"{said(m['frequency_hz'], 'Hz')} {m['type']}" for m in lowest)
     core = 1.0 / summary["realtime_factor"] if summary["realtime_factor"] else math.nan
-    found = [
+    lines = [
         Verdict("note", "Power", f"{power} in", ""),
         *(v for v in verdicts(case, flow, summary) if v.subject != WARNING),
         Verdict("note", "Lowest natural modes", modes, ""),
         Verdict("note", "Time stepping", f"{said(core, 's')} of one core for 1 s of running", ""),
     ]
-    width = max(len(v.subject) for v in found)
-    for one in found:
+    width = max(len(v.subject) for v in lines)
+    for one in lines:
         first, *rest = [text for text in (one.figure, one.sentence) if text]
         mark = f"  [{MARKS[one.level]}]" if one.level != "note" else ""
         typer.echo(f"  {one.subject:<{width}}  {first}{mark}")

@@ -67,12 +67,12 @@ class RingFolder:
 
     def runs(self, start: str) -> dict[str, xr.Dataset]:
         """Datasets of a kind by variant with errors, the case as it is first."""
-        found = {
+        datasets = {
             label: self.run.datasets[f"{start}{end}"]
             for label, end in ((self.run.summary["variant"], ""), ("rigid", "_rigid"))
             if f"{start}{end}" in self.run.datasets
         }
-        return {label: stage_part(data, self.name) for label, data in found.items()}
+        return {label: stage_part(data, self.name) for label, data in datasets.items()}
 
     @property
     def equilibria(self) -> xr.Dataset:

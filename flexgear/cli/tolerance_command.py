@@ -147,23 +147,23 @@ def _print(data: xr.Dataset, summary: dict[str, Any]) -> None:
 
 def _spread_rows(figures: dict[str, Any], digits: int) -> dict[str, str]:
     rows = {"mean": _said(figures["mean"], digits)}
-    rows |= {f"{p} %": _said(found, digits) for p, found in figures["quantiles"].items()}
+    rows |= {f"{p} %": _said(value, digits) for p, value in figures["quantiles"].items()}
     return rows | {"errors as stated": _number(figures["as_stated"], digits)}
 
 
-def _said(found: dict[str, float | None] | None, digits: int) -> str:
-    if found is None:
+def _said(interval: dict[str, float | None] | None, digits: int) -> str:
+    if interval is None:
         return "–"
-    low, high = (_number(found[end], digits) for end in ("low", "high"))
-    return f"{_number(found['value'], digits)}  ({low} … {high})"
+    low, high = (_number(interval[end], digits) for end in ("low", "high"))
+    return f"{_number(interval['value'], digits)}  ({low} … {high})"
 
 
 def _said_share(figures: dict[str, Any]) -> str:
-    found = figures["share_above_iec_61400_4"]
-    if found is None:
+    share = figures["share_above_iec_61400_4"]
+    if share is None:
         return "–"
-    low, high = (100 * found[end] for end in ("low", "high"))
-    return f"{100 * found['value']:.3g} % of samples  ({low:.3g} … {high:.3g} %)"
+    low, high = (100 * share[end] for end in ("low", "high"))
+    return f"{100 * share['value']:.3g} % of samples  ({low:.3g} … {high:.3g} %)"
 
 
 def _number(value: float | None, digits: int) -> str:

@@ -98,9 +98,9 @@ class Assembly:
             )  # fmt: skip
         at = MemberName.parse(node)
         group = node if at.part in ("pinion", "gear") else at.stage  # gears beside each other
-        found = housing.position(node)
-        place = position + self.stands.setdefault(group, found - position)
-        off, size = np.linalg.norm(place - found), np.ptp(housing.positions, axis=0).max()
+        node_position = housing.position(node)
+        place = position + self.stands.setdefault(group, node_position - position)
+        off, size = np.linalg.norm(place - node_position), np.ptp(housing.positions, axis=0).max()
         if off > MISPLACED * size:
             raise InputError(
                 self.source, "housing.fe_mesh_nodes",
@@ -132,8 +132,8 @@ class Assembly:
         angle: of the system's by which the inner ring's frame has turned against the outer ring's;
         on ground, which looks the same from all sides, the law may act in the inner ring's.
         """
-        found = own_law(bearing)
-        if found is None:
+        bearing_law = own_law(bearing)
+        if bearing_law is None:
             return
         to_z, moves = at_height(bearing.z), bool(outer.any())
         rows, other = to_z @ inner, to_z @ outer
@@ -141,7 +141,7 @@ class Assembly:
         end, other_end = self.contact_node(rows, angle), -1
         if moves:
             other_end = self.contact_node(other, -1)
-        law, parameters = found
+        law, parameters = bearing_law
         self.bearings.append(
             LawBearing(name, rows, other, end, other_end, law, parameters, bearing.z, angle)
         )

@@ -74,11 +74,11 @@ def own_law(bearing: Bearing) -> tuple[str, Array] | None:
 def linear_part(bearing: Bearing, matrix: Array) -> Array:
     """Stiffness (6, 6) that stays a spring: all of a linear bearing, else without what the law
     acts on but for its centering."""
-    found = own_law(bearing)
-    if found is None:
+    law = own_law(bearing)
+    if law is None:
         return matrix
     share, to_node = np.ones(6), at_height(-bearing.z)
-    share[list(LAWS[law_number(found[0])].components)] = np.sqrt(CENTERING)
+    share[list(LAWS[law_number(law[0])].components)] = np.sqrt(CENTERING)
     middle = (to_node.T @ matrix @ to_node) * np.outer(share, share)
     to_z = at_height(bearing.z)
     return np.asarray(to_z.T @ middle @ to_z)

@@ -93,8 +93,8 @@ def _bodies(
 ) -> tuple[list[Body], list[list[Member]]]:
     members: list[list[Member]] = []
     for stage in case.stages:
-        found = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
-        reduced = {part: body for part, body in found if body is not None}
+        flexible_bodies = zip(("ring", "carrier"), flexible.get(stage.name, ()), strict=False)
+        reduced = {part: body for part, body in flexible_bodies if body is not None}
         members.append(stage_members(case, stage, reduced, variants.get(stage.name), stiffening))
     bodies = [m.body for own in members for m in own]
     housing = case.housing
@@ -299,8 +299,8 @@ def _loose_motions(b: UnderWay) -> Array:
     for member, parts in groups.items():
         if f"{stage.name}.{member}" not in held:
             known.append(np.sum([motions[part] for part in parts if part in motions], axis=0))
-    found = np.column_stack(known)
-    return found if loose.shape == found.shape else loose
+    candidates = np.column_stack(known)
+    return candidates if loose.shape == candidates.shape else loose
 
 
 def _rolling(b: UnderWay, rigid: Array, contact: Array) -> tuple[Array, Array, tuple[float, ...]]:

@@ -141,7 +141,7 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
     free (d, k): all free motions. Springs are put in, one after the other, where they stop most of
     them; at members before planets, and against turning only where nothing else helps.
     """
-    found: list[tuple[Body, str]] = []
+    loose: list[tuple[Body, str]] = []
     places = _places(bodies)
     while free.shape[1] > allowed:
         stopped = [_rank(rows @ free, free) for _, _, rows in places]
@@ -149,18 +149,18 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
         if stopped[best] == 0:
             break
         body, direction, rows = places[best]
-        found.append((body, direction))
+        loose.append((body, direction))
         free = free @ linalg.null_space(rows @ free, rcond=MOVES)
-    if not found:
+    if not loose:
         return InputError(source, "held", "nothing holds a rotation", "name a member in held")
     said: dict[str, dict[str, None]] = {}
-    for body, direction in found:
+    for body, direction in loose:
         said.setdefault(_said(body.name), {})[DIRECTIONS[direction][1]] = None
-    keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in found))
+    keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in loose))
     more = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
     more = ", likewise for the others" if len(keys) > MOST_KEYS else more
     remedy = f"give a stiffness there{more}, or hold them by a joint"
-    if all(d in ("axial", "tilt") for _, d in found) and all(_is_lumped(key) for key in keys):
+    if all(d in ("axial", "tilt") for _, d in loose) and all(_is_lumped(key) for key in keys):
         remedy += ', or take kinematics = "planar"'
     moving = _and([f"{name} {_and(list(ways))}" for name, ways in said.items()])
     return InputError(source, keys[0], f"nothing holds {moving}", remedy)

@@ -138,8 +138,8 @@ class _Columns:
         return np.array(self.values.get(name, []), dtype=np.int64)
 
     def reals(self, name: str, *shape: int) -> Array:
-        found = np.array(self.values.get(name, []), dtype=float)
-        return found.reshape(len(found), *shape) if shape else found
+        values = np.array(self.values.get(name, []), dtype=float)
+        return values.reshape(len(values), *shape) if shape else values
 
 
 def labels(sets: Sequence[GearMeshSet]) -> tuple[GearMeshLabel, ...]:

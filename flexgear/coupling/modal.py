@@ -72,12 +72,12 @@ class ModalSystem:
         """What was kept, as results name it: kept_modes with the rigid ones, modes_limit_hz the
         highest of them, modes_estimate of the error up to modes_band_hz where it was made."""
         highest = float(self.omega.max(initial=0.0)) / (2 * np.pi)
-        found = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
+        values = {"kept_modes": len(self.omega), "modes_limit_hz": highest}
         if self.choice is not None:
-            found |= {"modes_band_hz": self.choice.band_hz, "modes_estimate": self.choice.estimate}
+            values |= {"modes_band_hz": self.choice.band_hz, "modes_estimate": self.choice.estimate}
         elif not self.dropped:
-            found["modes_estimate"] = 0.0
-        return found
+            values["modes_estimate"] = 0.0
+        return values
 
     def static_receptance(self) -> Array:
         """Elastic flexibility of the channels under self-balanced loads, (n_c, n_c) m/N."""
@@ -172,8 +172,8 @@ def modal_system(
     rest = phi[:, keep:]
     motion = (rest / omega[keep:] ** 2) @ (channels @ rest).T
     kept_omega = np.concatenate([np.zeros(system.rigid.shape[1]), omega[order]])
-    found = _reduced(system, modes, kept_omega, motion, channels)
-    return replace(found, choice=choice)
+    modal = _reduced(system, modes, kept_omega, motion, channels)
+    return replace(modal, choice=choice)
 
 
 def _reduced(

@@ -80,7 +80,7 @@ class Pace:
     @property
     def figures(self) -> dict[str, float]:
         """What `check`, summaries and datasets say; names end in units."""
-        found = {
+        values = {
             "gear_mesh_frequency_hz": self.gear_mesh,
             "gear_mesh_orders": self.orders,
             "gear_mesh_resonance_hz": self.resonance,
@@ -93,10 +93,10 @@ class Pace:
             "reduction_limit_hz": self.reduction_limit,
         }
         if self.series:
-            found["series_time_step_s"] = self.series_time_step
+            values["series_time_step_s"] = self.series_time_step
         if self.modes_accuracy is not None:
-            found["modes_accuracy"] = self.modes_accuracy
-        return found
+            values["modes_accuracy"] = self.modes_accuracy
+        return values
 
     @property
     def modes_by_default(self) -> bool:
@@ -224,11 +224,11 @@ def _pace(
 
 def pace_sections(pace: Pace, solver: Solver) -> dict[str, dict[str, Any]]:
     """What `check` says: figures, reasons of what is derived, and what is too coarse."""
-    found: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
+    sections: dict[str, dict[str, Any]] = {"solver": pace.figures, "solver_reasons": pace.reasons}
     notes = too_coarse(pace, solver)
     if notes:
-        found["too_coarse"] = {str(k): note for k, note in enumerate(notes, 1)}
-    return found
+        sections["too_coarse"] = {str(k): note for k, note in enumerate(notes, 1)}
+    return sections
 
 
 def too_coarse(pace: Pace, solver: Solver) -> list[str]:

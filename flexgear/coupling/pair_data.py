@@ -131,10 +131,10 @@ def gap_columns(count: int) -> slice:
 def slice_gaps(data: PairData) -> Array:
     """Gap of each slice, m: (tables K, path positions T, slices n); 0 beyond the slices that a
     table has."""
-    found = np.zeros((*data.slice_table.shape[:2], int(data.slices.max(initial=0))))
+    gaps = np.zeros((*data.slice_table.shape[:2], int(data.slices.max(initial=0))))
     for table, count in set(zip(data.table.tolist(), data.slices.tolist(), strict=True)):
-        found[table, :, :count] = data.slice_table[table, :, gap_columns(count)]
-    return found
+        gaps[table, :, :count] = data.slice_table[table, :, gap_columns(count)]
+    return gaps
 
 
 def deepest_gap(data: PairData) -> Array:

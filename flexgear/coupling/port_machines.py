@@ -50,8 +50,8 @@ def _law(machine: Machine | None, torque: float, speed: float) -> Law:
 def require_free_speeds(case: Case, turns: Array) -> None:
     """InputError where ports that follow a speed say the same motion twice. turns (P, F): rotation
     of the ports per radian of each independent rotation of the train."""
-    found = machines_of(case)
-    own = [p for p, one in enumerate(found) if one is not None and one.follows_speed]
+    machines = machines_of(case)
+    own = [p for p, one in enumerate(machines) if one is not None and one.follows_speed]
     for count in range(1, len(own) + 1):
         if np.linalg.matrix_rank(turns[own[:count]]) < count:
             last = own[count - 1]

@@ -78,12 +78,12 @@ def stage_sets(
             assert path.slices is not None
             force = flow.gear_mesh_forces[kind.gear]
             load = line_load(view, stage_geometry(view), kind.gear, force)
-            found = pair_bending(view, path, path.slices, force)
+            sets = pair_bending(view, path, path.slices, force)
             if rim is not None and kind.internal:
-                found = found.with_rim(*rim_bending(rim, path, path.slices))
+                sets = sets.with_rim(*rim_bending(rim, path, path.slices))
             nominal = Nominal(load / path.cos_base_helix, path.base_pitch)
-            contact = (found.scale, found.limit)
-            lines = bent(path.slices, found.flexibility, found.beside, contact, nominal)
+            contact = (sets.scale, sets.limit)
+            lines = bent(path.slices, sets.flexibility, sets.beside, contact, nominal)
             path = replace(path, slices=lines)
         positions = blocks.teeth.get(side) if part == "ring" else None
         out.append(

@@ -251,8 +251,8 @@ class System:
 
     def ring_turn(self, body: str) -> Array:
         """Row (d,) of the rotation of an FE ring's frame, zero of any other body."""
-        found = self.body(body)
-        stage, fe_ring = found.name.stage, found.name.part == "ring" and len(found.node_names) > 1
+        frame = self.body(body)
+        stage, fe_ring = frame.name.stage, frame.name.part == "ring" and len(frame.node_names) > 1
         at = self.frames[stage].ring if fe_ring and stage in self.frames else -1
         return np.asarray(self.angles[at]) if at >= 0 else np.zeros(self.size)
 

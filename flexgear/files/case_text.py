@@ -40,7 +40,7 @@ class Section:
 
     def holds(self, key: str) -> bool:
         """Whether the key has been put."""
-        return any(found == key for found, _, _ in self.lines)
+        return any(path == key for path, _, _ in self.lines)
 
     def share(self, part: float, keys: Iterable[str], why: str) -> None:
         """Multiply values of these keys."""

@@ -86,20 +86,20 @@ def require_speeds(members: Members, mobility: int) -> None:
     said = _listed(given, "speed")
     head = f"mobility {mobility}, and {said}"
     known = np.vstack([ties, port_matrix(members, given)])
-    found = rank(known)
+    rank_known = rank(known)
     if len(given) > mobility:
         raise InputError(
             members.source, given[-1].key,
             f"overdetermined: {head}{_clash(members, ties, given)}",
             f"remove {_count(len(given) - mobility, 'speed')} (give power or torque instead)",
         )  # fmt: skip
-    if found == len(members.names):
+    if rank_known == len(members.names):
         return
     free = null_space(known)
     spread = np.linalg.norm(free, axis=1)
     open_members = [m for m, s in zip(members.names, spread, strict=True) if s > 1e-6]
     ports = [p.member for p in members.ports if p.speed is None and p.member in open_members]
-    missing = len(members.names) - found
+    missing = len(members.names) - rank_known
     if len(given) == mobility:
         problem = f"{head}, but they depend on each other"
     else:

@@ -100,13 +100,13 @@ def error_cycle(
 
 def error_sources(errors: GearErrors, *, housing: bool = False) -> tuple[str, ...]:
     """Sources that these errors have; housing: whether anything else stands in space."""
-    found = {
+    sources = {
         "sun": errors.sun_eccentricity or errors.sun_pitch,
         "planet": any(errors.planet_eccentricity) or errors.planet_pitch,
         "ring": errors.ring_eccentricity or errors.ring_pitch,
         "housing": housing or errors.ring_offset,
     }
-    return tuple(s for s in SOURCES if found[s])
+    return tuple(s for s in SOURCES if sources[s])
 
 
 def train_cycle(turns: Sequence[TrainTurn]) -> Fraction:
@@ -186,10 +186,10 @@ def spread(count: int, most: int) -> NDArray[np.int64]:
     steps = np.arange(most, dtype=np.int64)
     best, widest = steps, math.inf
     for g in islice(near, CANDIDATES):
-        found = np.sort(steps * g % count)
-        gap = float(np.diff(np.append(found, found[0] + count)).max())
+        positions = np.sort(steps * g % count)
+        gap = float(np.diff(np.append(positions, positions[0] + count)).max())
         if gap < widest:
-            best, widest = found, gap
+            best, widest = positions, gap
         if gap * most < 3 * count:
             break
     return best

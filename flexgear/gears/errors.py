@@ -182,13 +182,13 @@ def _gear_vectors(stage: Stage, e: GearErrors, role: str) -> list[TurningVector]
         size, phase = e.sun_eccentricity, e.sun_eccentricity_phase
     else:
         size, phase = e.ring_eccentricity, e.ring_eccentricity_phase
-    found = []
+    vectors = []
     if size:
-        found.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[role]))
+        vectors.append(TurningVector(size * ones, phase - phi, stage_turns(stage)[role]))
     if role == "ring" and e.ring_offset:
         place = e.ring_offset_phase - phi
-        found.append(TurningVector(e.ring_offset * ones, place, -1.0, CARRIER_ANGLE))
-    return found
+        vectors.append(TurningVector(e.ring_offset * ones, place, -1.0, CARRIER_ANGLE))
+    return vectors
 
 
 def _planet_vectors(stage: Stage, e: GearErrors) -> list[TurningVector]:
@@ -255,7 +255,7 @@ def _pitch_by_path(
     Halves of a double-helical stage have draws of their own.
     """
     gears = gears_by_role(stage)
-    found = {}
+    pitch_errors = {}
     for side in sorted(sides):
         seed = e.seed if not side else [e.seed, ("left", "right").index(side)]
         rng = np.random.default_rng(seed)
@@ -268,5 +268,5 @@ def _pitch_by_path(
         for role, gear in drawn.items():
             mate = planet[::-1] if role == "sun" else planet
             for k, kind in enumerate(GearMeshKind.both(role)):
-                found[kind, side] = gear[k], mate[k]
-    return found
+                pitch_errors[kind, side] = gear[k], mate[k]
+    return pitch_errors

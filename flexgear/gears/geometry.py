@@ -221,13 +221,13 @@ def _gear_mesh(
     )
 
 
-def _least_ratio(view: StageView, role: str, found: float) -> float:
+def _least_ratio(view: StageView, role: str, ratio: float) -> float:
     """1 where nothing follows from the contact ratio, which is constant stiffness that is given."""
     if view.gear_mesh.model == "constant" and given_stiffness(view, role) is not None:
         return 1.0
     raise view.refuse(
         f"gear_mesh.{role}_contact_ratio",
-        f"the tips leave a contact ratio of {found:.3f} ({view.part(role)})",
+        f"the tips leave a contact ratio of {ratio:.3f} ({view.part(role)})",
         f"give {role}_contact_ratio, or check module and base diameters",
     )
 

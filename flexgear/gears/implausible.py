@@ -42,11 +42,11 @@ LEAST_GRAVITY, MOST_GRAVITY = 1.0, 100.0  # m/s²: the Moon's is 1.6, gearboxes 
 
 def implausible(case: Case, flow: PowerFlow) -> list[str]:
     """Sentences in the order of the stages; none for a case with nothing to doubt."""
-    found = list(_gravity(case))
+    doubts = list(_gravity(case))
     for stage in flow.stages:
         before = f"{stage.name}: " if len(case.stages) > 1 else ""
-        found += [before + text for text in _of_stage(case, flow, stage)]
-    return found
+        doubts += [before + text for text in _of_stage(case, flow, stage)]
+    return doubts
 
 
 def _gravity(case: Case) -> Iterator[str]:

@@ -51,24 +51,24 @@ def left_out(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     """Sizes under the normal forces of one gear mesh of "sun" and "ring", N, with their units in
     the keys; rims of planets with a bore and pins of an FE carrier only."""
     g, stage = stage_geometry(view), view.stage
-    found = {"coefficient_of_friction": FRICTION}
+    effects = {"coefficient_of_friction": FRICTION}
     for role in g.gear_meshes:
         name = "gear_mesh" if stage.kind == "parallel" else f"{role}_gear_mesh"
-        found[f"friction_loss_share_{name}"] = friction_share(g, role, FRICTION)
-        found[f"friction_force_{name}_n"] = FRICTION * abs(forces[role])
+        effects[f"friction_loss_share_{name}"] = friction_share(g, role, FRICTION)
+        effects[f"friction_force_{name}_n"] = FRICTION * abs(forces[role])
     if stage.planet is None:
-        return found
+        return effects
     halves = 2 if stage.double_helical else 1
     normal = {
         role: halves * abs(forces[role]) * math.cos(g.base_helix_angle) for role in g.gear_meshes
     }
     if stage.planet.bore_diameter > 0.0:
         for role, size in _planet_rim(view, g, normal, 0.5 * stage.planet.bore_diameter).items():
-            found[RIM_KEYS[role]] = 1e6 * size
+            effects[RIM_KEYS[role]] = 1e6 * size
     if "carrier" in view.fe_parts:
         on_pin = sum(normal[s] * math.cos(m.working_angle) for s, m in g.gear_meshes.items())
-        found["pin_bends_in_planet_um"] = 1e6 * _pin(view, on_pin)
-    return found
+        effects["pin_bends_in_planet_um"] = 1e6 * _pin(view, on_pin)
+    return effects
 
 
 def friction_share(g: StageGeometry, role: str, coefficient: float) -> float:

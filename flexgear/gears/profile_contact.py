@@ -150,7 +150,7 @@ def profile_contact(
     at = (np.repeat(s, shape[1]), np.tile(across, shape[0]))
     search = _Search.of(pair, *at)
     y, gap, slope = search.least()
-    found = search.rigid(y) - lead(at[1])
+    difference = search.rigid(y) - lead(at[1])
     place = y - search.radius * np.where(y >= search.high, np.minimum(slope, 0.0), 0.0)
     place -= search.radius * np.where(y <= search.low, np.maximum(slope, 0.0), 0.0)
     alpha = beta = secant = np.zeros_like(y)
@@ -164,7 +164,7 @@ def profile_contact(
     return ProfileContact(
         s=s,
         z=across,
-        gap=found.reshape(shape),
+        gap=difference.reshape(shape),
         place=place.reshape(shape),
         alpha=alpha.reshape(shape),
         beta=beta.reshape(shape),
@@ -237,10 +237,10 @@ class _Search(NamedTuple):
             best = np.argmin(self.parted(y), axis=1)
             first, last = (y[rows, np.clip(best + k, 0, count - 1)] for k in (-1, 1))
             count = ZOOMED
-        found, step = y[rows, best], 1e-6 * self.radius
-        sides = [np.clip(found + k * step, self.low, self.high) for k in (-1, 1)]
+        place, step = y[rows, best], 1e-6 * self.radius
+        sides = [np.clip(place + k * step, self.low, self.high) for k in (-1, 1)]
         values = [self.parted(side) for side in sides]
-        return found, self.parted(found), (values[1] - values[0]) / (sides[1] - sides[0])
+        return place, self.parted(place), (values[1] - values[0]) / (sides[1] - sides[0])
 
     def rigid(self, y: Array) -> Array:
         """S + g (n,) m at y (n,) with the exact S."""

@@ -58,12 +58,12 @@ class StageRadii:
 def gears_by_role(stage: Stage) -> dict[str, MatedGear | PlanetGear]:
     """Gears by "sun", "planet", "ring"; of a parallel stage pinion and gear in the first two."""
     names = ("sun", "planet", "ring") if stage.kind == "planetary" else ("pinion", "gear")
-    found = {}
+    gears = {}
     for role, name in zip(ROLES, names, strict=False):
         gear = getattr(stage, name)
         assert gear is not None  # the model refuses a stage that lacks a gear
-        found[role] = gear
-    return found
+        gears[role] = gear
+    return gears
 
 
 def is_overridden(stage: Stage) -> bool:

@@ -70,9 +70,9 @@ def stage_report(view: StageView, forces: Mapping[str, float]) -> Report:
         if forces[role]:
             pressure = pitch_point_pressure(view, g, role, forces[role])
             report[name]["nominal_contact_pressure_mpa"] = pressure / 1e6
-        for (of, part), found in stresses.items():
+        for (of, part), stress in stresses.items():
             if of == role:
-                report[name] |= _root(view.part(part), found)
+                report[name] |= _root(view.part(part), stress)
     missing = {f"{f.part}_{f.name}_um": _missing(f) for f in modified_flanks(view, paths)}
     report |= {"missing_on_flanks": missing} if missing else {}
     return report | {"not_modelled": left_out(view, forces)}
@@ -177,12 +177,12 @@ def _closed(errors: Sequence[PairErrors], half_face: float) -> dict[str, float]:
     return {"errors_close_up_to_um": 1e6 * float(most)}
 
 
-def _root(gear: str, found: RootStress) -> dict[str, Any]:
+def _root(gear: str, stress: RootStress) -> dict[str, Any]:
     """Nominal root stress of a gear at rated torque and its factors; ``root_stress`` says what is
     left out."""
     return {
-        f"nominal_root_stress_iso_6336_3_{gear}_mpa": found.stress / 1e6,
-        f"form_and_notch_factor_{gear}": [found.form_factor, found.notch_factor],
+        f"nominal_root_stress_iso_6336_3_{gear}_mpa": stress.stress / 1e6,
+        f"form_and_notch_factor_{gear}": [stress.form_factor, stress.notch_factor],
     }
 
 

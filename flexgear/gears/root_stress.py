@@ -165,7 +165,7 @@ def stage_root_stress(
 def largest_root_stress(view: StageView, forces: Mapping[str, float]) -> dict[str, float]:
     """Nominal root stress of each gear by its role, Pa: of a planet the larger of both its gear
     meshes."""
-    found: dict[str, float] = {}
+    largest: dict[str, float] = {}
     for (_, part), one in stage_root_stress(view, stage_geometry(view), forces).items():
-        found[part] = max(found.get(part, 0.0), one.stress)
-    return found
+        largest[part] = max(largest.get(part, 0.0), one.stress)
+    return largest

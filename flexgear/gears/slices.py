@@ -213,16 +213,16 @@ def bent(
     on = np.divide(
         slices.on_path, slices.stiffness.sum(axis=1), out=np.zeros_like(k), where=held[:, 0]
     )
-    found = replace(
+    bent_slices = replace(
         slices,
         stiffness=stiffness,
         centre=np.where(held[:, 0], centre, slices.centre),
         radius=np.where(held[:, 0], np.sqrt(np.maximum(spread, 0.0)), 0.0),
         on_path=on * stiffness.sum(axis=1),
     )
-    yields = rows_yield(found, (share, moment), beside, at.base_pitch)
+    yields = rows_yield(bent_slices, (share, moment), beside, at.base_pitch)
     lower = flexibility[:, *np.tril_indices(slices.count)]
-    return replace(found, bending=Bending(scale, limit, lower, yields))
+    return replace(bent_slices, bending=Bending(scale, limit, lower, yields))
 
 
 def rows_yield(
@@ -242,12 +242,12 @@ def rows_yield(
     k = np.maximum(even.sum(axis=1), 1e-300)[:, None]
     lever = np.where(extended[:, None], lever / (k * reach[:, None]), 0.0)
     rows = np.stack([even / k - lever, even / k + lever], axis=-1)  # of 2 t - 1 = (z − z_c)/ρ
-    found = []
+    yields = []
     for apart in (1, 2):
         after = np.clip(slices.s + apart * base_pitch, None, slices.s[-1])
         place = (after - slices.s[0]) / (slices.s[1] - slices.s[0])
         low = np.minimum(place.astype(np.int64), len(slices.s) - 2)
         share = (place - low)[:, None, None]
         further = (1.0 - share) * rows[low] + share * rows[low + 1]
-        found.append(rows.swapaxes(1, 2) @ beside[:, apart - 1] @ further)
-    return np.concatenate(found, axis=2)
+        yields.append(rows.swapaxes(1, 2) @ beside[:, apart - 1] @ further)
+    return np.concatenate(yields, axis=2)

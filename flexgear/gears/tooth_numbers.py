@@ -61,9 +61,9 @@ def tooth_numbers(basic_ratio: float, planets: int, helix: float) -> Iterator[To
     ratio, teeth that meet all others (no common divisor), a pinion of usual size, room between
     planets."""
     for _, sun, planet, ring in sorted(_candidates(basic_ratio, planets, helix)):
-        found = _meshing(sun, planet, ring, helix)
-        if found is not None:
-            yield found
+        meshing = _meshing(sun, planet, ring, helix)
+        if meshing is not None:
+            yield meshing
 
 
 def _candidates(

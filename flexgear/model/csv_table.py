@@ -40,10 +40,10 @@ def read_table(
     if not header:
         usual = ", ".join(_usual(next(iter(any_of.items()))) for any_of in columns)
         raise InputError(where, what, "is empty", f"give columns {usual}")
-    found = [_column(header, any_of, where) for any_of in columns]
-    found += _optional(header, optional or {}, where)
-    titles = {name: header[at] for name, _, at, _ in found}
-    return titles, _values(rows, header, found, separator, where)
+    columns_of_table = [_column(header, any_of, where) for any_of in columns]
+    columns_of_table += _optional(header, optional or {}, where)
+    titles = {name: header[at] for name, _, at, _ in columns_of_table}
+    return titles, _values(rows, header, columns_of_table, separator, where)
 
 
 def _values(
@@ -110,23 +110,23 @@ def _usual(column: tuple[str, str]) -> str:
 
 def _optional(header: list[str], optional: Mapping[str, str], where: str) -> list[Column]:
     """Those of the optional columns that there are."""
-    each = (_found(header, {name: dimension}) for name, dimension in optional.items())
-    found = [column for column in each if column is not None]
-    begins, known = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in found}
+    each = (_column_of(header, {name: dimension}) for name, dimension in optional.items())
+    columns = [column for column in each if column is not None]
+    begins, known = tuple({name.partition("_")[0] for name in optional}), {c[2] for c in columns}
     for at, title in enumerate(header):
         if begins and title.startswith(begins) and at not in known:
             raise InputError(
                 where, f"column {echo(title)}", "is not known, or there twice",
                 f"head it {', '.join(map(_usual, optional.items()))}",
             )  # fmt: skip
-    return found
+    return columns
 
 
 def _column(header: list[str], any_of: Mapping[str, str], where: str) -> Column:
     """The first column that is one of ``any_of``; InputError without one."""
-    found = _found(header, any_of)
-    if found is not None:
-        return found
+    place = _column_of(header, any_of)
+    if place is not None:
+        return place
     right = " or ".join(f"{n}_{s}" for n, d in any_of.items() for s in Quantity(d).suffixes)
     raise InputError(
         where, f"column {' or '.join(any_of)}", f"is not among {echo(', '.join(header))}",
@@ -134,7 +134,7 @@ def _column(header: list[str], any_of: Mapping[str, str], where: str) -> Column:
     )  # fmt: skip
 
 
-def _found(header: list[str], any_of: Mapping[str, str]) -> Column | None:
+def _column_of(header: list[str], any_of: Mapping[str, str]) -> Column | None:
     """The first column that is one of ``any_of``."""
     for at, title in enumerate(header):
         for name, dimension in any_of.items():

@@ -86,23 +86,23 @@ def read_flank_table(path: Path) -> dict[str, Any]:
     profile = {"roll_angle": "angle", "diameter": "length"}
     titles, rows = read_table(path, what, [profile, {"z": "length"}, {"gap": "length"}])
     name = next(one for one in profile if one in titles)
-    found: dict[tuple[float, float], float] = {}
+    gap_at: dict[tuple[float, float], float] = {}
     for number, values in rows:
         point = values[name], values["z"]
-        if point in found:
+        if point in gap_at:
             raise InputError(
                 where, f"line {number}", "gives a point for the second time", "keep one of them"
             )
-        found[point] = values["gap"]
-    if not found:
+        gap_at[point] = values["gap"]
+    if not gap_at:
         raise InputError(where, what, "has no rows", "give one row a point")
-    places, z = (tuple(sorted({point[k] for point in found})) for k in (0, 1))
-    if len(found) != len(places) * len(z):
+    places, z = (tuple(sorted({point[k] for point in gap_at})) for k in (0, 1))
+    if len(gap_at) != len(places) * len(z):
         raise InputError(
             where, what,
-            f"has {len(found)} points, but {len(places)} different {titles[name]} and {len(z)} "
+            f"has {len(gap_at)} points, but {len(places)} different {titles[name]} and {len(z)} "
             f"different {titles['z']}",
             "give every place on the profile at every place along the face",
         )  # fmt: skip
-    gaps = tuple(tuple(found[p, at] for at in z) for p in places)
+    gaps = tuple(tuple(gap_at[p, at] for at in z) for p in places)
     return {f"{name}s": places, "z": z, "gaps": gaps}

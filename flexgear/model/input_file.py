@@ -24,18 +24,18 @@ def require_regular(path: Path, what: str, most: int) -> None:
     Pipes and devices would keep a reader waiting, or feed it for ever.
     """
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except FileNotFoundError:
         raise InputError(str(path), what, "there is no such file", "check the path") from None
     except OSError as fault:
         raise InputError(str(path), what, fault.strerror or "unreadable", "check it") from None
     except ValueError as fault:  # a zero byte in the name
         raise InputError(str(path), what, str(fault), "check the path") from None
-    if stat.S_ISDIR(found.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise InputError(str(path), what, "is a folder", "name a file in it")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise InputError(str(path), what, "is a device or pipe", "name a file")
-    if found.st_size > most:
+    if status.st_size > most:
         _too_large(path, what, most)
 
 

@@ -51,9 +51,9 @@ class Key:
         """``schema`` with limits and default in a unit."""
         if self.quantity is None:
             return self.schema
-        found = _scaled(self.schema, self.quantity, suffix)
-        assert isinstance(found, dict)
-        return found
+        scaled = _scaled(self.schema, self.quantity, suffix)
+        assert isinstance(scaled, dict)
+        return scaled
 
 
 def keys(section: type[Section]) -> Iterator[Key]:
@@ -77,15 +77,15 @@ def keys(section: type[Section]) -> Iterator[Key]:
 
 def sections(root: type[Section] = Case) -> list[type[Section]]:
     """The section and all below it, each once, in the order in which they are met."""
-    found: list[type[Section]] = []
+    classes: list[type[Section]] = []
     rest = [root]
     while rest:
         one = rest.pop(0)
-        if one in found:
+        if one in classes:
             continue
-        found.append(one)
+        classes.append(one)
         rest = [inner for name in one.model_fields if (inner := section_of(one, name))] + rest
-    return found
+    return classes
 
 
 def _writable(schema: dict[str, Any]) -> dict[str, Any]:

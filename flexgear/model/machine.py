@@ -98,17 +98,17 @@ def machines_of(case: Case) -> tuple[Machine | None, ...]:
 
     ``drive`` is another name for the first input's; the output brakes unless it says otherwise.
     """
-    found = [port.machine for port in case.inputs]
-    if found and found[0] is None:
-        found[0] = machine_of(case.drive)
+    machines = [port.machine for port in case.inputs]
+    if machines and machines[0] is None:
+        machines[0] = machine_of(case.drive)
     if case.output is None:
-        return tuple(found)
+        return tuple(machines)
     brake = Machine(
         law="brake",
         brake_torque=case.output.brake_torque,
         brake_exponent=case.output.brake_exponent,
     )
-    return (*found, case.output.machine or brake)
+    return (*machines, case.output.machine or brake)
 
 
 def series_of(case: Case) -> tuple[str, ...]:

@@ -34,12 +34,12 @@ def prose(section: type[Section]) -> str:
 def words(section: type[Section], name: str) -> dict[str, str]:
     """Words that a field takes, with what they mean where a docstring lists them."""
     annotation = str(section.model_fields[name].annotation)
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for cls in reversed(_sources(section)):
         listed = _listed(cls)
         if listed and all(f"'{word}'" in annotation for word in listed):
-            found |= listed
-    return found
+            meanings |= listed
+    return meanings
 
 
 def _sources(section: type[Section]) -> tuple[type[Section], ...]:
@@ -76,15 +76,15 @@ def _names(head: re.Match[str]) -> dict[str, str]:
 @cache
 def _said(section: type[Section]) -> dict[str, str]:
     """Field and what the section's own docstring says of it."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for paragraph in _paragraphs(section):
         text = " ".join(paragraph.split())
         heads = _heads(section, text)
         ends = [*(m.start() for m in heads[1:]), len(text)]
         for head, end in zip(heads, ends, strict=False):
             said = text[head.end() : end].strip().rstrip(";.,")
-            found |= {n: f"{said} ({r})" if r else said for n, r in _names(head).items()}
-    return found
+            meanings |= {n: f"{said} ({r})" if r else said for n, r in _names(head).items()}
+    return meanings
 
 
 def _is_list(paragraph: str) -> bool:
@@ -94,11 +94,13 @@ def _is_list(paragraph: str) -> bool:
 @cache
 def _listed(section: type[Section]) -> dict[str, str]:
     """Words with their meanings that the section's own docstring lists."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for paragraph in filter(_is_list, _paragraphs(section)):
         word = ""
         for line in paragraph.splitlines():
             begins = _WORD.match(line)
             word = begins[1] if begins else word
-            found[word] = f"{found.get(word, '')} {begins[2] if begins else line.strip()}".strip()
-    return found
+            meanings[word] = (
+                f"{meanings.get(word, '')} {begins[2] if begins else line.strip()}".strip()
+            )
+    return meanings

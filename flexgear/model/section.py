@@ -94,10 +94,10 @@ def location(line: Any) -> list[str | int]:
 
 def _walk(annotation: Any) -> list[Any]:
     """The annotation and everything inside it (Optional, tuple, Annotated)."""
-    found = [annotation]
+    annotations = [annotation]
     for part in get_args(annotation):
-        found += _walk(part)
-    return found
+        annotations += _walk(part)
+    return annotations
 
 
 def quantity_of(section: type[Section], name: str) -> Quantity | None:

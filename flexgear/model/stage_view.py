@@ -58,26 +58,26 @@ class StageView:
     @property
     def ring_gear(self) -> RingGear:
         """The ring of a planetary stage, whatever its body; AttributeError where there is none."""
-        found: RingGear = _there(self.stage.ring, "ring")
-        return found
+        part: RingGear = _there(self.stage.ring, "ring")
+        return part
 
     @property
     def ring(self) -> Ring:
         """The ring's FE body; AttributeError where it is lumped."""
-        found: Ring = _there(self.stage.ring and self.stage.ring.fe, "FE ring")
-        return found
+        part: Ring = _there(self.stage.ring and self.stage.ring.fe, "FE ring")
+        return part
 
     @property
     def carrier(self) -> Carrier:
         """The carrier's FE body; AttributeError where it is lumped."""
-        found: Carrier = _there(self.stage.carrier and self.stage.carrier.fe, "FE carrier")
-        return found
+        part: Carrier = _there(self.stage.carrier and self.stage.carrier.fe, "FE carrier")
+        return part
 
     @property
     def shaft(self) -> Shaft:
         """The sun's shaft; AttributeError where there is none."""
-        found: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")
-        return found
+        part: Shaft = _there(self.stage.sun and self.stage.sun.shaft, "sun shaft")
+        return part
 
     @property
     def fe_parts(self) -> tuple[str, ...]:
@@ -145,10 +145,10 @@ class StageView:
         return InputError(self.source, self.key(name), problem, remedy)
 
 
-def _there(found: Any, what: str) -> Any:
-    if found is None:
+def _there(part: Any, what: str) -> Any:
+    if part is None:
         raise AttributeError(f"the stage has no {what}")
-    return found
+    return part
 
 
 def stage_key(name: str, key: str) -> str:

@@ -171,32 +171,36 @@ class ErrorDistributions(Section):
     def given(self) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Errors that have a distribution, in the order of the fields."""
         every = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: found for name, found in every.items() if found is not None}
+        return {
+            name: distribution for name, distribution in every.items() if distribution is not None
+        }
 
     @model_validator(mode="after")
     def _possible(self) -> ErrorDistributions:
-        for name, found in self.given.items():
-            if not isinstance(found, SizeDistribution):
+        for name, distribution in self.given.items():
+            if not isinstance(distribution, SizeDistribution):
                 continue
             if name not in OF_EITHER_SIGN:
-                _refuse_negative(name, found)
-            _refuse_large(name, found)
+                _refuse_negative(name, distribution)
+            _refuse_large(name, distribution)
         return self
 
 
-def _refuse_large(name: str, found: SizeDistribution) -> None:
+def _refuse_large(name: str, distribution: SizeDistribution) -> None:
     """A size that nothing limits to what flanks can have."""
-    if found.largest > LARGEST:
+    if distribution.largest > LARGEST:
         raise Refusal(
             f"{name}.standard_deviation",
-            f"lets errors reach {1e3 * found.largest:g} mm",
+            f"lets errors reach {1e3 * distribution.largest:g} mm",
             "give low and high, or check the unit",
         )
 
 
-def _refuse_negative(name: str, found: SizeDistribution) -> None:
+def _refuse_negative(name: str, distribution: SizeDistribution) -> None:
     """A size that cannot be negative has no tail there."""
-    if found.distribution == "rayleigh" or (found.low is not None and found.low >= 0):
+    if distribution.distribution == "rayleigh" or (
+        distribution.low is not None and distribution.low >= 0
+    ):
         return
     raise Refusal(
         f"{name}.low",
@@ -220,11 +224,11 @@ class FlankDistributions(Section):
     @model_validator(mode="after")
     def _possible(self) -> FlankDistributions:
         for name in type(self).model_fields:
-            found = getattr(self, name)
-            if found is not None and name == "tip_relief":
-                _refuse_negative(name, found)
-            if found is not None:
-                _refuse_large(name, found)
+            distribution = getattr(self, name)
+            if distribution is not None and name == "tip_relief":
+                _refuse_negative(name, distribution)
+            if distribution is not None:
+                _refuse_large(name, distribution)
         return self
 
 
@@ -257,7 +261,9 @@ class ModificationDistributions(Section):
             for flank in type(self).model_fields
             for name in FlankDistributions.model_fields
         }
-        return {key: found for key, found in every.items() if found is not None}
+        return {
+            key: distribution for key, distribution in every.items() if distribution is not None
+        }
 
 
 class OfStage(Section):
@@ -293,22 +299,26 @@ class Tolerance(Section):
     def ground(self, stage: Stage) -> dict[tuple[str, str], SizeDistribution]:
         """Distributions of modifications of a stage by flank and name; of its parts alone, and none
         where its pairs have no slices."""
-        found = self.modifications.given
+        distributions = self.modifications.given
         for one in self.by_stage:
             if one.stage == stage.name:
-                found |= one.modifications.given
+                distributions |= one.modifications.given
         if stage.gear_mesh.model != "face_load":
             return {}
         parallel = stage.kind == "parallel"
-        return {key: x for key, x in found.items() if not (parallel and "ring" in FLANKS[key[0]])}
+        return {
+            key: x
+            for key, x in distributions.items()
+            if not (parallel and "ring" in FLANKS[key[0]])
+        }
 
     def of(self, stage: str) -> dict[str, SizeDistribution | PhaseDistribution]:
         """Distributions of one stage."""
-        found = self.errors.given
+        distributions = self.errors.given
         for one in self.by_stage:
             if one.stage == stage:
-                found |= one.errors.given
-        return found
+                distributions |= one.errors.given
+        return distributions
 
 
 def check_tolerance(case: Case) -> None:

@@ -115,14 +115,14 @@ class DatasetFile:
 
     def _as_stored(self, whole: xr.Dataset) -> xr.Dataset:
         """With all samples, and numbers as exact as in the file."""
-        found: dict[Any, xr.Variable] = {}
+        variables: dict[Any, xr.Variable] = {}
         for name, variable in whole.variables.items():
             if pieces := self._pieces.get(str(name)):
-                found[name] = xr.Variable(variable.dims, np.concatenate(pieces), variable.attrs)
+                variables[name] = xr.Variable(variable.dims, np.concatenate(pieces), variable.attrs)
             elif name in whole.data_vars and variable.dtype.kind == "f":
-                found[name] = variable.astype(self._file.dtype(str(name)))
-        time = xr.Dataset(coords={TIME: found.pop(TIME)})
-        return whole.drop_vars(list(self._pieces)).merge(time).assign(found)
+                variables[name] = variable.astype(self._file.dtype(str(name)))
+        time = xr.Dataset(coords={TIME: variables.pop(TIME)})
+        return whole.drop_vars(list(self._pieces)).merge(time).assign(variables)
 
     def close(self) -> None:
         """Let go of the file, whatever state it is in."""

@@ -39,13 +39,13 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
     name; none where pairs have no slices."""
     if "face_line_load" not in data:
         return {}
-    found = {}
+    figures = {}
     for name in map(str, data["flank"].to_numpy()):
         own = data.sel(flank=name)
         load = own["face_line_load"].mean("position").to_numpy()
         if not load.max() > 0:
             continue
-        found[name] = {
+        figures[name] = {
             "k_h_beta": factor_along(load, float(own["face_section"].max())),
             "k_h_alpha": _sharing_factor(own),
             "instantaneous_peak_factor": float(own["instantaneous_peak_factor"].max()),
@@ -57,7 +57,7 @@ def face_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
             **_mean_and_swing(own, "transmission_error"),
             **_mean_and_swing(own, "unloaded_transmission_error"),
         }
-    return found
+    return figures
 
 
 def misalignment_of_groups(figures: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
@@ -96,7 +96,7 @@ def _edges(own: xr.Dataset) -> dict[str, float]:
 def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """A line for each group of gear meshes in ``face_figures`` whose tips or ends of the face carry
     much, of the flank where they carry most."""
-    found = []
+    texts = []
     for edge, (said, limit, remedy) in EDGES.items():
         size, often = f"{edge}_line_load_n_per_mm", f"{edge}_contact_positions"
         groups: dict[str, list[Mapping[str, Any]]] = {}
@@ -105,12 +105,12 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
                 groups.setdefault(FlankName.parse(flank).group, []).append(one)
         for group, every in groups.items():
             one = max(every, key=lambda x: float(x[size]))
-            found.append(
+            texts.append(
                 f"{group}: {said} up to {one[size]:.4g} N/mm, and more than {limit} mean line load "
                 f"of {one['mean_line_load_n_per_mm']:.4g} N/mm at {100 * one[often]:.3g} % of the "
                 f"positions; {remedy}"
             )
-    return found
+    return texts
 
 
 def _mean_and_swing(own: xr.Dataset, error: str) -> dict[str, float]:
@@ -124,6 +124,6 @@ def _mean_and_swing(own: xr.Dataset, error: str) -> dict[str, float]:
 
 def _causes(own: xr.Dataset) -> dict[str, float]:
     """Mean misalignment by cause, µm, of one flank; without what its gear mesh does not have."""
-    found = own["gear_mesh_misalignment_by_cause"]
-    every = {str(c): found.sel(cause=c).to_numpy() for c in found["cause"].to_numpy()}
+    shares = own["gear_mesh_misalignment_by_cause"]
+    every = {str(c): shares.sel(cause=c).to_numpy() for c in shares["cause"].to_numpy()}
     return {c: 1e6 * float(np.nanmean(v)) for c, v in every.items() if np.nan_to_num(v).any()}

@@ -35,12 +35,12 @@ def carrying_pairs(data: xr.Dataset, gear: str) -> xr.Dataset:
     if f"{gear}_pair_load" not in data:
         raise FlexgearError(f"the dataset holds no tooth pairs of the {gear}")
     coast = coast_carries(data, gear)
-    found = {}
+    pairs = {}
     for part in PARTS:
         name, other = f"{gear}_pair_{part}", f"{gear}_coast_pair_{part}"
         if name in data:
-            found[part] = data[name].where(~coast, data[other]) if other in data else data[name]
-    return xr.Dataset(found)
+            pairs[part] = data[name].where(~coast, data[other]) if other in data else data[name]
+    return xr.Dataset(pairs)
 
 
 def tooth_loads(data: xr.Dataset, gear: str) -> xr.DataArray:

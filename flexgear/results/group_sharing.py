@@ -73,7 +73,7 @@ class SharingCoefficients:
         for _, group in self._groups:
             group.close_window()
 
-    def found(self, first: int = 0) -> dict[str, Array]:
+    def coefficients(self, first: int = 0) -> dict[str, Array]:
         """ "load_sharing_coefficient" (definitions, groups) and "planet_coefficient" (definitions, G)
         from the window ``first`` on, "mesh_load_factor" (groups,)."""
         planets = np.full((len(DEFINITIONS), self._count), np.nan)
@@ -96,7 +96,7 @@ def sharing_coefficients(
     """``SharingCoefficients`` of forces (t, G) in N that are all there."""
     running = SharingCoefficients(gear_meshes, samples_per_cycle)
     running.append(force)
-    return running.found()
+    return running.coefficients()
 
 
 def sharing_figures(data: xr.Dataset, group: str) -> dict[str, Any]:

@@ -32,10 +32,10 @@ def groups_of(
     gear_meshes: Sequence[GearMeshName], least: int = 2
 ) -> dict[GroupName, NDArray[np.int64]]:
     """Places of the gear meshes of every group with at least so many planets, in their order."""
-    found: dict[GroupName, list[int]] = {}
+    groups: dict[GroupName, list[int]] = {}
     for k, name in enumerate(gear_meshes):
-        found.setdefault(name.group, []).append(k)
-    return {g: np.array(at, dtype=np.int64) for g, at in found.items() if len(at) >= least}
+        groups.setdefault(name.group, []).append(k)
+    return {g: np.array(at, dtype=np.int64) for g, at in groups.items() if len(at) >= least}
 
 
 def groups_in(data: xr.Dataset | xr.DataArray) -> dict[GroupName, NDArray[np.int64]]:

@@ -88,8 +88,8 @@ def _of_json(path: Path) -> Origin | None:
 
 def _of_report(path: Path) -> Origin | None:
     with open(path, encoding="utf-8", errors="replace") as file:
-        found = _REPORT.search(file.read(4096))
-    return Origin(html.unescape(found[1])) if found else None
+        match = _REPORT.search(file.read(4096))
+    return Origin(html.unescape(match[1])) if match else None
 
 
 def _of_fe_mesh(path: Path) -> Origin | None:

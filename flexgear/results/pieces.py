@@ -23,10 +23,10 @@ def pieces(data: xr.Dataset) -> Iterator[xr.Dataset]:
 
 def ranges_of(data: xr.Dataset, watched: Callable[[xr.Dataset], xr.Dataset]) -> Ranges:
     """Ranges over a transient of what ``watched`` makes of its pieces."""
-    found = Ranges(watched)
+    ranges = Ranges(watched)
     for piece in pieces(data):
-        found.append(piece)
-    return found
+        ranges.append(piece)
+    return ranges
 
 
 def between(data: xr.Dataset, begin: float, end: float | None = None) -> xr.Dataset:

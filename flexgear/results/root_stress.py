@@ -26,11 +26,11 @@ Array = NDArray[np.float64]
 def root_figures(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
     """By gear ("planet", "sun", "ring"), MPa: largest and least stress in its fillets, and how far
     it ranges at one place along the face where it ranges farthest; none of a stage without."""
-    found = root_extremes(data, stage)
-    for gear, own in gears_of(data, stage) if found else ():
+    extremes = root_extremes(data, stage)
+    for gear, own in gears_of(data, stage) if extremes else ():
         far = _range_of_teeth(own, stage) if _by_tooth(gear, own) else _range(own)
-        found[gear]["range"] = 1e-6 * far
-    return found
+        extremes[gear]["range"] = 1e-6 * far
+    return extremes
 
 
 def root_extremes(data: xr.Dataset, stage: str) -> dict[str, dict[str, float]]:
@@ -75,12 +75,12 @@ def _range_of_teeth(own: xr.Dataset, stage: str) -> float:
 
 def _range(own: xr.Dataset) -> float:
     """Pa, the largest of the fillets that are stretched and all places along the face."""
-    side, found = own["root_side"].to_numpy(), []
+    side, stresses = own["root_side"].to_numpy(), []
     for fillet in np.unique(side):
         stretched = own["face_root_stress"].isel(flank=side == fillet)
         pressed = own["face_root_compression"].isel(flank=side == -fillet)
-        found.append(float((_over_all(stretched, np.fmax) - _over_all(pressed, np.fmin)).max()))
-    return max(found)
+        stresses.append(float((_over_all(stretched, np.fmax) - _over_all(pressed, np.fmin)).max()))
+    return max(stresses)
 
 
 def _over_all(stress: xr.DataArray, extreme: np.ufunc) -> Array:

@@ -55,13 +55,13 @@ class RunningSharing:
     def planets(self, definition: Definition, first: int = 0) -> Array:
         """Coefficients (N,) of the planets from the window ``first`` on; NaN where there are none."""
         windows = self._senses[0 if self._sum >= 0 else 1].windows[first:]
-        found = np.max([one.figures[definition] for one in windows], axis=0)
+        largest = np.max([one.figures[definition] for one in windows], axis=0)
         enough = definition == "instantaneous" or (
             self._per_cycle >= FEWEST and self._samples >= self._per_cycle
         )
-        if not (enough and all(one.loaded for one in windows) and np.isfinite(found).all()):
-            return np.full_like(found, math.nan)
-        return np.asarray(found)
+        if not (enough and all(one.loaded for one in windows) and np.isfinite(largest).all()):
+            return np.full_like(largest, math.nan)
+        return np.asarray(largest)
 
 
 class _Largest:
@@ -73,8 +73,8 @@ class _Largest:
 
     def take(self, definition: Definition, largest: Array) -> None:
         """Look at shares of the forces (k, N) of samples or cycles."""
-        found = planet_figures(definition, shares(largest)).max(axis=0)
-        self.figures[definition] = np.maximum(self.figures[definition], found)
+        figure = planet_figures(definition, shares(largest)).max(axis=0)
+        self.figures[definition] = np.maximum(self.figures[definition], figure)
 
 
 class _Sense:

@@ -109,11 +109,11 @@ class WindowedRanges:
     def since(self, start: float) -> Ranges:
         """Ranges of the windows that begin at ``start`` s or later, which is one of the edges."""
         first = int(np.searchsorted(self._edges, start))
-        found = Ranges(self._watched)
+        ranges = Ranges(self._watched)
         for k in sorted(self._parts):
             if k >= first:
-                found.join(self._parts[k])
-        return found
+                ranges.join(self._parts[k])
+        return ranges
 
 
 class Settling:
@@ -195,14 +195,14 @@ class Settling:
     def _peak_to_peak(self, windows: slice) -> Array:
         """Of every x, at least a share of the largest of its kind and of its size."""
         high, low = self._largest[windows].max(axis=0), self._least[windows].min(axis=0)
-        found = high - low
+        range_ = high - low
         for end, size in zip(np.cumsum(self._sizes), self._sizes, strict=True):
             kind = slice(end - size, end)
             if size:
-                least = NEGLIGIBLE * found[kind].max()
+                least = NEGLIGIBLE * range_[kind].max()
                 still = STILL * np.maximum(np.abs(high[kind]), np.abs(low[kind])).max()
-                found[kind] = np.maximum(found[kind], max(least, still))
-        return found
+                range_[kind] = np.maximum(range_[kind], max(least, still))
+        return range_
 
 
 def _interpolated(at: Array, time: Array, x: Array) -> Array:

@@ -120,13 +120,13 @@ class Ranges:
 
     def append(self, data: xr.Dataset) -> None:
         """Look at some samples more."""
-        found = self._watched(data)
-        if not found.sizes[TIME]:
+        values = self._watched(data)
+        if not values.sizes[TIME]:
             return
         one = Ranges(self._watched)
-        one.first = found.isel({TIME: 0}, drop=True)
-        one.least, one.largest = found.min(TIME), found.max(TIME)
-        one._sum, one._count = found.sum(TIME, dtype=float), found.count(TIME)
+        one.first = values.isel({TIME: 0}, drop=True)
+        one.least, one.largest = values.min(TIME), values.max(TIME)
+        one._sum, one._count = values.sum(TIME, dtype=float), values.count(TIME)
         self.join(one)
 
     def finish(self, last: xr.Dataset) -> None:

@@ -24,9 +24,9 @@ def amplitudes(values: ArrayLike, step: float) -> tuple[Array, Array]:
     """Frequencies (f,) in Hz and amplitudes (..., f) of histories (..., t) sampled every step, s."""
     x = np.asarray(values, dtype=float)
     window = np.hanning(x.shape[-1] + 2)[1:-1]
-    found = np.abs(np.fft.rfft((x - x.mean(axis=-1, keepdims=True)) * window, axis=-1))
+    spectrum = np.abs(np.fft.rfft((x - x.mean(axis=-1, keepdims=True)) * window, axis=-1))
     hz = np.fft.rfftfreq(x.shape[-1], step).astype(float)
-    return hz, np.asarray(2 * found / window.sum())
+    return hz, np.asarray(2 * spectrum / window.sum())
 
 
 def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:

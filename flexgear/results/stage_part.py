@@ -32,12 +32,12 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     left out. Attribute
     rated_mean_force_n: of a planet at the ring.
     """
-    found = {
+    variables = {
         name: part.variable.copy(deep=False) for name, part in _variables(data, stage, half) if part.size
     }
     dim = "time" if "time" in data.dims else "position"
     coords: dict[str, Any] = {dim: data[dim].variable}
-    sizes = {str(d): n for v in found.values() for d, n in v.sizes.items()}
+    sizes = {str(d): n for v in variables.values() for d, n in v.sizes.items()}
     labels = _labels(data, stage)
     for d, size in sizes.items():
         if d != dim:
@@ -51,7 +51,7 @@ def stage_part(data: xr.Dataset, stage: str, half: str = "left") -> xr.Dataset:
     if "rated_gear_mesh_force" in data:
         rated = data["rated_gear_mesh_force"].to_numpy()[_gear_meshes(data, stage, "ring", half)]
         attrs["rated_mean_force_n"] = float(rated.mean())
-    return xr.Dataset(found, coords, attrs)
+    return xr.Dataset(variables, coords, attrs)
 
 
 def with_spread(part: xr.Dataset) -> xr.Dataset:
@@ -172,11 +172,11 @@ def _motions(data: xr.Dataset, stage: str, half: str) -> Iterator[tuple[str, xr.
 
 def _labels(data: xr.Dataset, stage: str) -> dict[str, Sequence[str]]:
     """Labels of axes without the stage's name, and those that are the same everywhere."""
-    found: dict[str, Sequence[str]] = {
+    labels: dict[str, Sequence[str]] = {
         d: [str(n) for n in data[d].to_numpy()] for d in ("dof", "axis") if d in data.coords
     }
     for dim, other in (("carrier_node", "carrier_node"), ("support", "bearing")):
         if dim in data.coords:
             names = [str(data[dim].to_numpy()[k]) for k in _own(data[dim], stage)]
-            found[other] = [MemberName.parse(n).part or n for n in names]
-    return found
+            labels[other] = [MemberName.parse(n).part or n for n in names]
+    return labels

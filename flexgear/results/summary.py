@@ -43,9 +43,9 @@ def steady_summary(
     runs: over one revolution, by variant, that of the case as it is first; rated_equilibrium:
     equilibria at rated torque whose first position gives the radial harmonics.
     """
-    found = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(x, stage))
+    ranges = ranges_of(next(iter(runs.values())), lambda x: _steady_histories(x, stage))
     static = stage_part(rated_equilibrium.isel(position=slice(1)), stage)
-    least, mean, largest = found.least, found.mean, found.largest
+    least, mean, largest = ranges.least, ranges.mean, ranges.largest
     node = np.fmax(-least["tooth_node"].to_numpy(), largest["tooth_node"].to_numpy())
     shares = mean["pairs_in_contact"].mean("planet").to_numpy()
     harmonics = np.abs(radial_harmonics(static["tooth_displacement"].to_numpy()[0]))
@@ -99,19 +99,19 @@ HISTORIES = (  # variables of a run that those of a stage come from
 def stage_histories(data: xr.Dataset) -> xr.Dataset:
     """What of a transient the command line gives the range of."""
     names = ["carrier_speed", "ring_gear_mesh_force", "load_sharing", "planet_force_spread"]
-    found = data[names]
+    histories = data[names]
     for gear in GEARS:
         flanks = flank_histories(data, gear)
-        found = found.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
-    return found
+        histories = histories.assign({f"{gear}_{name}": flanks[name] for name in map(str, flanks)})
+    return histories
 
 
 def sharing_summary(data: xr.Dataset, groups: Sequence[str]) -> dict[str, float | None]:
     """Mean and largest load sharing factor of groups of gear meshes where it is defined, None where
     nowhere; the mean is that of the group where it is largest."""
     if TIME in data.dims:
-        found = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=groups))
-        mean, largest = found.mean["load_sharing"].max(), found.largest["load_sharing"].max()
+        ranges = ranges_of(data, lambda piece: piece[["load_sharing"]].sel(group=groups))
+        mean, largest = ranges.mean["load_sharing"].max(), ranges.largest["load_sharing"].max()
     else:
         own = data["load_sharing"].sel(group=groups)
         mean, largest = own.mean("position").max(), own.max()
@@ -157,9 +157,9 @@ def torque_step_summary(data: xr.Dataset, stage: str) -> dict[str, float | None]
 def drop_summary(data: xr.Dataset) -> dict[str, Any]:
     """Figures of one torque drop of any case: slowest speeds of members of given speed, least and
     largest gear-mesh forces of every group, largest load sharing."""
-    found = ranges_of(data, lambda x: x[["input_speed", "gear_mesh_force", "load_sharing"]])
-    forces = (part["gear_mesh_force"] for part in (found.least, found.mean, found.largest))
-    slowest, shared = found.least["input_speed"], found.largest["load_sharing"]
+    ranges = ranges_of(data, lambda x: x[["input_speed", "gear_mesh_force", "load_sharing"]])
+    forces = (part["gear_mesh_force"] for part in (ranges.least, ranges.mean, ranges.largest))
+    slowest, shared = ranges.least["input_speed"], ranges.largest["load_sharing"]
     return {
         "speed_rpm_min": {
             str(m): float(w) * RPM

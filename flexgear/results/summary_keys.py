@@ -176,20 +176,20 @@ def lacking(summary: Mapping[str, Any]) -> list[str]:
     return list(lost)
 
 
-def _missing(found: Any, names: Sequence[str], at: str) -> Iterator[str]:
+def _missing(value: Any, names: Sequence[str], at: str) -> Iterator[str]:
     if not names:
         return
     name, *rest = names
-    if not isinstance(found, Mapping):
+    if not isinstance(value, Mapping):
         yield at
     elif name.startswith("<"):
-        for key, inner in found.items():
+        for key, inner in value.items():
             if isinstance(inner, Mapping) or not rest:
                 yield from _missing(inner, rest, f"{at}.{key}")
-    elif name not in found:
+    elif name not in value:
         yield f"{at}.{name}".lstrip(".")
     else:
-        yield from _missing(found[name], rest, f"{at}.{name}".lstrip("."))
+        yield from _missing(value[name], rest, f"{at}.{name}".lstrip("."))
 
 
 def json_schema(rows: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, Any]:

@@ -137,20 +137,20 @@ def _variable(name: str, values: Array) -> xr.Variable:
     return xr.Variable(_VARIABLES[name].dims, values, _VARIABLES[name].attrs)
 
 
-def _share_above(found: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
+def _share_above(values: Array, assumed: Sequence[float], confidence: float) -> dict[str, Array]:
     """Share of samples whose largest K (J, groups) is above what is assumed."""
     above = [
         statistics.share_above(column[np.isfinite(column)], limit, confidence)
         if math.isfinite(limit)
         else statistics.Estimate(math.nan, math.nan, math.nan)
-        for column, limit in zip(found.T, assumed, strict=True)
+        for column, limit in zip(values.T, assumed, strict=True)
     ]
     return {f"share_above{end}": np.array([getattr(e, part) for e in above]) for end, part in PARTS}
 
 
-def _spread(name: str, found: Array, confidence: float) -> dict[str, Array]:
+def _spread(name: str, values: Array, confidence: float) -> dict[str, Array]:
     """Deviation, mean and quantiles of a variable (J, groups) over its samples."""
-    columns = [column[np.isfinite(column)] for column in found.T]
+    columns = [column[np.isfinite(column)] for column in values.T]
     averages = [statistics.mean(x, confidence) for x in columns]
     quantiles = [[statistics.quantile(x, p, confidence) for p in QUANTILES] for x in columns]
     deviations = [x.std(ddof=1) if len(x) > 1 else math.nan for x in columns]
@@ -223,8 +223,8 @@ def _spread_figures(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str
 
 
 def _interval(one: xr.Dataset, name: str, factor: float = 1.0) -> dict[str, float | None] | None:
-    found = {part: _number(factor * one[f"{name}{end}"]) for end, part in PARTS}
-    return None if found["value"] is None else found
+    interval = {part: _number(factor * one[f"{name}{end}"]) for end, part in PARTS}
+    return None if interval["value"] is None else interval
 
 
 def _number(value: xr.DataArray) -> float | None:

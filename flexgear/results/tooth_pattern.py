@@ -109,11 +109,11 @@ def _pattern(title: str, which: str, flanks: list[_Places]) -> ToothPattern:
         np.clip(np.searchsorted(e, x, side="right") - 1, 0, len(e) - 2)
         for e, x in zip(edges, (diameter, face), strict=True)
     )
-    found = np.full((teeth.max(), *CELLS), np.nan)
-    np.fmax.at(found, (teeth - 1, row, column), load)
-    for tooth in found:
+    pattern = np.full((teeth.max(), *CELLS), np.nan)
+    np.fmax.at(pattern, (teeth - 1, row, column), load)
+    for tooth in pattern:
         _fill(tooth)
-    return ToothPattern(title.strip(), edges[0], edges[1], found)
+    return ToothPattern(title.strip(), edges[0], edges[1], pattern)
 
 
 def _fill(cells: Array) -> None:

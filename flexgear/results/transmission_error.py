@@ -32,22 +32,22 @@ def order_amplitudes(phase: Array, values: Array, orders: int) -> Array:
     own = (cycle[:, None] == np.unique(cycle)).astype(float)
     waves = np.arange(1, orders + 1) * inside[:, None]
     terms = np.hstack([np.cos(waves), np.sin(waves), own, own * (inside - np.pi)[:, None]])
-    found = np.linalg.lstsq(terms, values, rcond=None)[0]
-    return np.hypot(found[:orders], found[orders : 2 * orders])
+    coefficients = np.linalg.lstsq(terms, values, rcond=None)[0]
+    return np.hypot(coefficients[:orders], coefficients[orders : 2 * orders])
 
 
 def with_orders(data: xr.Dataset, phase: Array, orders: int) -> xr.Dataset:
     """The dataset of equilibria with the orders of loaded and unloaded transmission errors; missing
     of flanks that do not carry throughout. phase (p,): of the gear mesh at its positions, in
     cycles."""
-    found = {}
+    variables = {}
     for name in ERRORS:
         values = data[name].transpose("position", "flank").to_numpy()
         amplitudes = np.full((values.shape[1], orders), np.nan)
         for m in np.flatnonzero(np.isfinite(values).all(axis=0)):
             amplitudes[m] = order_amplitudes(phase, values[:, m], orders)
-        found[f"{name}_order"] = variable(f"{name}_order", amplitudes)
-    return data.assign(found).assign_coords(
+        variables[f"{name}_order"] = variable(f"{name}_order", amplitudes)
+    return data.assign(variables).assign_coords(
         gear_mesh_order=coordinate("gear_mesh_order", "gear_mesh_order", np.arange(1, orders + 1)),
         gear_mesh_phase=coordinate("gear_mesh_phase", "position", phase),
     )

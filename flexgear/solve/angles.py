@@ -66,7 +66,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
     """Rated motion of every stage."""
     lead = lead_speed(case, flow)
     housing = _stands_in_space(case)
-    found = []
+    motions = []
     for stage in case.stages:
         speed = {part: flow.speed[f"{stage.name}.{part}"] for part in stage.members}
         carrier = speed.get("carrier", 0.0)
@@ -77,7 +77,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
         sources = error_sources(errors, housing=housing)
         if stage.form("ring") == "fe":  # bends between its bolts
             sources = (*sources, "ring")
-        found.append(
+        motions.append(
             StageMotion(
                 stage.name,
                 theta,
@@ -86,7 +86,7 @@ def stage_motions(case: Case, flow: PowerFlow) -> tuple[StageMotion, ...]:
                 flow.stage(stage.name).gear_mesh_frequency,
             )
         )
-    return tuple(found)
+    return tuple(motions)
 
 
 def lead_speed(case: Case, flow: PowerFlow) -> float:

@@ -68,8 +68,8 @@ def stage_bodies(
     makers = {"ring": ring, "carrier": carrier}
     wanted = {p: make for p, make in makers.items() if p in view.fe_parts and getattr(bends, p)}
     roomy = _BYTES[view.solver.fidelity] < psutil.virtual_memory().available
-    found = _made(wanted, progress, len(wanted) if roomy else 1)
-    return StageBodies(found.get("ring"), found.get("carrier"))
+    bodies = _made(wanted, progress, len(wanted) if roomy else 1)
+    return StageBodies(bodies.get("ring"), bodies.get("carrier"))
 
 
 def fe_ring(
@@ -106,13 +106,13 @@ def reduced_bodies(
 ) -> dict[str, StageBodies]:
     """Rings and carriers that bend of every flexible stage by its name; influences of teeth go to
     the cache. bends: what does by stage; by default what the case says."""
-    found, bends = {}, variants_of(case) if bends is None else bends
+    bodies, bends = {}, variants_of(case) if bends is None else bends
     for own in case.stages:
         _make_influences(case.view(own.name), named(own.name, progress))
     for name, stage in case.flexible_stages.items():
         report = progress if name == "stage" else named(name, progress)
-        found[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
-    return found
+        bodies[name] = stage_bodies(stage, report, reduction_limit(case, name), bends[name])
+    return bodies
 
 
 def _make_influences(view: StageView, progress: Progress) -> None:

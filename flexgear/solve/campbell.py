@@ -77,21 +77,21 @@ def campbell(
     if factors is None:
         factors = np.linspace(0.0, HIGHEST * operating[-1], STEPS + 1)
     rest = model.natural_modes(limit_hz)
-    found = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
-    highest = limit_hz or float(found.frequencies.max(initial=0.0))
+    dataset = _over_speed(model, np.asarray(factors, dtype=float), limit_hz)
+    highest = limit_hz or float(dataset.frequencies.max(initial=0.0))
     lines = excitations(model, highest, None if orders is None else tuple(map(float, orders)))
     label = {one.line: one.label for one in lines}
-    met = crossings(found, [one.line for one in lines])
-    count = found.frequencies.shape[1]
+    met = crossings(dataset, [one.line for one in lines])
+    count = dataset.frequencies.shape[1]
     rest = Modes(rest.frequencies[:count], rest.shapes[:, :count], rest.energy)
     index = nodal_index(model, rest.shapes)
-    meetings = list(_meetings(model, rest, found, lines, index, operating, margin))
+    meetings = list(_meetings(model, rest, dataset, lines, index, operating, margin))
     data = labelled_dataset(
         "speed_factor",
-        found.factors,
+        dataset.factors,
         {
-            "campbell_frequency": found.frequencies,
-            "whirl": found.sense,
+            "campbell_frequency": dataset.frequencies,
+            "whirl": dataset.sense,
             "campbell_nodal_index": index,
             "excitation_slope": [one.line.slope for one in lines],
             "excitation_share": [one.share for one in lines],
@@ -147,7 +147,7 @@ def _over_speed(model: Model, factors: Array, limit_hz: float | None) -> Campbel
 def _meetings(
     model: Model,
     rest: Modes,
-    found: Campbell,
+    modes_met: Campbell,
     lines: Sequence[Excitation],
     index: IntArray,
     operating: Sequence[float],
@@ -161,7 +161,7 @@ def _meetings(
         groups = _groups(rest.frequencies, index[:, number])
         force, alone = _forces(model, stage.name, rest, rates, own, groups)
         for factor in operating:
-            at_speed = [np.interp(factor, found.factors, f) for f in found.frequencies.T]
+            at_speed = [np.interp(factor, modes_met.factors, f) for f in modes_met.frequencies.T]
             for i, one in enumerate(own):
                 for g, group in enumerate(groups):
                     natural = float(np.mean([at_speed[j] for j in group]))
@@ -225,9 +225,9 @@ def _forces(
     return out, alone
 
 
-def _meeting_arrays(found: Sequence[Meeting]) -> dict[str, Any]:
+def _meeting_arrays(meetings: Sequence[Meeting]) -> dict[str, Any]:
     """One row for every mode of every meeting."""
-    rows = [(one, int(mode)) for one in found for mode in one.modes]
+    rows = [(one, int(mode)) for one in meetings for mode in one.modes]
     return {
         "meeting_factor": [one.factor for one, _ in rows],
         "meeting_excitation": np.array([one.excitation.label for one, _ in rows], dtype=str),

@@ -65,8 +65,8 @@ def _stage_angles(model: Model) -> list[int]:
 
 def _turned(model: Model, result: Equilibrium | Transient, part: str) -> Array:
     """Rotations (t, stages) of the carriers or rings in space; zero of those that stand."""
-    found = [getattr(frame, part) for frame in model.system.frames.values()]
-    return np.where(np.array(found) < 0, 0.0, result.theta[:, found])
+    rotation = [getattr(frame, part) for frame in model.system.frames.values()]
+    return np.where(np.array(rotation) < 0, 0.0, result.theta[:, rotation])
 
 
 def _dataset(
@@ -169,7 +169,7 @@ def _reduction_errors(model: Model) -> dict[str, float]:
 
 def _laws(case: Case) -> dict[str, str]:
     """How gear meshes and ties are modelled, as one word each or stage by stage."""
-    found: dict[str, list[str]] = {
+    laws: dict[str, list[str]] = {
         "contact_law": [s.gear_mesh.contact_law for s in case.stages],
         "pair_stiffness": [s.gear_mesh.pair_stiffness for s in case.stages],
         "tie": [
@@ -178,7 +178,7 @@ def _laws(case: Case) -> dict[str, str]:
             if "ring" in s.fe_parts
         ],
     }
-    return {name: "; ".join(dict.fromkeys(words)) for name, words in found.items() if words}
+    return {name: "; ".join(dict.fromkeys(words)) for name, words in laws.items() if words}
 
 
 def result_name(body: BodyName) -> BodyName:
@@ -213,13 +213,13 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
     if bearings:
         arrays["planet_bearing_force"] = np.stack(list(bearings.values()), axis=1)
         labels["bearing"] = list(bearings)
-    for name, found in (("bolt", _bolts(model)), ("support", _supports(model))):
-        if found:
-            forces = np.stack([recovery.link_force(one) for one in found], axis=1)
+    for name, rows in (("bolt", _bolts(model)), ("support", _supports(model))):
+        if rows:
+            forces = np.stack([recovery.link_force(one) for one in rows], axis=1)
             arrays["bolt_force" if name == "bolt" else "bearing_force"] = (
                 forces[:, :, :3] if name == "bolt" else forces
             )
-            labels[name] = found
+            labels[name] = rows
     arrays |= _row_loads(recovery, list(bearings), _supports(model))
     if model.gauges.names:
         arrays["gauge_strain"] = recovery.named("gauges", lambda: model.gauges.strain)
@@ -241,10 +241,10 @@ def _motions(model: Model, recovery: Recovery) -> tuple[dict[str, Array], dict[s
 def _row_loads(recovery: Recovery, bearings: list[str], supports: list[str]) -> dict[str, Array]:
     """Loads of rows of rollers of the planets' bearings, and of all supports if others have any."""
     others = [name for name in supports if name not in bearings]
-    found = {"planet_bearing_row_load": recovery.row_loads(bearings)}
+    loads = {"planet_bearing_row_load": recovery.row_loads(bearings)}
     if recovery.row_loads(others).size:
-        found["bearing_row_load"] = recovery.row_loads(supports)
-    return {name: rows for name, rows in found.items() if rows.size}
+        loads["bearing_row_load"] = recovery.row_loads(supports)
+    return {name: rows for name, rows in loads.items() if rows.size}
 
 
 def _bolts(model: Model) -> list[str]:

@@ -65,8 +65,10 @@ def deformed(
     else:
         system = model.system
         given = system.rated_torque if torque is None else torque
-        found = revolution(model.modal, rated_rotations(system, np.array([carrier_angle])), given)
-        coordinates = Recovery(found).coordinates(body)[0]
+        equilibrium = revolution(
+            model.modal, rated_rotations(system, np.array([carrier_angle])), given
+        )
+        coordinates = Recovery(equilibrium).coordinates(body)[0]
         attrs = {"carrier_angle": carrier_angle, "input_torque": float(given)}
     return _field(model, body, coordinates, attrs)
 
@@ -83,17 +85,17 @@ def mode_field(
     stands still.
     """
     require_bending(model, body)
-    found = model.natural_modes(angle=carrier_angle)
-    if not 1 <= mode <= len(found.frequencies):
+    modes = model.natural_modes(angle=carrier_angle)
+    if not 1 <= mode <= len(modes.frequencies):
         problem = f"{mode} is not there"
-        raise InputError("mode_field", "mode", problem, f"take 1 … {len(found.frequencies)}")
-    shape = found.shapes[model.system.slice_of(body), mode - 1]
+        raise InputError("mode_field", "mode", problem, f"take 1 … {len(modes.frequencies)}")
+    shape = modes.shapes[model.system.slice_of(body), mode - 1]
     name = BodyName.parse(body)
     displacement = model.bodies[name.stage].by_part[name.part].recover(shape)
     moved = np.linalg.norm(displacement, axis=-1).max()
-    if not found.energy[body][mode - 1] > LEAST_ENERGY:
+    if not modes.energy[body][mode - 1] > LEAST_ENERGY:
         raise InputError("mode_field", body, f"stands still in mode {mode}", "take another mode")
-    attrs = {"frequency": float(found.frequencies[mode - 1]), "mode": float(mode)}
+    attrs = {"frequency": float(modes.frequencies[mode - 1]), "mode": float(mode)}
     return _field(model, body, largest / moved * shape, attrs)
 
 
@@ -110,12 +112,12 @@ def _field(
     return field_dataset(body, reduced.points, reduced.cells, field, stress, **made_by, **attrs)
 
 
-def body_coordinates(found: Transient, bodies: Sequence[str]) -> xr.Dataset:
+def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
     """``fe_coordinate`` (time, coordinates) of bodies, one after the other."""
-    recovery = Recovery(found)
+    recovery = Recovery(run)
     values = [recovery.coordinates(body) for body in bodies]
     names = np.repeat(list(bodies), [v.shape[1] for v in values])
-    data = xr.Dataset(coords={"time": found.time, "fe_coordinate_of": ("fe_coordinate_of", names)})
+    data = xr.Dataset(coords={"time": run.time, "fe_coordinate_of": ("fe_coordinate_of", names)})
     return data.assign(fe_coordinate=variable("fe_coordinate", np.hstack(values), "time"))
 
 

@@ -53,7 +53,7 @@ def excitations(
     the stage's largest harmonic and a thousandth of the mean. Where there is none (constant
     stiffness, or overlap that makes it so), the first three.
     """
-    found: list[Excitation] = []
+    excited: list[Excitation] = []
     for number, stage in enumerate(model.case.stages):
         base = model.flow.stages[number].gear_mesh_frequency
         if base <= 0.0:
@@ -65,8 +65,8 @@ def excitations(
             share = float(shares[int(order)]) if order in range(len(shares)) else math.nan
             index = excited_index(order, _driver_teeth(stage), stage.planets)
             line = ExcitationLine(stage.name, float(order), base)
-            found.append(Excitation(line, stage.name, GEAR_MESH, share, index))
-    return (*found, *_turning(model))
+            excited.append(Excitation(line, stage.name, GEAR_MESH, share, index))
+    return (*excited, *_turning(model))
 
 
 def _shown(shares: np.ndarray) -> tuple[float, ...]:
@@ -78,14 +78,14 @@ def _shown(shares: np.ndarray) -> tuple[float, ...]:
 
 def _shares(model: Model, stage: int) -> np.ndarray:
     """Largest |k_l|/k̄ of any gear mesh of a stage by order from 0 on."""
-    found = [
+    shares = [
         np.abs(cycle.harmonic_stiffness()) / cycle.stiffness.mean()
         for m, cycle in model.mean_springs.cycles.items()
         if model.system.gear_meshes[m].stage == stage
     ]
-    if not found:
+    if not shares:
         return np.zeros(1)
-    largest = np.max(found, axis=0)
+    largest = np.max(shares, axis=0)
     return largest[: 1 + 2 * (len(largest) - 1) // RESOLVED]
 
 

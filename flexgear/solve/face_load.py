@@ -27,24 +27,24 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
     """Variables of a result whose pairs have slices; all of them of equilibria, in time those that
     do not say slice by slice, unless the case asks for them."""
     result = recovery.result
-    found = line_loads(result)
-    if found is None:
+    loads = line_loads(result)
+    if loads is None:
         return {}
-    load = _of_slices(result, found)
+    load = _of_slices(result, loads)
     pairs = model.system.pairs
     width = 2.0 * pairs.half_face
     arrays = {
-        "largest_line_load": largest_line_load(pairs, found),
-        "largest_contact_pressure": _pressure(model, found),
-        "transmission_error": _by_load(found.approach, load),
-        "gear_mesh_misalignment": _by_load(found.tilt, load) * width,
+        "largest_line_load": largest_line_load(pairs, loads),
+        "largest_contact_pressure": _pressure(model, loads),
+        "transmission_error": _by_load(loads.approach, load),
+        "gear_mesh_misalignment": _by_load(loads.tilt, load) * width,
         "gear_mesh_misalignment_by_cause": _by_cause(recovery, load) * width[:, None],
     }
     by_slice = isinstance(result, Equilibrium) or model.case.solver.line_loads_in_time
     places = face_places(pairs) if by_slice else np.zeros(0)
-    arrays |= root_arrays(model.root_tables, recovery, found, places)
+    arrays |= root_arrays(model.root_tables, recovery, loads, places)
     if by_slice:
-        edges, beside = edge_loads(pairs, found), pairs_at(result)
+        edges, beside = edge_loads(pairs, loads), pairs_at(result)
         arrays |= {
             **_flank_geometry(pairs),
             "pair_planet_tooth": (beside.planet_tooth + 1).astype(np.int16),
@@ -53,12 +53,12 @@ def face_arrays(model: Model, recovery: Recovery) -> dict[str, Any]:
             "tip_load_share": edges.tip_share,
             "tip_line_load": edges.tip,
             "face_end_line_load": edges.end,
-            "line_load": found.line_load,
-            "slice_position": found.z,
-            "slice_path": found.path,
-            "face_line_load": along_face(pairs, found),
-            "unloaded_transmission_error": first_touch(pairs, found, beside.error),
-            "gear_mesh_stiffness": gear_mesh_stiffness(result, found),
+            "line_load": loads.line_load,
+            "slice_position": loads.z,
+            "slice_path": loads.path,
+            "face_line_load": along_face(pairs, loads),
+            "unloaded_transmission_error": first_touch(pairs, loads, beside.error),
+            "gear_mesh_stiffness": gear_mesh_stiffness(result, loads),
         }
     return arrays
 
@@ -78,14 +78,14 @@ def face_places(pairs: PairData) -> Array:
     return np.linspace(-0.5, 0.5, 2 * int(pairs.slices.max(initial=0)) + 1)
 
 
-def along_face(pairs: PairData, found: LineLoads) -> Array:
+def along_face(pairs: PairData, loads: LineLoads) -> Array:
     """Line load (t, M, F) N/m that all pairs of a gear mesh carry together along its face."""
-    places, count = face_places(pairs), found.z.shape[-1]
-    load = _continued(pairs, found)
-    low, high = found.ends[..., :1], found.ends[..., 1:]
+    places, count = face_places(pairs), loads.z.shape[-1]
+    load = _continued(pairs, loads)
+    low, high = loads.ends[..., :1], loads.ends[..., 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         at = (places * 2.0 * pairs.half_face[:, None, None] - low) / (high - low)
-    on = (at >= 0.0) & (at <= 1.0) & np.isfinite(found.line_load).all(axis=-1, keepdims=True)
+    on = (at >= 0.0) & (at <= 1.0) & np.isfinite(loads.line_load).all(axis=-1, keepdims=True)
     x = np.where(on, at * count, 0.0)
     # number in ``load``: its ends are half a slice from the middles beside them
     number = np.where(x < 0.5, 2 * x, np.where(x > count - 0.5, 2 * x - count + 1, x + 0.5))
@@ -95,15 +95,15 @@ def along_face(pairs: PairData, found: LineLoads) -> Array:
     return np.asarray(np.where(on, (1.0 - share) * below + share * above, 0.0).sum(axis=2))
 
 
-def largest_line_load(pairs: PairData, found: LineLoads) -> Array:
+def largest_line_load(pairs: PairData, loads: LineLoads) -> Array:
     """(t, M) N/m, continued to the ends of the contact lines."""
-    return np.asarray(_continued(pairs, found).max(axis=(2, 3)))
+    return np.asarray(_continued(pairs, loads).max(axis=(2, 3)))
 
 
-def _continued(pairs: PairData, found: LineLoads) -> Array:
+def _continued(pairs: PairData, loads: LineLoads) -> Array:
     """Line loads (t, M, slots, K + 2) N/m with those at the ends of the contact lines."""
-    width = np.nan_to_num(found.width[..., 0], nan=1.0)  # without a line there is no load
-    return with_ends(np.nan_to_num(found.line_load), 0.5 * sections(pairs)[:, None] / width)
+    width = np.nan_to_num(loads.width[..., 0], nan=1.0)  # without a line there is no load
+    return with_ends(np.nan_to_num(loads.line_load), 0.5 * sections(pairs)[:, None] / width)
 
 
 def sections(pairs: PairData) -> Array:
@@ -112,29 +112,29 @@ def sections(pairs: PairData) -> Array:
     return np.where(pairs.bent == 1, pairs.pitch * pairs.cos_b / np.pi, 0.0)
 
 
-def _pressure(model: Model, found: LineLoads) -> Array:
+def _pressure(model: Model, loads: LineLoads) -> Array:
     """Largest Hertz pressure (t, M) Pa: of line loads over the length of the contact line, on the
     radius of relative curvature in the normal section. Off the path, that of its end."""
     pairs, material = model.system.pairs, model.case.material
     body = ContactBody(material.young_modulus, material.poisson_ratio, 1.0)  # any depth does
-    largest = np.zeros(found.approach.shape[:2])
+    largest = np.zeros(loads.approach.shape[:2])
     for m in np.flatnonzero(pairs.slices):
         internal = KINDS[pairs.kind[m]].internal
         offset = pairs.center_distance[m] * abs(pairs.normal[m, 0])
         least = 1e-3 * pairs.pitch[m]
-        planet = np.maximum(found.path[:, m], least)
+        planet = np.maximum(loads.path[:, m], least)
         gear = np.maximum(offset + planet if internal else offset - planet, least)
         radius = relative_radius(planet, gear, internal=internal) / pairs.cos_b[m]
-        load = np.nan_to_num(found.line_load[:, m]) * pairs.cos_b[m]
+        load = np.nan_to_num(loads.line_load[:, m]) * pairs.cos_b[m]
         pressure = line_contact(body, body, radius).pressure(np.maximum(load, 0.0))
-        pressure /= found.narrowing[:, m]
+        pressure /= loads.narrowing[:, m]
         largest[:, m] = np.nan_to_num(pressure).max(axis=(1, 2))
     return largest
 
 
-def _of_slices(result: Equilibrium | Transient, found: LineLoads) -> Array:
+def _of_slices(result: Equilibrium | Transient, loads: LineLoads) -> Array:
     """Loads (t, M, slots) N of the pairs that have slices, 0 of all others."""
-    return np.where(np.isfinite(found.force).all(axis=-1), result.pair_load, 0.0)
+    return np.where(np.isfinite(loads.force).all(axis=-1), result.pair_load, 0.0)
 
 
 def _by_load(values: Array, load: Array) -> Array:
@@ -165,9 +165,9 @@ def _by_cause(recovery: Recovery, load: Array) -> Array:
 def worst_figures(result: Equilibrium) -> tuple[Array, Array]:
     """Largest line load (M,) N/m and peak-to-peak transmission error (M,) m of every flank of
     equilibria whose pairs have slices; zero of those that do not carry throughout."""
-    found = line_loads(result)
-    assert found is not None
-    error = _by_load(found.approach, _of_slices(result, found))
+    loads = line_loads(result)
+    assert loads is not None
+    error = _by_load(loads.approach, _of_slices(result, loads))
     always = np.isfinite(error).all(axis=0)
-    largest = largest_line_load(result.modal.system.pairs, found).max(axis=0)
+    largest = largest_line_load(result.modal.system.pairs, loads).max(axis=0)
     return largest, np.where(always, np.ptp(error, axis=0), 0.0)

@@ -38,8 +38,8 @@ def gauge_rows(case: Case, system: System, bodies: Bodies) -> GaugeRows:
         if ring is None:
             strain.append(np.zeros((len(gauges), system.size)))
             continue
-        found = Surface(ring).strain([gauge_ray(view, gauge) for gauge in gauges])
-        rows = found.along([gauge.direction for gauge in gauges])
+        surface_strain = Surface(ring).strain([gauge_ray(view, gauge) for gauge in gauges])
+        rows = surface_strain.along([gauge.direction for gauge in gauges])
         for i in np.flatnonzero(np.isnan(rows).any(axis=1)):
             raise view.refuse(
                 f"ring.gauges.{i}", "lies beside the FE mesh", "compare its place with the ring's"

@@ -37,8 +37,8 @@ def gear_mesh_cycles(model: Model, stage: str, progress: Progress = silent) -> x
 
 def sliced_stages(model: Model) -> list[str]:
     """Stages that turn and whose tooth pairs have slices."""
-    found = stage_motions(model.case, model.flow)
-    turning = {motion.name for motion in found if motion.theta}
+    motions = stage_motions(model.case, model.flow)
+    turning = {motion.name for motion in motions if motion.theta}
     return [
         stage.name
         for stage in model.case.stages
@@ -61,13 +61,13 @@ def _positions(model: Model, stage: str) -> tuple[Array, Array]:
 
 def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Figures over gear-mesh cycles of the flanks of a stage that carry, by name."""
-    found: dict[str, dict[str, Any]] = {}
+    figures: dict[str, dict[str, Any]] = {}
     for name in map(str, data["flank"].to_numpy()):
         one = data.sel(flank=name)
         if not np.isfinite(one["transmission_error_order"]).all():
             continue
         stiffness = 1e-6 * one["gear_mesh_stiffness"].to_numpy()
-        found[name] = {
+        figures[name] = {
             "gear_mesh_stiffness_n_per_um": {
                 "min": float(stiffness.min()),
                 "mean": float(stiffness.mean()),
@@ -76,11 +76,11 @@ def cycle_figures(data: xr.Dataset) -> dict[str, dict[str, Any]]:
         }
         for error in ERRORS:
             amplitudes = one[f"{error}_order"].to_numpy()
-            found[name] |= {
+            figures[name] |= {
                 f"{error}_cycle_peak_to_peak_um": 1e6 * _widest(one, error),
                 f"{error}_orders_um": [1e6 * float(a) for a in amplitudes],
             }
-    return found
+    return figures
 
 
 def _widest(one: xr.Dataset, error: str) -> float:

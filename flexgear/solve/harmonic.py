@@ -99,11 +99,11 @@ def fitted_amplitudes(time: Array, values: Array, omega: Array) -> Array:
     turning = omega[omega > 0]
     angle = np.multiply.outer(time, turning)
     columns = np.column_stack([np.ones(len(time)), np.cos(angle), np.sin(angle)])
-    found = np.linalg.lstsq(columns, values, rcond=None)[0]
+    coefficients = np.linalg.lstsq(columns, values, rcond=None)[0]
     k = len(turning)
-    size = np.hypot(found[1 : 1 + k], found[1 + k :])
+    size = np.hypot(coefficients[1 : 1 + k], coefficients[1 + k :])
     out = np.zeros((len(omega), values.shape[1]))
-    out[omega > 0], out[omega == 0] = size, np.abs(found[0])
+    out[omega > 0], out[omega == 0] = size, np.abs(coefficients[0])
     return out
 
 
@@ -123,13 +123,13 @@ def _coefficients(model: Model, state: SteadyState) -> dict[str, Array]:
         ]
         per_cycle = {s.name: 0.0 for s in model.case.stages}
         per_cycle[stage.name] = float(samples.per_gear_mesh)
-        found = sharing_coefficients(np.concatenate(parts), names, per_cycle)
-        groups = _of_stage(groups, found, model, stage.name)
+        coefficients = sharing_coefficients(np.concatenate(parts), names, per_cycle)
+        groups = _of_stage(groups, coefficients, model, stage.name)
     return groups
 
 
 def _of_stage(
-    known: dict[str, Array], found: dict[str, Array], model: Model, stage: str
+    known: dict[str, Array], values: dict[str, Array], model: Model, stage: str
 ) -> dict[str, Array]:
     """``known`` with what ``found`` says about one stage put in."""
     names = model.gear_meshes.names
@@ -137,9 +137,9 @@ def _of_stage(
         "planet_coefficient": np.array([n.stage == stage for n in names]),
         "load_sharing_coefficient": np.array([g.stage == stage for g in groups_of(names)]),
     }
-    out = {**found, **known}
+    out = {**values, **known}
     for name, own in columns.items():
-        both = np.where(own, found[name], known.get(name, np.full_like(found[name], np.nan)))
+        both = np.where(own, values[name], known.get(name, np.full_like(values[name], np.nan)))
         out[name] = both
     return out
 

@@ -79,12 +79,12 @@ class LinearTrain:
 
     def forces(self, input_angles: Array) -> Array:
         """Gear-mesh forces (p, M) of equilibria at independent rotations (p, F), N."""
-        found = self.influence()
+        influence = self.influence()
         theta = self.system.theta(input_angles)
         waves = self._load_waves(theta)
         return (
-            waves @ found.force_of_loads.T
-            + gear_mesh_errors(self.system.pairs, theta) @ found.force.T
+            waves @ influence.force_of_loads.T
+            + gear_mesh_errors(self.system.pairs, theta) @ influence.force.T
         )
 
     def _load_waves(self, theta: Array) -> Array:

@@ -75,8 +75,8 @@ def shelved(
         return run(None)
     path = place / f"{name}.nc"
     with dataset_file(path, in_memory=WHOLE) as sink:
-        found = run(sink)
-    return replace(found, data=sink.dataset(path))
+        timed = run(sink)
+    return replace(timed, data=sink.dataset(path))
 
 
 @dataclass(frozen=True)

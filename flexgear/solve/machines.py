@@ -40,11 +40,11 @@ class Ends:
     @property
     def jumps(self) -> tuple[float, ...]:
         """Times at which a torque or a set speed jumps, or a given speed has a kink, s."""
-        found: set[float] = set()
+        times: set[float] = set()
         for one in self.machines:
             if one is not None and one.law != "brake":
-                found.update(one.kinks() if one.law == "speed" else one.change_times())
-        return tuple(sorted(found))
+                times.update(one.kinks() if one.law == "speed" else one.change_times())
+        return tuple(sorted(times))
 
     @property
     def steep(self) -> bool:

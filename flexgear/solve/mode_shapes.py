@@ -21,17 +21,17 @@ def lowest_modes(model: Model) -> Modes:
     return model.natural_modes(model.pace.band)
 
 
-def moving_modes(found: Modes, body: str) -> list[int]:
+def moving_modes(modes: Modes, body: str) -> list[int]:
     """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
     modes that turn into each other, as those of round bodies do in pairs, the first."""
     kept: list[int] = []
-    for k in np.flatnonzero((found.energy[body] >= LEAST_SHARE) & (found.frequencies > 0.0)):
-        if not kept or found.frequencies[k] > (1.0 + APART) * found.frequencies[kept[-1]]:
+    for k in np.flatnonzero((modes.energy[body] >= LEAST_SHARE) & (modes.frequencies > 0.0)):
+        if not kept or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[kept[-1]]:
             kept.append(int(k))
     return kept[:SHOWN]
 
 
-def mode_shapes(model: Model, body: str, found: Modes) -> xr.Dataset:
+def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     """``mode_displacement`` (mode, vertex, axis), u = Φ_r φ over the largest |u| of the mode, and
     ``frequency`` (mode,) Hz of a body in its ``moving_modes``.
 
@@ -42,10 +42,10 @@ def mode_shapes(model: Model, body: str, found: Modes) -> xr.Dataset:
     name = BodyName.parse(body)
     reduced = model.bodies[name.stage].by_part[name.part]
     own = model.system.slice_of(body)
-    kept = moving_modes(found, body)
+    kept = moving_modes(modes, body)
     shapes = np.zeros((len(kept), len(reduced.points), 3))
     for shape, k in zip(shapes, kept, strict=True):
-        field = reduced.recover(found.shapes[own, k])
+        field = reduced.recover(modes.shapes[own, k])
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
     said = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
     return xr.Dataset(
@@ -53,7 +53,7 @@ def mode_shapes(model: Model, body: str, found: Modes) -> xr.Dataset:
             "mode_displacement": (("mode", "vertex", "axis"), shapes, said),
             "frequency": (
                 "mode",
-                found.frequencies[kept],
+                modes.frequencies[kept],
                 {"units": "Hz", "long_name": "natural frequency"},
             ),
         },

@@ -32,19 +32,19 @@ def modes(model: Model, *, angle: float | None = None, limit_hz: float | None = 
             model.case.source, "inputs", "give no speed of a free rotation, which has an angle",
             "look at the modes at angle 0",
         )  # fmt: skip
-    found = model.natural_modes(limit_hz, angle)
-    rigid = int(np.sum(found.frequencies == 0.0))
+    natural = model.natural_modes(limit_hz, angle)
+    rigid = int(np.sum(natural.frequencies == 0.0))
     kinds = classify(
-        found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
+        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
     )
     springs = strain_shares(contributions(model, model.contact_springs(angle)), kinds.shapes)
     names, rows = body_rows(system)
-    count = len(found.frequencies)
+    count = len(natural.frequencies)
     return labelled_dataset(
         "mode",
         np.arange(1, count + 1),
         {
-            "frequency": found.frequencies,
+            "frequency": natural.frequencies,
             "type": np.array(kinds.kinds, dtype=str),
             "multiplicity": kinds.multiplicity,
             "kinetic_energy": np.column_stack(list(kinds.bodies.values())),
@@ -94,23 +94,23 @@ def _gear_mesh_state(angle: float | None) -> dict[str, Any]:
 def contributions(model: Model, contact: ContactSprings) -> dict[str, tuple[Array, Array]]:
     """All springs of the train by name: rows (k, d) and matrix (k, k), for strain energies."""
     system = model.system
-    found: dict[str, tuple[Array, Array]] = {}
+    shares: dict[str, tuple[Array, Array]] = {}
     for link in system.links:
-        found[link.name] = (link.rows, link.matrix)
+        shares[link.name] = (link.rows, link.matrix)
     for g, name in enumerate(model.gear_meshes.names):
         flanks = [contact.gear_meshes[m] for m in np.flatnonzero(model.gear_meshes.sign[:, g])]
         rows = np.vstack([flank.rows for flank in flanks])
         matrix = linalg.block_diag(*(flank.matrix for flank in flanks))
-        found[f"{name.group} gear mesh {name.planet}"] = rows, matrix
+        shares[f"{name.group} gear mesh {name.planet}"] = rows, matrix
     for kind, label in ((SUPPORT, "turning supports"), (BEARING, "bearings with clearance")):
         if kind in contact.others:
-            found[label] = contact.others[kind].rows, contact.others[kind].matrix
+            shares[label] = contact.others[kind].rows, contact.others[kind].matrix
     for body in system.bodies:
         if not body.rigid:
             place = np.zeros((body.size, system.size))
             place[:, system.slice_of(body.name)] = np.eye(body.size)
-            found[body.name] = (place, body.stiffness)
-    return found
+            shares[body.name] = (place, body.stiffness)
+    return shares
 
 
 def mode_rows(data: xr.Dataset) -> list[dict[str, Any]]:

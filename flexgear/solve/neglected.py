@@ -97,10 +97,10 @@ def transmission_errors(summary: Mapping[str, Any]) -> Iterator[Length]:
 def neglected(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
     """For each headline figure of a run that is not large against what is left out: "figure" (its
     name), "value_um" or "load_sharing", "effects_um" and "sentence"."""
-    found = list(beside_lengths(case, flow, lengths(summary)))
+    effects = list(beside_lengths(case, flow, lengths(summary)))
     for sharing in sharings(summary["load_sharing"]):
-        found += _beside_sharing(case, flow, sharing)
-    return found
+        effects += _beside_sharing(case, flow, sharing)
+    return effects
 
 
 def beside_lengths(
@@ -157,13 +157,13 @@ def _effects(
     view = case.view(stage)
     sizes = left_out(view, flow.stage(stage).gear_mesh_forces)
     rims = [sizes[key] for key in RIM_KEYS.values() if key in sizes]
-    found = {"rim": (max(rims), sum(rims))} if rims else {}
+    effects = {"rim": (max(rims), sum(rims))} if rims else {}
     if "pin_bends_in_planet_um" in sizes:
         meshes = stage_geometry(view).gear_meshes.values()
         pin = sizes["pin_bends_in_planet_um"]
-        found["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in meshes)
+        effects["pin"] = pin, pin * sum(math.cos(m.working_angle) for m in meshes)
     scale = 1e-6 * abs(share)
-    return {name: (scale * size, scale * way) for name, (size, way) in found.items()}
+    return {name: (scale * size, scale * way) for name, (size, way) in effects.items()}
 
 
 def _about(size: float) -> str:

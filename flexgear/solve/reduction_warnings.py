@@ -20,11 +20,11 @@ def reduction_warnings(
     case: Case, bodies: Mapping[str, Iterable[ReducedBody | None]], variants: Mapping[str, Variant]
 ) -> list[str]:
     """A line for every body that bends and misses the promise; bodies, variants by stage."""
-    found = []
+    texts = []
     for name in bodies:
         stage = case.flexible_stages[name]
-        found += _warnings(stage, bodies[name], variants[name], reduction_limit(case, name))
-    return found
+        texts += _warnings(stage, bodies[name], variants[name], reduction_limit(case, name))
+    return texts
 
 
 def _warnings(
@@ -34,15 +34,15 @@ def _warnings(
     wanted: float,
 ) -> list[str]:
     """Lines about the bodies that bend."""
-    found = []
+    texts = []
     for body in bodies:
         if body is not None and getattr(bends, body.name):
             if said := _fault(body.report):
-                found.append(f"{view.name}.{body.name}: {said}; {_remedy(view, body.name)}")
+                texts.append(f"{view.name}.{body.name}: {said}; {_remedy(view, body.name)}")
             if said := _frequency_fault(body.report, wanted):
                 key = view.key(f"{body.name}.fe.fixed_interface_modes")
-                found.append(f"{view.name}.{body.name}: {said}; raise {key}")
-    return found
+                texts.append(f"{view.name}.{body.name}: {said}; raise {key}")
+    return texts
 
 
 def _frequency_fault(report: Mapping[str, Any], wanted: float) -> str:

@@ -47,14 +47,14 @@ def _rank(row: Mapping[str, Any]) -> tuple[bool, float, float]:
 
 def gear_mesh_orders(campbell: xr.Dataset) -> dict[str, list[int | float]]:
     """Orders of the gear meshes by stage."""
-    found: dict[str, list[int | float]] = {}
+    orders: dict[str, list[int | float]] = {}
     for stage, kind, order in zip(
         *(campbell[f"excitation_{n}"].to_numpy() for n in ("stage", "kind", "order")), strict=True
     ):
         if kind == GEAR_MESH:
             whole = int(order) if float(order).is_integer() else float(order)
-            found.setdefault(str(stage), []).append(whole)
-    return found
+            orders.setdefault(str(stage), []).append(whole)
+    return orders
 
 
 def _constant(campbell: xr.Dataset) -> list[str]:

@@ -97,14 +97,14 @@ def tooth_roots(roots: PairRoots, s: Array, force: Array, base_pitch: float) -> 
     there = _loaded(force)
     of_pairs = np.zeros((*there.shape, *roots.stress.shape[2:]))
     of_pairs[there] = roots.of(s[there], force[there])
-    found = of_pairs[:, :, 1].copy()
+    stress = of_pairs[:, :, 1].copy()
     for a, b in np.ndindex(there.shape[1], there.shape[1]):
         apart = np.round((s[:, b] - s[:, a]) / base_pitch)
         for way in (1, -1):  # the pair in slot b is this many teeth further on in +θ
             beside = there[:, a] & there[:, b] & (apart == way * roots.step)
-            found[beside, a] += of_pairs[beside, b, 1 + way]
-    found[~there] = np.nan
-    return Roots(found[:, :, 0], found[:, :, 1])
+            stress[beside, a] += of_pairs[beside, b, 1 + way]
+    stress[~there] = np.nan
+    return Roots(stress[:, :, 0], stress[:, :, 1])
 
 
 def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: int) -> Array:
@@ -126,10 +126,10 @@ def ring_roots(tables: RootTables, recovery: Recovery, lines: LineLoads, stage: 
         there = _loaded(force)
         if there.any():
             roots = tables.of(system.gear_meshes[m])[1]
-            found = roots.of(result.pair_position[:, m][there], force[there])
+            stress = roots.of(result.pair_position[:, m][there], force[there])
             at, tooth = np.nonzero(there)[0], result.pair_tooth[:, m][there].astype(np.int64)
             for way in (1, 0, -1):  # in the tooth after the pair's own, in that, in the one before
-                both = found[:, 1 - way, :: roots.sense].astype(np.float32)
+                both = stress[:, 1 - way, :: roots.sense].astype(np.float32)
                 np.add.at(out, (at, (tooth + way) % teeth), both)
     return out
 
@@ -157,11 +157,11 @@ def root_arrays(
         for k, roots in enumerate(tables.of(label)):
             if roots.name == "ring" and label.stage in rings:
                 teeth = result.pair_tooth[:, m]
-                found = _of_teeth(rings[label.stage], teeth, _loaded(force), roots.sense)
+                variables = _of_teeth(rings[label.stage], teeth, _loaded(force), roots.sense)
             else:
-                found = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
-            tension = np.fmax.reduce(found.tension, axis=(1, 2))
-            compression = np.fmin.reduce(found.compression, axis=(1, 2))
+                variables = tooth_roots(roots, result.pair_position[:, m], force, path.base_pitch)
+            tension = np.fmax.reduce(variables.tension, axis=(1, 2))
+            compression = np.fmin.reduce(variables.compression, axis=(1, 2))
             largest[:, m, k] = tension.max(axis=1)
             for i, curve in enumerate((tension, compression)):
                 along[i, :, m, k] = _at(roots.z, curve, 2.0 * path.half_face * places)
@@ -191,15 +191,15 @@ def _by_tooth(
     over the samples (teeth, 2) if asked for; not a number in stages without."""
     if not rings:
         return {}
-    largest, found = [], []
+    largest, stresses = [], []
     for k in tables.fe_rings:
         none = np.full((count, tables.ring_teeth(k), len(FILLETS)), np.nan)
         ring = rings.get(k, none[..., None, None])
         largest.append(ring.max(axis=(3, 4)).astype(float))
         if ranges:
-            found.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
+            stresses.append(np.ptp(ring, axis=0).max(axis=(2, 3)).astype(float))
     arrays = {"tooth_root_stress": np.concatenate(largest, axis=1)}
-    return arrays | ({"tooth_root_range": np.concatenate(found)} if ranges else {})
+    return arrays | ({"tooth_root_range": np.concatenate(stresses)} if ranges else {})
 
 
 def _at(z: Array, curves: Array, places: Array) -> Array:

@@ -106,25 +106,25 @@ def models_of(
 ) -> dict[str, Model]:
     """The case as it is, with rigid bodies in place of those that bend, and without errors."""
     own = assemble(case, progress=progress, bodies=bodies)
-    found = {own.variant: own}
+    models = {own.variant: own}
     if case.flexible_stages and own.variant != "rigid":
-        found["rigid"] = assemble(case, bodies=own.bodies, variants=all_rigid(case))
+        models["rigid"] = assemble(case, bodies=own.bodies, variants=all_rigid(case))
     with single_threaded_blas(), ThreadPoolExecutor(WORKERS) as pool:
-        list(pool.map(attrgetter("modal"), found.values()))  # made once, before threads share it
+        list(pool.map(attrgetter("modal"), models.values()))  # made once, before threads share it
     if own.has_errors:
         clean = own.without_errors()
-        found[clean.variant] = clean
-    return found
+        models[clean.variant] = clean
+    return models
 
 
 def _fields(own: Model, ideal: Model) -> dict[BodyName, xr.Dataset]:
     """Of every body that bends: deformed without errors, and its shapes in the natural modes."""
     names = bending_bodies(own)
-    found = lowest_modes(own) if names else None
+    modes = lowest_modes(own) if names else None
     return {
-        name: deformed(ideal, name).merge(mode_shapes(own, name, found), combine_attrs="override")
+        name: deformed(ideal, name).merge(mode_shapes(own, name, modes), combine_attrs="override")
         for name in names
-        if found is not None
+        if modes is not None
     }
 
 
@@ -156,8 +156,8 @@ def run(
             datasets["campbell"] = campbell(first, limit_hz=limit)
             progress("modes", 1.0)
         with watch.stage("equilibria"):
-            found, fields = _equilibria(models, ideal, progress)
-            datasets |= found
+            results, fields = _equilibria(models, ideal, progress)
+            datasets |= results
             cycles, face_load = _face_load(models, datasets, progress)
             datasets |= cycles
         with watch.stage("load_sharing"):
@@ -263,14 +263,14 @@ def _equilibria(
     """Equilibria over a turn of the case as it is; of flexible stages also without errors, with the
     fields of their bodies, and with rigid bodies where pairs have slices."""
     first, fields = next(iter(models.values())), dict[BodyName, xr.Dataset]()
-    found = {"equilibrium": static(first, _positions(first), progress=progress)}
+    datasets = {"equilibrium": static(first, _positions(first), progress=progress)}
     if first.case.flexible_stages:
-        found["equilibrium_without_errors"] = static(ideal, _positions(first), progress=progress)
+        datasets["equilibrium_without_errors"] = static(ideal, _positions(first), progress=progress)
         fields = _fields(first, ideal)
     if "rigid" in models and sliced_stages(first):
         rigid = models["rigid"]
-        found["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
-    return found, fields
+        datasets["equilibrium_rigid"] = static(rigid, _positions(rigid), progress=progress)
+    return datasets, fields
 
 
 def _face_load(
@@ -283,12 +283,12 @@ def _face_load(
         even = datasets.get(dataset_name("equilibrium", model))
         if model.ideal or even is None or not sliced_stages(model):
             continue
-        found = figures[label] = face_figures(even)
+        figures_of_variant = figures[label] = face_figures(even)
         for stage in sliced_stages(model):
             data = gear_mesh_cycles(model, stage, progress)
             cycles[dataset_name(f"gear_mesh_cycles_{stage}", model)] = data
             for flank, one in cycle_figures(data).items():
-                found.setdefault(flank, {}).update(one)
+                figures_of_variant.setdefault(flank, {}).update(one)
     return cycles, figures
 
 
@@ -317,12 +317,12 @@ def _positions_words(model: Model) -> str:
 
 def _sharing(variants: Mapping[str, Model], progress: Progress) -> dict[str, xr.Dataset]:
     """Quasi-static load sharing by stage and variant."""
-    found = {}
+    datasets = {}
     for model in variants.values():
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, progress=progress)
-            found[dataset_name(f"sharing_{stage}", model)] = data
-    return found
+            datasets[dataset_name(f"sharing_{stage}", model)] = data
+    return datasets
 
 
 def _shared(sharing: Mapping[str, xr.Dataset], label: str) -> dict[str, Any]:

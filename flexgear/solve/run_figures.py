@@ -241,7 +241,7 @@ def _reduction(report: Mapping[str, Any]) -> dict[str, Any]:
 
 def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> dict[str, Any]:
     """Figures of torque drops by depth and variant, from the drop on."""
-    found: dict[str, dict[str, Any]] = {}
+    summaries: dict[str, dict[str, Any]] = {}
     start, duration, after = timed_drops(case).times
     for (torque, label), one in drops.items():
         data = between(one.data, start)  # what comes before lets the train settle
@@ -250,8 +250,8 @@ def drops_summary(case: Case, drops: Mapping[tuple[float, str], TimedRun]) -> di
             "window_s": [start, start + duration + after],
         }
         figures |= {stage: torque_step_summary(data, stage) for stage in case.fe_ring_stages}
-        found.setdefault(depth_name(torque), {})[label] = figures
-    return found
+        summaries.setdefault(depth_name(torque), {})[label] = figures
+    return summaries
 
 
 def residual_of_run(

@@ -128,8 +128,8 @@ def _forces(
             def watch(share: float, done: int = first) -> None:
                 progress(said, (done + share * CHUNK) / max(len(lead), CHUNK))
 
-            found = revolution(model.modal, input_angles, system.rated_torque, watch)
-            parts.append(model.gear_meshes.forces(found.pair_load))
+            equilibrium = revolution(model.modal, input_angles, system.rated_torque, watch)
+            parts.append(model.gear_meshes.forces(equilibrium.pair_load))
     progress(said, 1.0)
     return without_rounding(np.concatenate(parts))
 

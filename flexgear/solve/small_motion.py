@@ -75,7 +75,7 @@ class MotionShare:
 def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[MotionShare]]:
     """By stage the motions of its bodies, m, beside everything that they are to be small against;
     of bodies of a kind, as planets, the largest stands for all."""
-    found: dict[str, list[MotionShare]] = {}
+    by_stage: dict[str, list[MotionShare]] = {}
     for stage in case.stages:
         limits = small_against(case.view(stage.name))
         bodies: dict[str, tuple[float, str]] = {}
@@ -90,8 +90,8 @@ def motion_shares(case: Case, motions: Mapping[str, float]) -> dict[str, list[Mo
             if name and (kind != "planet" or beside == next(iter(limits)))
         ]
         if shares:
-            found[stage.name] = shares
-    return found
+            by_stage[stage.name] = shares
+    return by_stage
 
 
 def large_motions(case: Case, motions: Mapping[str, float]) -> list[str]:

@@ -44,13 +44,15 @@ def static(
     """
     system, lead = model.system, np.atleast_1d(np.asarray(carrier_angle, dtype=float))
     given = system.rated_torque if torque is None else torque
-    found = revolution(
+    equilibrium = revolution(
         model.modal,
         rated_rotations(system, lead),
         given,
         lambda share: progress("equilibria", share),
     )
-    data = equilibrium_data(model, found, closure_max=float(found.closure.max()), **attrs)
+    data = equilibrium_data(
+        model, equilibrium, closure_max=float(equilibrium.closure.max()), **attrs
+    )
     return data.assign_coords(lead_angle=coordinate("lead_angle", "position", lead))
 
 
@@ -78,12 +80,12 @@ def position_figures(model: Model, data: xr.Dataset) -> dict[str, Any]:
 def _root_stress(model: Model, data: xr.Dataset) -> dict[str, Any]:
     """``root_stress_mpa`` by stage and gear, empty where no stage has it."""
     views = [model.case.view(stage.name) for stage in model.case.stages]
-    found = {
+    stresses = {
         view.name: {view.part(role): one for role, one in root_extremes(data, view.name).items()}
         for view in views
     }
-    found = {stage: gears for stage, gears in found.items() if gears}
-    return {"root_stress_mpa": found} if found else {}
+    stresses = {stage: gears for stage, gears in stresses.items() if gears}
+    return {"root_stress_mpa": stresses} if stresses else {}
 
 
 def _by_label(values: xr.DataArray, dim: str) -> dict[str, float]:

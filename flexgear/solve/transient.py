@@ -149,13 +149,13 @@ def simulate(
     settling = _settling(model, span, not ends.jumps and not ends.steep)
     sharing = _Sharing(model, stepping.interval, torque_share, span)
 
-    def labelled(found: Transient) -> xr.Dataset:
-        data = transient_data(model, found, torque_share=torque_share)
+    def labelled(run: Transient) -> xr.Dataset:
+        data = transient_data(model, run, torque_share=torque_share)
         if fields:
-            data = data.merge(body_coordinates(found, fields))
+            data = data.merge(body_coordinates(run, fields))
         if not energy:
             return data
-        account = {f"energy_{name}": values for name, values in found.energy.items()}
+        account = {f"energy_{name}": values for name, values in run.energy.items()}
         return data.assign({name: variable(name, v, "time") for name, v in account.items()})
 
     def last(steps: Steps) -> xr.Dataset:
@@ -236,7 +236,7 @@ class _Sharing:
             s.name: 1.0 / (s.gear_mesh_frequency * interval) if s.gear_mesh_frequency else 0.0
             for s in model.flow.stages
         }
-        self._found = SharingCoefficients(model.gear_meshes.names, per_cycle)
+        self._sharing = SharingCoefficients(model.gear_meshes.names, per_cycle)
         self._sense = math.copysign(1.0, share)
         self._definitions = result_labels(model)["definition"]
         self._edges, self._open = window_edges(span, model.case.solver.settle), 0
@@ -249,9 +249,9 @@ class _Sharing:
         force = self._sense * data.variables["gear_mesh_force"].to_numpy()
         for window, piece in cut(data.variables["time"].to_numpy(), self._edges):
             for _ in range(self._open, window):
-                self._found.close_window()
+                self._sharing.close_window()
             self._open = window
-            self._found.append(force[piece])
+            self._sharing.append(force[piece])
 
     def finish(self, last: xr.Dataset) -> None:
         """Nothing is left to do."""
@@ -259,9 +259,11 @@ class _Sharing:
     def coefficients(self, start: float) -> xr.Dataset:
         """Those of the samples from ``start`` s on."""
         first = min(int(np.searchsorted(self._edges, start)), self._open)
-        found = {name: variable(name, value) for name, value in self._found.found(first).items()}
+        variables = {
+            name: variable(name, value) for name, value in self._sharing.coefficients(first).items()
+        }
         names = coordinate("definition", "definition", self._definitions)
-        return xr.Dataset(found, {"definition": names})
+        return xr.Dataset(variables, {"definition": names})
 
 
 def compile_transient(model: Model, *, energy: bool = False) -> None:

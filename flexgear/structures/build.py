@@ -262,13 +262,13 @@ def _judged(
         static = estimate.static_errors(body, supports)
     compared = body.report["compared_to_hz"]
     limit = compared if limit_hz is None else min(limit_hz, compared)
-    found = np.array(body.report["compared_frequencies_hz"])
-    below = int(np.searchsorted(found, limit, side="right"))
+    frequencies = np.array(body.report["compared_frequencies_hz"])
+    below = int(np.searchsorted(frequencies, limit, side="right"))
     judged = {
         "frequency_error": max(body.report["compared_errors"][: max(below, 1)]),
         "frequency_limit_hz": limit,
         "frequencies_below_limit": below,
-        "supported_frequency_min_hz": float(found[0]),
+        "supported_frequency_min_hz": float(frequencies[0]),
         **estimate.worst(static),
         "static_error_cases": static,
         "frequency_error_on_these_supports": (

@@ -44,14 +44,14 @@ def entries() -> list[Entry]:
 
 def clear() -> list[Entry]:
     """Remove all entries and return them. Raises OSError where one cannot be removed."""
-    found = entries()
-    for entry in found:
+    listed = entries()
+    for entry in listed:
         remove(entry.path)
     for folder in (*(cache_directory() / kind for kind in KINDS), cache_directory()):
         remove_stale(folder)
         if folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
-    return found
+    return listed
 
 
 def remove(path: Path) -> None:

@@ -121,8 +121,8 @@ def shape_errors(
     influence: NDArray[np.float64], left_out: NDArray[np.float64], loads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """max |dC f| / max |C f| over the loaded slices, of loads (n, K); C and dC (K, K) m/N."""
-    found, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
-    return np.asarray(missed.max(axis=1) / found.max(axis=1))
+    present, missed = (np.abs(loads @ c.T) * (loads > 0.0) for c in (influence, left_out))
+    return np.asarray(missed.max(axis=1) / present.max(axis=1))
 
 
 def compare_frequencies(

@@ -159,12 +159,12 @@ def _in_order(body: ReducedMatrices, expected: Expected, where: str) -> ReducedM
 
 def _require_places(body: ReducedMatrices, expected: Expected, view: StageView, where: str) -> None:
     pitch = math.pi * view.stage.normal_module / math.cos(view.stage.helix_angle)
-    for name, found in zip(body.node_names, body.positions, strict=True):
+    for name, position in zip(body.node_names, body.positions, strict=True):
         x, y, z = expected.places[name]
-        across = math.hypot(found[0] - x, found[1] - y)
-        along = abs(found[2] - z) if name in expected.along else 0.0
+        across = math.hypot(position[0] - x, position[1] - y)
+        along = abs(position[2] - z) if name in expected.along else 0.0
         if across > _OFF * pitch or along > _OFF * view.stage.face_width:
-            stands = ", ".join(f"{1e3 * v:.1f}" for v in found)
+            stands = ", ".join(f"{1e3 * v:.1f}" for v in position)
             raise InputError(
                 where, name, f"is at {stands} mm",
                 f"it belongs to {1e3 * x:.1f}, {1e3 * y:.1f}, {1e3 * z:.1f} mm; check the frame"

@@ -50,9 +50,9 @@ def cached(
     which is used all the same.
     """
     entry = (directory or cache_directory()) / "reduced" / key
-    found = load(entry)
-    if found is not None:
-        return found
+    stored = load(entry)
+    if stored is not None:
+        return stored
     body = compute()
     try:
         save(body, entry)

@@ -51,8 +51,8 @@ def vertex_gradient(points: Array, cells: NDArray[np.integer]) -> sp.csr_matrix:
     wider, _ = _fits(points, (around @ around).tocsr(), alone, determined_only=False)
     own = np.concatenate([np.flatnonzero(determined), alone])
     lent = np.flatnonzero(~determined & (np.diff(lending.indptr) > 0))
-    found = _values(own, len(points)) + _lent(points, lending, lent)
-    return (found @ (fits + wider)).tocsr()
+    gradient = _values(own, len(points)) + _lent(points, lending, lent)
+    return (gradient @ (fits + wider)).tocsr()
 
 
 def strain_of_gradient(gradient: Array) -> Array:

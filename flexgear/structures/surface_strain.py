@@ -127,10 +127,10 @@ class Surface:
 
     def strain(self, rays: Sequence[Ray]) -> SurfaceStrain:
         """At the points that the rays meet; not a number at those that meet none."""
-        found = [self.meeting(ray) for ray in rays]
+        meetings = [self.meeting(ray) for ray in rays]
         rows = np.full((len(rays), 3, 3, len(self.body.mass)), np.nan)
-        there = [i for i, one in enumerate(found) if one is not None]
-        hits = [one for one in found if one is not None]
+        there = [i for i, one in enumerate(meetings) if one is not None]
+        hits = [one for one in meetings if one is not None]
         if hits:
             at, weights, base = (np.array(x) for x in zip(*hits, strict=True))
             gradient = self._gradient(at, weights)

@@ -28,8 +28,8 @@ from flexgear.solve.small_motion import large_motions, largest_motions, motion_h
 from flexgear.solve.static import static
 from flexgear.solve.transient import simulate, train_histories
 from flexgear.studies.measure import (
-    Found,
     Measure,
+    MeasuredValues,
     array,
     frequencies,
     frequencies_by_type,
@@ -106,12 +106,12 @@ class Point:
         return large_motions(self.case, motions)
 
 
-def _members(point: Point, name: str, units: str, about: str) -> Found:
+def _members(point: Point, name: str, units: str, about: str) -> MeasuredValues:
     values: dict[str, float] = getattr(point.flow, name)
     return {name: array(list(values.values()), units, about, member=list(values))}
 
 
-def _speeds(point: Point) -> Found:
+def _speeds(point: Point) -> MeasuredValues:
     stages = point.flow.stages
     return {
         **_members(point, "speed", "rad/s", "speed of the member"),
@@ -124,12 +124,12 @@ def _speeds(point: Point) -> Found:
     }
 
 
-def _torques(point: Point) -> Found:
+def _torques(point: Point) -> MeasuredValues:
     about = "torque by the rest of the train on the member"
     return {"torque": _members(point, "branch_torque", "N m", about)["branch_torque"]}
 
 
-def _powers(point: Point) -> Found:
+def _powers(point: Point) -> MeasuredValues:
     flow, about = point.flow, "power that enters the stage at the member"
     return {
         "power": _members(point, "branch_power", "W", about)["branch_power"],
@@ -140,7 +140,7 @@ def _powers(point: Point) -> Found:
     }
 
 
-def _mean_forces(point: Point) -> Found:
+def _mean_forces(point: Point) -> MeasuredValues:
     forces: dict[str, Callable[[StageFlow], float]] = {
         "mean_sun_gear_mesh_force": lambda s: abs(s.sun_gear_mesh_force),
         "mean_ring_gear_mesh_force": lambda s: abs(s.ring_gear_mesh_force),
@@ -152,13 +152,13 @@ def _mean_forces(point: Point) -> Found:
     }
 
 
-def _bearing_life(point: Point) -> Found:
+def _bearing_life(point: Point) -> MeasuredValues:
     """L₁₀ in time over that of the unchanged case; stages that carry nothing are left out."""
     known = {s.name: s for s in power_flow(point.reference).stages}
-    found = {s.name: (s, known[s.name]) for s in point.flow.stages if s.kind == "planetary"}
+    lives = {s.name: (s, known[s.name]) for s in point.flow.stages if s.kind == "planetary"}
     loaded = {
         name: pair
-        for name, pair in found.items()
+        for name, pair in lives.items()
         if all(s.planet_bearing_force and s.planet_relative_speed for s in pair)
     }
     kinds = {"ball": BALL, "roller": ROLLER}
@@ -184,27 +184,27 @@ def _of_stages(
     return array([of(s) for s in stages], units, about, stage=[s.name for s in stages])
 
 
-def _load_sharing(point: Point) -> Found:
-    found = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
-    return {"load_sharing": _coefficients(found, "quasi-static load sharing")}
+def _load_sharing(point: Point) -> MeasuredValues:
+    coefficients = xr.concat([d["load_sharing_coefficient"] for d in point.sharing], "group")
+    return {"load_sharing": _coefficients(coefficients, "quasi-static load sharing")}
 
 
-def _transient_sharing(point: Point) -> Found:
+def _transient_sharing(point: Point) -> MeasuredValues:
     data, _ = point.transient
     if "load_sharing_coefficient" not in data:
         raise FlexgearError("no stage has planets that share a load")
-    found = data["load_sharing_coefficient"]
-    return {"transient_sharing": _coefficients(found, "load sharing after settling")}
+    coefficients = data["load_sharing_coefficient"]
+    return {"transient_sharing": _coefficients(coefficients, "load sharing after settling")}
 
 
-def _coefficients(found: xr.DataArray, about: str) -> xr.DataArray:
+def _coefficients(coefficients: xr.DataArray, about: str) -> xr.DataArray:
     """Coefficients by definition and group of gear meshes."""
-    values = found.transpose("definition", "group")
+    values = coefficients.transpose("definition", "group")
     names = {d: [str(n) for n in values[d].to_numpy()] for d in ("definition", "group")}
     return array(values.to_numpy(), "1", f"{about}, largest of the planets", **names)
 
 
-def _gear_mesh_forces(point: Point) -> Found:
+def _gear_mesh_forces(point: Point) -> MeasuredValues:
     forces = {
         name: force
         for data in point.sharing
@@ -214,7 +214,7 @@ def _gear_mesh_forces(point: Point) -> Found:
     return {"gear_mesh_force_max": largest(forces, "N", about, "group")}
 
 
-def _transient_forces(point: Point) -> Found:
+def _transient_forces(point: Point) -> MeasuredValues:
     _, rest = point.transient
     forces = _by_group(rest.largest, "gear_mesh_force")
     about = "largest gear-mesh force of a planet after settling"
@@ -226,13 +226,13 @@ def _by_group(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     return {group: data[name].isel(gear_mesh=at) for group, at in groups_in(data).items()}
 
 
-def _displacements(point: Point) -> Found:
+def _displacements(point: Point) -> MeasuredValues:
     far = axis_distance(point.equilibria)
     samples = [d for d in far.dims if d != "body"]
     return {"displacement": _distances(far.mean(samples), far.max(samples), "quasi-static")}
 
 
-def _transient_displacements(point: Point) -> Found:
+def _transient_displacements(point: Point) -> MeasuredValues:
     _, rest = point.transient
     mean, most = (d["axis_distance"] for d in (rest.mean, rest.largest))
     return {"transient_displacement": _distances(mean, most, "after settling")}
@@ -247,7 +247,7 @@ def _distances(mean: xr.DataArray, most: xr.DataArray, about: str) -> xr.DataArr
     )  # fmt: skip
 
 
-def _tooth_load(point: Point) -> Found:
+def _tooth_load(point: Point) -> MeasuredValues:
     """Of rings with tooth nodes; the flank that carries."""
     loads = {
         f"{stage} {gear}": tooth_loads(stage_part(point.equilibria, stage), gear).to_numpy()
@@ -257,7 +257,7 @@ def _tooth_load(point: Point) -> Found:
     return {"tooth_load": largest(loads, "N", "largest load of a tooth pair", "gear_mesh")}
 
 
-def _tooth_displacement(point: Point) -> Found:
+def _tooth_displacement(point: Point) -> MeasuredValues:
     stages = _rings(point)
     largest_of = [
         np.abs(stage_part(point.equilibria, s)["tooth_displacement"].to_numpy()).max(axis=(0, 1))

@@ -29,7 +29,7 @@ Figures = dict[str, dict[str, Any]]
 
 
 def compare_sharing(
-    found: Mapping[str, Model],
+    sharing: Mapping[str, Model],
     *,
     cycles: int | None = None,
     transient: bool = True,
@@ -41,7 +41,7 @@ def compare_sharing(
     where anything moves beside the rolling.
     """
     out: dict[str, Figures] = {}
-    for label, model in found.items():
+    for label, model in sharing.items():
         quasi: Figures = {}
         for stage in shared_stages(model):
             data = stages_sharing(model, stage, cycles=cycles, progress=progress)
@@ -79,8 +79,8 @@ def against(case: Case, reference: Case) -> Figures:
     }
     ratios: dict[str, Any] = {}
     for kind, exponent in (("ball", BALL), ("roller", ROLLER)):
-        found = planet_bearing_life_ratios(flow, other, exponent)
-        ratios |= {f"{stage}_{kind}": ratio for stage, ratio in found.items()}
+        life_ratios = planet_bearing_life_ratios(flow, other, exponent)
+        ratios |= {f"{stage}_{kind}": ratio for stage, ratio in life_ratios.items()}
     figures["planet_bearing_life_ratio"] = ratios
     return figures
 

@@ -49,7 +49,7 @@ def completed(
             for k, job in enumerate(jobs)
         }
         for future in as_completed(list(futures), loop=client.loop):
-            yield futures[future], _found(future)
+            yield futures[future], _outcome(future)
             future.release()
 
 
@@ -93,11 +93,11 @@ def _require_certificates(address: str) -> None:
     if not address.startswith("tls://"):
         return
     try:
-        found = Security().get_connection_args("client").get("ssl_context")
+        context = Security().get_connection_args("client").get("ssl_context")
         why = "names no certificates"
     except (OSError, ValueError, TypeError) as error:  # ssl's errors are OSErrors
-        found, why = None, f"names certificates that cannot be read ({_said(error)})"
-    if found is None:
+        context, why = None, f"names certificates that cannot be read ({_said(error)})"
+    if context is None:
         raise InputError(
             "--scheduler", address, f"Dask's configuration {why}",
             "set distributed.comm.tls.ca-file, .client.cert and .client.key, see "
@@ -119,13 +119,13 @@ def _silent() -> Iterator[None]:
             logging.getLogger(name).setLevel(level)
 
 
-def _found(future: Any) -> Outcome[Any]:
+def _outcome(future: Any) -> Outcome[Any]:
     """What became of a job, whatever became of its workers."""
     from distributed import CancelledError, KilledWorker
 
     try:
-        found: Outcome[Any] = pickle.loads(future.result())
-        return found
+        outcome: Outcome[Any] = pickle.loads(future.result())
+        return outcome
     except KilledWorker:
         return Outcome(None, DIED)
     except CancelledError:

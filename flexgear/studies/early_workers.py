@@ -97,11 +97,11 @@ class EarlyWorkers:
         while True:
             with contextlib.suppress(queue.Empty):
                 while True:
-                    found = done.get(block=driving > 0 and not waiting)
-                    if found is None:
+                    outcome = done.get(block=driving > 0 and not waiting)
+                    if outcome is None:
                         driving -= 1
                     else:
-                        yield found
+                        yield outcome
             with lock:
                 mine = waiting.pop() if waiting else None
             if mine is not None:

@@ -52,7 +52,7 @@ def completed(
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 worker, k = running.pop(future)
                 idle.append(worker)
-                outcome = _found(future)
+                outcome = _outcome(future)
                 losses[k] += outcome is None
                 if outcome is None and losses[k] < LOST:
                     waiting.append(k)
@@ -60,7 +60,7 @@ def completed(
                     yield k, outcome or Outcome(None, DIED)
 
 
-def _found(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
+def _outcome(future: Future[Outcome[Any]]) -> Outcome[Any] | None:
     """What became of a run; None where its worker was lost."""
     try:
         return future.result()

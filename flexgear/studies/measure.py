@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from flexgear.analysis.mode_types import classify, members
 from flexgear.solve.model import Model
 
-Found = dict[str, xr.DataArray]
+MeasuredValues = dict[str, xr.DataArray]
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Measure:
 
     name: str
     about: str
-    of: Callable[[Any], Found]
+    of: Callable[[Any], MeasuredValues]
 
 
 LABELS = {
@@ -54,14 +54,14 @@ def array(
     return xr.DataArray(np.asarray(values), coords, tuple(labels), attrs=about)
 
 
-def frequencies(model: Model, count: int) -> Found:
+def frequencies(model: Model, count: int) -> MeasuredValues:
     """The ``count`` lowest elastic frequencies and their types, as ``solve.modes`` has them."""
-    found, system = model.natural_modes(), model.system
-    rigid = int(np.sum(found.frequencies == 0))
+    natural, system = model.natural_modes(), model.system
+    rigid = int(np.sum(natural.frequencies == 0))
     types = classify(
-        found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
+        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
     )
-    f, kinds = found.frequencies[rigid:][:count], types.kinds[rigid:][:count]
+    f, kinds = natural.frequencies[rigid:][:count], types.kinds[rigid:][:count]
     ticks = range(1, len(f) + 1)
     return {
         "frequency": array(f, "Hz", "natural frequency", mode=ticks),
@@ -69,19 +69,19 @@ def frequencies(model: Model, count: int) -> Found:
     }
 
 
-def frequencies_by_type(model: Model, count: int) -> Found:
+def frequencies_by_type(model: Model, count: int) -> MeasuredValues:
     """The ``count`` lowest different elastic frequencies of every type of mode."""
-    found, system = model.natural_modes(), model.system
-    rigid = int(np.sum(found.frequencies == 0))
+    natural, system = model.natural_modes(), model.system
+    rigid = int(np.sum(natural.frequencies == 0))
     types = classify(
-        found.frequencies, found.shapes, system.mass, members(system.bodies), rigid=rigid
+        natural.frequencies, natural.shapes, system.mass, members(system.bodies), rigid=rigid
     )
     columns: dict[str, list[float]] = {}
     for group in types.groups:
         if group[0] < rigid:
             continue
         for kind in dict.fromkeys(types.kinds[i] for i in group):
-            columns.setdefault(kind, []).append(float(found.frequencies[group[0]]))
+            columns.setdefault(kind, []).append(float(natural.frequencies[group[0]]))
     longest = min(count, max(map(len, columns.values()), default=0))
     values = np.full((len(columns), longest), np.nan)
     for k, column in enumerate(columns.values()):

@@ -8,7 +8,7 @@ from flexgear.model.case import Case
 from flexgear.model.errors import InputError
 from flexgear.model.read import nearest
 from flexgear.studies.case_measures import MEASURES, Point, usual_measures
-from flexgear.studies.measure import Found, Measure, array
+from flexgear.studies.measure import Measure, MeasuredValues, array
 
 WARNING = "warning"
 FE_ONLY = ("tooth_load", "tooth_displacement")
@@ -34,14 +34,14 @@ def chosen_measures(case: Case, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> Found:
+def measured(case: Case, reference: Case, names: Sequence[str], modes: int) -> MeasuredValues:
     """Arrays of the named measures at one point, and ``WARNING`` where there is one.
 
     reference: the case without the sweep's changes; modes: how many natural modes are listed.
     """
-    point, known, found = Point(case, reference, modes), measures_of(case), Found()
+    point, known, figures = Point(case, reference, modes), measures_of(case), MeasuredValues()
     for name in names:
-        found |= known[name].of(point)
+        figures |= known[name].of(point)
     if lines := point.warnings:
-        found[WARNING] = array("; ".join(lines), "", "what to mind at the point")
-    return found
+        figures[WARNING] = array("; ".join(lines), "", "what to mind at the point")
+    return figures

@@ -130,13 +130,13 @@ def propose_modifications(
         return value * (1.0 + float(np.abs(held - p).sum()) / scale)
 
     corners = np.vstack([start, *(start + 0.5 * scale * row for row in np.eye(len(start)))])
-    found = minimize(
+    optimum = minimize(
         cost, start, method="Nelder-Mead",
         options={
             "initial_simplex": corners, "maxfev": trials * len(start), "xatol": 0.5, "fatol": 0.0,
         },
     )  # fmt: skip
-    best = np.round(np.maximum(found.x, least))
+    best = np.round(np.maximum(optimum.x, least))
     if cost(best) > cost(np.zeros_like(best)):
         best = np.zeros_like(best)
     progress("flanks", 1.0)
@@ -164,16 +164,16 @@ class _Trial:
 
     def data(self, pairs: PairData, share: float) -> xr.Dataset:
         """Equilibria over the cycle at a share of the rated torque."""
-        found = self._solved(pairs, share)
-        system = found.modal.system
-        return equilibrium_data(replace(self.model, system=system, made=found.modal), found)
+        dataset = self._solved(pairs, share)
+        system = dataset.modal.system
+        return equilibrium_data(replace(self.model, system=system, made=dataset.modal), dataset)
 
     def worst(self, pairs: PairData, aim: Aim) -> float:
         """What is to be least, in N/m or m: the largest of all torques and planets, added up over
         the kinds of gear meshes, so that each of them is made better."""
         at = ("line-load", "transmission-error").index(aim)
-        found = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
-        largest, kinds = np.max(found, axis=0)[self.own], pairs.kind[self.own]
+        figures = [worst_figures(self._solved(pairs, share))[at] for share in self.shares]
+        largest, kinds = np.max(figures, axis=0)[self.own], pairs.kind[self.own]
         return float(sum(largest[kinds == kind].max() for kind in np.unique(kinds)))
 
     def _solved(self, pairs: PairData, share: float) -> Equilibrium:
@@ -199,7 +199,7 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
     own = case.stage(stage)
     gear = "gear" if own.kind == "parallel" else "planet"
     ground = getattr(own, gear).modifications
-    found = []
+    amounts = []
     for name, one in face_figures(flat).items():
         labels = flat.sel(flank=name)
         if str(labels["flank_stage"].item()) != stage or int(labels["flank_planet"]) != 1:
@@ -210,12 +210,12 @@ def _amounts(case: Case, stage: str, flat: xr.Dataset, relief: bool) -> list[Amo
         starts = {"helix_slope": tilt, "lead_crowning": 0.1 * abs(tilt) + UNIT}
         for what, start in starts.items():
             base = getattr(has, what) or 0.0
-            found.append(Amount(gear, flank, what, base, start, signed=what == "helix_slope"))
+            amounts.append(Amount(gear, flank, what, base, start, signed=what == "helix_slope"))
         if relief:
             base = has.tip_relief.amount if has.tip_relief is not None else 0.0
             start = max(0.3 * abs(give), UNIT)
-            found.append(Amount(gear, flank, "tip_relief", base, start, signed=False))
-    return found
+            amounts.append(Amount(gear, flank, "tip_relief", base, start, signed=False))
+    return amounts
 
 
 def _relief(case: Case, stage: str, amount: Amount) -> Relief:

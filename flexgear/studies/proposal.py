@@ -59,10 +59,10 @@ def _duration(text: str) -> str:
 def _sound(wanted: Wanted) -> Proposal:
     """The first proposal that ``check`` takes without a doubt."""
     fault: InputError | None = None
-    for found in islice(proposals(wanted), TRIED):
-        fault = _fault(new_case_text([found], Rated(wanted.torque, wanted.speed)))
+    for proposal in islice(proposals(wanted), TRIED):
+        fault = _fault(new_case_text([proposal], Rated(wanted.torque, wanted.speed)))
         if fault is None:
-            return found
+            return proposal
     assert fault is not None  # there is a proposal, or ``proposals`` said why not
     raise InputError(
         "new", "--torque-nm",

@@ -28,7 +28,7 @@ from flexgear.results.quantities import MISSING
 from flexgear.solve.bodies import Progress, named, reduction_limit, silent, stage_bodies
 from flexgear.studies.dask_pool import reach
 from flexgear.studies.job_pool import run_jobs
-from flexgear.studies.measure import Found
+from flexgear.studies.measure import MeasuredValues
 from flexgear.studies.measures import chosen_measures, measured
 from flexgear.studies.outcome import Outcome
 from flexgear.studies.sweep_keys import (
@@ -175,7 +175,7 @@ def save_sweep(data: xr.Dataset, path: PathLike) -> Path:
 
 
 def collected(
-    keys: Sequence[SweptKey], grid: Sequence[Point], outcomes: Sequence[Outcome[Found]]
+    keys: Sequence[SweptKey], grid: Sequence[Point], outcomes: Sequence[Outcome[MeasuredValues]]
 ) -> xr.Dataset:
     """Dataset over the grid; gaps where a point failed or has fewer modes, planets, stages."""
     coords = {key.key: _coordinate(key) for key in keys}
@@ -228,7 +228,7 @@ def _said(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
-def _measured(shared: Measuring, case: Case) -> Found:
+def _measured(shared: Measuring, case: Case) -> MeasuredValues:
     return measured(case, shared.reference, shared.measures, shared.modes)
 
 
@@ -299,10 +299,10 @@ def _outcomes(
     workers: int | None,
     scheduler: str | None,
     progress: Progress,
-) -> list[Outcome[Found]]:
+) -> list[Outcome[MeasuredValues]]:
     """What was found at every point, before this or now, or why nothing."""
     store = plan.store
-    known: dict[int, Outcome[Found]] = {}
+    known: dict[int, Outcome[MeasuredValues]] = {}
     left: dict[int, Case] = {}
     for k, case in enumerate(plan.cases):
         if isinstance(case, InputError):

@@ -97,13 +97,13 @@ def parse_values(key: str, text: str) -> Values:
         raise InputError(WHERE, key, f"{echo(word)} is not a number as the others are", FORMS)
     if len(parts) > MOST_VALUES:
         raise InputError(WHERE, key, f"has {len(parts)} values", f"give at most {MOST_VALUES}")
-    texts, found = tuple(parts), None
+    texts, values = tuple(parts), None
     if known:
-        texts, found = tuple(_text(n) for n in known), tuple(known)
+        texts, values = tuple(_text(n) for n in known), tuple(known)
     doubled = next((t for k, t in enumerate(texts) if t in texts[:k]), None)
     if doubled is not None:
         raise InputError(WHERE, key, f"{doubled} is given twice", "give every value once")
-    return Values(texts, found)
+    return Values(texts, values)
 
 
 def swept_key(base: Case, key: str, values: Values) -> SweptKey:
@@ -129,7 +129,7 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
     quantity = quantity_of(owner, name)
     if section is not None:
         raise InputError(WHERE, key, "is a section, not a key", f"name a key of it: {key}.…")
-    found = SweptKey(
+    swept = SweptKey(
         key=key,
         values=values,
         units=unit_name(suffix) if suffix else "",
@@ -138,10 +138,10 @@ def swept_key(base: Case, key: str, values: Values) -> SweptKey:
         element=element,
         whole=int in _scalars(owner, name) and float not in _scalars(owner, name),
     )
-    _require_kind(found, owner, name, suffix)
+    _require_kind(swept, owner, name, suffix)
     if element is not None:
-        return replace(found, start=_list_of(base, found, quantity, suffix))
-    return _in_brackets(found) if is_list(owner, name) else found
+        return replace(swept, start=_list_of(base, swept, quantity, suffix))
+    return _in_brackets(swept) if is_list(owner, name) else swept
 
 
 def points(keys: Sequence[SweptKey]) -> list[Point]:
@@ -235,12 +235,12 @@ def _text(value: float) -> str:
 
 def _scalars(section: type[Section], name: str) -> set[Any]:
     """Plain types inside a field's annotation."""
-    found, todo = set[Any](), [section.model_fields[name].annotation]
+    types, todo = set[Any](), [section.model_fields[name].annotation]
     while todo:
         each = todo.pop()
-        found.add(each)
+        types.add(each)
         todo += list(getattr(each, "__args__", ()))
-    return found
+    return types
 
 
 def _require_kind(key: SweptKey, section: type[Section], name: str, suffix: str) -> None:
@@ -287,17 +287,17 @@ def _list_of(
         owners.append(inner[int(part)] if is_place(part) else getattr(inner, part))
     planets = next((o.planets for o in owners if hasattr(o, "planets")), 0)
     name = key.path[-2]
-    found = getattr(owners[-1], name)
-    if found is None and name == "planet_positions":
-        found = owners[-1].planet_angles
-    if not isinstance(found, tuple):
+    values = getattr(owners[-1], name)
+    if values is None and name == "planet_positions":
+        values = owners[-1].planet_angles
+    if not isinstance(values, tuple):
         raise InputError(WHERE, key.key, f"{key.parent} is not a list", "cut the number")
-    if not found:
-        found = (0.0,) * planets
-    if len(found) == 1 and name in PLANET_LISTS:  # one for all planets
-        found = found * planets
-    if key.element is None or key.element >= len(found):
+    if not values:
+        values = (0.0,) * planets
+    if len(values) == 1 and name in PLANET_LISTS:  # one for all planets
+        values = values * planets
+    if key.element is None or key.element >= len(values):
         raise InputError(
-            WHERE, key.key, f"{key.parent} has {len(found)} elements", "they are counted from 0"
+            WHERE, key.key, f"{key.parent} has {len(values)} elements", "they are counted from 0"
         )
-    return tuple(quantity.from_si(v, suffix) if quantity else v for v in found)
+    return tuple(quantity.from_si(v, suffix) if quantity else v for v in values)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import xarray as xr
 
 from flexgear.model.case import Case
-from flexgear.studies.measure import Found
+from flexgear.studies.measure import MeasuredValues
 from flexgear.studies.study_store import StudyStore, study_store
 
 FORMAT = 3  # of the files, and of the numerics behind them; raise it when either changes
@@ -21,7 +21,7 @@ class PointStore:
 
     parts: StudyStore
 
-    def get(self, case: Case) -> Found | None:
+    def get(self, case: Case) -> MeasuredValues | None:
         """What was found at a point; None where nothing was kept or it is damaged."""
         kept = self.parts.get(_name(case))
         if kept is None:
@@ -29,9 +29,9 @@ class PointStore:
         plain = json.loads(kept)
         return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
-    def put(self, case: Case, found: Found) -> None:
+    def put(self, case: Case, figures: MeasuredValues) -> None:
         """Keep a point. FlexgearWarning where the disk refuses."""
-        plain = {name: array.to_dict() for name, array in found.items()}
+        plain = {name: array.to_dict() for name, array in figures.items()}
         self.parts.put(_name(case), json.dumps(plain).encode())
 
     def clear(self) -> None:

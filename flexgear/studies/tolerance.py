@@ -55,8 +55,8 @@ def tolerance(
     with threadpool_limits(limits=1):
         setup = tolerance_setup(case, progress)
         stated = as_stated(setup)
-        found = _all(setup, store, batches, workers, scheduler, progress)
-    data = _dataset(setup, stated, found)
+        finished = _all(setup, store, batches, workers, scheduler, progress)
+    data = _dataset(setup, stated, finished)
     if not keep_batches:
         store.clear()
     return data
@@ -87,10 +87,10 @@ def _all(
     progress: Progress,
 ) -> list[Batch]:
     """Every batch, from the disk where it was finished before."""
-    found = {k: batch for k, b in enumerate(batches) if (batch := store.get(b)) is not None}
-    left = [k for k in range(len(batches)) if k not in found]
+    finished = {k: batch for k, b in enumerate(batches) if (batch := store.get(b)) is not None}
+    left = [k for k in range(len(batches)) if k not in finished]
     faults: dict[int, str] = {}
-    progress("samples", len(found) / len(batches))
+    progress("samples", len(finished) / len(batches))
     jobs = [batches[k] for k in left]
     runs = run_jobs(sampled, setup, jobs, workers=workers, scheduler=scheduler)
     with closing(runs):
@@ -98,16 +98,16 @@ def _all(
             if outcome.value is None:
                 faults[left[at]] = outcome.message
                 continue
-            found[left[at]] = outcome.value
+            finished[left[at]] = outcome.value
             store.put(batches[left[at]], outcome.value)
-            progress("samples", len(found) / len(batches))
+            progress("samples", len(finished) / len(batches))
     if faults:
         first = batches[min(faults)]
         raise FlexgearError(
             f"{len(faults)} of {len(batches)} batches of samples failed; samples {first.start} to "
             f"{first.stop - 1}: {faults[min(faults)]}; the same study goes on with what is missing"
         )
-    return [found[k] for k in range(len(batches))]
+    return [finished[k] for k in range(len(batches))]
 
 
 def _dataset(setup: ToleranceSetup, stated: Batch, batches: Sequence[Batch]) -> xr.Dataset:

@@ -81,21 +81,21 @@ class DrawnError:
 
 def drawn_errors(case: Case) -> tuple[DrawnError, ...]:
     """What the section ``tolerance`` has drawn; InputError where that is nothing."""
-    found: list[DrawnError] = []
+    drawn: list[DrawnError] = []
     errors = [s.errors for s in case.stages]
     for stage in case.stages:
         given = case.tolerance.of(stage.name)
         if stage.kind == "parallel":
             given = {key: d for key, d in given.items() if key not in NOT_PARALLEL}
-        found += _drawn(stage.name, given, stage.planets) + _ground(case, stage)
-    if not found and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
+        drawn += _drawn(stage.name, given, stage.planets) + _ground(case, stage)
+    if not drawn and not any(getattr(e, pitch) for e in errors for pitch in PITCHES):
         raise InputError(
             case.source,
             "tolerance.errors",
             "is empty, so there is nothing to draw",
             "give a distribution: [tolerance.errors.pin_tangential] standard_deviation_um = 10",
         )
-    return tuple(found)
+    return tuple(drawn)
 
 
 def _drawn(
@@ -106,7 +106,7 @@ def _drawn(
 
 def _ground(case: Case, stage: Stage) -> list[DrawnError]:
     """Amounts of modifications; of planets for each on its own."""
-    found = []
+    errors = []
     for (flank, name), distribution in case.tolerance.ground(stage).items():
         part, side = ground_flank(stage, flank)
         given = getattr(getattr(stage, part).modifications.of(side), name)
@@ -114,18 +114,18 @@ def _ground(case: Case, stage: Stage) -> list[DrawnError]:
         base = float(relief.amount if relief else given or 0.0)
         ground = Ground(f"{part}.modifications.{side}.{name}", base, relief)
         planets = stage.planets if part in ("planet", "gear") else 0
-        found.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
-    return found
+        errors.append(DrawnError(stage.name, f"{flank}_{name}", planets, distribution, ground))
+    return errors
 
 
 def sample_values(drawn: Sequence[DrawnError], seed: int, numbers: Sequence[int]) -> Values:
     """Sizes (m) and phases (rad) of samples by stage and key, (J, count)."""
-    found = {}
+    values = {}
     for error in drawn:
         streams = Streams(seed, f"{error.stage}/{error.key}")
         uniform = np.array([streams.of(k).random(error.count) for k in numbers])
-        found[error.stage, error.key] = inverse(error.distribution, uniform)
-    return found
+        values[error.stage, error.key] = inverse(error.distribution, uniform)
+    return values
 
 
 def pitch_seeds(stage: str, seed: int, numbers: Sequence[int]) -> list[int]:
@@ -185,14 +185,14 @@ def with_sample(case: Case, values: Values, j: int, seeds: Sequence[int]) -> Cas
 
 def nominal(case: Case, drawn: Sequence[DrawnError]) -> Values:
     """The errors that the case itself states, in the place of drawn ones: one sample."""
-    found = {}
+    values = {}
     for error in drawn:
         of_case = error.ground
         given = of_case.base if of_case else getattr(case.stage(error.stage).errors, error.key)
         line = np.zeros((1, error.count))
         line[:] = given if given != () else 0.0
-        found[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
-    return found
+        values[error.stage, error.key] = line if error.is_phase else np.where(line == 0, TINY, line)
+    return values
 
 
 def _changed_stage(stage: Stage, values: Values, j: int, seed: int) -> Stage:

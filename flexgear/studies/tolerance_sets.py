@@ -65,9 +65,9 @@ def error_sets(
         places.append(m)
         planets.append(label.planet)
     for j, case in enumerate(cases):
-        found = errors_of(case, paths)
+        errors = errors_of(case, paths)
         for (stage, kind, side), (places, planets) in groups.items():
-            _enter(sets, j, places, planets, found[stage][kind, side])
+            _enter(sets, j, places, planets, errors[stage][kind, side])
     return sets
 
 

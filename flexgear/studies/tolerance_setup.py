@@ -156,8 +156,8 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
     sets = sets_of(setup, values, seeds)
     along = np.full((2, len(sets), len(setup.groups)), np.nan)
 
-    def look(j: int, found: Equilibrium) -> None:
-        along[:, j] = _along_face(setup, found)
+    def look(j: int, equilibrium: Equilibrium) -> None:
+        along[:, j] = _along_face(setup, equilibrium)
 
     sliced = bool(setup.pairs.slices.any())
     forces = gear_mesh_forces(setup.study, sets, look=look if sliced else None)
@@ -183,7 +183,7 @@ def _solved(setup: ToleranceSetup, values: Values, seeds: Sequence[Sequence[int]
 
 def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
     """``GapSets.factors`` of the drawn modifications, in their order."""
-    found = []
+    amounts = []
     for error in drawn:
         if error.ground is None:
             continue
@@ -191,13 +191,13 @@ def _ground(put: Model, drawn: Sequence[DrawnError]) -> Array:
         assert isinstance(error.distribution, SizeDistribution)
         most = max(UNIT, *(abs(end - base) for end in error.distribution.usual))
         key = f"stages.{error.stage}.{key}"
-        found.append(gap_factors(put, key, error.ground.with_amount, base, most))
-    return np.stack(found, axis=1) if found else np.zeros(0)
+        amounts.append(gap_factors(put, key, error.ground.with_amount, base, most))
+    return np.stack(amounts, axis=1) if amounts else np.zeros(0)
 
 
 def _amounts(setup: ToleranceSetup, values: Values) -> Array:
     """What samples have more than the case of every drawn modification, (J, M, B) m."""
-    found = []
+    amounts = []
     for error in setup.drawn:
         if error.ground is None:
             continue
@@ -205,13 +205,13 @@ def _amounts(setup: ToleranceSetup, values: Values) -> Array:
         more = values[error.stage, error.key] - error.ground.base
         planet = [label.planet if error.planets else 0 for label in setup.labels]
         own = np.array([label.stage == stage for label in setup.labels])
-        found.append(more[:, planet] * own)
-    return np.stack(found, axis=2)
+        amounts.append(more[:, planet] * own)
+    return np.stack(amounts, axis=2)
 
 
-def _along_face(setup: ToleranceSetup, found: Equilibrium) -> tuple[list[float], list[float]]:
+def _along_face(setup: ToleranceSetup, equilibrium: Equilibrium) -> tuple[list[float], list[float]]:
     """Largest K_Hβ and line load (N/m) of the gear meshes of every group over its positions."""
-    lines, pairs = line_loads(found), found.modal.system.pairs
+    lines, pairs = line_loads(equilibrium), equilibrium.modal.system.pairs
     if lines is None:
         return [], []
     largest, along = largest_line_load(pairs, lines), along_face(pairs, lines)
@@ -230,10 +230,10 @@ def _both_flanks(force: Array, sign: Array) -> Array:
 
     Added up in a fixed order: the last digit must not depend on how many samples there are.
     """
-    found = np.zeros((force.shape[2], force.shape[0], sign.shape[1]))
+    force_by_flank = np.zeros((force.shape[2], force.shape[0], sign.shape[1]))
     for m, g in zip(*np.nonzero(sign), strict=True):
-        found[:, :, g] += sign[m, g] * force[:, m].T
-    return found
+        force_by_flank[:, :, g] += sign[m, g] * force[:, m].T
+    return force_by_flank
 
 
 def _columns(drawn: Sequence[DrawnError], values: Values, count: int, phases: bool) -> Array:

@@ -69,12 +69,12 @@ def _words(
     """Of every value the text of the tick next to it, the value itself where none is near."""
     ticks = np.asarray(at, dtype=float)
     step = float(np.diff(np.sort(ticks)).min()) if len(ticks) > 1 else 1.0
-    found = []
+    words = []
     for value in values:
         if value is None:
-            found.append("")
+            words.append("")
             continue
         k = int(np.abs(ticks - value).argmin())
         near = abs(ticks[k] - value) <= reach * step
-        found.append(texts[k] if near else f"{value:.5g}")
-    return found
+        words.append(texts[k] if near else f"{value:.5g}")
+    return words

@@ -35,20 +35,20 @@ def panels_of(figure: Figure) -> list[Panel]:
             groups.append([axes])
         else:
             same.append(axes)
-    found = [_panel(group) for group in groups]
+    panels = [_panel(group) for group in groups]
     for legend in figure.legends:
-        drawn = [_colours(panel["data"]) for panel in found]
-        for panel, own in zip(found, drawn, strict=True):
+        drawn = [_colours(panel["data"]) for panel in panels]
+        for panel, own in zip(panels, drawn, strict=True):
             panel["data"] += [
                 entry
                 for entry in _legend_entries(legend, panel["data"])
                 if _colours([entry]) & own or not any(_colours([entry]) & c for c in drawn)
             ]
-    for panel in found:
+    for panel in panels:
         _name_once(panel["data"])
         _scale_once(panel["data"])
         with_hover(panel["data"], panel["layout"])
-    return [panel for panel in found if panel["data"]]
+    return [panel for panel in panels if panel["data"]]
 
 
 def _colours(traces: list[dict[str, Any]]) -> set[str]:
@@ -169,12 +169,12 @@ def _anchor(text: Text, own: bool) -> dict[str, Any]:
 def _axis(axes: Axes, which: str) -> dict[str, Any]:
     own = axes.xaxis if which == "x" else axes.yaxis
     low, high = (float(v) for v in (axes.get_xlim() if which == "x" else axes.get_ylim()))
-    found: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
+    axis: dict[str, Any] = {"title": {"text": plain_math(_label(axes, which))}}
     log = own.get_scale() == "log"
     if log:
-        found["type"] = "log"
+        axis["type"] = "log"
     ends = [low, high]
-    found["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
+    axis["range"] = [float(np.log10(v)) for v in ends] if log and min(ends) > 0 else ends
     formatter = own.get_major_formatter()
     if (
         isinstance(formatter, FixedFormatter | FuncFormatter)
@@ -184,10 +184,10 @@ def _axis(axes: Axes, which: str) -> dict[str, Any]:
         texts = formatter.format_ticks(list(at))
         ticks = [(float(t), plain_math(x)) for t, x in zip(at, texts, strict=False) if x]
         if ticks:
-            found |= {"tickvals": [t for t, _ in ticks], "ticktext": [s for _, s in ticks]}
+            axis |= {"tickvals": [t for t, _ in ticks], "ticktext": [s for _, s in ticks]}
     if not own.get_visible() or not axes.axison:
-        found |= {"visible": False}
-    return found
+        axis |= {"visible": False}
+    return axis
 
 
 def _label(axes: Axes, which: str) -> str:

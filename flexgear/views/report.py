@@ -89,7 +89,9 @@ def write_report(
         packed = [pool.submit(_packed, file) for file in pictures]
         small_script = pool.submit(deflated, script or "")
         sections = [
-            found for key in SECTIONS if (found := _section(key, sides, plots, script is not None))
+            chapter
+            for key in SECTIONS
+            if (chapter := _section(key, sides, plots, script is not None))
         ]
         data, left_out, thinned = within(plots, MOST_PLOTS)
         whole = {file: one.result() for file, one in zip(pictures, packed, strict=True)}
@@ -213,16 +215,16 @@ def _halved(value: Any) -> Any:
 
 def side_by_side(sides: Sequence[Side], section: str) -> list[dict[str, Any]]:
     """Tables of a section: title and rows (label, a figure of each side, difference)."""
-    found: dict[str, dict[str, list[Row | None]]] = {}
+    table_rows: dict[str, dict[str, list[Row | None]]] = {}
     for k, side in enumerate(sides):
         for table in side.tables:
             if table.section == section:
-                rows = found.setdefault(table.title, {})
+                rows = table_rows.setdefault(table.title, {})
                 for row in table.rows:
                     rows.setdefault(row.label, [None] * len(sides))[k] = row
     return [
         {"title": title, "rows": [(label, *_cells(cells)) for label, cells in rows.items()]}
-        for title, rows in found.items()
+        for title, rows in table_rows.items()
     ]
 
 
@@ -249,7 +251,7 @@ def _section(
     pictures, by the names that they are given."""
     tables = side_by_side(sides, key)
     own = plots if interactive else None
-    pictures = [_places(found, own) for found in _by_name(sides, key)]
+    pictures = [_places(side, own) for side in _by_name(sides, key)]
     if not tables and not pictures:
         return None
     heading, about = SECTIONS[key]

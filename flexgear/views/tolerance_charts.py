@@ -51,7 +51,7 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
     chosen.attrs = {**data.attrs, "digits": digits}
     groups = _groups(chosen)
     equal = {title: x for title, (x, _) in groups.items() if _constant(x)}
-    drawn = {title: found for title, found in groups.items() if title not in equal} or groups
+    drawn = {title: group for title, group in groups.items() if title not in equal} or groups
     figure, axes = panels(len(drawn), 2, height_mm=22 + 58 * len(drawn))
     for row, (title, (values, one)) in zip(axes, drawn.items(), strict=True):
         row[0].set_title(title)
@@ -73,22 +73,22 @@ def tolerance_chart(data: xr.Dataset, name: str = "load_sharing") -> Figure:
 
 def _groups(data: xr.Dataset) -> dict[str, tuple[FloatArray, xr.Dataset]]:
     """Rising samples and figures of groups by title; those with the same samples as one."""
-    found: list[tuple[list[str], FloatArray, xr.Dataset]] = []
+    groups: list[tuple[list[str], FloatArray, xr.Dataset]] = []
     for group in data["group"].to_numpy():
         one = data.sel(group=group)
         values = one["values"].to_numpy()
         values = values[np.isfinite(values)]
         if not len(values):
             continue
-        for names, known, _ in found:
+        for names, known, _ in groups:
             if len(known) == len(values) and np.allclose(values, known, rtol=1e-6, atol=0):
                 names.append(str(group))
                 break
         else:
-            found.append(([str(group)], values, one))
-    if not found:
+            groups.append(([str(group)], values, one))
+    if not groups:
         raise FlexgearError("nothing to draw: no sample has an equilibrium everywhere")
-    return {_title(names): (np.sort(x), one) for names, x, one in found}
+    return {_title(names): (np.sort(x), one) for names, x, one in groups}
 
 
 def _title(names: list[str]) -> str:

@@ -216,7 +216,7 @@ def disagree(laws, work, count, x, least, share):
     the new one: see ``_reach``. Of all others x takes over the force of the law, which is exactly
     zero without contact.
     """
-    largest, found, rows, space = 0.0, False, work.rows, work.space
+    largest, differs, rows, space = 0.0, False, work.rows, work.space
     for e in range(count):
         element = rows.element[e]
         for a in range(element.rows):
@@ -239,8 +239,8 @@ def disagree(laws, work, count, x, least, share):
                 known[a] += way * (work.delta[0, element.first + a] - known[a])
             else:
                 x[element.first + a] = force[0, a]
-        found = found or wrong
-    return found
+        differs = differs or wrong
+    return differs
 
 
 @njit(**PART)

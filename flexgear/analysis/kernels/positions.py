@@ -100,26 +100,26 @@ def _solve_one(laws, theta, known, forward, train, work, out, active_flanks):
 
 
 @njit(**UNCOUNTED, nogil=True)
-def solve_positions(laws, span, forward, train, modes, work, out, found, loads):
-    """Positions of a span into ``found`` and ``loads``; the position that failed, or the end, and
-    its closure."""
+def solve_positions(laws, span, forward, train, modes, work, out, solutions, loads):
+    """Positions of a span into ``solutions`` and ``loads``; the position that failed, or the end,
+    and its closure."""
     elastic, omega2 = modes
     rows, delta, channel_forces = work.rows, work.delta[0], work.channels[1]
-    angles, known, torques = found.theta, found.known, found.torques
+    angles, known, torques = solutions.theta, solutions.known, solutions.torques
     reactions = train.reactions
     r = train.moved.shape[1] - reactions.shape[0]
     for p in range(span[0], span[1]):
         n, pairs, closure = _solve_one(
             laws, angles[p], known[p], forward[p], train, work, out,
-            found.active_flanks[p],
+            solutions.active_flanks[p],
         )  # fmt: skip
         if not closure <= CLOSURE:
             return p, closure
-        found.closure[p] = closure
+        solutions.closure[p] = closure
         for f in range(reactions.shape[0]):
             torques[p, reactions[f]] = -out[n + r + f]
-        put(found.eta[p], out[n : n + r])
-        modal_part(elastic, channel_forces, omega2, r, found.eta[p])
+        put(solutions.eta[p], out[n : n + r])
+        modal_part(elastic, channel_forces, omega2, r, solutions.eta[p])
         freeze_neighbours(rows, n, out)
         note_loads(rows, n, pairs, out, delta, p, loads)
     return span[1], 0.0

@@ -61,11 +61,11 @@ def neighbour_energy(rows, n, force):
 
 def between_rows(rows: Rows, n: int) -> Array:
     """B (n, n) m/N between the first n rows."""
-    found, row = np.zeros((n, n)), rows.row[:n]
+    flexibility, row = np.zeros((n, n)), rows.row[:n]
     for i in np.flatnonzero(row["following"]):
         at = slice(row["after"][i], row["after"][i] + row["following"][i])
-        found[i, at] = found[at, i] = rows.yields[i, : row["following"][i]]
-    return found
+        flexibility[i, at] = flexibility[at, i] = rows.yields[i, : row["following"][i]]
+    return flexibility
 
 
 def row_stiffness(rows: Rows, n: int) -> Array:

@@ -38,19 +38,19 @@ def _listed(text: str) -> Entries:
     ]
     if not rows or any(len(row) != _FIVE for row in rows):
         raise ValueError("lines have other than five numbers")
-    found = Entries(symmetric=False)
+    entries = Entries(symmetric=False)
     for a, i, b, j, value in rows:
-        found.add((int(a), int(i)), (int(b), int(j)), float(value.replace("D", "E")))
-    found.symmetric = not any(
-        row != column and (column, row) in found.values for row, column in found.values
+        entries.add((int(a), int(i)), (int(b), int(j)), float(value.replace("D", "E")))
+    entries.symmetric = not any(
+        row != column and (column, row) in entries.values for row, column in entries.values
     )
-    return found
+    return entries
 
 
 def _user_element(text: str) -> dict[str, Entries]:
     nodes: list[int] = []
     dofs: list[Place] = []
-    found: dict[str, Entries] = {}
+    matrices: dict[str, Entries] = {}
     state = ""
     numbers: list[float] = []
     blocks: list[tuple[str, list[float]]] = []
@@ -74,10 +74,10 @@ def _user_element(text: str) -> dict[str, Entries]:
         elif state == "matrix":
             numbers += [float(v.replace("D", "E")) for v in re.split(r"[,\s]+", line) if v]
     for name, values in blocks:
-        found[name] = _triangle(values, dofs)
-    if not found:
+        matrices[name] = _triangle(values, dofs)
+    if not matrices:
         raise ValueError("there is no *MATRIX")
-    return found
+    return matrices
 
 
 def _dofs(line: str, nodes: list[int], dofs: list[Place]) -> None:
@@ -97,7 +97,7 @@ def _triangle(values: list[float], dofs: list[Place]) -> Entries:
     size = len(dofs)
     if len(values) != size * (size + 1) // 2:
         raise ValueError(f"{len(values)} numbers are no triangle of {size} rows")
-    found = Entries(symmetric=True)
+    entries = Entries(symmetric=True)
     for value, row, column in zip(values, *np.tril_indices(size), strict=True):
-        found.add(dofs[row], dofs[column], value)
-    return found
+        entries.add(dofs[row], dofs[column], value)
+    return entries

@@ -46,11 +46,11 @@ class ReducedMatrices:
 
     def rigid_motion(self) -> Array:
         """Coordinates (d, 6) of unit rigid motion about the origin."""
-        found = np.zeros((len(self.stiffness), 6))
+        motion = np.zeros((len(self.stiffness), 6))
         for k, (x, y, z) in enumerate(self.positions):
-            found[6 * k : 6 * k + 6] = np.eye(6)
-            found[6 * k : 6 * k + 3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-        return found
+            motion[6 * k : 6 * k + 6] = np.eye(6)
+            motion[6 * k : 6 * k + 3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+        return motion
 
     def in_si(self, units: str) -> ReducedMatrices:
         """The same body from matrices in N, mm, t, s ("mm") or SI ("m"); positions are in m.

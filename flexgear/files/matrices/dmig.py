@@ -17,25 +17,25 @@ _SYMMETRIC = 6
 
 def read_dmig(text: str, where: str) -> dict[str, Entries]:
     """All real DMIG matrices of bulk data, by name."""
-    found: dict[str, Entries] = {}
+    matrices: dict[str, Entries] = {}
     try:
         for card in _cards(text):
             name, first = card[1].upper(), card[2].strip()
             if first in ("", "0"):
                 if int(card[4] or 1) > 2:
                     raise ValueError(f"{name} is complex")
-                found[name] = Entries(symmetric=int(card[3]) == _SYMMETRIC)
+                matrices[name] = Entries(symmetric=int(card[3]) == _SYMMETRIC)
                 continue
             column = int(first), int(card[3] or 0)
             for k in range(5, len(card) - 2, 4):
                 if card[k].strip():
                     row = int(card[k]), int(card[k + 1] or 0)
-                    found[name].add(row, column, _number(card[k + 2]))
+                    matrices[name].add(row, column, _number(card[k + 2]))
     except (IndexError, KeyError, ValueError) as error:
         raise InputError(
             where, "DMIG", f"cannot be read: {error}", "write real DMIG cards with their header"
         ) from None
-    return found
+    return matrices
 
 
 def _cards(text: str) -> list[list[str]]:

@@ -38,12 +38,12 @@ class Entries:
             )  # fmt: skip
         rows |= {place: 6 * len(table.ids) + k for k, place in enumerate(extra)}
         require_form((len(rows), len(rows)), where, "", table)
-        found = np.zeros((len(rows), len(rows)))
+        dense = np.zeros((len(rows), len(rows)))
         for (row, column), value in self.values.items():
-            found[rows[row], rows[column]] = value
+            dense[rows[row], rows[column]] = value
             if self.symmetric:
-                found[rows[column], rows[row]] = value
-        return found
+                dense[rows[column], rows[row]] = value
+        return dense
 
 
 def _order(place: Place, table: NodeTable) -> tuple[int, int]:

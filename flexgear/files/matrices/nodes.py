@@ -56,12 +56,12 @@ def read_table(text: str, where: str) -> NodeTable:
             where, "columns", f"{echo(', '.join(heads))} lack positions",
             "give id, name, x_m, y_m, z_m (or x_mm …)",
         )  # fmt: skip
-    found = [_by_head(heads, row, where, number) for number, row in enumerate(rows[1:], 2)]
+    entries = [_by_head(heads, row, where, number) for number, row in enumerate(rows[1:], 2)]
     if "row" in heads:
-        found.sort(key=lambda row: _whole(row["row"], where, "row"))
+        entries.sort(key=lambda row: _whole(row["row"], where, "row"))
     axes = [f"{axis}_{unit}" for axis in "xyz"]
-    nodes = [row for row in found if row.get(axes[0])]
-    modes = [row for row in found if not row.get(axes[0])]
+    nodes = [row for row in entries if row.get(axes[0])]
+    modes = [row for row in entries if not row.get(axes[0])]
     ids = [_whole(row.get("id", str(k)), where, "id") for k, row in enumerate(nodes, 1)]
     if not nodes or len({*ids}) < len(ids):
         problem = "are there twice" if nodes else "are none"

@@ -63,18 +63,18 @@ def read_op4(
     require: refuses shapes (by name) before such a matrix is made.
     """
     binary = len(data) >= 8 and struct.unpack("<i", data[:4])[0] in (24, 24 << 24)
-    found: dict[str, Array] = {}
+    matrices: dict[str, Array] = {}
     try:
         source: _Text | _Binary = _Binary(data) if binary else _Text(data)
         while not source.ended:
             name, matrix = _matrix(source, require)
-            found[name] = matrix
+            matrices[name] = matrix
     except (IndexError, ValueError, struct.error, UnicodeDecodeError) as error:
         raise InputError(
             where, "OP4", f"cannot be read: {error or 'it ends too early'}",
             "write real matrices with OUTPUT4, and the whole file",
         ) from None  # fmt: skip
-    return found
+    return matrices
 
 
 def _matrix(
@@ -125,9 +125,9 @@ class _Text:
         """NCOL, NROW, type, name."""
         line = self._next()
         columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
-        found = re.search(r"(\d+)[ED](\d+)\.", line[40:])
-        if found is not None:
-            self.per, self.width = int(found[1]), int(found[2])
+        match = re.search(r"(\d+)[ED](\d+)\.", line[40:])
+        if match is not None:
+            self.per, self.width = int(match[1]), int(match[2])
         return columns, rows, kind, line[32:40].strip()
 
     def column(self) -> tuple[int, int, int]:

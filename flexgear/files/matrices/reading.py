@@ -46,20 +46,25 @@ def read_reduced(
     if units not in LENGTHS:
         raise InputError("units", units, "is unknown", f"choose {', '.join(LENGTHS)}")
     table = read_table(_bytes(nodes).decode("utf-8-sig", errors="replace"), str(nodes))
-    found: dict[str, Array] = {}
+    matrices: dict[str, Array] = {}
     for file in files:
         for key, matrix in matrices_of(_bytes(file), file, table).items():
             role = _role(key) or _role(Path(file).stem)
             if role is not None:
-                found[role] = matrix
+                matrices[role] = matrix
     for role in ("stiffness", "mass"):
-        if role not in found:
+        if role not in matrices:
             raise InputError(
                 str(nodes), role, "is in none of the files",
                 "name the matrices K… and M…, or the files …stiffness and …mass",
             )  # fmt: skip
     made = ReducedMatrices(
-        name, table.names, table.positions, found["stiffness"], found["mass"], found.get("recovery")
+        name,
+        table.names,
+        table.positions,
+        matrices["stiffness"],
+        matrices["mass"],
+        matrices.get("recovery"),
     )
     return made.in_si(units)
 
@@ -107,14 +112,14 @@ def _numpy(data: bytes, where: str, table: NodeTable) -> dict[str, Any]:
             _require_header(io.BytesIO(data), where, "", table)
             return {"": np.load(io.BytesIO(data), allow_pickle=False)}
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            found = {}
+            arrays = {}
             for member in archive.namelist():
                 key = member.removesuffix(".npy")
                 with archive.open(member) as stream:
                     _require_header(stream, where, key, table)
                 with archive.open(member) as stream:
-                    found[key] = np.lib.format.read_array(stream, allow_pickle=False)
-        return found
+                    arrays[key] = np.lib.format.read_array(stream, allow_pickle=False)
+        return arrays
     except DAMAGED as error:
         raise InputError(where, "npz", f"cannot be read: {error}", "write it with savez") from None
 

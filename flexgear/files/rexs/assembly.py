@@ -67,10 +67,10 @@ class Assembly:
 
     @cached_property
     def _members(self) -> dict[int | None, list[Component]]:
-        found: dict[int | None, list[Component]] = {}
+        members: dict[int | None, list[Component]] = {}
         for component in self.document.components.values():
-            found.setdefault(self.body(component), []).append(component)
-        return found
+            members.setdefault(self.body(component), []).append(component)
+        return members
 
     def held(self, component: Component) -> bool:
         """Whether it turns with the casing, that is not at all."""
@@ -218,13 +218,13 @@ class Assembly:
 
 def carrier_parts(document: Document, stage: Component) -> list[Component]:
     """Frame, shafts and pins of a planetary stage's carrier."""
-    found = document.parts(stage, "planet_carrier")
+    parts = document.parts(stage, "planet_carrier")
     for relation in document.related("planet_carrier_shaft", "planet_pin"):
         shaft = document.at(relation, "shaft")
         if relation.of("planetary_stage") == stage.id and shaft is not None:
             relation.used = True
-            found.append(shaft)
-    return found
+            parts.append(shaft)
+    return parts
 
 
 @dataclass(frozen=True)

@@ -28,27 +28,27 @@ class Checked:
                 self.where, key, f"{echo(said)} is not a whole number", "is the file whole?"
             ) from None
 
-    def component(self, found: Component) -> None:
+    def component(self, component: Component) -> None:
         """Take a component; its id must be new."""
-        if found.id in self._components:
+        if component.id in self._components:
             raise InputError(
-                self.where, "component id", f"{found.id} is there twice",
-                f"give {found.label} an id of its own",
+                self.where, "component id", f"{component.id} is there twice",
+                f"give {component.label} an id of its own",
             )  # fmt: skip
-        self._components[found.id] = found
+        self._components[component.id] = component
 
-    def relation(self, found: Relation) -> None:
+    def relation(self, relation: Relation) -> None:
         """Take a relation."""
-        self._relations.append(found)
+        self._relations.append(relation)
 
-    def load_case(self, found: LoadCase) -> None:
+    def load_case(self, load_case: LoadCase) -> None:
         """Take a load case."""
-        self._load_cases.append(found)
+        self._load_cases.append(load_case)
 
-    def accumulation(self, found: list[tuple[int, Attribute]]) -> None:
+    def accumulation(self, accumulation: list[tuple[int, Attribute]]) -> None:
         """List results that are summed over load cases."""
-        for number, count in Counter(number for number, _ in found).items():
-            names = ", ".join(sorted(a.id for k, a in found if k == number))
+        for number, count in Counter(number for number, _ in accumulation).items():
+            names = ", ".join(sorted(a.id for k, a in accumulation if k == number))
             self.other.append(f"accumulation of component {number}: {count} attributes ({names})")
 
     def document(self, version: str, application: str) -> Document:

@@ -69,8 +69,8 @@ class Relation:
 
     def of(self, role: str) -> int | None:
         """Id of the component in that role, None if there is none."""
-        for found, number in self.refs:
-            if found == role:
+        for number_of_role, number in self.refs:
+            if number_of_role == role:
                 return number
         return None
 
@@ -117,12 +117,12 @@ class Document:
 
     def parts(self, whole: Component, *kinds: str) -> list[Component]:
         """Sub-components of these types (all, if none is named) of a component."""
-        found = []
+        components = []
         for relation, part in self._parts.get(whole.id, ()):
             if not kinds or part.kind in kinds:
                 relation.used = True
-                found.append(part)
-        return found
+                components.append(part)
+        return components
 
     def wholes(self, part: Component) -> list[Component]:
         """Components that a component is assembled to."""
@@ -130,12 +130,12 @@ class Document:
 
     def references(self, origin: Component, *kinds: str) -> list[Component]:
         """Components of these types that ``origin`` refers to."""
-        found = []
+        components = []
         for relation, target in self._targets.get(origin.id, ()):
             if target.kind in kinds:
                 relation.used = True
-                found.append(target)
-        return found
+                components.append(target)
+        return components
 
     @cached_property
     def _components_by_kind(self) -> dict[str, list[tuple[int, Component]]]:
@@ -162,12 +162,14 @@ class Document:
     ) -> dict[int, list[tuple[Relation, Component]]]:
         """Relations of these types and the component in the role ``other``, by the id in that of
         ``one``."""
-        found: dict[int, list[tuple[Relation, Component]]] = {}
+        relations: dict[int, list[tuple[Relation, Component]]] = {}
         for relation in self.related(*kinds):
             roles = dict(reversed(relation.refs))  # the first of a role counts
             if one in roles and roles.get(other) in self.components:
-                found.setdefault(roles[one], []).append((relation, self.components[roles[other]]))
-        return found
+                relations.setdefault(roles[one], []).append(
+                    (relation, self.components[roles[other]])
+                )
+        return relations
 
     def take_load_case(self, chosen: LoadCase) -> None:
         """Put the attributes of a load case in the place of the model's own."""
@@ -180,18 +182,18 @@ class Document:
 
 
 def _by_kind(every: Iterable[Numbered]) -> dict[str, list[tuple[int, Numbered]]]:
-    found: dict[str, list[tuple[int, Numbered]]] = {}
+    by_name: dict[str, list[tuple[int, Numbered]]] = {}
     for place, one in enumerate(every):
-        found.setdefault(one.kind, []).append((place, one))
-    return found
+        by_name.setdefault(one.kind, []).append((place, one))
+    return by_name
 
 
 def _in_order(
     by_kind: Mapping[str, list[tuple[int, Numbered]]], kinds: Sequence[str]
 ) -> list[Numbered]:
     """All of these types, by their places in the file."""
-    found = [by_kind.get(kind, []) for kind in dict.fromkeys(kinds)]
-    return [one for _, one in heapq.merge(*found, key=lambda pair: pair[0])]
+    in_order = [by_kind.get(kind, []) for kind in dict.fromkeys(kinds)]
+    return [one for _, one in heapq.merge(*in_order, key=lambda pair: pair[0])]
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ class Frames:
         """Its frame, None where the file does not place it."""
         if component.id not in self._known:
             self._known[component.id] = None  # for chains that bite their tail
-            self._known[component.id] = self._found(component)
+            self._known[component.id] = self._frame_of(component)
         return self._known[component.id]
 
     def sense(self, component: Component) -> float:
@@ -60,7 +60,7 @@ class Frames:
         """The shaft that a part sits on."""
         return next((w for w in self.document.wholes(part) if w.kind == "shaft"), None)
 
-    def _found(self, component: Component) -> Frame | None:
+    def _frame_of(self, component: Component) -> Frame | None:
         place = vector(component, "support_vector")
         if place is None:
             return self._on_shaft(component)

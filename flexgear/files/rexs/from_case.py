@@ -339,12 +339,12 @@ class _StageOut:
 def _springs(springs: Springs, share: float) -> dict[str, Written | None]:
     """Stiffness attributes; what is zero stays out, which a coupling would take for rigid."""
     x, y, axial, tilt_x, tilt_y, _ = springs.stiffness
-    found = {
+    entries = {
         "radial_stiffness": share * (x + y) / 2,
         "axial_stiffness": share * axial,
         "bending_stiffness": share * MM * (tilt_x + tilt_y) / 2,
     }
-    return dict(found)
+    return dict(entries)
 
 
 def _places(case: Case) -> dict[str, tuple[float, float, float]]:

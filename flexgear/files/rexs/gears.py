@@ -18,7 +18,7 @@ from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.assembly import Assembly, section_of
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.modified_flanks import FlankReader
-from flexgear.files.rexs.stages import FoundStage
+from flexgear.files.rexs.stages import RexsStage
 
 FLANKS = ("cylindrical_gear_flank", "flank_geometry")
 TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")
@@ -59,59 +59,59 @@ class GearReader:
 
     def flanks(self, gears: list[Component]) -> list[Component]:
         """Flanks of gears, left ones first."""
-        found: list[Component] = []
+        components: list[Component] = []
         for gear in gears:
             for relation in self.document.related("flank"):
                 if relation.of("gear") != gear.id:
                     continue
                 relation.used = True
                 sides = (self.document.at(relation, side) for side in ("left", "right"))
-                found += [flank for flank in sides if flank is not None]
-        for flank in found:
+                components += [flank for flank in sides if flank is not None]
+        for flank in components:
             flank.role = "flanks"
-        return found
+        return components
 
     def tools(self, gears: list[Component]) -> list[Component]:
         """Racks and cutters that made gears, or their flanks, and settings of how."""
-        found = []
+        components = []
         for flank in [*gears, *self.flanks(gears)]:
-            found += self.document.references(flank, *TOOLS)
+            components += self.document.references(flank, *TOOLS)
             for relation in self.document.related("manufacturing_step"):
                 tool = self.document.at(relation, "tool")
                 if relation.of("workpiece") == flank.id and tool is not None and tool.kind in TOOLS:
                     relation.used = True
                     settings = self.document.at(relation, "manufacturing_settings")
-                    found += [tool] if settings is None else [tool, settings]
-        for tool in found:
+                    components += [tool] if settings is None else [tool, settings]
+        for tool in components:
             tool.role = "a tool"
-        return found
+        return components
 
     def teeth(self, gears: list[Component]) -> Datum | None:
         """Number of teeth, positive."""
-        found = number(gears, "number_of_teeth", "none")
-        return None if found is None else Datum(abs(round(found.value)), found.source)
+        datum = number(gears, "number_of_teeth", "none")
+        return None if datum is None else Datum(abs(round(datum.value)), datum.source)
 
     def shift(self, gears: list[Component], rack: Rack) -> Datum | None:
         """Profile shift coefficient as it stands in the file."""
         flanks = self.flanks(gears)
         names = ("addendum_modification_coefficient", "generated_addendum_modification_coefficient",
                  "addendum_modification_coefficient_after_finishing")  # fmt: skip
-        found = number(flanks, names[0], "none")
-        if found is None:
+        datum = number(flanks, names[0], "none")
+        if datum is None:
             length = number(flanks, "addendum_modification", "mm")
             if length is not None:
-                found = Datum(length.value / rack.module, f"{length.source} / normal module")
-        return found or number(flanks, names[1:], "none")
+                datum = Datum(length.value / rack.module, f"{length.source} / normal module")
+        return datum or number(flanks, names[1:], "none")
 
     def write(
-        self, section: Section, stage: FoundStage, role: str, rack: Rack, shift: float
+        self, section: Section, stage: RexsStage, role: str, rack: Rack, shift: float
     ) -> None:
         """Tip, root, fillet and blank; teeth and profile shift stand there already. Flanks are
         read."""
         gears = stage.gears(role)
-        found = self.teeth(gears)
+        number_of_teeth = self.teeth(gears)
         internal = section.header.endswith("ring]")
-        teeth = 0 if found is None else int(found.value)
+        teeth = 0 if number_of_teeth is None else int(number_of_teeth.value)
         tools = self.tools(gears)
         out = -1.0 if internal else 1.0
         reference = rack.reference(teeth)
@@ -159,11 +159,11 @@ class GearReader:
             )
 
     def _or_tool(
-        self, found: Datum | None, key: str, tools: list[Component], rack: Rack
+        self, datum: Datum | None, key: str, tools: list[Component], rack: Rack
     ) -> Datum | None:
         """A height of the tooth from the tool that made it, where its diameter is not given."""
-        if found is not None and _within(key, found.value):
-            return found
+        if datum is not None and _within(key, datum.value):
+            return datum
         names = {
             "dedendum": ("addendum_coefficient_reference_profile", "addendum_reference_profile"),
             "root_fillet": ("tip_corner_radius_factor_reference_profile", "tip_radius_factor",
@@ -176,7 +176,7 @@ class GearReader:
             if read is not None:
                 source = f"{read.source} of the tool" + (" / normal module" if length else "")
                 return Datum(read.value / (rack.module if length else 1.0), source)
-        return found
+        return datum
 
     def _coefficient(self, section: Section, key: str, datum: Datum | None) -> None:
         if datum is not None and _within(key, datum.value):
@@ -193,12 +193,12 @@ class GearReader:
 
     def _mass(self, section: Section, gears: list[Component], internal: bool) -> None:
         """Mass of the gear: of both halves together, but of one half of a ring."""
-        found = number(gears, "mass_of_component", "kg")
-        if found is None or found.value <= 0:
+        datum = number(gears, "mass_of_component", "kg")
+        if datum is None or datum.value <= 0:
             return
         places = {self.assembly.body(gear) for gear in gears}
         halves = 1 if internal else len(gears) // len(places)
-        section.put("mass_kg", found.value * halves, found.source)
+        section.put("mass_kg", datum.value * halves, datum.source)
 
     def _blank(
         self,

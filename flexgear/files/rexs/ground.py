@@ -87,20 +87,22 @@ class Ground:
 
         datum: +1 where the datum face is at the end that z of a modification counts to.
         """
-        found = {
+        entries = {
             **{kind: self._crowning(flank, kind) for kind in CROWNINGS},
             **{kind: self._slope(flank, kind, datum) for kind in SLOPES},
             **{kind: self._relief(flank, kind) for kind in RELIEFS},
             END_RELIEF: self._end_relief(flank, datum),
         }
-        return {kind: entry for kind, entry in found.items() if entry is not None}
+        return {kind: entry for kind, entry in entries.items() if entry is not None}
 
     def _one(self, flank: Component, kind: str) -> Component | None:
         """The flank's modification of a kind; of several the first."""
-        found = self.document.references(flank, kind)
-        if len(found) > 1:
-            self.warn(f"{flank.label} has {len(found)} of {kind}: {found[0].label} alone here")
-        return found[0] if found else None
+        components = self.document.references(flank, kind)
+        if len(components) > 1:
+            self.warn(
+                f"{flank.label} has {len(components)} of {kind}: {components[0].label} alone here"
+            )
+        return components[0] if components else None
 
     def _crowning(self, flank: Component, kind: str) -> Entry | None:
         one = self._one(flank, kind)

@@ -60,8 +60,8 @@ def document_of_json(data: Any, where: str) -> Document:
 
 def _list(data: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
     """A list of objects, one object as such a list, nothing for a key that is missing."""
-    found = data.get(key)
-    items = found if isinstance(found, list) else [] if found is None else [found]
+    listed = data.get(key)
+    items = listed if isinstance(listed, list) else [] if listed is None else [listed]
     if not all(isinstance(item, dict) for item in items):
         raise InputError(where, key, "is not a list of objects", "is this a REXS file?")
     return items

@@ -51,7 +51,7 @@ class Port:
 
 def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> list[Port]:
     """Ports in the order of the members; loads without torque are left to be listed."""
-    found: dict[int, Port] = {}
+    ports: dict[int, Port] = {}
     for load in document.kind("external_load"):
         transmits = flag([load], "transmits_torque")
         given = number([load], _TORQUE, "N m") or number([load], _POWER, "kW")
@@ -61,17 +61,17 @@ def ports_of(document: Document, assembly: Assembly, members: list[Member]) -> l
         if member is None:
             continue
         load.role = f"the load on {member.name}"
-        port = found.setdefault(assembly.body(load), Port(member, []))
+        port = ports.setdefault(assembly.body(load), Port(member, []))
         port.loads.append(load)
         turn = assembly.frames.sense(load)
         port.torque = _add(port.torque, _signed(number([load], _TORQUE, "N m"), turn))
         port.power = _add(port.power, number([load], _POWER, "kW"))
         port.defines_torque |= flag([load], "defines_torque") is True
-    for body, port in found.items():
+    for body, port in ports.items():
         port.speed = speed_of(document, assembly, body)
         port.inertia = _inertia(document, assembly, body)
     order = {member: k for k, member in enumerate(members)}
-    return sorted(found.values(), key=lambda p: order[p.member])
+    return sorted(ports.values(), key=lambda p: order[p.member])
 
 
 def forces_on(
@@ -81,7 +81,7 @@ def forces_on(
 
     Of shafts along the gear unit's axes; moments about u are torques of ports. Others are listed.
     """
-    found = []
+    forces = []
     for load in document.kind("external_load"):
         shaft = assembly.frames.shaft(load)
         frame = None if shaft is None else assembly.frames.of(shaft)
@@ -93,8 +93,8 @@ def forces_on(
         values = [0.0 if d is None else d.value for d in (*force, *moment)]
         if any(values):
             load.role = load.role or f"forces on {member.name}"
-            found.append((member, load, (values[:3], [*values[3:], 0.0])))
-    return found
+            forces.append((member, load, (values[:3], [*values[3:], 0.0])))
+    return forces
 
 
 def _is_aligned(frame: Frame) -> bool:
@@ -108,11 +108,11 @@ def speed_of(document: Document, assembly: Assembly, body: int | None) -> Datum 
     shafts = [c for c in mine if c.kind == "shaft"]
     shafts.sort(key=lambda c: flag([c], "defines_speed") is not True)
     for component in [*shafts, *(c for c in mine if c.kind in ("cylindrical_gear", "ring_gear"))]:
-        found = number([component], "rotational_speed", "1 / min")
-        if found is not None:
+        datum = number([component], "rotational_speed", "1 / min")
+        if datum is not None:
             for twin in mine:
                 number([component, twin], "rotational_speed", "1 / min")
-            return _signed(found, assembly.frames.sense(component))
+            return _signed(datum, assembly.frames.sense(component))
     return None
 
 
@@ -149,10 +149,10 @@ def _member_of(assembly: Assembly, load: Component, members: list[Member]) -> Me
     return min(mine, key=lambda m: ways[m])
 
 
-def _signed(found: Datum | None, turn: float) -> Datum | None:
-    if found is None or turn > 0:
-        return found
-    return Datum(-found.value, f"{found.source}; its shaft points against the main axis")
+def _signed(datum: Datum | None, turn: float) -> Datum | None:
+    if datum is None or turn > 0:
+        return datum
+    return Datum(-datum.value, f"{datum.source}; its shaft points against the main axis")
 
 
 def _add(total: Datum | None, more: Datum | None) -> Datum | None:
@@ -165,8 +165,8 @@ def _inertia(document: Document, assembly: Assembly, body: int) -> Datum | None:
     total = None
     for mass in document.kind("additional_mass"):
         if assembly.body(mass) == body:
-            found = number([mass], "moment_of_inertia_u_axis", "kg m^2")
-            if found is not None:
+            datum = number([mass], "moment_of_inertia_u_axis", "kg m^2")
+            if datum is not None:
                 mass.role = "inertia at a port"
-                total = _add(total, found)
+                total = _add(total, datum)
     return total

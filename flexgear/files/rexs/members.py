@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from flexgear.files.rexs.assembly import BEARINGS, COUPLINGS, Assembly
 from flexgear.files.rexs.document import Component, Document
-from flexgear.files.rexs.stages import FoundStage
+from flexgear.files.rexs.stages import RexsStage
 
 ROLES = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")}
 
@@ -16,7 +16,7 @@ ROLES = {"planetary": ("sun", "ring", "carrier"), "parallel": ("pinion", "gear")
 class Member:
     """A member of a stage. anchor: a component of it; z: its place along the axis, mm."""
 
-    stage: FoundStage
+    stage: RexsStage
     stage_name: str
     role: str
     anchor: Component | None
@@ -39,9 +39,9 @@ def axial_place(assembly: Assembly, component: Component | None) -> float | None
     return None if frame is None else float(frame.origin[0])
 
 
-def members_of(stages: dict[str, FoundStage], assembly: Assembly) -> list[Member]:
+def members_of(stages: dict[str, RexsStage], assembly: Assembly) -> list[Member]:
     """All members, stage by stage."""
-    found = []
+    members = []
     for name, stage in stages.items():
         for role in ROLES[stage.kind]:
             parts = stage.carrier if role == "carrier" else stage.gears(role)
@@ -51,8 +51,10 @@ def members_of(stages: dict[str, FoundStage], assembly: Assembly) -> list[Member
                 if (z := axial_place(assembly, part)) is not None
             ]  # fmt: skip
             body = None if anchor is None else assembly.body(anchor)
-            found.append(Member(stage, name, role, anchor, body, sum(at) / len(at) if at else None))
-    return found
+            members.append(
+                Member(stage, name, role, anchor, body, sum(at) / len(at) if at else None)
+            )
+    return members
 
 
 def assign_bearings(document: Document, assembly: Assembly, members: list[Member]) -> list[str]:
@@ -94,10 +96,10 @@ def assign_bearings(document: Document, assembly: Assembly, members: list[Member
 
 
 def planet_bearings(
-    document: Document, assembly: Assembly, stage: FoundStage
+    document: Document, assembly: Assembly, stage: RexsStage
 ) -> list[list[Component]]:
     """Bearings of each planet."""
-    found = []
+    bearings = []
     for planet in stage.halves["planet"][0]:
         mine = assembly.body(planet)
         own = []
@@ -109,8 +111,8 @@ def planet_bearings(
             if mine in [assembly.body(end) for end in ends if end is not None]:
                 relation.used, joint.role = True, "a planet bearing"
                 own.append(joint)
-        found.append(own)
-    return found
+        bearings.append(own)
+    return bearings
 
 
 def _touches_casing(ends: list[Component | None]) -> bool:

@@ -24,7 +24,7 @@ from flexgear.files.rexs.flank_sides import (
     word_of,
 )
 from flexgear.files.rexs.ground import SLOPES, Entry, Ground
-from flexgear.files.rexs.stages import FoundStage, is_internal
+from flexgear.files.rexs.stages import RexsStage, is_internal
 from flexgear.gears.flanks import tooth_sides
 
 LOADED = "loaded_tooth_flank"
@@ -48,12 +48,12 @@ class GearFlanks:
     gear: Component
     datum: int
     assumed: bool
-    found: Flanks
+    entries: Flanks
 
     @property
     def differ(self) -> bool:
         """Whether left and right flank are not the same."""
-        left, right = (self.found[word] for word in WORDS)
+        left, right = (self.entries[word] for word in WORDS)
         return left.keys() != right.keys() or not all(left[k].says(right[k]) for k in left)
 
     def word(self, name: str, forward: bool) -> Word:
@@ -67,11 +67,11 @@ class FlankReader:
 
     def __init__(self, document: Document, assembly: Assembly, case: CaseText) -> None:
         self.document, self.assembly, self.case = document, assembly, case
-        self.read_ones: list[GearFlanks] = []
+        self.gears_read: list[GearFlanks] = []
         self._loaded: dict[str, dict[bool, str]] = {}  # what the file says, and where
 
     def read(
-        self, section: Section, stage: FoundStage, role: str, base: float, tip: Datum | None
+        self, section: Section, stage: RexsStage, role: str, base: float, tip: Datum | None
     ) -> None:
         """Flanks of the gears of a role; base: diameter of the base circle, mm; tip: of the tips.
 
@@ -89,33 +89,35 @@ class FlankReader:
             left_half = -1 if len(stage.halves[role]) == 2 and half == 0 else 1
             for gear in gears:
                 datum, assumed = self._datum(gear)
-                found = self._flanks(gear, ground, outward(datum, left_half))
+                flanks = self._flanks(gear, ground, outward(datum, left_half))
                 own = GearFlanks(
-                    self.case.stage, stage.kind, role, section, gear, datum, assumed, found
+                    self.case.stage, stage.kind, role, section, gear, datum, assumed, flanks
                 )
                 first = first or own
                 self._compare(first, own)
                 self._remember(stage, own)
-        if first is not None and any(first.found.values()):
-            self.read_ones.append(first)
+        if first is not None and any(first.entries.values()):
+            self.gears_read.append(first)
 
     def has(self, stage: str) -> bool:
         """Whether a stage that was read has modified flanks."""
-        return any(own.stage == stage for own in self.read_ones)
+        return any(own.stage == stage for own in self.gears_read)
 
     def write(self, carries: Mapping[str, bool]) -> None:
         """All flanks. carries: by stage whether its forces are those of ``forward``
         (``gears.flanks.tooth_sides``), where the case has a torque."""
         senses = {stage: self._sense(stage, carries.get(stage)) for stage in self._stages()}
-        kinds = {kind for own in self.read_ones for found in own.found.values() for kind in found}
+        kinds = {
+            kind for own in self.gears_read for flank in own.entries.values() for kind in flank
+        }
         for kind in SLOPES:
             if kind in kinds:
                 self.case.warn(f"{kind}: taken as {_SIGNS[kind]}, over the whole flank")
-        for own in self.read_ones:
+        for own in self.gears_read:
             self._write(own, senses[own.stage])
 
     def _stages(self) -> list[str]:
-        return list(dict.fromkeys(own.stage for own in self.read_ones))
+        return list(dict.fromkeys(own.stage for own in self.gears_read))
 
     def _datum(self, gear: Component) -> tuple[int, bool]:
         """Side of the datum face, +1 at the +z end, and whether that is assumed."""
@@ -125,22 +127,22 @@ class FlankReader:
         return along * (-1 if said is None else said), said is None
 
     def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
-        found: Flanks = {word: {} for word in WORDS}
+        flanks: Flanks = {word: {} for word in WORDS}
         for relation in self.document.related("flank"):
             if relation.of("gear") == gear.id:
                 relation.used = True
                 for word in WORDS:
                     flank = self.document.at(relation, word)
                     if flank is not None:
-                        found[word] = ground.of(flank, datum)
-        return found
+                        flanks[word] = ground.of(flank, datum)
+        return flanks
 
     def _compare(self, first: GearFlanks, own: GearFlanks) -> None:
         """Say where gears of one role differ; their datum faces may be on different sides."""
         for word in WORDS:
             side = tooth_side(word, is_internal(own.gear), own.datum)
-            mine = first.found[word_of(side, is_internal(first.gear), first.datum)]
-            its = own.found[word]
+            mine = first.entries[word_of(side, is_internal(first.gear), first.datum)]
+            its = own.entries[word]
             if mine.keys() != its.keys() or not all(mine[k].says(its[k]) for k in mine):
                 self.case.warn(
                     f"{own.gear.label}: its modified flanks are not those of {first.gear.label},"
@@ -148,7 +150,7 @@ class FlankReader:
                 )
                 return
 
-    def _remember(self, stage: FoundStage, own: GearFlanks) -> None:
+    def _remember(self, stage: RexsStage, own: GearFlanks) -> None:
         """What the file says of the loaded flank of a gear in its gear meshes."""
         meshes = {mesh.stage.id: role for role, every in stage.meshes.items() for mesh in every}
         for relation in self.document.related("stage_gear_data"):
@@ -173,7 +175,7 @@ class FlankReader:
             return torque
         if len(said) == 1:
             return next(iter(said))
-        if any(own.differ for own in self.read_ones if own.stage == stage):
+        if any(own.differ for own in self.gears_read if own.stage == stage):
             self.case.warn(
                 f"{stage}: no torque says which flanks carry; those are taken that do where its"
                 " carrier (of a parallel stage its gear) drives about +u"
@@ -182,7 +184,7 @@ class FlankReader:
 
     def _write(self, own: GearFlanks, forward: bool) -> None:
         self.case.stage = own.stage
-        entries = [e for found in own.found.values() for e in found.values()]
+        entries = [e for flank in own.entries.values() for e in flank.values()]
         if own.assumed and (own.differ or any(e.by_face for e in entries)):
             self.case.warn(
                 f"{own.gear.label}: no {DATUM}; its datum face is taken as the one against its u"
@@ -191,12 +193,12 @@ class FlankReader:
         names = ("sun", "ring") if own.role == "planet" else ("drive", "coast")
         words: dict[str, Word] = {name: own.word(name, forward) for name in names}
         whole = self._section(own, "")
-        for kind, entry in own.found["left"].items():
-            if entry.says(own.found["right"].get(kind)):
+        for kind, entry in own.entries["left"].items():
+            if entry.says(own.entries["right"].get(kind)):
                 self._put(own, whole, "", entry)
         for name, word in words.items():
-            other = own.found["left" if word == "right" else "right"]
-            single = {k: e for k, e in own.found[word].items() if not e.says(other.get(k))}
+            other = own.entries["left" if word == "right" else "right"]
+            single = {k: e for k, e in own.entries[word].items() if not e.says(other.get(k))}
             section = self._section(own, f".{name}")
             for entry in single.values():
                 self._put(own, section, f".{name}", entry, f"; {word} flank")

@@ -18,27 +18,27 @@ _OF_PORTS = {"member", "speed", "torque", "power", "inertia"}
 
 def not_written(case: Case) -> list[str]:
     """What the model does not say of the case, in words."""
-    found = _set(case, "", _WRITTEN)
+    lost = _set(case, "", _WRITTEN)
     for k, port in enumerate(case.ports):
         where = "output" if port is case.output else f"inputs[{k}]"
-        found += _set(port, f"{where}.", _OF_PORTS)
-    found += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
+        lost += _set(port, f"{where}.", _OF_PORTS)
+    lost += [f"loads on {load.member}" for load in case.loads if not is_written(load)]
     for stage in case.stages:
         keys = ("errors", "gear_mesh")
         own = {k: type(stage).model_fields[k].default for k in keys}
-        found += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != own[k]]
+        lost += [f"stages.{stage.name}.{k}" for k in keys if getattr(stage, k) != own[k]]
         for name in (*stage.members, "planet"):
             member = getattr(stage, name, None)
             if getattr(member, "inertia", None) or getattr(member, "equivalent_mass", None):
-                found.append(f"stages.{stage.name}.{name}: its moment of inertia")
+                lost.append(f"stages.{stage.name}.{name}: its moment of inertia")
             if isinstance(member, MatedGear | PlanetGear):
                 where = f"stages.{stage.name}.{name}.modifications"
-                found += [f"{where}.{key}" for key in _tables(member.modifications)]
+                lost += [f"{where}.{key}" for key in _tables(member.modifications)]
         if stage.is_flexible:
-            found.append(
+            lost.append(
                 f"stages.{stage.name}: FE bodies of ring and carrier, their bearings, shaft"
             )
-    return found
+    return lost
 
 
 def _tables(given: FlankModifications) -> list[str]:

@@ -66,15 +66,15 @@ class PortWriter:
             key=lambda m: (not self._defined(m), m.body not in self.bodies),
         )
         for member in order:
-            found = speed_of(self.document, self.assembly, member.body)
-            if found is None or (not found.value and member.body not in self.bodies):
+            datum = speed_of(self.document, self.assembly, member.body)
+            if datum is None or (not datum.value and member.body not in self.bodies):
                 continue
             if len(given) < mobility:
                 try:
-                    _flow(self.case.text(), where, {**given, member.name: found}, partial=True)
+                    _flow(self.case.text(), where, {**given, member.name: datum}, partial=True)
                 except InputError:
                     continue
-                given[member.name] = found
+                given[member.name] = datum
         if len(given) < mobility:
             return None
         flow = _flow(self.case.text(), where, given)
@@ -89,10 +89,10 @@ class PortWriter:
         """Say where the file has another speed than follows from the one that was taken."""
         largest = max(map(abs, speeds.values()), default=0.0)
         for member in self.members:
-            found = speed_of(self.document, self.assembly, member.body)
-            if found is not None and abs(found.value - speeds[member.name]) > SAME * largest:
+            datum = speed_of(self.document, self.assembly, member.body)
+            if datum is not None and abs(datum.value - speeds[member.name]) > SAME * largest:
                 self.case.warn(
-                    f"{found.source}: {found.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
+                    f"{datum.source}: {datum.value:.6g} rpm, but {speeds[member.name]:.6g} rpm"
                     " follows from the speed that was taken"
                 )
 
@@ -184,7 +184,7 @@ def _flow(text: str, where: str, speeds: dict[str, Datum], *, partial: bool = Fa
     """Steady flow of the case so far, with these speeds (rpm) and no torques."""
     raw: dict[str, Any] = tomllib.loads(text)
     raw["inputs"] = [
-        {"member": member, "speed_rpm": found.value} for member, found in speeds.items()
+        {"member": member, "speed_rpm": datum.value} for member, datum in speeds.items()
     ]
     case = _case(raw, where)
     if partial and len(speeds) < power_flow(_case({**raw, "inputs": []}, where)).mobility:

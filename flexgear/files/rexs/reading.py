@@ -47,8 +47,8 @@ def read_rexs(path: str | Path) -> Document:
 
 
 def _require_version(version: str, where: str) -> None:
-    found = re.fullmatch(r"\s*(\d+\.\d+)(\.\d+)*\s*", version)
-    if found is None or found[1] not in VERSIONS:
+    match = re.fullmatch(r"\s*(\d+\.\d+)(\.\d+)*\s*", version)
+    if match is None or match[1] not in VERSIONS:
         raise InputError(
             where, "version", f"{echo(version)} is not known",
             f"known are {', '.join(VERSIONS)}; save it as one of them",

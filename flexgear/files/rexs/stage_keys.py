@@ -7,7 +7,7 @@ import math
 from flexgear.files.case_text import CaseText, Section
 from flexgear.files.rexs.document import Component, Datum, Document, number
 from flexgear.files.rexs.gears import GearReader, Rack
-from flexgear.files.rexs.stages import FoundStage
+from flexgear.files.rexs.stages import RexsStage
 from flexgear.gears.backlash import RULE, least_backlash
 from flexgear.gears.tooth import involute
 from flexgear.model.errors import InputError
@@ -22,7 +22,7 @@ class StageWriter:
     def __init__(self, document: Document, gears: GearReader, case: CaseText, where: str) -> None:
         self.document, self.gears, self.case, self.where = document, gears, case, where
 
-    def write(self, stage: FoundStage, name: str) -> Rack:
+    def write(self, stage: RexsStage, name: str) -> Rack:
         """The sections [[stages]], [stages.sun] and so on. InputError where data are missing."""
         self.case.stage = name
         section = self.case.section("[[stages]]")
@@ -54,13 +54,13 @@ class StageWriter:
             "write it in the program that the file comes from",
         )  # fmt: skip
 
-    def _teeth(self, stage: FoundStage, role: str) -> Datum:
-        found = self.gears.teeth(stage.gears(role))
-        if found is None:
+    def _teeth(self, stage: RexsStage, role: str) -> Datum:
+        datum = self.gears.teeth(stage.gears(role))
+        if datum is None:
             raise self._missing(stage.gears(role)[0], "number_of_teeth")
-        return found
+        return datum
 
-    def _rack(self, section: Section, stage: FoundStage) -> Rack:
+    def _rack(self, section: Section, stage: RexsStage) -> Rack:
         every = [gear for role in stage.roles for gear in stage.gears(role)]
         module = number(every, "normal_module", "mm")
         if module is None or module.value <= 0:
@@ -80,34 +80,34 @@ class StageWriter:
         degrees = 20.0 if pressure is None else pressure.value
         return Rack(module.value, math.radians(degrees), helix)
 
-    def _helix(self, section: Section, stage: FoundStage) -> float:
+    def _helix(self, section: Section, stage: RexsStage) -> float:
         """Helix angle, rad; hand and halves are written, too."""
         role = "planet" if stage.kind == "planetary" else "gear"
         key = "helix_angle_reference_diameter"
-        found = number(stage.halves[role][0], key, "deg")
+        datum = number(stage.halves[role][0], key, "deg")
         for half in (h for s in stage.roles for h in stage.halves[s]):
             number(half, key, "deg")  # read, so that it is not listed; hands are compared below
-        if found is None:
+        if datum is None:
             self.case.assume(section, "helix_angle_deg", 0, "no helix angle in the file: spur")
             return 0.0
-        section.put("helix_angle_deg", abs(found.value), found.source)
-        if found.value == 0:
+        section.put("helix_angle_deg", abs(datum.value), datum.source)
+        if datum.value == 0:
             return 0.0
-        hand = "right" if found.value > 0 else "left"
+        hand = "right" if datum.value > 0 else "left"
         section.put(
             "planet_hand", hand, f"its sign, positive right-handed (ISO 21771); of the {role}"
         )
         mate = number(stage.halves["sun" if role == "planet" else "pinion"][0], key, "deg")
-        if mate is not None and mate.value * found.value > 0:
+        if mate is not None and mate.value * datum.value > 0:
             self.case.warn(
-                f"{mate.source}: has the hand of its mate, {found.source}; external gears cannot"
+                f"{mate.source}: has the hand of its mate, {datum.source}; external gears cannot"
                 " mesh so, the mate's hand was turned"
             )
         if len(stage.halves[role]) == 2:
             section.put("double_helical", True, "two gears of opposite hand on each shaft")
-        return math.radians(abs(found.value))
+        return math.radians(abs(datum.value))
 
-    def _widths(self, section: Section, stage: FoundStage, rack: Rack) -> None:
+    def _widths(self, section: Section, stage: RexsStage, rack: Rack) -> None:
         meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
         gears = [gear for role in stage.roles for gear in stage.gears(role)]
         width = number(meshes, "common_face_width", "mm")
@@ -131,20 +131,20 @@ class StageWriter:
             else:
                 self.case.assume(section, "half_gap_mm", rack.module, "one module")
 
-    def _distance(self, section: Section, stage: FoundStage) -> Datum | None:
+    def _distance(self, section: Section, stage: RexsStage) -> Datum | None:
         meshes = [mesh.stage for every in stage.meshes.values() for mesh in every]
-        found = number(meshes, "center_distance", "mm")
-        if found is not None and found.value != 0:
-            found = Datum(
-                abs(found.value), found.source
+        datum = number(meshes, "center_distance", "mm")
+        if datum is not None and datum.value != 0:
+            datum = Datum(
+                abs(datum.value), datum.source
             )  # negative of internal pairs in some files
         else:
-            found = self._apart(stage)
-        if found is not None:
-            section.put("center_distance_mm", found.value, found.source)
-        return found
+            datum = self._apart(stage)
+        if datum is not None:
+            section.put("center_distance_mm", datum.value, datum.source)
+        return datum
 
-    def _apart(self, stage: FoundStage) -> Datum | None:
+    def _apart(self, stage: RexsStage) -> Datum | None:
         """Distance of two axes from their places."""
         ends = [stage.gears(role)[0] for role in (*stage.roles[:2],)]
         across = self._across(ends[0], ends[1])
@@ -157,7 +157,7 @@ class StageWriter:
     def _angles(
         self,
         section: Section,
-        stage: FoundStage,
+        stage: RexsStage,
         rack: Rack,
         teeth: dict[str, Datum],
         distance: Datum | None,
@@ -175,17 +175,17 @@ class StageWriter:
                 relation.used |= relation.of("stage") in numbers
             for component in data:
                 component.role = "a gear mesh"
-            found = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
-            if found is None:
+            datum = number(data, "operating_pressure_angle_in_the_transverse_section", "deg")
+            if datum is None:
                 continue
             arm = _arm(stage, role, rack, teeth)
             follows = None
             if distance is not None and arm < distance.value:
                 follows = math.acos(arm / distance.value)
-            if follows is None or abs(follows - math.radians(found.value)) > AGREES:
-                section.put(f"{role}_pressure_angle_deg", found.value, found.source)
+            if follows is None or abs(follows - math.radians(datum.value)) > AGREES:
+                section.put(f"{role}_pressure_angle_deg", datum.value, datum.source)
 
-    def _positions(self, section: Section, stage: FoundStage) -> None:
+    def _positions(self, section: Section, stage: RexsStage) -> None:
         """Angles of planets, from the first one, where they are not equally spaced."""
         angles = self._planet_angles(stage)
         if angles is None:
@@ -216,15 +216,15 @@ class StageWriter:
         start = (0.0, 0.0, 0.0) if ends[0] is None else ends[0].origin
         return float(ends[1].origin[1] - start[1]), float(ends[1].origin[2] - start[2])
 
-    def _planet_angles(self, stage: FoundStage) -> list[float] | None:
-        found = []
+    def _planet_angles(self, stage: RexsStage) -> list[float] | None:
+        angles = []
         for planet in stage.halves["planet"][0]:
             across = self._across(stage.gears("ring")[0], planet)
             if across is None or math.hypot(*across) == 0:
                 break
-            found.append(math.degrees(math.atan2(across[1], across[0])))
-        if len(found) == len(stage.halves["planet"][0]):
-            return found
+            angles.append(math.degrees(math.atan2(across[1], across[0])))
+        if len(angles) == len(stage.halves["planet"][0]):
+            return angles
         turns = [
             number([mesh.stage], "rotating_angle_around_neg_u_axis", "deg")
             for planet in stage.halves["planet"][0]
@@ -233,7 +233,7 @@ class StageWriter:
         ]
         return None if None in turns else [90.0 - t.value for t in turns if t is not None]
 
-    def _assembly(self, section: Section, stage: FoundStage, teeth: dict[str, Datum]) -> None:
+    def _assembly(self, section: Section, stage: RexsStage, teeth: dict[str, Datum]) -> None:
         count = len(stage.halves["planet"][0])
         total = round(teeth["sun"].value + teeth["ring"].value)
         if total % count and not section.holds("planet_positions_deg"):
@@ -242,7 +242,7 @@ class StageWriter:
                 f"({teeth['sun'].value:g} + {teeth['ring'].value:g})/{count} is not whole",
             )  # fmt: skip
 
-    def _direction(self, section: Section, stage: FoundStage) -> None:
+    def _direction(self, section: Section, stage: RexsStage) -> None:
         """Direction from pinion to gear, from v to w about u."""
         ends = [stage.gears(role)[0] for role in stage.roles]
         across = self._across(ends[0], ends[1])
@@ -259,7 +259,7 @@ class StageWriter:
     def _backlash(
         self,
         section: Section,
-        stage: FoundStage,
+        stage: RexsStage,
         rack: Rack,
         wanted: dict[str, float | None],
         shifts: dict[str, Datum],
@@ -295,49 +295,49 @@ class StageWriter:
         return mean if mean is not None and mean.value >= 0 else None
 
     def _shifts(
-        self, stage: FoundStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
+        self, stage: RexsStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
     ) -> dict[str, Datum]:
         """Profile shifts by gear. A ring's sign is the one that fits the centre distance; what is
         missing follows from it without backlash, or is 0."""
-        found = {role: self.gears.shift(stage.gears(role), rack) for role in stage.roles}
+        shifts = {role: self.gears.shift(stage.gears(role), rack) for role in stage.roles}
         hub = "planet" if stage.kind == "planetary" else "gear"
         sums = _wanted(stage, rack, teeth, distance)
-        ring, wanted = found.get("ring"), sums.get("ring")
-        planet = found.get(hub)
+        ring, wanted = shifts.get("ring"), sums.get("ring")
+        planet = shifts.get(hub)
         if ring is not None and planet is not None and wanted is not None:
             fits = [abs(sign * ring.value + planet.value - wanted) for sign in (1, -1)]
             if fits[1] < fits[0] - AGREES:
-                found["ring"] = Datum(
+                shifts["ring"] = Datum(
                     -ring.value, f"{ring.source}; sign turned, which fits the centre distance"
                 )
         for role in stage.meshes:
-            self._fill(stage, found, _pair(stage, role), sums[role], distance)
+            self._fill(stage, shifts, _pair(stage, role), sums[role], distance)
         for role in stage.roles:
-            if found[role] is None:
-                found[role] = Datum(0.0, "assumed: none in the file")
+            if shifts[role] is None:
+                shifts[role] = Datum(0.0, "assumed: none in the file")
                 self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = 0: none in the file")
-        return {role: datum for role, datum in found.items() if datum is not None}
+        return {role: datum for role, datum in shifts.items() if datum is not None}
 
     def _fill(
         self,
-        stage: FoundStage,
-        found: dict[str, Datum | None],
+        stage: RexsStage,
+        datum: dict[str, Datum | None],
         pair: tuple[str, str],
         wanted: float | None,
         distance: Datum | None,
     ) -> None:
-        lacking = [role for role in pair if found[role] is None]
+        lacking = [role for role in pair if datum[role] is None]
         if not lacking or wanted is None or distance is None:
             return
-        given = sum(d.value for role in pair if (d := found[role]) is not None)
+        given = sum(d.value for role in pair if (d := datum[role]) is not None)
         for role in lacking:
             value = (wanted - given) / len(lacking)
             value = 0.0 if abs(value) < _NO_SHIFT else value
             why = f"not in the file; without backlash at {distance.source}"
-            found[role] = Datum(value, f"assumed: {why}")
+            datum[role] = Datum(value, f"assumed: {why}")
             self.case.warn(f"{stage.gears(role)[0].label}: profile_shift = {value:g}: {why}")
 
-    def _gear(self, stage: FoundStage, role: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
+    def _gear(self, stage: RexsStage, role: str, rack: Rack, teeth: Datum, shift: Datum) -> None:
         gears = stage.gears(role)
         section = self.case.section(f"[stages.{role}]")
         section.put("teeth", int(teeth.value), teeth.source)
@@ -353,32 +353,32 @@ class StageWriter:
         self.gears.write(section, stage, role, rack, shift.value)
 
 
-def _pair(stage: FoundStage, role: str) -> tuple[str, str]:
+def _pair(stage: RexsStage, role: str) -> tuple[str, str]:
     """The two gears of a gear mesh, planet or gear first."""
     return ("planet", role) if stage.kind == "planetary" else ("gear", "pinion")
 
 
-def _arm(stage: FoundStage, role: str, rack: Rack, teeth: dict[str, Datum]) -> float:
+def _arm(stage: RexsStage, role: str, rack: Rack, teeth: dict[str, Datum]) -> float:
     """r_b1 ± r_b2 of a gear mesh, mm."""
     hub, mate = (rack.base(int(teeth[key].value)) / 2 for key in _pair(stage, role))
     return mate - hub if role == "ring" else mate + hub
 
 
 def _wanted(
-    stage: FoundStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
+    stage: RexsStage, rack: Rack, teeth: dict[str, Datum], distance: Datum | None
 ) -> dict[str, float | None]:
     """Sum of profile shifts without backlash, by gear mesh:
 
     Σx = (z_1 + z_2)(inv α_w − inv α_t)/(2 tan α_n), the ring's z negative (ISO 21771).
     """
-    found: dict[str, float | None] = {}
+    values: dict[str, float | None] = {}
     for role in stage.meshes:
         arm = _arm(stage, role, rack, teeth)
         if distance is None or not 0 < arm < distance.value:
-            found[role] = None
+            values[role] = None
             continue
         hub, mate = (teeth[key].value for key in _pair(stage, role))
         gain = involute(math.acos(arm / distance.value)) - involute(rack.transverse_angle)
         total = hub + (-mate if role == "ring" else mate)
-        found[role] = total * gain / (2 * math.tan(rack.pressure_angle))
-    return found
+        values[role] = total * gain / (2 * math.tan(rack.pressure_angle))
+    return values

@@ -29,7 +29,7 @@ class Mesh:
 
 
 @dataclass
-class FoundStage:
+class RexsStage:
     """A stage: gears by "sun", "planet", "ring" (or "pinion", "gear").
 
     halves: of each role a list of twins (the planets) for each half, left (−u) half first; one half
@@ -62,16 +62,16 @@ def is_internal(gear: Component) -> bool:
     return gear.kind == "ring_gear" or (teeth is not None and teeth.value < 0)
 
 
-def stages_of(document: Document, assembly: Assembly) -> tuple[list[FoundStage], list[str]]:
+def stages_of(document: Document, assembly: Assembly) -> tuple[list[RexsStage], list[str]]:
     """All stages in the order of their ids, and in words those that cannot be carried over."""
     meshes, refused = _meshes(document), []
-    found, inside = [], set()
+    stages, inside = [], set()
     for planetary in document.kind("planetary_stage"):
         own = {s.id for s in document.parts(planetary, "cylindrical_stage")}
         mine = [mesh for mesh in meshes if mesh.stage.id in own]
         inside |= own
         try:
-            found.append(_planetary(document, assembly, planetary, mine))
+            stages.append(_planetary(document, assembly, planetary, mine))
         except Unfit as why:
             refused.append(f"{planetary.label}: not carried over, {why}")
     groups = defaultdict(list)
@@ -82,19 +82,19 @@ def stages_of(document: Document, assembly: Assembly) -> tuple[list[FoundStage],
     for group in groups.values():
         for pair in _halves_of_pairs(group):
             try:
-                found.append(_parallel(pair, assembly))
+                stages.append(_parallel(pair, assembly))
             except Unfit as why:
                 refused.append(f"{pair[0].stage.label}: not carried over, {why}")
     for other in document.kind("bevel_stage", "worm_stage", "general_stage"):
         refused.append(f"{other.label}: not carried over, only cylindrical gears are")
-    found.sort(key=lambda stage: stage.component.id)
-    for stage in found:
+    stages.sort(key=lambda stage: stage.component.id)
+    for stage in stages:
         _mark(stage)
-    return found, refused
+    return stages, refused
 
 
 def _meshes(document: Document) -> list[Mesh]:
-    found = []
+    meshes = []
     for relation in document.related("stage"):
         stage = document.at(relation, "stage")
         first, second = document.at(relation, "gear_1"), document.at(relation, "gear_2")
@@ -102,11 +102,11 @@ def _meshes(document: Document) -> list[Mesh]:
             continue
         if stage.kind == "cylindrical_stage" and {first.kind, second.kind} <= {*GEARS}:
             relation.used = True
-            found.append(Mesh(stage, (first, second)))
-    return found
+            meshes.append(Mesh(stage, (first, second)))
+    return meshes
 
 
-def _mark(stage: FoundStage) -> None:
+def _mark(stage: RexsStage) -> None:
     stage.component.role = "a stage"
     for role in stage.roles:
         for gear in stage.gears(role):
@@ -120,7 +120,7 @@ def _mark(stage: FoundStage) -> None:
 
 def _planetary(
     document: Document, assembly: Assembly, planetary: Component, meshes: list[Mesh]
-) -> FoundStage:
+) -> RexsStage:
     rings = _unique(g for mesh in meshes for g in mesh.gears if is_internal(g))
     planets = _unique(mesh.mate(g) for mesh in meshes for g in mesh.gears if g in rings)
     suns = _unique(
@@ -152,7 +152,7 @@ def _planetary(
         _require_opposite(halves["planet"][0][0], halves["planet"][1][0])
     for relation in document.related("planet_shaft", "central_shaft"):
         relation.used |= relation.of("planetary_stage") == planetary.id
-    return FoundStage(
+    return RexsStage(
         planetary,
         "planetary",
         halves,
@@ -166,24 +166,24 @@ def _planetary(
 
 def _halves_of_pairs(group: list[Mesh]) -> list[list[Mesh]]:
     """Gear meshes of the same two bodies: those of opposite hand belong together."""
-    rest, found = list(group), []
+    rest, halves = list(group), []
     while rest:
         mesh = rest.pop(0)
         mate = next((m for m in rest if _opposite(mesh.gears[0], m.gears[0])), None)
         if mate is not None:
             rest.remove(mate)
-        found.append([mesh] if mate is None else [mesh, mate])
-    return found
+        halves.append([mesh] if mate is None else [mesh, mate])
+    return halves
 
 
-def _parallel(meshes: list[Mesh], assembly: Assembly) -> FoundStage:
+def _parallel(meshes: list[Mesh], assembly: Assembly) -> RexsStage:
     if any(is_internal(gear) for mesh in meshes for gear in mesh.gears):
         raise Unfit("an internal gear pair with fixed axes")
     first, second = ([mesh.gears[k] for mesh in meshes] for k in (0, 1))
     teeth = [number(gears, "number_of_teeth", "none") for gears in (first, second)]
     if None not in teeth and teeth[0].value > teeth[1].value:  # type: ignore[union-attr]
         first, second = second, first
-    return FoundStage(
+    return RexsStage(
         meshes[0].stage,
         "parallel",
         {
@@ -209,8 +209,8 @@ def _require_opposite(first: Component, second: Component) -> None:
 
 
 def _value(gear: Component, key: str, unit: str) -> float | None:
-    found = number([gear], key, unit)
-    return None if found is None else found.value
+    datum = number([gear], key, unit)
+    return None if datum is None else datum.value
 
 
 def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
@@ -222,8 +222,8 @@ def _along(gears: list[Component], assembly: Assembly) -> list[Component]:
 
 
 def _unique(gears: object) -> list[Component]:
-    found: list[Component] = []
+    components: list[Component] = []
     for gear in gears:  # type: ignore[attr-defined]
-        if gear not in found:
-            found.append(gear)
-    return found
+        if gear not in components:
+            components.append(gear)
+    return components

@@ -140,19 +140,19 @@ class SupportWriter:
     def _stiffness(self, joint: Component, direction: str, scale: Scale) -> Datum | None:
         """Of one bearing or coupling; None where it does not act."""
         if direction == "tilt" or (direction == "torsion" and not _turns(joint)):
-            found = number([joint], _NAMES[direction], _UNITS[direction])
+            datum = number([joint], _NAMES[direction], _UNITS[direction])
             limit = scale.limit(direction)
-            if found is not None and found.value > limit:
-                return Datum(limit, f"{found.source} (rigid in the file)")
-            return found if found is not None and found.value > 0 else None
-        found = number([joint], _NAMES[direction], _UNITS[direction])
+            if datum is not None and datum.value > limit:
+                return Datum(limit, f"{datum.source} (rigid in the file)")
+            return datum if datum is not None and datum.value > 0 else None
+        datum = number([joint], _NAMES[direction], _UNITS[direction])
         absorbs = self._absorbs(joint, direction)
-        if found is not None and found.value > scale.limit(direction):
-            return Datum(scale.limit(direction), f"{found.source} (rigid in the file)")
+        if datum is not None and datum.value > scale.limit(direction):
+            return Datum(scale.limit(direction), f"{datum.source} (rigid in the file)")
         if absorbs is False:
             return None
-        if found is not None and (found.value > 0 or absorbs is None):
-            return found if found.value > 0 else None
+        if datum is not None and (datum.value > 0 or absorbs is None):
+            return datum if datum.value > 0 else None
         if _turns(joint):
             return Datum(scale.limit(direction), f"assumed: {joint.label} is rigid")
         point = self._operating_point(joint, direction)
@@ -164,8 +164,8 @@ class SupportWriter:
     def _operating_point(self, joint: Component, direction: str) -> Datum | None:
         """Stiffness at the operating point, where a file has results of bearings."""
         pairs = _OPERATING.get(direction, ())
-        found = [number([joint], names, _UNITS[direction]) for names in pairs]
-        given = [datum for datum in found if datum is not None and datum.value > 0]
+        data = [number([joint], names, _UNITS[direction]) for names in pairs]
+        given = [datum for datum in data if datum is not None and datum.value > 0]
         if not given:
             return None
         mean = sum(datum.value for datum in given) / len(given)
@@ -185,10 +185,10 @@ class SupportWriter:
         return word != "no_direction"
 
     def _clearance(self, section: Section, bearings: list[Component]) -> None:
-        found = number(bearings, CLEARANCES, "mm")
-        if found is not None and found.value > 0:
-            source = f"{found.source}, half the diametral clearance"
-            section.put("clearance_mm", found.value / 2, source)
+        datum = number(bearings, CLEARANCES, "mm")
+        if datum is not None and datum.value > 0:
+            source = f"{datum.source}, half the diametral clearance"
+            section.put("clearance_mm", datum.value / 2, source)
 
     def _rating(self, section: Section, bearings: list[Component]) -> None:
         rating = number(bearings, RATINGS, "kN")

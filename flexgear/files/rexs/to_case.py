@@ -21,7 +21,7 @@ from flexgear.files.rexs.left_out import left_out
 from flexgear.files.rexs.members import Member, assign_bearings, members_of, planet_bearings
 from flexgear.files.rexs.ports import PortWriter
 from flexgear.files.rexs.stage_keys import StageWriter
-from flexgear.files.rexs.stages import FoundStage, stages_of
+from flexgear.files.rexs.stages import RexsStage, stages_of
 from flexgear.files.rexs.supports import Scale, SupportWriter
 from flexgear.gears.power_flow import power_flow
 from flexgear.model.errors import InputError
@@ -118,28 +118,28 @@ class _Conversion:
                 )
 
     def _material(self, gears: list[Component]) -> None:
-        found = [m for gear in gears for m in self.document.references(gear, "material")]
+        materials = [m for gear in gears for m in self.document.references(gear, "material")]
         shafts = [s for g in gears if (s := self.assembly.frames.shaft(g)) is not None]
-        found += [m for shaft in shafts for m in self.document.references(shaft, "material")]
+        materials += [m for shaft in shafts for m in self.document.references(shaft, "material")]
         section = self.case.section("[material]")
         for key, name, unit in (
             ("young_modulus_gpa", "elastic_modulus", "GPa"),
             ("poisson_ratio", "poisson_ratio", "none"),
             ("density_kg_per_m3", "density", "kg / m^3"),
         ):
-            datum = number(found, name, unit)
+            datum = number(materials, name, unit)
             if datum is not None and datum.value > 0:
                 self.material[key] = datum.value
                 section.take(key, datum)
             else:
                 self.case.assume(section, key, _STEEL[key], "steel")
-        for material in found:
+        for material in materials:
             material.role = "the material"
 
     def _stages(
         self,
         gears: GearReader,
-        named: dict[str, FoundStage],
+        named: dict[str, RexsStage],
         members: list[Member],
         held: dict[Member, str],
         joined: list[tuple[Member, Member]],
@@ -177,12 +177,12 @@ class _Conversion:
         self.case.assume(mesh, "model", "constant", why)
         self.case.assume(mesh, "contact_law", "linear", "as the constant stiffness")
 
-    def _helical(self, stage: FoundStage) -> bool:
+    def _helical(self, stage: RexsStage) -> bool:
         every = [gear for role in stage.roles for gear in stage.gears(role)]
-        found = number(every, "helix_angle_reference_diameter", "deg")
-        return found is not None and found.value != 0
+        datum = number(every, "helix_angle_reference_diameter", "deg")
+        return datum is not None and datum.value != 0
 
-    def _scale(self, stage: FoundStage, rack: Rack) -> Scale:
+    def _scale(self, stage: RexsStage, rack: Rack) -> Scale:
         every = [gear for role in stage.roles for gear in stage.gears(role)]
         widths = [*every, *(mesh.stage for meshes in stage.meshes.values() for mesh in meshes)]
         names = ("face_width", "common_face_width")
@@ -244,7 +244,7 @@ class _Conversion:
     def _top(
         self,
         top: Section,
-        stages: list[FoundStage],
+        stages: list[RexsStage],
         racks: dict[str, Rack],
         held: dict[Member, str],
     ) -> None:
@@ -293,9 +293,9 @@ class _Conversion:
             section = self.case.section("[[joints]]")
             section.put("first", first.name, first.anchor.label)
             section.put("second", second.name, second.anchor.label)
-            found = self.assembly.torsion(first.anchor, second.anchor)
+            joint = self.assembly.torsion(first.anchor, second.anchor)
             limit = scale.limit("torsion")
-            stiffness, passed = found if found is not None else (float("inf"), [])
+            stiffness, passed = joint if joint is not None else (float("inf"), [])
             labels = ["shaft sections between them", *(c.label for c in passed)]
             if stiffness < limit:
                 section.put("torsion_nm_per_rad", stiffness, ", ".join(labels))
@@ -318,7 +318,7 @@ class _Conversion:
         return commented(head) + "\n" + self.case.text() + "\n" + commented(tail[1:])
 
 
-def _names(stages: list[FoundStage]) -> list[str]:
+def _names(stages: list[RexsStage]) -> list[str]:
     """Names of stages: the file's where they are plain words of their own, else stage_1, …"""
     own = [stage.component.name.strip() for stage in stages]
     plain = all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,31}", name) for name in own)

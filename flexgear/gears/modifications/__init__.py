@@ -38,5 +38,5 @@ MODIFICATIONS: tuple[Callable[[FlankModifications, Flank], Gap | None], ...] = (
 
 def gaps_of(given: FlankModifications, flank: Flank) -> list[Gap]:
     """All modifications of one flank of a gear."""
-    found = [made(given, flank) for made in MODIFICATIONS]
-    return [gap for gap in found if gap is not None]
+    gaps = [made(given, flank) for made in MODIFICATIONS]
+    return [gap for gap in gaps if gap is not None]

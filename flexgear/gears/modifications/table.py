@@ -75,8 +75,8 @@ def _two(nodes: Array) -> Array:
 
 def _values(given: FlankTable) -> Array:
     """Gaps at ``_two`` of both axes, m."""
-    found = np.array(given.gaps)
+    gaps = np.array(given.gaps)
     for axis in (0, 1):
-        if found.shape[axis] == 1:
-            found = np.repeat(found, 2, axis=axis)
-    return found
+        if gaps.shape[axis] == 1:
+            gaps = np.repeat(gaps, 2, axis=axis)
+    return gaps

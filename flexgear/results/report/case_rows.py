@@ -25,17 +25,17 @@ MOST = 12  # entries of a list that are written out
 def case_tables(case: Case) -> list[Table]:
     """Every parameter: one table for each stage and each other part of the case."""
     top = [Row("name", case.name), Row("title", case.title or "–"), Row("kinematics", case.kinematics)]
-    found = [Table("case", "general", top)]
+    tables = [Table("case", "general", top)]
     for stage in case.stages:
-        found.append(Table("case", words(stage.name or "stage"), list(_rows(stage))))
+        tables.append(Table("case", words(stage.name or "stage"), list(_rows(stage))))
     for name in type(case).model_fields:
         value = getattr(case, name)
         if isinstance(value, BaseModel):
-            found.append(Table("case", words(name), list(_rows(value))))
+            tables.append(Table("case", words(name), list(_rows(value))))
         elif name != "stages" and isinstance(value, tuple) and value and _is_model(value[0]):
             rows = [row for k, one in enumerate(value) for row in _rows(one, f"{k + 1} · ")]
-            found.append(Table("case", words(name), rows))
-    return [table for table in found if table.rows]
+            tables.append(Table("case", words(name), rows))
+    return [table for table in tables if table.rows]
 
 
 def _is_model(value: Any) -> bool:

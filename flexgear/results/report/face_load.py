@@ -49,8 +49,8 @@ def face_tables(summary: Mapping[str, Any]) -> Iterator[Table]:
         split = {n: one for n, one in flanks.items() if "misalignment_by_cause_um" in one}
         causes = [
             Row(f"{words(group)}, {cause}", 1e-6 * size, "m")
-            for group, found in misalignment_of_groups(split).items()
-            for cause, size in found.items()
+            for group, shares in misalignment_of_groups(split).items()
+            for cause, size in shares.items()
         ]
         title = f"{variant}, misalignment over the face by cause, planet misaligned most"
         yield Table("face", title, causes)
@@ -80,10 +80,10 @@ def _rows(
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
     """What ``solve.gear_mesh_cycles`` found; nothing of flanks that do not carry throughout."""
-    found = [one[STIFFNESS] for one in every if STIFFNESS in one]
+    stiffness = [one[STIFFNESS] for one in every if STIFFNESS in one]
     for key, pick in (("min", min), ("mean", max), ("max", max)):
-        if found:
-            size = pick(one[key] for one in found)
+        if stiffness:
+            size = pick(one[key] for one in stiffness)
             yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
     yield from _rows(name, every, OF_CYCLES)
     for key, said in ORDERS.items():

@@ -69,7 +69,7 @@ def sharings(load_sharing: Mapping[str, Any]) -> Iterator[Sharing]:
                 of_sides[group.side] = max(of_sides.get(group.side, 0.0), one["instantaneous"])
     for name, (equilibria, times, assumed) in stages.items():
         if equilibria or times:
-            static, dynamic = (max(found, default=None) for found in (equilibria, times))
+            static, dynamic = (max(factors, default=None) for factors in (equilibria, times))
             sides = tuple((side, k) for side, k in halves[name].items() if side)
             yield Sharing(name, static, dynamic, assumed, window_words(in_time), sides)
 

@@ -114,11 +114,11 @@ def _ranges(section: str, title: str, forces: Mapping[str, Any]) -> Iterator[Tab
 
 
 def _sharing(summary: Summary) -> Iterator[Table]:
-    found = summary["load_sharing"]
-    for variant, stages in found["quasi_static"].items():
+    sharing = summary["load_sharing"]
+    for variant, stages in sharing["quasi_static"].items():
         rows = [row for figures in stages.values() for row in _coefficients(figures)]
         yield Table("sharing", f"{variant}, equilibria", rows)
-    for variant, figures in found["transient"].items():
+    for variant, figures in sharing["transient"].items():
         title = f"{variant}, in time, {window_words(figures)}"
         yield Table("sharing", title, list(_coefficients(figures)))
 

@@ -24,12 +24,12 @@ def tolerance_tables(summary: Mapping[str, Any]) -> list[Table]:
         Row("of them without an equilibrium, left out", summary["failed"]),
         Row("seed of the random numbers", str(summary["seed"])),
     ]
-    found = [Table(SECTION, "what was drawn", drawn)]
+    tables = [Table(SECTION, "what was drawn", drawn)]
     for key, about, unit in _SPREADS:
         for group, figures in summary.get(key, {}).items():
             rows = list(_spread(figures, unit, summary["confidence"]))
-            found.append(Table(SECTION, f"{words(group)}, {about}", rows))
-    return found
+            tables.append(Table(SECTION, f"{words(group)}, {about}", rows))
+    return tables
 
 
 def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterator[Row]:
@@ -49,13 +49,13 @@ def _spread(figures: Mapping[str, Any], unit: str, confidence: float) -> Iterato
 
 def tolerance_verdicts(summary: Mapping[str, Any]) -> list[Verdict]:
     """How many sets exceed what IEC 61400-4 assumes, by group, and sets that have no equilibrium."""
-    found = [
+    verdicts = [
         _verdict(words(group), figures) for group, figures in summary["load_sharing"].items()
     ]
     if summary["failed"]:
         text = f"{summary['failed']} of {summary['samples']} sets"
-        found.append(Verdict("bad", "equilibrium", text, "They have none and are left out."))
-    return found
+        verdicts.append(Verdict("bad", "equilibrium", text, "They have none and are left out."))
+    return verdicts
 
 
 def _verdict(group: str, figures: Mapping[str, Any]) -> Verdict:

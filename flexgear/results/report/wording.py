@@ -126,8 +126,8 @@ def excitation_words(label: str) -> str:
 
 def split_unit(key: str) -> tuple[str, str]:
     """Words and printed unit of a key that ends in one: "base_pitch_mm" -> ("base pitch", "mm")."""
-    found = [s for s in (*ALL_SUFFIXES, *_UNITS) if key.endswith(f"_{s}")]
-    if not found:
+    suffixes = [s for s in (*ALL_SUFFIXES, *_UNITS) if key.endswith(f"_{s}")]
+    if not suffixes:
         return words(key), ""
-    suffix = max(found, key=len)
+    suffix = max(suffixes, key=len)
     return words(key.removesuffix(f"_{suffix}")), _UNITS.get(suffix) or unit_name(suffix)

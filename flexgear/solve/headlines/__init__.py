@@ -67,11 +67,11 @@ def verdicts(case: Case, flow: PowerFlow, summary: Mapping[str, Any]) -> list[Ve
         by_name.setdefault(f"{row['name']} {row['figure']}" if alone else row["name"], []).append(
             row
         )
-    found = [
+    lines = [
         _verdict(declared[own[0]["name"]], own, len(case.stages) > 1) for own in by_name.values()
     ]
     warnings = (Verdict("watch", WARNING, "", text) for text in plain_warnings(case, summary))
-    return [*found, *warnings]
+    return [*lines, *warnings]
 
 
 def _verdict(headline: Headline, rows: list[Mapping[str, Any]], several_stages: bool) -> Verdict:

@@ -35,8 +35,8 @@ def _unrated(figures: Mapping[str, Any], lives: Mapping[str, float]) -> str:
     """Bearings that have no life, with their loads."""
     loads, rated = [], {NodeName.parse(name).kind for name in lives}
     for key, name in LOADS.items():
-        found = figures.get(key, {})
-        sides = found if isinstance(found, Mapping) else {"": found}
+        rating = figures.get(key, {})
+        sides = rating if isinstance(rating, Mapping) else {"": rating}
         for side, load in sides.items():
             if load and f"{name} {side}".strip().replace(" ", "_") not in rated:
                 at = f", {words(side)} side" if side else ""

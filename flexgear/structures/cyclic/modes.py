@@ -39,10 +39,10 @@ def cyclic_modes(
     shift, solver = 0.0, condensation.solver
     if condensation.has_short_borders:  # else it spares fewer steps than it costs
         shift, solver = _shifted(condensation, count)
-    found = _from_shift(condensation, count, shift, solver, progress)
-    if shift and (1 / found.values < shift).sum() != min(modes_below(solver), count):
+    pairs = _from_shift(condensation, count, shift, solver, progress)
+    if shift and (1 / pairs.values < shift).sum() != min(modes_below(solver), count):
         return _from_shift(condensation, count, 0.0, condensation.solver, progress)
-    return found
+    return pairs
 
 
 def modes_below(solver: CyclicSolver) -> int:

@@ -72,9 +72,9 @@ def find_sectors(model: FeModel, counts: Iterable[int]) -> Sectors | None:
         if image is None:
             continue
         cells = _cell_image(model.basis.element_dofs.T.astype(np.int64), image)
-        found = None if cells is None else _smallest(model, count, image, cells)
-        if found is not None:
-            return found
+        sectors = None if cells is None else _smallest(model, count, image, cells)
+        if sectors is not None:
+            return sectors
     return None
 
 

@@ -211,9 +211,9 @@ class _LocalBlocks:
                 mine = self.sector[at] == s
                 parts[s].append((i, _rows(self.local[at][mine], self.data[at][mine], n)))
         out = []
-        for found in parts:
-            index = [begin + 6 * i + c for i, _ in found for c in range(6)]
-            matrix = sp.vstack([m for _, m in found]) if found else sp.csr_matrix((0, 3 * n))
+        for part in parts:
+            index = [begin + 6 * i + c for i, _ in part for c in range(6)]
+            matrix = sp.vstack([m for _, m in part]) if part else sp.csr_matrix((0, 3 * n))
             out.append((np.array(index, dtype=np.int64), matrix.tocsr()))
         return tuple(out)
 

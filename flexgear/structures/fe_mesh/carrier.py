@@ -347,10 +347,10 @@ def _half_patches(p: CarrierMeshParameters, half: FeMesh) -> dict[str, Ints]:
         off = np.abs(np.hypot(at[..., 0] - x, at[..., 1]) - radius).max(axis=1)
         z = at[..., 2]
         inside = (z.min(axis=1) > low - tolerance) & (z.max(axis=1) < high + tolerance)
-        found = facets[(off < tolerance) & inside & (np.ptp(z, axis=1) > tolerance)]
-        if len(found) == 0:
+        matching = facets[(off < tolerance) & inside & (np.ptp(z, axis=1) > tolerance)]
+        if len(matching) == 0:
             raise FlexgearError(f"carrier: the FE mesh has no facets on {name}")
-        return found
+        return matching
 
     end = np.abs(at[..., 2] - (z_drive - p.hub_length)).max(axis=1) < tolerance
     seat = p.seat_width / 2.0

@@ -117,10 +117,10 @@ def _generate(gmsh: ModuleType) -> bool:
         gmsh.model.mesh.generate(3)
     except Exception:  # gmsh raises nothing more specific
         return False
-    found = [gmsh.model.mesh.getElements(3, v) for _, v in gmsh.model.getEntities(3)]
-    if any(list(kinds) != [4] for kinds, _, _ in found):
+    volumes = [gmsh.model.mesh.getElements(3, v) for _, v in gmsh.model.getEntities(3)]
+    if any(list(kinds) != [4] for kinds, _, _ in volumes):
         return False
-    if max(nodes.max() for _, _, (nodes,) in found) > gmsh.model.mesh.getNodes()[0].max():
+    if max(nodes.max() for _, _, (nodes,) in volumes) > gmsh.model.mesh.getNodes()[0].max():
         return False  # a volume was left half done
     if _flattest(gmsh) < 1e-4:
         return False  # and Netgen would crash on cells without volume
@@ -182,7 +182,7 @@ def _sides(
     refinement: float,
 ) -> dict[int, int]:
     """Straight sides of each curve; a chord keeps clear of the neighbouring curves."""
-    found = {}
+    side_of = {}
     ends = {c: {abs(tag) for _, tag in gmsh.model.getBoundary([(1, c)])} for c in samples}
     for curve, at in samples.items():
         length = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
@@ -208,8 +208,8 @@ def _sides(
             for diameter, longest in ((p.pin_bore, p.pin_bore), (p.pin_diameter, 2.0 * chord)):
                 if diameter and np.abs(off - diameter).max() < 1e-7 * p.plate_diameter:
                     sides = max(sides, ceil(length / longest))  # else facets would span it
-        found[curve] = sides
-    return found
+        side_of[curve] = sides
+    return side_of
 
 
 def _tetrahedra(gmsh: ModuleType, volumes: list[int]) -> tuple[Array, Ints]:

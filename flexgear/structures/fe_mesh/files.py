@@ -84,8 +84,8 @@ def fe_mesh_case(path: Path) -> str | None:
     with open(path, "rb") as file:
         file.seek(max(0, os.path.getsize(path) - 4096))
         end = file.read().decode("utf-8", errors="replace")
-    found = re.findall(rf"{_MARK}([^\s?]+)", end)
-    return unquote(found[-1]) if found else None
+    marks = re.findall(rf"{_MARK}([^\s?]+)", end)
+    return unquote(marks[-1]) if marks else None
 
 
 def read_fe_mesh(
@@ -179,15 +179,15 @@ def _read_meshio(path: Path) -> InpDeck:
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            found = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else "vtu")
+            content = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else "vtu")
     except (Exception, SystemExit) as error:
         reason = (said.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
         raise InputError(
             str(path), "file", f"cannot be read ({reason})", "save it again as msh, vtu or inp"
         ) from error
-    points = np.zeros((len(found.points), 3))
-    points[:, : found.points.shape[1]] = found.points
-    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
+    points = np.zeros((len(content.points), 3))
+    points[:, : content.points.shape[1]] = content.points
+    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in content.cells]
     deck = InpDeck(points, blocks)
 
     def add(name: str, block: int, members: NDArray[np.generic]) -> None:
@@ -195,19 +195,19 @@ def _read_meshio(path: Path) -> InpDeck:
         if corners and len(members):
             deck.groups.setdefault(name, []).extend(blocks[block][1][members][:, :corners])
 
-    for name, sets in found.cell_sets.items():
+    for name, sets in content.cell_sets.items():
         for block, members in enumerate(sets):
             if members is not None and not name.startswith("gmsh:"):
                 add(name, block, np.asarray(members))
-    by_tag = {(int(tag), int(dim)): name for name, (tag, dim) in found.field_data.items()}
-    for key, arrays in found.cell_data.items():
+    by_tag = {(int(tag), int(dim)): name for name, (tag, dim) in content.field_data.items()}
+    for key, arrays in content.cell_data.items():
         for block, values in enumerate(np.asarray(a) for a in arrays):
             if values.dtype.kind not in "iu" or values.ndim != 1:
                 continue
             if key == "gmsh:physical":
                 for tag in np.unique(values):
                     group = by_tag.get((int(tag), 2))
-                    if group is not None and group not in found.cell_sets:
+                    if group is not None and group not in content.cell_sets:
                         add(group, block, np.flatnonzero(values == tag))
             elif key.startswith("body-"):
                 names = key.split("-")
@@ -216,7 +216,7 @@ def _read_meshio(path: Path) -> InpDeck:
                         add(names[tag], block, np.flatnonzero(values == tag))
             elif not key.startswith("gmsh:"):
                 add(key, block, np.flatnonzero(values != 0))
-    for name, members in found.point_sets.items():
+    for name, members in content.point_sets.items():
         deck.node_sets[name] = np.asarray(members, dtype=np.int64)
     return deck
 

@@ -69,9 +69,9 @@ def write_inp(fe_mesh: FeMesh, stream: TextIO) -> None:
     faces = len(FACETS_VTK[fe_mesh.kind])
     keys, first = np.unique(facet_keys(fe_mesh.every_facet, len(fe_mesh.points)), return_index=True)
     for patch, ids in fe_mesh.facets.items():
-        found = first[np.searchsorted(keys, facet_keys(ids, len(fe_mesh.points)))]
+        numbers = first[np.searchsorted(keys, facet_keys(ids, len(fe_mesh.points)))]
         stream.write(f"*SURFACE, NAME={patch}, TYPE=ELEMENT\n")
-        for k in found.tolist():
+        for k in numbers.tolist():
             stream.write(f"{k // faces + 1}, S{k % faces + 1}\n")
         nodes = (np.unique(ids) + 1).tolist()
         stream.write(f"*NSET, NSET=N_{patch}\n")

@@ -65,10 +65,10 @@ def _own(view: StageView, source: FeMeshSource, groups: Groups, size: float) -> 
 def _stamp(file: str) -> tuple[int, int]:
     """Differs when the file has changed."""
     try:
-        found = Path(file).stat()
+        status = Path(file).stat()
     except OSError:
         return (0, 0)
-    return (found.st_mtime_ns, found.st_size)
+    return (status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=2)  # a command looks at both files before its work, a sweep at every point

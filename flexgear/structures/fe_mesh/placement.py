@@ -64,18 +64,18 @@ def check_place(fe_mesh: FeMesh, groups: Groups, placement: Placement, path: str
     """Raise InputError, naming group, places and remedy, unless every group is where the case has
     it. fe_mesh: in the frame of the case, where `placement` put it; path: of its file."""
     _refuse_extra(fe_mesh, groups, path)
-    found = _Found(fe_mesh, groups)
-    motion, shift = found.best_motion()
-    if found.is_off_as_a_whole(motion, shift):
-        moved = motion.apply(found.centres) + shift
-        if found.misfit(moved).max() <= 1.0:
-            _refuse_body(found, moved, placement, motion, shift, path)
-    _refuse_clockwise(found, path)
-    _refuse_group(found, path)
-    _refuse_helix(fe_mesh, found, path)
+    actual = _ActualPlacement(fe_mesh, groups)
+    motion, shift = actual.best_motion()
+    if actual.is_off_as_a_whole(motion, shift):
+        moved = motion.apply(actual.centres) + shift
+        if actual.misfit(moved).max() <= 1.0:
+            _refuse_body(actual, moved, placement, motion, shift, path)
+    _refuse_clockwise(actual, path)
+    _refuse_group(actual, path)
+    _refuse_helix(fe_mesh, actual, path)
 
 
-class _Found:
+class _ActualPlacement:
     """Groups that are in a file: names, families, centres (n, 3), places (n, 3), both in m."""
 
     def __init__(self, fe_mesh: FeMesh, groups: Groups) -> None:
@@ -163,14 +163,19 @@ def _refuse_extra(fe_mesh: FeMesh, groups: Groups, path: str) -> None:
 
 
 def _refuse_body(
-    found: _Found, moved: Array, placement: Placement, motion: Rotation, shift: Array, path: str
+    actual: _ActualPlacement,
+    moved: Array,
+    placement: Placement,
+    motion: Rotation,
+    shift: Array,
+    path: str,
 ) -> NoReturn:
-    worst = int(np.argmax(np.linalg.norm(moved - found.centres, axis=1)))
+    worst = int(np.argmax(np.linalg.norm(moved - actual.centres, axis=1)))
     raise InputError(
         path,
-        found.names[worst],
-        f"{found.where(worst)}; the whole FE mesh is out of place",
-        _keys(found.groups, placement, motion, shift),
+        actual.names[worst],
+        f"{actual.where(worst)}; the whole FE mesh is out of place",
+        _keys(actual.groups, placement, motion, shift),
     )
 
 
@@ -196,40 +201,40 @@ def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) 
     return f"set {' and '.join(said)}, or correct the file or its groups"
 
 
-def _refuse_clockwise(found: _Found, path: str) -> None:
+def _refuse_clockwise(actual: _ActualPlacement, path: str) -> None:
     """Numbers that rise clockwise: the mean of e^{i(θ + θ_place)} is 1, of e^{i(θ - θ_place)} 0."""
-    for f in found.groups.families:
-        at = [k for k, family in enumerate(found.families) if family is f]
+    for f in actual.groups.families:
+        at = [k for k, family in enumerate(actual.families) if family is f]
         if len(at) < 3:
             continue
-        angle, place = (np.arctan2(x[at, 1], x[at, 0]) for x in (found.centres, found.places))
+        angle, place = (np.arctan2(x[at, 1], x[at, 0]) for x in (actual.centres, actual.places))
         against, along = (abs(np.mean(np.exp(1j * (angle + s * place)))) for s in (1, -1))
         if against > 0.9 > 0.5 > along:
             raise InputError(
                 path,
-                found.names[at[1]],
-                f"{found.where(at[1])}; {f.stem}_… are numbered clockwise, seen from +z",
+                actual.names[at[1]],
+                f"{actual.where(at[1])}; {f.stem}_… are numbered clockwise, seen from +z",
                 "number them counter-clockwise from the x axis on, or mirror the FE mesh",
             )
 
 
-def _refuse_group(found: _Found, path: str) -> None:
-    misfit = found.misfit(found.centres)
+def _refuse_group(actual: _ActualPlacement, path: str) -> None:
+    misfit = actual.misfit(actual.centres)
     worst, count = int(np.argmax(misfit)), int((misfit > 1.0).sum())
     if count:
         others = f"; {count} of {len(misfit)} groups are out of place" if count > 1 else ""
         raise InputError(
             path,
-            found.names[worst],
-            found.where(worst) + others,
+            actual.names[worst],
+            actual.where(worst) + others,
             "give that name to the surface that belongs there, or correct the case: "
-            f"{found.families[worst].says}, dimensions, sides",
+            f"{actual.families[worst].says}, dimensions, sides",
         )
 
 
-def _refuse_helix(fe_mesh: FeMesh, found: _Found, path: str) -> None:
+def _refuse_helix(fe_mesh: FeMesh, actual: _ActualPlacement, path: str) -> None:
     """Ends of a tooth, half a face width from its middle, must be near their place too."""
-    g = found.groups
+    g = actual.groups
     for f in g.families:
         names = [n for n in f.names if n in fe_mesh.facets]
         if f.twist is None or not names:

@@ -18,10 +18,10 @@ def edge_nodes(model: FeModel, first: Ints, second: Ints) -> Ints:
     wanted = np.minimum(first, second).astype(np.int64) * n + np.maximum(first, second)
     order = np.argsort(known)
     place = np.minimum(np.searchsorted(known[order], wanted), len(known) - 1)
-    found = order[place]
-    if not np.array_equal(known[found], wanted):
+    nodes = order[place]
+    if not np.array_equal(known[nodes], wanted):
         raise FlexgearError("two vertices of the FE mesh have no edge between them")
-    return numbers[found]
+    return numbers[nodes]
 
 
 def facet_nodes(model: FeModel, facets: Ints) -> Ints:

@@ -51,10 +51,10 @@ class Factor:
 
     def forward_sparse(self, right: sp.csr_matrix) -> sp.csr_matrix:
         """The same of a sparse right (n, k): only what its entries reach is computed."""
-        found = to_cvxopt(right)
+        solution = to_cvxopt(right)
         for step in (_PERMUTE, _FORWARD):
-            found = cholmod.spsolve(self._factor, found, sys=step)
-        return _to_scipy(found).tocsr()
+            solution = cholmod.spsolve(self._factor, solution, sys=step)
+        return _to_scipy(solution).tocsr()
 
     def backward(self, f: Array) -> Array:
         """x = P^T L^{-T} f (n, k)."""

@@ -37,8 +37,8 @@ def hermitian_inverse(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
     Raises numpy.linalg.LinAlgError where it is not definite.
     """
-    factor = _found(*lapack.zpotrf(matrix, lower=1))
-    return _found(*lapack.zpotri(factor, lower=1, overwrite_c=1))
+    factor = _checked(*lapack.zpotrf(matrix, lower=1))
+    return _checked(*lapack.zpotri(factor, lower=1, overwrite_c=1))
 
 
 def signed_hermitian_inverse(
@@ -51,13 +51,13 @@ def signed_hermitian_inverse(
     """
     room = int(lapack.zhetrf_lwork(len(matrix), lower=1)[0].real)
     factor, pivots, info = lapack.zhetrf(matrix, lower=1, lwork=room)
-    _found(factor, info)
+    _checked(factor, info)
     single = pivots > 0
     negative = int((factor.diagonal().real[single] < 0).sum() + (~single).sum() // 2)
-    return _found(*lapack.zhetri(factor, pivots, lower=1, overwrite_a=1)), negative
+    return _checked(*lapack.zhetri(factor, pivots, lower=1, overwrite_a=1)), negative
 
 
-def _found(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128]:
+def _checked(result: NDArray[np.complex128], info: int) -> NDArray[np.complex128]:
     if info:
         raise np.linalg.LinAlgError(f"LAPACK stopped at row {info}")
     return result

@@ -141,11 +141,11 @@ def lowest_modes(
         if progress is not None:
             progress(float(good.sum()) / count)
         if good.all():
-            found = ritz.vectors[:, :count]
-            basis.recombine(found)
+            shapes = ritz.vectors[:, :count]
+            basis.recombine(shapes)
             vectors, beside = basis.taken()
             if unshifted is not None:
-                ahead = unshifted(p) @ (coupling @ found[at])
+                ahead = unshifted(p) @ (coupling @ shapes[at])
                 beside = (beside - shift * ahead) / (1 + shift * ritz.values[:count])
             nu = ritz.unshifted[:count]
             return Eigenpairs(nu, vectors.T, nu * ritz.residuals[:count], applied, beside)
@@ -191,7 +191,7 @@ class _Passes:
         self._left -= 1
         return self._left < 0
 
-    def found(self, level: float) -> None:
+    def record(self, level: float) -> None:
         """Largest share of an older vector in a new one of unit length."""
         if level > _LEVEL:
             self._free = self._free // 2
@@ -240,7 +240,7 @@ class _Basis:
         self._take(column, q, w)
         self._put(q, last)
         self._beside[:, last] -= self._beside[:, : self.filled] @ column[:, :block]
-        passes.found(float(np.abs(column[:, block:]).max()) / length)
+        passes.record(float(np.abs(column[:, block:]).max()) / length)
         return self._mass(w)
 
     def normalised(self, w: Array, p: Array | None = None) -> tuple[Array, Array, Array]:

@@ -100,5 +100,5 @@ def _less_than_half_plane(distance: Array, poisson: float) -> Array:
     t, weight = 10.0 * (t + 1), 10.0 * weight  # L is 1 from there on
     share = weight * (layer_share(t, poisson) - 1) / t
     places, number = np.unique(np.round(distance, 12), return_inverse=True)
-    found = 2 / math.pi * (np.cos(np.outer(places, t)) - 1) @ share
-    return np.asarray(found[number].reshape(distance.shape))
+    deficit = 2 / math.pi * (np.cos(np.outer(places, t)) - 1) @ share
+    return np.asarray(deficit[number].reshape(distance.shape))

@@ -48,8 +48,8 @@ def kept(content: Mapping[str, Any], compute: Callable[[], T], form: Form[T]) ->
     key = content_key(influence=form.version, **content)
     file = cache_directory() / "influence" / key / f"{form.file}.npz"
     try:
-        with np.load(io.BytesIO(unsealed(read_kept(file)))) as found:
-            return form.made(dict(found))
+        with np.load(io.BytesIO(unsealed(read_kept(file)))) as arrays:
+            return form.made(dict(arrays))
     except (OSError, ValueError, KeyError):  # none there, or a damaged one: made again
         pass
     made = compute()
@@ -75,8 +75,8 @@ def _of_tooth(influence: ToothInfluence) -> Arrays:
 
 def _tooth(arrays: Arrays) -> ToothInfluence:
     slope, young, poisson = (float(value) for value in arrays["numbers"])
-    found: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
-    return ToothInfluence(**found, slope=slope, young=young, poisson=poisson)
+    values: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
+    return ToothInfluence(**values, slope=slope, young=young, poisson=poisson)
 
 
 def _of_root(influence: RootInfluence) -> Arrays:

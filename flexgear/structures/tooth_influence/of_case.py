@@ -74,13 +74,13 @@ def influence_of(
 ) -> ToothInfluence:
     """Influence of the middle tooth of a segment; E in Pa; tied: see ``flank_compliance``."""
     segment, tooth = tooth_segment(parameters), parameters.tooth
-    found = flank_compliance(segment, young, poisson, tied=tied)
+    influence = flank_compliance(segment, young, poisson, tied=tied)
     return ToothInfluence(
         roll=segment.roll,
         z=segment.z,
         depth=segment.depth,
-        own=found.own,
-        neighbour=found.neighbour,
+        own=influence.own,
+        neighbour=influence.neighbour,
         slope=-tooth.outward * tooth.base_radius * parameters.helix_rate,
         young=young,
         poisson=poisson,

@@ -160,12 +160,12 @@ def mating_flanks(path: GearMeshPath, slices: Slices) -> list[MatingFlank]:
         ("planet", path.off_path.planet, -path.planet_step, path.planet_step),
         (path.kind.gear, path.off_path.gear, path.gear_step, path.gear_step),
     )
-    found = []
+    flanks = []
     for (name, tooth, sense, step), roll in zip(members, path.off_path.rolls(on), strict=True):
         low, high = sorted(map(tooth.roll_length, (tooth.form_radius, tooth.tip_radius)))
         held = np.clip(np.nan_to_num(roll, nan=high), max(low, 1e-3 * tooth.base_pitch), high)
-        found.append(MatingFlank(name, tooth, sense, step, path.side == "right", held))
-    return found
+        flanks.append(MatingFlank(name, tooth, sense, step, path.side == "right", held))
+    return flanks
 
 
 def _touches(path: GearMeshPath, slices: Slices) -> Array:

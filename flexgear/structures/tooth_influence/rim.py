@@ -43,7 +43,7 @@ _PLACES = 251  # contact lines that are computed; linear between
 SHAPES = Form(
     "ring_shapes",
     2,
-    lambda found: {name: getattr(found, name) for name in _ARRAYS},
+    lambda bending: {name: getattr(bending, name) for name in _ARRAYS},
     lambda arrays: RingShapes(**{name: arrays[name] for name in _ARRAYS}),
 )
 
@@ -121,8 +121,8 @@ def rim_bending(rim: RimFlexibility, path: GearMeshPath, slices: Slices) -> tupl
         after = flexibility if own.step > 0 else flexibility.T
         beside.append(here @ after @ there.swapaxes(1, 2))
     both = here @ rim.own @ here.swapaxes(1, 2), np.stack(beside, axis=1)
-    found, beyond = (_at(slices.s[some], c, slices.s) for c in both)
-    return 0.5 * (found + found.swapaxes(1, 2)), beyond
+    near, beyond = (_at(slices.s[some], c, slices.s) for c in both)
+    return 0.5 * (near + near.swapaxes(1, 2)), beyond
 
 
 def flank_motion(

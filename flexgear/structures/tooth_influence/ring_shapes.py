@@ -75,8 +75,8 @@ def ring_shapes(
 ) -> RingShapes:
     """Of a ring of so many teeth with averaging ties at their roots; line: of tooth 0."""
     asked = sorted({k * teeth // TEETH for k in range(TEETH)})
-    found = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in asked]
-    stacked = (np.stack(one) for one in zip(*found, strict=True))
+    shapes = [_of_tooth(model, condensation, line, (j, teeth), cut) for j in asked]
+    stacked = (np.stack(one) for one in zip(*shapes, strict=True))
     return RingShapes(np.array(asked, dtype=float), np.array(float(teeth)), *stacked)
 
 

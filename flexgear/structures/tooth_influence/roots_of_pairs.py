@@ -54,10 +54,10 @@ class PairRoots:
 def pair_roots(view: StageView, path: GearMeshPath, slices: Slices) -> list[PairRoots]:
     """Of the planet, then of its mate; the cut stands still."""
     width, some = widths(path, slices), some_places(slices, _PLACES)
-    found = []
+    roots = []
     for own in mating_flanks(path, slices):
         root = own.of(root_of_case(view, own.name))
         stress = root.per_force(own.roll[some], slices.z[some], width[some])
         one = PairRoots(own.name, own.sense, own.step, slices.s[some], stress, root.flank.z)
-        found.append(one)
-    return found
+        roots.append(one)
+    return roots
