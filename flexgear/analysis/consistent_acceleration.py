@@ -28,30 +28,31 @@ def at_rest(data: StepData) -> StepData:
 
 
 def accelerate(
-    modal: ModalSystem, resting: StepData, state: State, told: Array, space: Space
+    modal: ModalSystem, resting: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
     """Set accelerations and stored forces by a step of no duration; ``space`` is ready for such.
 
-    told (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0, or 1
-    without a solution.
+    prescribed (P + L,): of the machines, rates rad/s² of given speeds, and of loads. Returns 0,
+    or 1 without a solution.
     """
     status, _ = advance(
-        resting, law_functions(modal.system.pairs), told[None], 0, state, space,
+        resting, law_functions(modal.system.pairs), prescribed[None], 0, state, space,
         empty_samples(modal, 0), control(1, every=NEVER),
     )  # fmt: skip
     return int(status)
 
 
 def consistent_acceleration(
-    modal: ModalSystem, data: StepData, state: State, told: Array, space: Space
+    modal: ModalSystem, data: StepData, state: State, prescribed: Array, space: Space
 ) -> int:
     """Set accelerations (and stored forces) so that the equation of motion holds now.
 
-    told (P + L,): as of ``accelerate``. A jump of a torque moves the quasi-static part at once; the
-    ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for ``data``.
+    prescribed (P + L,): as of ``accelerate``. A jump of a torque moves the quasi-static part at
+    once; the ledger books it. Returns 0, or 1 without a solution. ``space`` is then ready for
+    ``data``.
     """
     resting = at_rest(data)
     begin(space, resting)
-    status = accelerate(modal, resting, state, told, space)
+    status = accelerate(modal, resting, state, prescribed, space)
     begin(space, data)
     return status

@@ -214,8 +214,8 @@ def _fewest(rows: Array) -> Array:
     if len(rows) > rows.shape[1]:
         return np.asarray(np.linalg.qr(rows, mode="r"))
     values, vectors = np.linalg.eigh(rows @ rows.T)
-    kept = values > NOTHING * values[-1]
-    return np.asarray(vectors[:, kept].T @ rows)
+    significant = values > NOTHING * values[-1]
+    return np.asarray(vectors[:, significant].T @ rows)
 
 
 class _Ends:

@@ -86,7 +86,7 @@ def reference_transient(
     theta = system.angles @ q
     vectors, k, c, offset = rows_at(theta)
     force, _, _ = forces(k, c, vectors @ q + offset, vectors @ v)
-    torque = float(drive.told(np.array([1e-9 * h]))[0])
+    torque = float(drive.prescribed(np.array([1e-9 * h]))[0])
     load = system.drive * torque - system.output * pull(float(system.output @ v))[0]
     a = np.linalg.solve(mass, load - vectors.T @ force - damping @ v - stiffness @ q)
     times, motions, speeds, loads = [0.0], [q], [v], [force]
@@ -99,7 +99,7 @@ def reference_transient(
         vectors, k, c, offset = rows_at(theta)
         star = q + h * v + (0.5 - BETA) * h * h * a
         star_v = v + (1 - GAMMA) * h * a
-        torque = float(drive.told(np.array([time - 1e-9 * h]))[0])
+        torque = float(drive.prescribed(np.array([time - 1e-9 * h]))[0])
         t0, slope = pull(guess)
         ka, ca = k, c
         for _ in range(100):

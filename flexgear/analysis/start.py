@@ -30,19 +30,19 @@ AGREES = 1e-12  # of the torques of brakes that hold no balance, found in turns 
 
 def start_state(
     modal: ModalSystem,
-    told: float | Array,
+    prescribed: float | Array,
     *,
     carrier_angle: float = 0.0,
     carrier_speed: float | None = None,
 ) -> State:
     """Equilibrium at ``carrier_angle``, rad, plus rolling.
 
-    told: torque of the first port, the others then as rated, or (P,) what every machine is told
-    (``transient.Drive``). carrier_speed: of the first independent rotation, rad/s, the others in
-    rated proportion; as the machines want it if left out.
+    prescribed: torque of the first port, the others then as rated, or (P,) what is prescribed to
+    every machine (``transient.Drive``). carrier_speed: of the first independent rotation, rad/s,
+    the others in rated proportion; as the machines require it if left out.
     """
     system = modal.system
-    ends = np.asarray(told, dtype=float)
+    ends = np.asarray(prescribed, dtype=float)
     ends = system.proportional_torques(ends[None])[0] if ends.ndim == 0 else ends
     held = replace(modal, system=_balanced(system))
     speeds, settled = _given_speeds(system, ends, 1.0), False
@@ -95,16 +95,16 @@ def _balanced(system: System) -> System:
     return system.with_(ports=ports)
 
 
-def _given_speeds(system: System, told: Array, share: float) -> Array:
+def _given_speeds(system: System, prescribed: Array, share: float) -> Array:
     """Speeds (F,) with ports that follow a speed at theirs, else ``share`` of the rated ones."""
     own, rated = _follow_speed(system), share * system.rated_input_speeds
     if not own:
         return np.asarray(rated)
     turns = _port_rolling(system)[own]
-    return np.asarray(rated + np.linalg.pinv(turns) @ (told[own] - turns @ rated))
+    return np.asarray(rated + np.linalg.pinv(turns) @ (prescribed[own] - turns @ rated))
 
 
-def _speeds(system: System, told: Array, torques: Array) -> Array:
+def _speeds(system: System, prescribed: Array, torques: Array) -> Array:
     """The same with the share at which the last brake among the reactions takes its torque."""
     turns = _port_rolling(system)
     for p in reversed(system.reactions):
@@ -112,10 +112,10 @@ def _speeds(system: System, told: Array, torques: Array) -> Array:
         wanted = machine.speed(-torques[p]) if isinstance(machine, Brake) else None
         if wanted is None:
             continue
-        none, all_of_it = (turns[p] @ _given_speeds(system, told, x) for x in (0.0, 1.0))
+        none, all_of_it = (turns[p] @ _given_speeds(system, prescribed, x) for x in (0.0, 1.0))
         if abs(all_of_it - none) > AGREES * abs(turns[p] @ system.rated_input_speeds):
-            return _given_speeds(system, told, (wanted - none) / (all_of_it - none))
-    return _given_speeds(system, told, 1.0)
+            return _given_speeds(system, prescribed, (wanted - none) / (all_of_it - none))
+    return _given_speeds(system, prescribed, 1.0)
 
 
 def _share(modal: ModalSystem, speeds: Array) -> float:
@@ -132,22 +132,22 @@ def _at_speed(system: System, share: float) -> System:
     return system.with_(pairs=pairs._replace(load_vector=pairs.load_vector * scale[:, None]))
 
 
-def _known_torques(system: System, told: Array, speeds: Array) -> Array:
+def _known_torques(system: System, prescribed: Array, speeds: Array) -> Array:
     """Torques (P,) of ports that follow one, and at these speeds of brakes that are no reactions,
     N·m."""
-    out, turned = told.copy(), _port_rolling(system) @ speeds
+    out, turned = prescribed.copy(), _port_rolling(system) @ speeds
     for p, machine in enumerate(system.machines):
         if isinstance(machine, Brake) and p not in system.reactions:
             out[p] = -machine.torque(turned[p])
     return out
 
 
-def _ports(system: System, told: Array, torques: Array, speeds: Array) -> Any:
+def _ports(system: System, prescribed: Array, torques: Array, speeds: Array) -> Any:
     """What controllers carry on so that the start is stationary, (P,) PORT."""
     out = np.zeros(len(system.ports), dtype=PORT)
     for p, machine in enumerate(system.machines):
         if isinstance(machine, Controller):
-            out[p]["error"] = told[p] - speeds[p]
+            out[p]["error"] = prescribed[p] - speeds[p]
             out[p]["integral"] = torques[p] - machine.proportional * out[p]["error"]
     return out
 

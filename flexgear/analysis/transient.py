@@ -1,8 +1,8 @@
 """Transient under machines at the ports: plans steps, runs them in chunks, hands samples on.
 
-The run starts from static equilibrium plus rigid rolling (``start``). At every jump of what the
-machines are told the step sequence restarts with a consistent acceleration, so that the average-
-acceleration rule keeps its order; windows around jumps may use a finer step.
+The run starts from static equilibrium plus rigid rolling (``start``). At every jump of a prescribed
+torque or speed the step sequence restarts with a consistent acceleration, so that the
+average-acceleration rule keeps its order; windows around jumps may use a finer step.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ from flexgear.gears.kinematics import longest_time_step
 from flexgear.model.errors import FlexgearError
 
 Array = NDArray[np.float64]
-Told = Callable[[Array], Array]
+Prescribed = Callable[[Array], Array]
 BESIDE = 1e-3  # of a step: how far beside a jump what holds before and after it is read
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What the machines at the ports, and loads, are told over time, with t (k,) s.
+    """What is prescribed to the machines at the ports, and to loads, over time, with t (k,) s.
 
-    told(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques N·m or
-    speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque jumps
-    or a given speed has a kink; rates(t): (k, P) their rates of change beside jumps, zero without.
-    loads(t): (k, L) by how much the vectors of loads told over time are multiplied
-    (``PairData.load_told``), which never jump; as at t = 0 without.
+    prescribed(t): (k,) torque on the first port, N·m, the others then as rated; or (k, P) torques
+    N·m or speeds rad/s, whatever each follows (nothing of a brake). jumps: times at which a torque
+    jumps or a given speed has a kink; rates(t): (k, P) their rates of change beside jumps,
+    zero without. loads(t): (k, L) by how much the vectors of load histories are multiplied
+    (``PairData.load_history``), which never jump; as at t = 0 without.
     """
 
-    told: Told
+    prescribed: Prescribed
     jumps: tuple[float, ...] = ()
-    rates: Told | None = None
-    loads: Told | None = None
+    rates: Prescribed | None = None
+    loads: Prescribed | None = None
 
 
 class Sink(Protocol):
@@ -144,12 +144,12 @@ class Transient:
         return np.asarray(self.speeds[:, -1])
 
 
-def told_machines(modal: ModalSystem, drive: Drive, times: Array) -> Array:
-    """(k, P) what the machines of all ports are told; a single torque scales the rated others."""
-    told = np.asarray(drive.told(times), dtype=np.float64)
-    if told.ndim == 1:
-        told = modal.system.proportional_torques(told)
-    return np.ascontiguousarray(told)
+def prescribed_values(modal: ModalSystem, drive: Drive, times: Array) -> Array:
+    """Prescribed values (k, P) of the machines of all ports; a single torque scales all others."""
+    prescribed = np.asarray(drive.prescribed(times), dtype=np.float64)
+    if prescribed.ndim == 1:
+        prescribed = modal.system.proportional_torques(prescribed)
+    return np.ascontiguousarray(prescribed)
 
 
 def largest_rated_load(modal: ModalSystem, angle: float = 0.0) -> float:
@@ -189,7 +189,7 @@ def transient(
     of the gear-mesh period (``gears.kinematics.longest_time_step``).
     """
     if start is None:
-        start = start_state(modal, told_machines(modal, drive, np.zeros(1))[0])
+        start = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
     _refuse_start(modal, start, time_step if adaptive is None else adaptive.longest)
     if adaptive is None:
         pieces = plan_segments(duration, time_step, drive.jumps, windows)
@@ -263,16 +263,16 @@ class _Run:
         if key not in self.known:
             self.known[key] = step_data(self.modal, plan.sizes)
         data = self.known[key]
-        first = self._told_at(plan.start, BESIDE * h)
+        first = self._prescribed_at(plan.start, BESIDE * h)
         if consistent_acceleration(self.modal, data, self.state, first, self.space):
             raise FlexgearError(f"no consistent contact state at t = {plan.start:.6f} s")
         for begin in range(0, plan.ticks, plan.chunk):
             end = min(begin + plan.chunk, plan.ticks)
             times = plan.start + h * np.arange(begin + 1, end + 1, dtype=np.float64)
-            told = self._told_until(times, BESIDE * h if end == plan.ticks else 0.0)
+            prescribed = self._prescribed_until(times, BESIDE * h if end == plan.ticks else 0.0)
             samples = empty_samples(self.modal, end // plan.every - begin // plan.every)
             status, saved = advance(
-                data, laws, told, begin, self.state, self.space, samples, plan.control,
+                data, laws, prescribed, begin, self.state, self.space, samples, plan.control,
             )  # fmt: skip
             if status < 0:
                 raise _ran_away(self.modal, times[-status - 1], float(plan.sizes[-1]))
@@ -288,22 +288,22 @@ class _Run:
                 self.sink.append(by_name(at, samples))
             yield end - begin
 
-    def _told_at(self, start: float, beside: float) -> Array:
-        """What machines and loads are told (P + L,) in a step of no duration at ``start``, after a
-        jump there: rates in the place of given speeds."""
+    def _prescribed_at(self, start: float, beside: float) -> Array:
+        """What is prescribed to machines and loads (P + L,) in a step of no duration at ``start``,
+        after a jump there: rates in the place of given speeds."""
         at, rates = np.array([start + beside]), self._rates(start + beside)
-        told: Array = told_machines(self.modal, self.drive, at)[0] - beside * rates
-        told[self.held] = rates[self.held]
-        return np.r_[told, self._loads(np.array([start]))[0]]
+        prescribed: Array = prescribed_values(self.modal, self.drive, at)[0] - beside * rates
+        prescribed[self.held] = rates[self.held]
+        return np.r_[prescribed, self._loads(np.array([start]))[0]]
 
-    def _told_until(self, times: Array, beside: float) -> Array:
-        """What machines and loads are told (k, P + L) at the end of steps; at the last one that
-        before a jump, read ``beside`` s before it."""
+    def _prescribed_until(self, times: Array, beside: float) -> Array:
+        """What is prescribed to machines and loads (k, P + L) at the end of steps; at the last one
+        that before a jump, read ``beside`` s before it."""
         before = times.copy()
         before[-1] -= beside
-        told = told_machines(self.modal, self.drive, before)
-        told[-1] += beside * self._rates(before[-1])
-        return np.hstack([told, self._loads(times)])
+        prescribed = prescribed_values(self.modal, self.drive, before)
+        prescribed[-1] += beside * self._rates(before[-1])
+        return np.hstack([prescribed, self._loads(times)])
 
     def _loads(self, times: Array) -> Array:
         """By how much vectors of loads are multiplied, (k, L)."""
@@ -313,7 +313,7 @@ class _Run:
         return np.asarray(self.drive.loads(times), dtype=np.float64)
 
     def _rates(self, time: float) -> Array:
-        """Rates of change (P,) of what machines are told, as far as they are known."""
+        """Rates of change (P,) of what is prescribed to machines, as far as they are known."""
         if self.drive.rates is None:
             return np.zeros(len(self.modal.system.ports))
         return np.asarray(self.drive.rates(np.array([time]))[0])

@@ -18,7 +18,7 @@ from flexgear.cli.outputs import save_or_rescue
 from flexgear.model.names import BodyName
 from flexgear.model.units import RPM
 from flexgear.results.dataset import save
-from flexgear.results.flanks import GEARS, flanks_said
+from flexgear.results.flanks import GEARS, flank_names
 from flexgear.results.harmonics import radial_harmonics, star_angle
 from flexgear.results.report.sharing import DEFINITION
 from flexgear.results.report.wording import said, titled_by_stage, window_words, words
@@ -147,8 +147,8 @@ def show_modes(model: Model, data: xr.Dataset, limit_hz: float | None, way: Show
         row, same = rows[at], _repeated(rows, at)
         number = f"{at + 1}" if same == 1 else f"{at + 1}-{at + same}"
         times = f" x{same}" if same > 1 else ""
-        moving = _said(top_shares(row["kinetic_energy"]))
-        strained = _said(top_shares(row["strain_energy"]))
+        moving = _shares_text(top_shares(row["kinetic_energy"]))
+        strained = _shares_text(top_shares(row["strain_energy"]))
         typer.echo(
             f"  {number:>7} {row['frequency_hz']:13.3f}  {row['type'] + times:<24}  "
             f"{moving}{'; ' + strained if strained else ''}"
@@ -168,7 +168,7 @@ def _repeated(rows: list[dict[str, Any]], at: int) -> int:
     return end - at
 
 
-def _said(shares: list[tuple[str, float]]) -> str:
+def _shares_text(shares: list[tuple[str, float]]) -> str:
     return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares)
 
 
@@ -272,7 +272,7 @@ def transient_figures(ranges: Ranges) -> dict[str, Any]:
     return {
         "carrier_speed_rpm": _range(ranges, "carrier_speed", RPM),
         "ring_mesh_force_n_mean": float(ranges.mean["ring_gear_mesh_force"].mean()),
-        "carrying_flank": {gear: flanks_said(xr.Dataset(w)) for gear, w in carrying.items()},
+        "carrying_flank": {gear: flank_names(xr.Dataset(w)) for gear, w in carrying.items()},
         **{f"{gear}_tooth_load_n": _range(ranges, f"{gear}_load") for gear in GEARS},
         "load_sharing_max": number(most["load_sharing"]),
         "planet_force_spread_max": float(most["planet_force_spread"]),

@@ -193,7 +193,7 @@ def reduce(
         name: {k: v for k, v in body.report.items() if not isinstance(v, list)}
         for name, body in bodies.items()
     }
-    rows = figures if as_json else {name: _told(one) for name, one in figures.items()}
+    rows = figures if as_json else {name: _rows_of(one) for name, one in figures.items()}
     present(f"{source.name}: reductions, {_fidelity(source)}", rows, as_json)
     if not as_json:
         typer.echo(f"\nkept in {cache_directory()}")
@@ -206,7 +206,7 @@ SHOWN = (  # of a reduction: the rest is for programs
 )  # fmt: skip
 
 
-def _told(report: dict[str, Any]) -> dict[str, Any]:
+def _rows_of(report: dict[str, Any]) -> dict[str, Any]:
     """What a person looks at: sizes, errors beside the full FE mesh, and the time it took."""
     rows = {key: report[key] for key in SHOWN if key in report}
     return {**rows, "time_s": sum(report.get("seconds", {}).values())}

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import as_json_text, said_size, table
+from flexgear.cli.display import as_json_text, size_text, table
 from flexgear.cli.options import AsJson
 from flexgear.model.errors import FlexgearError
 from flexgear.structures import cache as store
@@ -33,7 +33,7 @@ def cache(
         out = {"place": str(place), "cleared": clear, "size_bytes": size, "kinds": figures}
         typer.echo(as_json_text(out))
         return
-    rows = {n: f"{len(s)} in {said_size(sum(s))}" for n, s in kinds.items()}
+    rows = {n: f"{len(s)} in {size_text(sum(s))}" for n, s in kinds.items()}
     table(f"{'removed from' if clear else 'kept in'} {place}", rows)
     if not clear:
         typer.echo("\nFLEXGEAR_CACHE names another place; flexgear cache --clear empties it")

@@ -164,5 +164,5 @@ def with_reasons(sections: Sections) -> Sections:
         row = row_of(key, value)
         reason = next((why for name, why in reasons.items() if key.startswith(name)), "")
         rows[key] = said(row.value, row.unit) + (f"   ({reason})" if reason else "")
-    told = {name: rows if name == "solver" else one for name, one in sections.items()}
-    return {name: one for name, one in told.items() if name != "solver_reasons"}
+    shown = {name: rows if name == "solver" else one for name, one in sections.items()}
+    return {name: one for name, one in shown.items() if name != "solver_reasons"}

@@ -149,8 +149,8 @@ def _sharing(case: Case, cycles: int | None, as_json: bool, quiet: bool) -> None
     for group in groups:
         first = next(rows[group] for rows in figures.values() if group in rows)
         assumed = first["iec_61400_4"]
-        said = "" if assumed is None else f"   (IEC 61400-4 assumes {assumed:g})"
-        typer.echo(f"\n{group} gear meshes{said}")
+        assumption = "" if assumed is None else f"   (IEC 61400-4 assumes {assumed:g})"
+        typer.echo(f"\n{group} gear meshes{assumption}")
         typer.echo("  " + " " * width + "".join(f"{c:>12}" for c in COLUMNS.values()))
         for name, rows in figures.items():
             if group in rows:

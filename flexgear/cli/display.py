@@ -66,7 +66,7 @@ class PlainProgress:
 
     def __init__(self) -> None:
         self._started: dict[str, float] = {}
-        self._said: dict[str, float] = {}
+        self._shown: dict[str, float] = {}
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, share: float) -> None:
@@ -74,19 +74,19 @@ class PlainProgress:
         now = time.monotonic()
         with self._lock:
             if stage not in self._started:
-                self._started[stage] = self._said[stage] = now
+                self._started[stage] = self._shown[stage] = now
                 if share < 1.0:
                     self._print(stage)
                     return
-            if self._said[stage] == float("inf"):
+            if self._shown[stage] == float("inf"):
                 return
             if share >= 1.0:
-                self._said[stage] = float("inf")
+                self._shown[stage] = float("inf")
                 self._print(f"{stage}: done in {now - self._started[stage]:.1f} s")
-            elif now - self._said[stage] >= PLAIN_INTERVAL:
-                self._said[stage] = now
+            elif now - self._shown[stage] >= PLAIN_INTERVAL:
+                self._shown[stage] = now
                 left = (now - self._started[stage]) * (1.0 - share) / share if share else 0.0
-                after = f", about {said_time(left)} left" if left else ""
+                after = f", about {time_text(left)} left" if left else ""
                 self._print(f"{stage}: {100 * share:.0f} %{after}")
 
     @staticmethod
@@ -142,14 +142,14 @@ def shown(value: Any) -> str:
     return str(value)
 
 
-def said_size(size: float) -> str:
+def size_text(size: float) -> str:
     """Bytes with a decimal prefix."""
     units = ("B", "kB", "MB", "GB", "TB")
     power = min(int(math.log10(max(size, 1)) / 3), len(units) - 1)
     return f"{size / 1000**power:.4g} {units[power]}"
 
 
-def said_time(seconds: float) -> str:
+def time_text(seconds: float) -> str:
     """A span of time in words, to two digits or so."""
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import typer
 
-from flexgear.cli.display import as_json_text, said_size
+from flexgear.cli.display import as_json_text, size_text
 from flexgear.cli.options import AsJson
 from flexgear.files.cache_folder import cache_directory
 from flexgear.results.version import version
@@ -61,7 +61,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 
 def look() -> Iterator[Finding]:
-    """All findings in the order in which they are told."""
+    """All findings in the order in which they are shown."""
     yield Finding("flexgear", f"{version()}, Python {platform.python_version()}")
     yield from _packages()
     if sys.platform.startswith("linux"):
@@ -135,8 +135,8 @@ def _threads() -> Finding:
     """Processors that may be used, and settings that leave some idle."""
     may = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-    said = ", ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
-    return Finding("threads", f"{may} processors{'; ' + said if said else ''}")
+    settings = ", ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
+    return Finding("threads", f"{may} processors{'; ' + settings if settings else ''}")
 
 
 def _places() -> Iterator[Finding]:
@@ -152,9 +152,9 @@ def _places() -> Iterator[Finding]:
             yield Finding(what, f"{place} cannot be written", mend)
         elif free < LEAST_FREE:
             mend = "flexgear cache --clear, or make room"
-            yield Finding(what, f"{place}: only {said_size(free)} free", mend)
+            yield Finding(what, f"{place}: only {size_text(free)} free", mend)
         else:
-            yield Finding(what, f"{place}: {said_size(free)} free")
+            yield Finding(what, f"{place}: {size_text(free)} free")
 
 
 def _writable(folder: Path) -> bool:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from flexgear.cli.display import said_size
+from flexgear.cli.display import size_text
 from flexgear.model.errors import InputError
 from flexgear.results.dataset_file import chosen, dataset_file
 from flexgear.results.result_quantities import RESULT_QUANTITIES
@@ -38,12 +38,12 @@ def saved_names(save: Sequence[str] | None, out: Path | None) -> list[str]:
 @contextlib.contextmanager
 def kept(out: Path | None, names: Sequence[str], quiet: bool) -> Iterator[list[DatasetSink]]:
     """Sinks that say what is coming and write it to ``out``, which is there when the block ends."""
-    said: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
+    watchers: list[DatasetSink] = [] if quiet else [Forecast(out, names)]
     if out is None:
-        yield said
+        yield watchers
         return
     with dataset_file(out, names) as file:
-        yield [*said, file]
+        yield [*watchers, file]
 
 
 class Forecast:
@@ -54,7 +54,7 @@ class Forecast:
 
     def begin(self, coming: Coming) -> None:
         """Say it."""
-        typer.echo(f"transient: {self._said(coming)}", err=True)
+        typer.echo(f"transient: {self._size_text(coming)}", err=True)
 
     def append(self, data: object) -> None:
         """It was said before."""
@@ -62,9 +62,9 @@ class Forecast:
     def finish(self, last: object) -> None:
         """It was said before."""
 
-    def _said(self, coming: Coming) -> str:
+    def _size_text(self, coming: Coming) -> str:
         parts = [f"{coming.samples} samples"]
         if self._out is not None:
             own = Coming(chosen(coming.pattern, self._names), coming.samples)
-            parts.append(f"{said_size(own.size)} in {self._out} before compression")
+            parts.append(f"{size_text(own.size)} in {self._out} before compression")
         return ", ".join(parts)

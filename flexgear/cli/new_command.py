@@ -92,7 +92,7 @@ def new(
     ]
     text, stages = proposed_case(wanted, rated)
     write_bytes(out, with_schema(text, there))
-    typer.echo(f"wrote {out}: {'; '.join(map(_said, stages))}; next: flexgear check {out}")
+    typer.echo(f"wrote {out}: {'; '.join(map(_proposal_text, stages))}; next: flexgear check {out}")
 
 
 def _rated(
@@ -120,7 +120,7 @@ def _rated(
     )
 
 
-def _said(p: Proposal) -> str:
+def _proposal_text(p: Proposal) -> str:
     teeth = p.teeth
     kind = "" if p.wanted.arrangement == "planetary" else f"{p.wanted.arrangement} of "
     return (

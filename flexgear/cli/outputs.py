@@ -119,8 +119,8 @@ def save_or_rescue(save: Callable[[Path], object], path: Path) -> None:
         except FlexgearError:
             shutil.rmtree(rescue, ignore_errors=True)
             raise error from None
-        said = f"{error}; the finished work is kept as {rescue / path.name}"
-        raise FlexgearError(said) from error
+        message = f"{error}; the finished work is kept as {rescue / path.name}"
+        raise FlexgearError(message) from error
 
 
 @contextmanager

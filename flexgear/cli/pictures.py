@@ -118,9 +118,9 @@ class Pictures:
         plan: dict[str, tuple[str, Draw]] = {}
         for ring in content.rings:
             made = {f"{ring.prefix}{name}": figure for name, figure in _ring_plan(ring).items()}
-            said = f"{ring.name}: " if ring.prefix else ""
-            said += "left half: " if ring.stage.stage.double_helical else ""
-            plan |= {name: (f"{said}{caption}", make) for name, (caption, make) in made.items()}
+            prefix = f"{ring.name}: " if ring.prefix else ""
+            prefix += "left half: " if ring.stage.stage.double_helical else ""
+            plan |= {name: (f"{prefix}{caption}", make) for name, (caption, make) in made.items()}
         drawings = drawings_plan(content.case, content.flow)
         return drawings | plan | stages_plan(content.flow, content.datasets)
 
@@ -176,8 +176,8 @@ def imported() -> None:
 
 def _title(figure: Any, caption: str) -> None:
     """The caption above a picture that is looked at alone, with what the picture says itself."""
-    said = figure.get_suptitle()
-    lines = [*textwrap.wrap(caption, TITLE), *([said] if said and said not in caption else [])]
+    title = figure.get_suptitle()
+    lines = [*textwrap.wrap(caption, TITLE), *([title] if title and title not in caption else [])]
     figure.suptitle("\n".join(lines), fontsize=9, weight="bold")
 
 

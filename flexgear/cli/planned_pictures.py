@@ -47,10 +47,10 @@ def drawings_plan(case: Case, flow: PowerFlow) -> Plan:
     """Drawings of every stage by file name: caption and how to make them."""
     plan: Plan = {}
     for stage in case.stages:
-        view, said = case.view(stage.name), stage.name.replace("_", " ").capitalize()
+        view, stage_title = case.view(stage.name), stage.name.replace("_", " ").capitalize()
         front, section = (partial(f, view) for f in (front_drawing, section_drawing))
-        plan[f"drawing_front_{stage.name}"] = (f"{said} to scale, front", front)
-        plan[f"drawing_section_{stage.name}"] = (f"{said} to scale, section", section)
+        plan[f"drawing_front_{stage.name}"] = (f"{stage_title} to scale, front", front)
+        plan[f"drawing_section_{stage.name}"] = (f"{stage_title} to scale, section", section)
     return plan | flanks_plan(case, flow)
 
 
@@ -58,13 +58,13 @@ def flanks_plan(case: Case, flow: PowerFlow) -> Plan:
     """Topographies of all modified flanks by file name: caption and how to make them."""
     plan: Plan = {}
     for stage in case.stages:
-        said = stage.name.replace("_", " ").capitalize()
+        stage_title = stage.name.replace("_", " ").capitalize()
         view = case.view(stage.name)
         paths = stage_paths(view, flow.stage(stage.name).gear_mesh_forces)
         for flank in modified_flanks(view, paths):
             plan[f"flank_{stage.name}_{flank.part}_{flank.name}"] = (
-                f"{said}: modified {flank.part} flank, {flank.name}",
-                partial(flank_drawing, flank, said),
+                f"{stage_title}: modified {flank.part} flank, {flank.name}",
+                partial(flank_drawing, flank, stage_title),
             )
     return plan
 
@@ -220,10 +220,18 @@ def _rows_of_teeth(data: xr.Dataset, stage: str) -> Plan:
     """Contact patterns of a stage tooth by tooth; none where no pair of it has slices."""
     plan: Plan = {}
     for kind, side in carrying_sets(data, stage):
-        said = f"{stage} {kind} {side}".strip().replace("_", " ")
+        teeth_title = f"{stage} {kind} {side}".strip().replace("_", " ")
         for name, pattern, caption in (
-            ("", gear_pattern, f"Contact pattern of {said}, tooth by tooth, with all planets"),
-            ("planet_", planet_pattern, f"Contact pattern of planet 1 with {said}, tooth by tooth"),
+            (
+                "",
+                gear_pattern,
+                f"Contact pattern of {teeth_title}, tooth by tooth, with all planets",
+            ),
+            (
+                "planet_",
+                planet_pattern,
+                f"Contact pattern of planet 1 with {teeth_title}, tooth by tooth",
+            ),
         ):
             file = f"face_rows_{stage}_{name}{kind}_{side}".rstrip("_")
             plan[file] = (caption, partial(_teeth_chart, pattern, data, stage, kind, side))

@@ -141,5 +141,5 @@ def _json(folder: Path, name: str) -> dict[str, Any]:
 
 
 def _damaged(folder: Path, name: str, problem: str) -> InputError:
-    said = f"cannot be read, {name}: {problem}"
-    return InputError("render", str(folder), said, "run the case again")
+    problem_text = f"cannot be read, {name}: {problem}"
+    return InputError("render", str(folder), problem_text, "run the case again")

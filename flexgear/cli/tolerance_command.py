@@ -134,7 +134,7 @@ def _print(data: xr.Dataset, summary: dict[str, Any]) -> None:
         typer.echo("")
         rows = _spread_rows(figures, 4)
         if figures["iec_61400_4"] is not None:
-            rows["IEC 61400-4"] = f"{figures['iec_61400_4']:g}, exceeded by {_said_share(figures)}"
+            rows["IEC 61400-4"] = f"{figures['iec_61400_4']:g}, exceeded by {_share_text(figures)}"
         table(group.replace("_", " "), rows)
     for name, text, digits in (
         ("k_h_beta", "largest face load factor K_Hbeta", 3),
@@ -146,19 +146,19 @@ def _print(data: xr.Dataset, summary: dict[str, Any]) -> None:
 
 
 def _spread_rows(figures: dict[str, Any], digits: int) -> dict[str, str]:
-    rows = {"mean": _said(figures["mean"], digits)}
-    rows |= {f"{p} %": _said(value, digits) for p, value in figures["quantiles"].items()}
+    rows = {"mean": _interval_text(figures["mean"], digits)}
+    rows |= {f"{p} %": _interval_text(value, digits) for p, value in figures["quantiles"].items()}
     return rows | {"errors as stated": _number(figures["as_stated"], digits)}
 
 
-def _said(interval: dict[str, float | None] | None, digits: int) -> str:
+def _interval_text(interval: dict[str, float | None] | None, digits: int) -> str:
     if interval is None:
         return "–"
     low, high = (_number(interval[end], digits) for end in ("low", "high"))
     return f"{_number(interval['value'], digits)}  ({low} … {high})"
 
 
-def _said_share(figures: dict[str, Any]) -> str:
+def _share_text(figures: dict[str, Any]) -> str:
     share = figures["share_above_iec_61400_4"]
     if share is None:
         return "–"

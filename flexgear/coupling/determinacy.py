@@ -62,7 +62,7 @@ def require_masses(bodies: Sequence[Body], source: str, mass: Array) -> None:
                 unit = "kg" if kind == "mass" else "kg m²"
                 raise InputError(
                     source, _mass_key(body.name, direction),
-                    f"leaves {_said(body.name)} {inertia:g} {unit} {DIRECTIONS[direction][1]}",
+                    f"leaves {_body_text(body.name)} {inertia:g} {unit} {DIRECTIONS[direction][1]}",
                     f"give what is there; the largest here has {largest:.3g} {unit}",
                 )  # fmt: skip
 
@@ -153,16 +153,16 @@ def loose_fault(bodies: Sequence[Body], source: str, free: Array, allowed: int) 
         free = free @ linalg.null_space(rows @ free, rcond=MOVES)
     if not loose:
         return InputError(source, "held", "nothing holds a rotation", "name a member in held")
-    said: dict[str, dict[str, None]] = {}
+    motions_of: dict[str, dict[str, None]] = {}
     for body, direction in loose:
-        said.setdefault(_said(body.name), {})[DIRECTIONS[direction][1]] = None
+        motions_of.setdefault(_body_text(body.name), {})[DIRECTIONS[direction][1]] = None
     keys = list(dict.fromkeys(_holder(bodies, body.name, direction) for body, direction in loose))
     more = f" and at {_and(keys[1:])}" if 1 < len(keys) <= MOST_KEYS else ""
     more = ", likewise for the others" if len(keys) > MOST_KEYS else more
     remedy = f"give a stiffness there{more}, or hold them by a joint"
     if all(d in ("axial", "tilt") for _, d in loose) and all(_is_lumped(key) for key in keys):
         remedy += ', or take kinematics = "planar"'
-    moving = _and([f"{name} {_and(list(ways))}" for name, ways in said.items()])
+    moving = _and([f"{name} {_and(list(ways))}" for name, ways in motions_of.items()])
     return InputError(source, keys[0], f"nothing holds {moving}", remedy)
 
 
@@ -201,7 +201,7 @@ def _rank(motions: Array, free: Array) -> int:
     return int((values > MOVES * np.abs(free).max(initial=1e-300)).sum())
 
 
-def _said(name: BodyName) -> str:
+def _body_text(name: BodyName) -> str:
     """A body as messages call it: planets of a stage together."""
     if name.part != "planet":
         return name

@@ -98,15 +98,15 @@ class BearingElement:
 class GivenLoad(NamedTuple):
     """A force (6,) on a block; angle by which the block's frame turns against the force's, −1: not;
     grows: 1 where it goes with the square of speed, and is given at the rated one; size: by which
-    the vector is multiplied, that at t = 0 where steps are told it; told: place in what they are
-    told, −1 of a constant one."""
+    the vector is multiplied, that at t = 0 of a load history; history: place among the load
+    histories, −1 of a constant one."""
 
     block: int
     vector: Array
     angle: int = -1
     grows: int = 0
     size: float = 1.0
-    told: int = -1
+    history: int = -1
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ def pair_data(sets: Sequence[GearMeshSet], blocks: int, extra: ExtraRows | None 
         load_angle=np.array([x.angle for x in extra.loads], np.int64),
         load_grows=np.array([x.grows for x in extra.loads], np.int64),
         load_size=np.array([x.size for x in extra.loads], float),
-        load_told=np.array([x.told for x in extra.loads], np.int64),
+        load_history=np.array([x.history for x in extra.loads], np.int64),
         **{n: c.ints(n) for n in _INTS},  # type: ignore[arg-type]
         **{n: c.reals(n) for n in _REALS},  # type: ignore[arg-type]
     )

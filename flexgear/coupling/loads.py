@@ -75,7 +75,7 @@ def _given_load(b: UnderWay, k: int) -> list[GivenLoad]:
     if not load.is_history:
         return [GivenLoad(block, to_body @ load.first, angle)]
     return [
-        GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, told=place)
+        GivenLoad(block, size * to_body[:, c], angle, size=load.first[c] / size, history=place)
         for place, (of, c, size) in enumerate(varying(b.case.loads))
         if of == k
     ]

@@ -5,7 +5,8 @@ given speed    ω(t): a row of constraint, whose torque is whatever it takes
 brake          T = −T_r sign(ω) |ω/ω_r|ⁿ
 controller     T = k_p (ω_s − ω) + k_i ∫ (ω_s − ω) dt within limits, to a set speed ω_s(t)
 
-What is told a machine over time, T, ω or ω_s, is no part of its law (``analysis.transient.Drive``).
+What is prescribed to a machine over time, T, ω or ω_s, is no part of its law
+(``analysis.transient.Drive``).
 """
 
 from __future__ import annotations

@@ -82,18 +82,20 @@ def choose_modes(
     FlexgearError where the accuracy needs more.
     """
     hz = omega / (2 * np.pi)
-    kept = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
+    number = len(omega) if limit_hz is None else int(np.sum(hz <= limit_hz))
     if accuracy is not None:
         allowed = cuts(omega)
         wanted = int(allowed[np.argmax(estimates[allowed] <= accuracy)])
-        if wanted > kept:
+        if wanted > number:
             raise FlexgearError(
                 f"an accuracy of {accuracy:g} up to {band_hz:g} Hz needs modes to "
                 f"{hz[wanted - 1]:.0f} Hz, but modes_to is {limit_hz:g} Hz (estimate there "
-                f"{estimates[kept]:.3g}): raise modes_to_hz or leave it out"
+                f"{estimates[number]:.3g}): raise modes_to_hz or leave it out"
             )
-        kept = wanted
-    return ModeChoice(kept, float(hz[kept - 1]) if kept else 0.0, band_hz, accuracy, estimates)
+        number = wanted
+    return ModeChoice(
+        number, float(hz[number - 1]) if number else 0.0, band_hz, accuracy, estimates
+    )
 
 
 def mode_estimates(system: System, omega: Array, phi: Array, band_hz: float) -> Array:

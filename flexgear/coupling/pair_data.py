@@ -107,10 +107,8 @@ class PairData(NamedTuple):
     load_vector: Array  # (n_l, 6) N, N·m
     load_angle: IntArray  # (n_l,) frame that turns against the load's, −1: same frame
     load_grows: IntArray  # (n_l,) 1: with the square of speed, and given at rated speed
-    load_size: (
-        Array  # (n_l,) by which the vector is multiplied; at t = 0 where it is told over time
-    )
-    load_told: IntArray  # (n_l,) place among what time steps are told of loads, −1: constant
+    load_size: Array  # (n_l,) by which the vector is multiplied; at t = 0 of a load history
+    load_history: IntArray  # (n_l,) place among the load histories, −1: constant
 
 
 def rows_of_pair(data: PairData) -> int:
@@ -157,10 +155,10 @@ def extra_rows(data: PairData) -> int:
 
 
 def first_sizes(data: PairData) -> Array:
-    """What time steps are told of loads (L,) as it is at t = 0."""
-    out = np.zeros(int(data.load_told.max(initial=-1)) + 1)
-    told = data.load_told >= 0
-    out[data.load_told[told]] = data.load_size[told]
+    """Values of the load histories (L,) at t = 0."""
+    out = np.zeros(int(data.load_history.max(initial=-1)) + 1)
+    varies = data.load_history >= 0
+    out[data.load_history[varies]] = data.load_size[varies]
     return out
 
 

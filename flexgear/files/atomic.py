@@ -133,8 +133,8 @@ def _mode(path: PathLike) -> int | None:
         problem = "cannot write it: cannot make the folder, a part of the path is a file"
         raise InputError("output", str(path), problem, "name another place") from None
     except (OSError, ValueError) as error:
-        said = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError("output", str(path), str(said), "name another place") from None
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError("output", str(path), str(reason), "name another place") from None
 
 
 @contextlib.contextmanager

@@ -54,8 +54,8 @@ class Section:
         """The section as TOML."""
         rows = [self.header] if self.header else []
         for key, value, why in self.lines:
-            said = f"{key} = {toml(value)}"
-            rows.append(f"{said:<{_COLUMN}}# {why}" if why else said)
+            line = f"{key} = {toml(value)}"
+            rows.append(f"{line:<{_COLUMN}}# {why}" if why else line)
         return "\n".join(rows) + "\n"
 
 

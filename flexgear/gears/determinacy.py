@@ -83,8 +83,8 @@ def require_speeds(members: Members, mobility: int) -> None:
     """InputError unless exactly ``mobility`` independent speeds are given."""
     given = [p for p in members.ports if p.speed is not None]
     ties = tie_matrix(members, members.ties)
-    said = _listed(given, "speed")
-    head = f"mobility {mobility}, and {said}"
+    listing = _listed(given, "speed")
+    head = f"mobility {mobility}, and {listing}"
     known = np.vstack([ties, port_matrix(members, given)])
     rank_known = rank(known)
     if len(given) > mobility:
@@ -117,10 +117,10 @@ def require_torques(members: Members, mobility: int) -> None:
     given = [p for p in members.ports if p.torque is not None]
     rest = [p for p in members.ports if p.torque is None]
     needed = len(members.ports) - mobility
-    said = _listed(given, "torque")
+    listing = _listed(given, "torque")
     head = (
         f"{len(members.ports)} ports and mobility {mobility} need {_count(needed, 'torque')}, "
-        f"and {said}"
+        f"and {listing}"
     )
     if len(given) > needed:
         raise InputError(

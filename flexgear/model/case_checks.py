@@ -91,9 +91,15 @@ def _check_held(case: Case) -> None:
             continue  # its own supports, or the hub
         support = case.member(name).support
         turns = case.kinematics_of(name) != "fixed"
-        said = case.output is None and name in case.held  # there is no torque to take
+        held_output = case.output is None and name in case.held  # there is no torque to take
         splined = case.stages[k].form(part) == "beam"  # the shaft's end stands in the housing
-        if name in held and turns and not support.holds_rotation and not said and not splined:
+        if (
+            name in held
+            and turns
+            and not support.holds_rotation
+            and not held_output
+            and not splined
+        ):
             raise Refusal(
                 f"stages.{k}.{part}.support.tangential",
                 f"is zero, so nothing takes the torque of the held {name}",

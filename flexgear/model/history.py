@@ -65,9 +65,9 @@ class TimeHistory(Section):
             )
         if np.any(np.diff(self.times) <= 0):
             raise Refusal("times", "do not rise", "put them in order, each once")
-        most, said = _MOST[what]
+        most, default = _MOST[what]
         if max(abs(x) for x in self.values) > most:
-            raise Refusal(f"{what}s", f"are beyond {said}", "check the unit")
+            raise Refusal(f"{what}s", f"are beyond {default}", "check the unit")
         return self
 
     @property

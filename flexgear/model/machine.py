@@ -64,7 +64,11 @@ class Machine(TimeHistory):
     def _one_law(self) -> Machine:
         for law, keys in _OWN.items():
             for key in keys:
-                if key in self.model_fields_set and self.law != law and _said(self, key):
+                if (
+                    key in self.model_fields_set
+                    and self.law != law
+                    and _differs_from_default(self, key)
+                ):
                     raise Refusal(key, f"is given, but law is {self.law!r}", f'set law = "{law}"')
         if self.law == "speed" and self.kind == "steps":
             raise Refusal(
@@ -82,7 +86,7 @@ class Machine(TimeHistory):
         return self
 
 
-def _said(section: Section, key: str) -> bool:
+def _differs_from_default(section: Section, key: str) -> bool:
     """Whether a key has another value than when it is left out."""
     return bool(getattr(section, key) != type(section).model_fields[key].default)
 
@@ -125,11 +129,11 @@ def check_machines(case: Case) -> None:
         return
     first = case.inputs[0].machine
     own = case.drive
-    said = [key for key, field in TimeHistory.model_fields.items()
+    keys = [key for key, field in TimeHistory.model_fields.items()
             if getattr(own, key) != field.default
             and not (key == "torque" and own.torque == case.inputs[0].given_torque)]  # fmt: skip
-    if first is not None and said:
-        raise Refusal(f"drive.{said[0]}", "is given beside inputs.0.machine", "keep one of them")
+    if first is not None and keys:
+        raise Refusal(f"drive.{keys[0]}", "is given beside inputs.0.machine", "keep one of them")
     if first is not None and first.law != "torque" and case.drive.steps.torques:
         raise Refusal(
             "drive.steps.torques",
@@ -141,7 +145,7 @@ def check_machines(case: Case) -> None:
         return
     if output.machine is not None and output.machine.law == "brake":
         for key in _OWN["brake"]:
-            if key in output.model_fields_set and _said(output, key):
+            if key in output.model_fields_set and _differs_from_default(output, key):
                 raise Refusal(f"output.{key}", "is given beside output.machine", "give it there")
     machines = machines_of(case)
     if all(one is not None and one.follows_speed for one in machines):

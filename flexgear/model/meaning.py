@@ -21,7 +21,7 @@ def meaning(section: type[Section], name: str) -> str:
     """What a field means, "" where nobody says."""
     given = section.model_fields[name].description
     for cls in _sources(section):
-        given = given or _said(cls).get(name)
+        given = given or _meanings(cls).get(name)
     return given or ""
 
 
@@ -74,7 +74,7 @@ def _names(head: re.Match[str]) -> dict[str, str]:
 
 
 @cache
-def _said(section: type[Section]) -> dict[str, str]:
+def _meanings(section: type[Section]) -> dict[str, str]:
     """Field and what the section's own docstring says of it."""
     meanings: dict[str, str] = {}
     for paragraph in _paragraphs(section):
@@ -82,8 +82,8 @@ def _said(section: type[Section]) -> dict[str, str]:
         heads = _heads(section, text)
         ends = [*(m.start() for m in heads[1:]), len(text)]
         for head, end in zip(heads, ends, strict=False):
-            said = text[head.end() : end].strip().rstrip(";.,")
-            meanings |= {n: f"{said} ({r})" if r else said for n, r in _names(head).items()}
+            meaning = text[head.end() : end].strip().rstrip(";.,")
+            meanings |= {n: f"{meaning} ({r})" if r else meaning for n, r in _names(head).items()}
     return meanings
 
 

@@ -40,7 +40,7 @@ class MemberLoad(Section):
 
     @property
     def is_history(self) -> bool:
-        """Whether it is told over time."""
+        """Whether it is a history."""
         return bool(self.times)
 
     @property
@@ -85,7 +85,7 @@ class MemberLoad(Section):
 
 
 def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:
-    """What time steps are told of loads, in this order: load, component and its largest size, of
+    """Load histories, in this order: load, component and its largest size, of
     the components of histories that are ever more than zero."""
     return tuple(
         (k, int(c), float(np.abs(load.points[:, c]).max()))
@@ -95,7 +95,7 @@ def varying(loads: Sequence[MemberLoad]) -> tuple[tuple[int, int, float], ...]:
     )
 
 
-def told_loads(loads: Sequence[MemberLoad], time: Array) -> Array:
-    """What they are told (k, L) at times (k,), s: the components over their largest size."""
+def load_histories(loads: Sequence[MemberLoad], time: Array) -> Array:
+    """Load histories (k, L) at times (k,), s: components over their largest size."""
     columns = [loads[k].at(time)[:, c] / size for k, c, size in varying(loads)]
     return np.column_stack(columns) if columns else np.zeros((len(time), 0))

@@ -64,8 +64,8 @@ def _take_ports(data: dict[str, Any], taken: Case, name: str) -> None:
         theirs = taken.port_at(there) if at.stage == name else None
         if theirs is None:
             continue
-        said = theirs.model_dump(mode="python", exclude_none=True)
-        wanted = {key: said[key] for key in _OF_PORTS if key in said}
+        values = theirs.model_dump(mode="python", exclude_none=True)
+        wanted = {key: values[key] for key in _OF_PORTS if key in values}
         if port is not data.get("output"):
             wanted.pop("brake_exponent", None)
         port.update({key: value for key, value in wanted.items() if key not in port})

@@ -97,7 +97,7 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """A line for each group of gear meshes in ``face_figures`` whose tips or ends of the face carry
     much, of the flank where they carry most."""
     texts = []
-    for edge, (said, limit, remedy) in EDGES.items():
+    for edge, (edge_text, limit, remedy) in EDGES.items():
         size, often = f"{edge}_line_load_n_per_mm", f"{edge}_contact_positions"
         groups: dict[str, list[Mapping[str, Any]]] = {}
         for flank, one in figures.items():
@@ -106,7 +106,7 @@ def edge_warnings(figures: Mapping[str, Mapping[str, Any]]) -> list[str]:
         for group, every in groups.items():
             one = max(every, key=lambda x: float(x[size]))
             texts.append(
-                f"{group}: {said} up to {one[size]:.4g} N/mm, and more than {limit} mean line load "
+                f"{group}: {edge_text} up to {one[size]:.4g} N/mm, and more than {limit} mean line load "
                 f"of {one['mean_line_load_n_per_mm']:.4g} N/mm at {100 * one[often]:.3g} % of the "
                 f"positions; {remedy}"
             )

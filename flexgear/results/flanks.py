@@ -61,9 +61,9 @@ def flank_histories(data: xr.Dataset, gear: str) -> xr.Dataset:
 
 def carrying_flank(data: xr.Dataset, gear: str) -> str:
     """Which flank carries over the samples: "drive", "coast", "drive and coast" or "none"."""
-    return flanks_said(flank_histories(data, gear))
+    return flank_names(flank_histories(data, gear))
 
 
-def flanks_said(histories: xr.Dataset) -> str:
+def flank_names(histories: xr.Dataset) -> str:
     """The same of ``flank_histories`` or of their largest values."""
     return " and ".join(w for w in ("drive", "coast") if bool(histories[w].any())) or "none"

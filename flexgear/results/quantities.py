@@ -23,8 +23,8 @@ class Quantity(NamedTuple):
     @property
     def attrs(self) -> dict[str, str]:
         """Attributes of a variable."""
-        said = {MISSING: self.missing} if self.missing else {}
-        return {"units": self.units, "long_name": self.meaning, **said}
+        attributes = {MISSING: self.missing} if self.missing else {}
+        return {"units": self.units, "long_name": self.meaning, **attributes}
 
 
 S = "sample"

@@ -43,9 +43,9 @@ def force_spectra(data: xr.Dataset, stage: str, frequency: float) -> xr.Dataset:
     time = last["time"].to_numpy()
     hz, amplitude = amplitudes(force, float(time[-1] - time[0]) / (len(time) - 1))
     order = hz / frequency
-    kept = (order > 0) & (order <= HIGHEST)
+    in_range = (order > 0) & (order <= HIGHEST)
     return xr.Dataset(
-        {"amplitude": (("gear_mesh", "order"), amplitude[:, kept], {"units": "N"})},
-        {"gear_mesh": [g.part for g in groups_in(forces)], "order": order[kept]},
+        {"amplitude": (("gear_mesh", "order"), amplitude[:, in_range], {"units": "N"})},
+        {"gear_mesh": [g.part for g in groups_in(forces)], "order": order[in_range]},
         {"mean_n": float(np.abs(force).mean())},
     )

@@ -122,11 +122,11 @@ def _make_influences(view: StageView, progress: Progress) -> None:
         "influence of a tooth": (bend_each_other(view), tooth_influence),
         "root of a tooth": (view.gear_mesh.root_stress == "fe", root_of_case),
     }
-    for said, (asked, make) in wanted.items():
+    for label, (asked, make) in wanted.items():
         for role in ("planet", *stage_geometry(view).gear_meshes) if asked else ():
-            progress(f"{role}: {said}", 0.0)
+            progress(f"{role}: {label}", 0.0)
             make(view, role)
-            progress(f"{role}: {said}", 1.0)
+            progress(f"{role}: {label}", 1.0)
 
 
 def reduction_limit(case: Case, stage: str) -> float:

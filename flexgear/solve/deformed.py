@@ -123,10 +123,12 @@ def body_coordinates(run: Transient, bodies: Sequence[str]) -> xr.Dataset:
 
 def _at(run: xr.Dataset, body: str, time: float) -> tuple[NDArray[np.float64], dict[str, float]]:
     """Coordinates of a body at the sample of a transient nearest to a time, and what was found."""
-    kept = run["fe_coordinate_of"].to_numpy().tolist() if "fe_coordinate" in run else []
-    if body not in kept:
-        problem = f"is not kept in the run, which keeps {', '.join(dict.fromkeys(kept)) or 'none'}"
+    bodies = run["fe_coordinate_of"].to_numpy().tolist() if "fe_coordinate" in run else []
+    if body not in bodies:
+        problem = (
+            f"is not kept in the run, which keeps {', '.join(dict.fromkeys(bodies)) or 'none'}"
+        )
         raise InputError("deformed", body, problem, f'run it with fields=["{body}"]')
     sample = run.sel(time=time, method="nearest")
-    own = sample["fe_coordinate"].to_numpy()[np.array(kept) == body]
+    own = sample["fe_coordinate"].to_numpy()[np.array(bodies) == body]
     return own.astype(float), {"time": float(sample["time"])}

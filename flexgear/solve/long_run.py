@@ -26,7 +26,7 @@ from flexgear.analysis.transient import (
     Transient,
     by_name,
     collected,
-    told_machines,
+    prescribed_values,
     transient,
 )
 from flexgear.coupling.modal import ModalSystem
@@ -36,7 +36,7 @@ from flexgear.results.sinks import Coming, DatasetSink
 
 Samples = dict[str, NDArray[np.float64]]
 BUFFER = 2**24  # bytes of samples that are labelled together
-ENOUGH = 2.0  # s of a run that tell how long the rest takes
+ENOUGH = 2.0  # s of a run that show how long the rest takes
 LONGEST = 30 * 86400.0  # s that a run may take: nobody waits longer for one
 FASTEST = 1e-6  # s that a step takes at least, of the smallest train
 NO_STEPS = Steps(0, 0, {})
@@ -98,7 +98,7 @@ class LongRun:
     def into(self, sink: DatasetSink, progress: Callable[[float], None]) -> Cost:
         """Run it. InputError where it turns out that it would take more than a month."""
         refuse_endless(self.stepping, self.source)
-        start = start_state(self.modal, told_machines(self.modal, self.drive, np.zeros(1))[0])
+        start = start_state(self.modal, prescribed_values(self.modal, self.drive, np.zeros(1))[0])
         pattern = self._pattern()
         sink.begin(Coming(pattern, self.stepping.samples))
         chunks = _Chunks(self.modal, self.labelled, sink.append)

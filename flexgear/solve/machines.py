@@ -1,4 +1,4 @@
-"""What the machines at the ports of a case, and its loads, are told over time."""
+"""What is prescribed to the machines at the ports of a case, and to its loads, over time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flexgear.model.case import Case
 from flexgear.model.drive import TorqueHistory
 from flexgear.model.errors import InputError
 from flexgear.model.machine import Machine, machine_of, machines_of
-from flexgear.model.member_load import MemberLoad, told_loads
+from flexgear.model.member_load import MemberLoad, load_histories
 from flexgear.solve.model import Model
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ _STEADY = {
 class Ends:
     """Histories at the ports (P,): each with its machine, its rated torque N m or speed rad/s, and
     by how much it is scaled. None: a torque in rated proportion to the first port's. loads: of the
-    case, of which histories are told, too."""
+    case, of which histories are prescribed, too."""
 
     machines: tuple[Machine | None, ...]
     rated: Array
@@ -54,9 +54,11 @@ class Ends:
 
     def drive(self, jumps: tuple[float, ...]) -> Drive:
         """For the time stepping."""
-        return Drive(self._told, jumps, self._rates, lambda time: told_loads(self.loads, time))
+        return Drive(
+            self._prescribed, jumps, self._rates, lambda time: load_histories(self.loads, time)
+        )
 
-    def _told(self, time: Array) -> Array:
+    def _prescribed(self, time: Array) -> Array:
         return self._columns(time, lambda one, rated: one.at(time, rated))
 
     def _rates(self, time: Array) -> Array:

@@ -24,11 +24,11 @@ def lowest_modes(model: Model) -> Modes:
 def moving_modes(modes: Modes, body: str) -> list[int]:
     """Indices of the lowest modes in which a body has a tenth of the kinetic energy or more; of
     modes that turn into each other, as those of round bodies do in pairs, the first."""
-    kept: list[int] = []
+    indices: list[int] = []
     for k in np.flatnonzero((modes.energy[body] >= LEAST_SHARE) & (modes.frequencies > 0.0)):
-        if not kept or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[kept[-1]]:
-            kept.append(int(k))
-    return kept[:SHOWN]
+        if not indices or modes.frequencies[k] > (1.0 + APART) * modes.frequencies[indices[-1]]:
+            indices.append(int(k))
+    return indices[:SHOWN]
 
 
 def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
@@ -42,20 +42,20 @@ def mode_shapes(model: Model, body: str, modes: Modes) -> xr.Dataset:
     name = BodyName.parse(body)
     reduced = model.bodies[name.stage].by_part[name.part]
     own = model.system.slice_of(body)
-    kept = moving_modes(modes, body)
-    shapes = np.zeros((len(kept), len(reduced.points), 3))
-    for shape, k in zip(shapes, kept, strict=True):
+    numbers = moving_modes(modes, body)
+    shapes = np.zeros((len(numbers), len(reduced.points), 3))
+    for shape, k in zip(shapes, numbers, strict=True):
         field = reduced.recover(modes.shapes[own, k])
         shape[:] = field / np.linalg.norm(field, axis=-1).max()
-    said = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
+    attributes = {"units": "1", "long_name": "displacement in a mode over the largest of the body"}
     return xr.Dataset(
         {
-            "mode_displacement": (("mode", "vertex", "axis"), shapes, said),
+            "mode_displacement": (("mode", "vertex", "axis"), shapes, attributes),
             "frequency": (
                 "mode",
-                modes.frequencies[kept],
+                modes.frequencies[numbers],
                 {"units": "Hz", "long_name": "natural frequency"},
             ),
         },
-        coords={"mode": [k + 1 for k in kept], "axis": list(AXES)},
+        coords={"mode": [k + 1 for k in numbers], "axis": list(AXES)},
     )

@@ -37,11 +37,11 @@ def _warnings(
     texts = []
     for body in bodies:
         if body is not None and getattr(bends, body.name):
-            if said := _fault(body.report):
-                texts.append(f"{view.name}.{body.name}: {said}; {_remedy(view, body.name)}")
-            if said := _frequency_fault(body.report, wanted):
+            if fault := _fault(body.report):
+                texts.append(f"{view.name}.{body.name}: {fault}; {_remedy(view, body.name)}")
+            if fault := _frequency_fault(body.report, wanted):
                 key = view.key(f"{body.name}.fe.fixed_interface_modes")
-                texts.append(f"{view.name}.{body.name}: {said}; raise {key}")
+                texts.append(f"{view.name}.{body.name}: {fault}; raise {key}")
     return texts
 
 

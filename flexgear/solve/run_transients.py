@@ -111,7 +111,7 @@ def is_static(model: Model) -> bool:
         why_not_linear(system) is None
         and not model.has_errors
         and not np.any(system.pairs.load_angle >= 0)
-        and not np.any(system.pairs.load_told >= 0)
+        and not np.any(system.pairs.load_history >= 0)
     )
 
 

@@ -114,7 +114,7 @@ def _forces(
     linear: LinearTrain | None,
     lead: Array,
     progress: Progress,
-    said: str,
+    progress_text: str,
 ) -> Array:
     """Gear-mesh forces (p, G) at rotations (p,) of the lead, N."""
     system = model.system
@@ -126,11 +126,11 @@ def _forces(
         else:
 
             def watch(share: float, done: int = first) -> None:
-                progress(said, (done + share * CHUNK) / max(len(lead), CHUNK))
+                progress(progress_text, (done + share * CHUNK) / max(len(lead), CHUNK))
 
             equilibrium = revolution(model.modal, input_angles, system.rated_torque, watch)
             parts.append(model.gear_meshes.forces(equilibrium.pair_load))
-    progress(said, 1.0)
+    progress(progress_text, 1.0)
     return without_rounding(np.concatenate(parts))
 
 

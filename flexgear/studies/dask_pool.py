@@ -72,7 +72,7 @@ def _client(address: str) -> Iterator[Client]:
         except (OSError, TimeoutError, ValueError, TypeError, AssertionError) as error:
             # the last one: a busy machine did not start Dask's event loop in time
             raise InputError(
-                "--scheduler", address, f"no Dask scheduler answers there ({_said(error)})",
+                "--scheduler", address, f"no Dask scheduler answers there ({_error_text(error)})",
                 "start one and its workers as docs/howto/cluster.md says",
             ) from None  # fmt: skip
         with client:
@@ -96,7 +96,7 @@ def _require_certificates(address: str) -> None:
         context = Security().get_connection_args("client").get("ssl_context")
         why = "names no certificates"
     except (OSError, ValueError, TypeError) as error:  # ssl's errors are OSErrors
-        context, why = None, f"names certificates that cannot be read ({_said(error)})"
+        context, why = None, f"names certificates that cannot be read ({_error_text(error)})"
     if context is None:
         raise InputError(
             "--scheduler", address, f"Dask's configuration {why}",
@@ -131,10 +131,10 @@ def _outcome(future: Any) -> Outcome[Any]:
     except CancelledError:
         return Outcome(None, "the scheduler was lost")
     except Exception as error:  # on the way there or back
-        return Outcome(None, f"Dask could not run it ({_said(error)})")
+        return Outcome(None, f"Dask could not run it ({_error_text(error)})")
 
 
-def _said(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
@@ -148,7 +148,7 @@ def _same(common: bytes) -> bytes:
 def _run(common: bytes, job: bytes, wanted: str) -> bytes:
     """One job on a worker."""
     if version() != wanted:
-        said = f"the worker has flexgear {version()}, not {wanted}: install that"
-        return pickle.dumps(Outcome(None, said))
+        message = f"the worker has flexgear {version()}, not {wanted}: install that"
+        return pickle.dumps(Outcome(None, message))
     function, shared = pickle.loads(common)
     return pickle.dumps(on_one_thread(function, shared, pickle.loads(job)))

@@ -245,10 +245,10 @@ def _factors(model: Model, stage: str, amount: Amount) -> Array:
     """``gap_factors`` of what is added to an amount."""
     key = f"stages.{stage}.{amount.section}"
 
-    def said(total: float) -> object:
+    def value_at(total: float) -> object:
         return _value(model.case, stage, amount, total - amount.base)
 
-    return gap_factors(model, key, said, amount.base, max(2.0 * abs(amount.start), UNIT))
+    return gap_factors(model, key, value_at, amount.base, max(2.0 * abs(amount.start), UNIT))
 
 
 def gap_factors(

@@ -219,12 +219,12 @@ def failures(data: xr.Dataset, name: str = "message") -> list[tuple[str, str]]:
         return out
     for point in np.argwhere(data[name].to_numpy() != ""):
         one = data[name][tuple(point)]
-        where = ", ".join(f"{d} = {_said(one[d].item())}" for d in data[name].dims)
+        where = ", ".join(f"{d} = {_tick_text(one[d].item())}" for d in data[name].dims)
         out.append((where, str(one.item())))
     return out
 
 
-def _said(tick: float | str) -> str:
+def _tick_text(tick: float | str) -> str:
     return f"{tick:g}" if isinstance(tick, float) else tick
 
 
@@ -313,8 +313,8 @@ def _outcomes(
         ]
         if faults:
             known[k] = Outcome(None, faults[0])
-        elif (kept := store.get(case)) is not None:
-            known[k] = Outcome(kept)
+        elif (stored := store.get(case)) is not None:
+            known[k] = Outcome(stored)
         else:
             left[k] = case
     places, jobs = list(left), list(left.values())

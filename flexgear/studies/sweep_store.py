@@ -23,10 +23,10 @@ class PointStore:
 
     def get(self, case: Case) -> MeasuredValues | None:
         """What was found at a point; None where nothing was kept or it is damaged."""
-        kept = self.parts.get(_name(case))
-        if kept is None:
+        stored = self.parts.get(_name(case))
+        if stored is None:
             return None
-        plain = json.loads(kept)
+        plain = json.loads(stored)
         return {name: xr.DataArray.from_dict(array) for name, array in plain.items()}
 
     def put(self, case: Case, figures: MeasuredValues) -> None:

@@ -22,10 +22,10 @@ class BatchStore:
 
     def get(self, numbers: range) -> Batch | None:
         """A finished batch; None where there is none or it is damaged."""
-        kept = self.parts.get(_name(numbers))
-        if kept is None:
+        stored = self.parts.get(_name(numbers))
+        if stored is None:
             return None
-        with np.load(io.BytesIO(kept), allow_pickle=False) as data:
+        with np.load(io.BytesIO(stored), allow_pickle=False) as data:
             return Batch(**{f.name: data[f.name] for f in fields(Batch)})
 
     def put(self, numbers: range, batch: Batch) -> None:

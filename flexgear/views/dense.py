@@ -59,8 +59,8 @@ def draw(
 
 def say_envelope(axes: Axes, what: str = "bands") -> None:
     """What the bands, or pairs of lines, of a panel are."""
-    said = f"{what}: least {'to' if what == 'bands' else 'and'} largest"
-    axes.set_title(said, loc="right", fontsize=7.5, weight="normal")
+    note = f"{what}: least {'to' if what == 'bands' else 'and'} largest"
+    axes.set_title(note, loc="right", fontsize=7.5, weight="normal")
 
 
 def close_up(values: FloatArray) -> slice:

@@ -39,12 +39,12 @@ def flank_drawing(flank: GearFlank, where: str = "") -> Figure:
     profile = figure.add_subplot(grid[0, 1], sharey=surface)
     helix = figure.add_subplot(grid[1, 0], sharex=surface)
     _map(figure, surface, MILLI * z, MILLI * rho, gap)
-    for k, (at, said) in enumerate(((0, "−z end"), (POINTS // 2, "middle"), (-1, "+z end"))):
+    for k, (at, label) in enumerate(((0, "−z end"), (POINTS // 2, "middle"), (-1, "+z end"))):
         profile.plot(
-            gap[:, at], MILLI * rho, _LINES[k], color=_COLOURS[k], label=f"profile, {said}"
+            gap[:, at], MILLI * rho, _LINES[k], color=_COLOURS[k], label=f"profile, {label}"
         )
-    for k, (at, said) in enumerate(((0, "root"), (POINTS // 2, "middle"), (-1, "tip"))):
-        helix.plot(MILLI * z, gap[at], _LINES[k], color=_COLOURS[k], label=f"helix, {said}")
+    for k, (at, label) in enumerate(((0, "root"), (POINTS // 2, "middle"), (-1, "tip"))):
+        helix.plot(MILLI * z, gap[at], _LINES[k], color=_COLOURS[k], label=f"helix, {label}")
     surface.set_ylim(MILLI * rho[0], MILLI * rho[-1])  # root below, tip above
     surface.set_ylabel("roll length (mm), tip above")
     helix.set_xlabel("place along the face z (mm)")
@@ -55,11 +55,11 @@ def flank_drawing(flank: GearFlank, where: str = "") -> Figure:
     shown = [*profile.get_lines(), *helix.get_lines()]
     key.legend(handles=shown, loc="center left", borderpad=0.0)
     ends = " … ".join(f"{x:.3g}".replace("-", "−") for x in (gap.min(), gap.max()))
-    surface.set_title(f"{where} {_said(flank)}: {ends} µm missing".strip())
+    surface.set_title(f"{where} {_title_of(flank)}: {ends} µm missing".strip())
     return figure
 
 
-def _said(flank: GearFlank) -> str:
+def _title_of(flank: GearFlank) -> str:
     if flank.part == "planet":
         return f"planet, flank towards the {flank.name}"
     return f"{flank.part}, {flank.name} flank"

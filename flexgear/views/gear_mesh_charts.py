@@ -37,17 +37,17 @@ def transmission_error_chart(data: xr.Dataset) -> Figure:
     figure, axes = panels(len(groups), 2, height_mm=height, width_ratios=[3, 2])
     first = data.isel(position=data["gear_mesh_phase"].to_numpy() < 1.0 - 1e-9)
     for (left, right), (title, name) in zip(axes, groups.items(), strict=True):
-        said = []
+        notes = []
         for k, (error, state, colour) in enumerate(STATES):
             values = first[error].sel(flank=name).to_numpy() * MICRO
-            said.append(f"{values.mean():.4g} ± {0.5 * np.ptp(values):.3g} µm {state}")
+            notes.append(f"{values.mean():.4g} ± {0.5 * np.ptp(values):.3g} µm {state}")
             phase = first["gear_mesh_phase"].to_numpy()
             left.plot(phase, values - values.mean(), color=colour, label=state)
             orders = data["gear_mesh_order"].to_numpy()
             amplitude = data[f"{error}_order"].sel(flank=name).to_numpy() * MICRO
             right.bar(orders + 0.4 * (k - 0.5), amplitude, 0.4, color=colour)
         planet = int(data["flank_planet"].sel(flank=name))
-        left.set_title(f"{title}, planet {planet}: mean " + "; ".join(said))
+        left.set_title(f"{title}, planet {planet}: mean " + "; ".join(notes))
         left.set(xlabel=PHASE, ylabel="less its mean (µm)", xlim=(0.0, 1.0))
         right.set(xlabel="order of the gear mesh (–)", ylabel="amplitude (µm)")
         right.set_xticks(orders[:: max(1, len(orders) // 10)])

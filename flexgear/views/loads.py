@@ -99,7 +99,7 @@ def pair_arrays(
     return load, tooth, stiffness
 
 
-def said_flank(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> str:
+def flank_label(datasets: Iterable[xr.Dataset], gear_mesh: str, planet: int) -> str:
     """Which flank a picture shows, for its title: nothing where it is the drive flank."""
     flanks = {carrying_flank(d.isel(planet=[planet - 1]), gear_mesh) for d in datasets} - {"none"}
     if flanks <= {"drive"}:
@@ -157,7 +157,7 @@ def pair_loads(
         planets = planet_count(dataset)
     ax.axhline(0, color=NEUTRAL, lw=0.7)
     ax.set_ylabel("load of a tooth pair (kN)")
-    flank = said_flank(chosen.values(), gear_mesh, planet)
+    flank = flank_label(chosen.values(), gear_mesh, planet)
     ax.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank}")
     finish_x(ax, x, planets, min(lows), max(highs))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
@@ -205,7 +205,7 @@ def numbered_pair_loads(
     top.axhline(0, color=NEUTRAL, lw=0.7)
     top.set_ylabel("load of a tooth pair (kN)")
     teeth = "ring" if gear_mesh == "ring" else "sun"
-    flank = said_flank([dataset], gear_mesh, planet)
+    flank = flank_label([dataset], gear_mesh, planet)
     top.set_title(f"Tooth-pair loads, {LABELS[gear_mesh]} {planet}{flank} (numbers: {teeth} teeth)")
     bottom.step(at, (tooth > 0).sum(axis=1), where="mid", color=planet_colour(planet))
     bottom.yaxis.set_major_locator(MaxNLocator(integer=True))

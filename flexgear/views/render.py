@@ -224,10 +224,10 @@ def render_deformed(
     limits = limits_um or (0.0, largest or 1.0)
     shot = snapshot(points, cells, displacement, factor, limits, view, window_size, outline)
     size = f"displacement {factor_text(factor)}, largest {largest:.1f} µm"
-    said, label = size, "displacement magnitude (µm)"
+    bar_title, label = size, "displacement magnitude (µm)"
     if relative:
-        said, label = "drawn as large as can be seen", "displacement (% of the largest)"
-    head = "; ".join([said, "dark lines: undeformed"])
+        bar_title, label = "drawn as large as can be seen", "displacement (% of the largest)"
+    head = "; ".join([bar_title, "dark lines: undeformed"])
     return framed(shot, f"{title}\n{head}" if title else head, label, limits, scale_bar)
 
 

@@ -107,7 +107,7 @@ def write_report(
         counts=[_counts(side) for side in sides],
         sections=sections,
         shown={section["key"] for section in sections},
-        coarse=[said for said, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
+        coarse=[text for text, so in ((SMALLER, smaller), (THINNED, thinned)) if so],
         style=Markup(source["css"]),
         code=Markup(source["js"]),
         plotly=small_script.result() if script is not None and plots else None,

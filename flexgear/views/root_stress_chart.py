@@ -34,8 +34,8 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
             dashed = gear == "planet" and kind == "sun"
             look = {"color": planet_colour(planet), "ls": "--" if dashed else "-"}
             if planet == 1:
-                said = f"planet with the {kind}" if gear == "planet" else None
-                left.plot(turn, one["root_stress"] * MEGA, lw=0.9, label=said, **look)
+                title = f"planet with the {kind}" if gear == "planet" else None
+                left.plot(turn, one["root_stress"] * MEGA, lw=0.9, label=title, **look)
                 pressed = one["face_root_compression"].min("face") * MEGA
                 left.plot(turn, pressed, lw=0.4, **look)
             _along(right, one, look, f"planet {planet}" if kind == gear or kind == "ring" else "")
@@ -49,7 +49,7 @@ def root_stress_chart(data: xr.Dataset, stage: str) -> Figure:
     axes[-1, 1].set_xlabel(ALONG_FACE)
     shown = [ax.get_legend_handles_labels() for ax in (*axes[:, 0], axes[0, 1])]
     by_label = {
-        label: line for lines, said in shown for line, label in zip(lines, said, strict=True)
+        label: line for lines, title in shown for line, label in zip(lines, title, strict=True)
     }
     figure.legend(by_label.values(), by_label, loc="outside lower center", ncols=4)
     return figure

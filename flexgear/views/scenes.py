@@ -55,16 +55,16 @@ def body_scene(
     }
     axis = {"showbackground": False, "title": {"text": ""}, "showspikes": False}
     shape = f"displacement {factor_text(factor)}"
-    said = f"{shape}, largest {size.max():.1f} µm"
+    caption = f"{shape}, largest {size.max():.1f} µm"
     layout: dict[str, Any] = {
-        "title": {"text": said},
+        "title": {"text": caption},
         "scene": {"aspectmode": "data", "camera": EYE,
                   "xaxis": axis, "yaxis": axis, "zaxis": axis},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }  # fmt: skip
     if von_mises is not None:
         stress = MEGA * np.asarray(von_mises)[vertex]
-        layout["updatemenus"] = [_colours_of(trace, shape, said, stress)]
+        layout["updatemenus"] = [_colours_of(trace, shape, caption, stress)]
     return [{"data": [trace], "layout": layout}]
 
 
@@ -145,16 +145,18 @@ def _decimated(surface: Any, triangles: int) -> Any:
     Keeping holes and pieces bounds what can go; then they may close and vanish (vtkDecimatePro).
     """
     share = 1 - triangles / surface.n_cells
-    kept = surface.decimate_pro(share, preserve_topology=True)
-    if kept.n_cells > triangles:
-        kept = surface.decimate_pro(share, preserve_topology=False)
-    return kept
+    decimated = surface.decimate_pro(share, preserve_topology=True)
+    if decimated.n_cells > triangles:
+        decimated = surface.decimate_pro(share, preserve_topology=False)
+    return decimated
 
 
-def _colours_of(trace: dict[str, Any], shape: str, said: str, stress: FloatArray) -> dict[str, Any]:
+def _colours_of(
+    trace: dict[str, Any], shape: str, caption: str, stress: FloatArray
+) -> dict[str, Any]:
     """Buttons that colour a body by displacement, as it is drawn first, or by stress in MPa."""
     ways = {
-        "displacement": (trace["intensity"], "µm", said),
+        "displacement": (trace["intensity"], "µm", caption),
         "stress": (
             _short(stress, 1),
             "MPa",

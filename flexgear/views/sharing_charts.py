@@ -132,7 +132,7 @@ def displacements_chart(data: xr.Dataset, x: str | None = None) -> Figure:
     at, label = _abscissa(data, x)
     for row, (stage, motion) in zip(axes, stages.items(), strict=True):
         _orbit(row[0], motion)
-        row[0].set_title(", ".join(filter(None, (_said(stage), "orbit"))))
+        row[0].set_title(", ".join(filter(None, (_label(stage), "orbit"))))
         dense = False
         for (part, half), way in motion.items():
             times, line = _broken(data, x, np.hypot(way[:, 0], way[:, 1]))
@@ -196,7 +196,7 @@ def _groups(data: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
             continue  # a parallel stage has nothing to share
         parallel = not any(g.stage == group.stage and g.kind == "ring" for g in groups)
         of = "gear mesh" if parallel else f"{group.kind} gear mesh"
-        title = " ".join(filter(None, (_said(group.stage), group.side, of)))
+        title = " ".join(filter(None, (_label(group.stage), group.side, of)))
         out[title] = field.isel(gear_mesh=at)
     if not out:
         raise FlexgearError("cannot draw: no stage has more than one planet")
@@ -239,7 +239,7 @@ def _abscissa(data: xr.Dataset, x: str | None) -> tuple[FloatArray, str]:
         if "input_coordinate" in angle.coords
         else "the input"
     )
-    return first, f"turns of {_said(name)} (–)"
+    return first, f"turns of {_label(name)} (–)"
 
 
 def _broken(data: xr.Dataset, x: str | None, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -318,7 +318,7 @@ def _least_span(ax: Axes, share: float) -> None:
         ax.set_ylim(middle * (1 - share / 2), middle * (1 + share / 2))
 
 
-def _said(name: str) -> str:
+def _label(name: str) -> str:
     """stage_1.sun -> stage 1, sun; the name of an only [stage] is left out."""
     at = MemberName.parse(name)
     parts = [at.stage.replace("_", " ") if at.stage != "stage" else "", at.part.replace("_", " ")]
@@ -328,10 +328,10 @@ def _said(name: str) -> str:
 def _marked(name: str, flow: PowerFlow) -> str:
     """A member's name, and what happens to it from outside."""
     if name not in flow.torque:
-        return _said(name)
+        return _label(name)
     if flow.speed[name] == 0:
-        return f"{_said(name)} (held)"
-    return f"{_said(name)} ({'in' if flow.power[name] > 0 else 'out'})"
+        return f"{_label(name)} (held)"
+    return f"{_label(name)} ({'in' if flow.power[name] > 0 else 'out'})"
 
 
 def _scaled(values: list[float], unit: str) -> tuple[str, list[float]]:

@@ -82,13 +82,13 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
             field = field.sortby(key)
     factor, unit = scale_of(field)
     field = field.copy(data=field.to_numpy() * factor)  # keeps what it says of itself
-    said = f"{_said(name)} ({unit})" if unit else _said(name)
+    label = f"{_title_of_key(name)} ({unit})" if unit else _title_of_key(name)
     if len(keys) == 1:
-        figure = _lines(data, field, keys[0], said)
+        figure = _lines(data, field, keys[0], label)
     elif field.sizes[keys[1]] <= LINES_BY_KEY:
-        figure = _lines_by_key(field, keys, said)
+        figure = _lines_by_key(field, keys, label)
     else:
-        figure = _maps(field, keys, said)
+        figure = _maps(field, keys, label)
     failed = int((data["message"] != "").sum()) if "message" in data else 0
     notes = [str(field.attrs.get("long_name", ""))]
     if failed:
@@ -97,7 +97,7 @@ def sweep_chart(data: xr.Dataset, name: str) -> Figure:
     return figure
 
 
-def _lines(data: xr.Dataset, field: xr.DataArray, key: str, said: str) -> Figure:
+def _lines(data: xr.Dataset, field: xr.DataArray, key: str, label: str) -> Figure:
     """A panel for each label but the last dimension's, whose labels are the lines."""
     parts = list(_panels(field, [key], keep=2 if "number" in field.dims else 1))[:MOST_PANELS]
     figure, axes = panels(
@@ -108,7 +108,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, key: str, said: str) -> Figure
         curves = _curves(part, key)
         _draw(ax, part[key], curves, _spreads(field))
         ax.set_title(title)
-        ax.set_ylabel(said)
+        ax.set_ylabel(label)
         handles |= {c.label: _handle(c) for c in curves if c.label}
     if "mode" in field.dims and "mode_type" in data:
         handles = _marked_types(axes[-1, 0], data, field, key)
@@ -117,7 +117,7 @@ def _lines(data: xr.Dataset, field: xr.DataArray, key: str, said: str) -> Figure
     return figure
 
 
-def _lines_by_key(field: xr.DataArray, keys: list[str], said: str) -> Figure:
+def _lines_by_key(field: xr.DataArray, keys: list[str], axis_label: str) -> Figure:
     """A panel for each label, a colour for each value of the second key; modes share a panel."""
     bundle = next((d for d in ("mode", "number") if d in field.dims), "")
     parts = list(_panels(_first_definition(field), keys, keep=1 if bundle else 0))[:MOST_PANELS]
@@ -134,7 +134,7 @@ def _lines_by_key(field: xr.DataArray, keys: list[str], said: str) -> Figure:
         _draw(ax, part[keys[0]], curves, _spreads(field))
         ax.set_title(title)
     for row in axes:
-        row[0].set_ylabel(said)
+        row[0].set_ylabel(axis_label)
     room = NARROW_LABEL if len(parts) > 1 else WIDE_LABEL
     for ax in flat[: len(parts)]:
         ax.set_xlabel(_key_label(field[keys[0]], room))
@@ -142,7 +142,7 @@ def _lines_by_key(field: xr.DataArray, keys: list[str], said: str) -> Figure:
     return figure
 
 
-def _maps(field: xr.DataArray, keys: list[str], said: str) -> Figure:
+def _maps(field: xr.DataArray, keys: list[str], label: str) -> Figure:
     """A filled map for each label, second key upwards; white where a point failed."""
     parts = list(_panels(_first_definition(field), keys, keep=0))[:MOST_PANELS]
     figure, _, flat = _grid(len(parts))
@@ -156,7 +156,7 @@ def _maps(field: xr.DataArray, keys: list[str], said: str) -> Figure:
             _edges(x, log[0]), _edges(y, log[1]), image, cmap=SEQUENTIAL_MAP, rasterized=True,
             vmin=low - room, vmax=high + room,
         )  # fmt: skip
-        figure.colorbar(drawn, ax=ax, label=said, pad=0.01)
+        figure.colorbar(drawn, ax=ax, label=label, pad=0.01)
         ax.grid(False)
         ax.set_title(title)
         _axis(ax, part[keys[0]], "x")
@@ -346,14 +346,14 @@ def _key_label(ticks: xr.DataArray, room: int = WIDE_LABEL) -> str:
 
 def _label(dim: str, tick: Any) -> str:
     """A label that says enough by itself: "mode 3", "stage 1, sun"."""
-    return f"{dim} {tick}" if isinstance(tick, int) else _said(str(tick))
+    return f"{dim} {tick}" if isinstance(tick, int) else _title_of_key(str(tick))
 
 
 def _tick(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _said(name: str) -> str:
+def _title_of_key(name: str) -> str:
     return name.replace("_", " ").replace(".", ", ")
 
 

@@ -122,7 +122,7 @@ def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
                     label=f"distribution, {_percent(one)} band")  # fmt: skip
     share = np.arange(1, len(values) + 1) / len(values)
     ax.step(values, share, where="post", color=LINE, lw=1.2)
-    said = []
+    notes = []
     for style, p in zip(STYLES, one["quantile"].to_numpy(), strict=False):
         at = one.sel(quantile=p)
         q, start, end = (float(at[f"its_quantile{e}"]) for e in ("", "_low", "_high"))
@@ -130,9 +130,9 @@ def _distribution(ax: Axes, values: FloatArray, one: xr.Dataset) -> None:
         ends = [values[0] if math.isnan(start) else start, values[-1] if math.isnan(end) else end]
         ax.plot(ends, [p, p], color="black", lw=2.2, solid_capstyle="butt",
                 label=f"quantiles, {_percent(one)} intervals")  # fmt: skip
-        said.append(f"{100 * p:g} %: {q:.{one.attrs['digits']}f}")
+        notes.append(f"{100 * p:g} %: {q:.{one.attrs['digits']}f}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
-    ax.text(0.98, 0.05, "\n".join(said), ha="right", va="bottom", transform=ax.transAxes,
+    ax.text(0.98, 0.05, "\n".join(notes), ha="right", va="bottom", transform=ax.transAxes,
             fontsize=7.5, bbox=box)  # fmt: skip
     ax.set_ylim(0, 1.02)
     ax.set_ylabel("share of samples")

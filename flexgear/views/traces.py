@@ -149,13 +149,13 @@ def _map(x: Array, y: Array, z: Array, source: Any) -> dict[str, Any]:
     colours = source.get_cmap()(np.linspace(0, 1, 11))
     low, high = source.get_clim()
     bar = source.colorbar
-    said = plain_math(bar.ax.get_ylabel()) if bar is not None else ""
+    bar_label = plain_math(bar.ax.get_ylabel()) if bar is not None else ""
     z = z[::down, ::across]
     return {
         "type": "heatmap", "x": listed(x[::across]), "y": listed(y[::down]),
         "z": [listed(row) for row in z], "zmin": float(low), "zmax": float(high),
         "colorscale": [[k / 10, to_hex(c)] for k, c in enumerate(colours)],
-        "colorbar": {"thickness": 12, "title": {"text": said, "side": "right"}},
+        "colorbar": {"thickness": 12, "title": {"text": bar_label, "side": "right"}},
     }  # fmt: skip
 
 

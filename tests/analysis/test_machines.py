@@ -12,7 +12,7 @@ from flexgear.analysis.consistent_acceleration import consistent_acceleration
 from flexgear.analysis.kernels.energy import LEFT_OVER
 from flexgear.analysis.start import start_state
 from flexgear.analysis.step_space import step_data, work_space
-from flexgear.analysis.transient import Drive, told_machines
+from flexgear.analysis.transient import Drive, prescribed_values
 from flexgear.coupling.machines import Brake, Controller, GivenSpeed, GivenTorque
 from flexgear.coupling.system import Damping
 
@@ -259,7 +259,7 @@ def test_a_controller_at_its_limit_does_not_wind_up(gears):
     runs = {}
     for name, limits in (("limited", (-most, most)), ("free", ())):
         modal = one_end(gears, INPUT, Controller(2 * own * j, own**2 * j, *limits))
-        state = start_state(modal, told_machines(modal, drive, np.zeros(1))[0])
+        state = start_state(modal, prescribed_values(modal, drive, np.zeros(1))[0])
         first = state.ports["integral"][INPUT]
         runs[name] = stepped(modal, drive, 1.0, 5e-5, interval=1e-3, start=state)
     limited, over = runs["limited"], runs["free"]

@@ -12,7 +12,7 @@ from flexgear.coupling.build import build_system
 from flexgear.coupling.modal import modal_system
 from flexgear.model.errors import InputError
 from flexgear.model.load import load_case
-from flexgear.model.member_load import told_loads
+from flexgear.model.member_load import load_histories
 from flexgear.solve.machines import ends_of
 from flexgear.solve.model import model_of
 from flexgear.solve.static import static
@@ -44,7 +44,7 @@ ratio = 0
 
 def run_of(modal, loads, torque, duration, step, **options):
     sink = Collector()
-    drive = Drive(lambda t: np.full(len(t), torque), loads=lambda t: told_loads(loads, t))
+    drive = Drive(lambda t: np.full(len(t), torque), loads=lambda t: load_histories(loads, t))
     steps = transient(
         modal, drive, duration=duration, time_step=step, output_interval=step, sink=sink,
         track_energy=True, **options,

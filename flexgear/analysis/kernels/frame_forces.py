@@ -50,13 +50,13 @@ def rotating_forces(h, frames, state, out):
 
 
 @njit(**INNER)
-def set_loads(share, told, fixed, rows, count):
-    """Forces that go with the square of speed, and those that this step is told, (L,); the fixed
-    elements are the last of ``count``."""
+def set_loads(share, histories, fixed, rows, count):
+    """Forces that go with the square of speed, and those of load histories (L,) at the new time;
+    the fixed elements are the last of ``count``."""
     first = count - fixed.element.shape[0]
     for e in range(fixed.element.shape[0]):
         element = fixed.element[e]
         if element.grows == 1:
             rows.parameters[first + e, 0] = share * share * fixed.parameters[e, 0]
-        elif element.told >= 0:
-            rows.parameters[first + e, 0] = told[element.told]
+        elif element.history >= 0:
+            rows.parameters[first + e, 0] = histories[element.history]

@@ -37,9 +37,9 @@ PORT = np.dtype([(n, float) for n in ("torque", "integral", "error")])
 
 
 class PortSpace(NamedTuple):
-    """What is told the machines at the new time, and what they do then, (P,)."""
+    """What is prescribed to the machines at the new time, and what they do then, (P,)."""
 
-    told: Array  # N·m or rad/s; rad/s² of a given speed in a step of no duration
+    prescribed: Array  # N·m or rad/s; rad/s² of a given speed in a step of no duration
     given: Array  # torques that are given, zero at the other ports, N·m
     torque: Array  # torques of all, N·m
     guess: Array  # extrapolated speeds, rad/s
@@ -75,9 +75,9 @@ def brake_torque(brake, speed):
 
 
 @njit(**INNER)
-def machine_parameters(machine, h, told, guess, port, parameters):
+def machine_parameters(machine, h, prescribed, guess, port, parameters):
     """F₀, c, δ̇₀, least and most F of a machine's law; see above. A given speed has c = 1."""
-    parameters[0], parameters[1], parameters[2] = 0.0, 1.0, told
+    parameters[0], parameters[1], parameters[2] = 0.0, 1.0, prescribed
     parameters[3], parameters[4] = -machine.most, -machine.least
     if machine.kind == BRAKE:
         parameters[0], parameters[1] = brake_torque(machine, guess)
@@ -91,12 +91,12 @@ def machine_parameters(machine, h, told, guess, port, parameters):
 
 
 @njit(**INNER)
-def tell_machines(machines, told, ports):
-    """Note what is told them, the first of ``told``, and the torques that are given."""
+def prescribe(machines, prescribed, ports):
+    """Note the first values of ``prescribed``, one for each machine, and the given torques."""
     for p in range(machines.shape[0]):
-        ports.told[p] = told[p]
+        ports.prescribed[p] = prescribed[p]
         if machines[p].kind == TORQUE:
-            ports.given[p] = told[p]
+            ports.given[p] = prescribed[p]
 
 
 @njit(**INNER)
@@ -116,7 +116,7 @@ def add_machines(h, machines, ports, carried, rows, motion, n, count):
         element.first, element.rows, element.place = n, 1, -1
         motion[count, 0, 0], motion[count, 1, 0] = 0.0, ports.guess[p]
         machine_parameters(
-            machines[p], h, ports.told[p], ports.guess[p], carried[p], rows.parameters[count]
+            machines[p], h, ports.prescribed[p], ports.guess[p], carried[p], rows.parameters[count]
         )
         n, count = n + 1, count + 1
     return n, count
@@ -160,7 +160,7 @@ def carry_on(h, machines, ports, velocity, modes, carried):
         machine, port = machines[p], carried[p]
         port.torque = ports.torque[p]
         if machine.kind == CONTROLLER:
-            error = ports.told[p] - dot(velocity, modes[p])
+            error = ports.prescribed[p] - dot(velocity, modes[p])
             above = port.torque >= machine.most and error > 0.0
             if not above and not (port.torque <= machine.least and error < 0.0):
                 port.integral += 0.5 * h * machine.integral * (port.error + error)

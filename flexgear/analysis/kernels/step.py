@@ -39,7 +39,7 @@ from flexgear.analysis.kernels.machines import (
     hold_at_instant,
     machine_torques,
     moved_energy,
-    tell_machines,
+    prescribe,
 )
 from flexgear.analysis.kernels.pair_loads import note_loads
 from flexgear.analysis.kernels.refinement import after_step, choose_level, step_error
@@ -97,11 +97,11 @@ def _predict(h, level, modal, active, state, modes):
 
 
 @njit(**PART)
-def _build(data, share, told, state, work, ledger, level):
-    """Rows and elements at the new angles on active dofs; their numbers. told (L,): of loads."""
+def _build(data, share, prescribed, state, work, ledger, level):
+    """Rows and elements at the new angles on active dofs; their numbers. prescribed (L,): loads."""
     rows, active, elements, channels = work.rows, work.active, data.elements, data.channels
     n, count, pairs = fill_rows(elements, work.modes.theta, state.active_flanks, rows)
-    set_loads(share, told, elements.fixed, rows, count)
+    set_loads(share, prescribed, elements.fixed, rows, count)
     gather(active, channels, rows, n, ledger.rows, ledger.booked[0].rows)
     gather_receptance(active, channels, level)
     place_rows(active, rows, n)
@@ -229,10 +229,10 @@ def _finish(h, machines, state, work, count):
 
 
 @njit(**UNCOUNTED, nogil=True)
-def advance(data, laws, told, first, state, space, samples, control):
-    """Go len(told) ticks of h₀ on; told (ticks, P + L): what the ports' machines follow at each new
-    time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake; then by how much the
-    vectors of loads that are histories are multiplied.
+def advance(data, laws, prescribed, first, state, space, samples, control):
+    """Go len(prescribed) ticks of h₀ on; prescribed (ticks, P + L): what the ports' machines follow
+    at each new time, torques N·m or speeds rad/s (see ``machines``), nothing of a brake; then by
+    how much the vectors of loads that are histories are multiplied.
 
     A sample is saved at every ``control.every``-th tick, counted from ``first`` ticks before.
     Returns (status, samples saved): status 0, the 1-based tick of a step without a solution, or
@@ -242,13 +242,13 @@ def advance(data, laws, told, first, state, space, samples, control):
     work, ledger, counts, by_level = space.work, space.ledger, control.counts[0], control.by_level
     modal, machines, meshes = data.modal, data.machines, data.elements.gears.mesh.shape[0]
     modes, active, force = work.modes, work.active, work.problem.force
-    ports, sizes, loads = modes.ports, modal.h, told[:, machines.shape[0] :]
+    ports, sizes, loads = modes.ports, modal.h, prescribed[:, machines.shape[0] :]
     tracked = ledger.booked[0].tracked == 1
     saved = tick = np.int64(0)
-    while tick < told.shape[0]:
-        level = choose_level(control, first + tick, told.shape[0] - tick)
+    while tick < prescribed.shape[0]:
+        level = choose_level(control, first + tick, prescribed.shape[0] - tick)
         h, end = sizes[level], tick + (1 << level)
-        tell_machines(machines, told[end - 1], ports)
+        prescribe(machines, prescribed[end - 1], ports)
         share = _predict(h, level, modal, active, state, modes)
         n, count, pairs = _build(data, share, loads[end - 1], state, work, ledger, level)
         total = _contact(laws, data, level, n, count, state, work)

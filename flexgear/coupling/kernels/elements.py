@@ -56,7 +56,7 @@ GEAR_MESH = _record(
 RUNOUT = _record("angle", "amplitude rate phase")
 FIXED_ROW = _record("kind owner", "stiffness")
 FIXED_END = _record("block angle", "")
-FIXED_ELEMENT = _record("law first rows grows told", "")
+FIXED_ELEMENT = _record("law first rows grows history", "")
 
 ROW = _record(
     "kind owner sided width line beyond after following dof since",
@@ -84,8 +84,10 @@ class FixedRows(NamedTuple):
     row: Records  # (F,) FIXED_ROW
     end: Records  # (F, 2) FIXED_END: block, −1 none; angle by which its frame has turned, −1 none
     vector: Array  # (F, 2, 6) of an end, along the axes that its frame turns against
-    element: Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; told:
-    # place of its force among what a step is told of loads, −1 where it is constant
+    element: (
+        Records  # (E,) FIXED_ELEMENT; grows: 1 where it goes with the square of speed; history:
+    )
+    # place of its force among the load histories, −1 where it is constant
     parameters: Array  # (E, p) of their laws
 
 
@@ -231,7 +233,7 @@ def _fixed_rows(data: PairData) -> FixedRows:
         element[i] = law, first, rows, 0, -1
         parameters[i, : len(given)] = given
     element["grows"][len(laws) - forces :] = data.load_grows
-    element["told"][len(laws) - forces :] = data.load_told
+    element["history"][len(laws) - forces :] = data.load_history
     return FixedRows(row, end, vector, element, parameters)
 
 

@@ -19,13 +19,13 @@ class Checked:
         self._relations: list[Relation] = []
         self._load_cases: list[LoadCase] = []
 
-    def whole(self, said: Any, key: str) -> int:
+    def whole(self, value: Any, key: str) -> int:
         """An id. InputError for what is no whole number."""
         try:
-            return int(said if isinstance(said, str) else str(said))
+            return int(value if isinstance(value, str) else str(value))
         except ValueError:
             raise InputError(
-                self.where, key, f"{echo(said)} is not a whole number", "is the file whole?"
+                self.where, key, f"{echo(value)} is not a whole number", "is the file whole?"
             ) from None
 
     def component(self, component: Component) -> None:
@@ -63,10 +63,10 @@ class Checked:
                     " is not in the file"
                 )
         for case in self._load_cases:
-            kept = [(k, a) for k, a in case.attributes if k in self._components]
-            if len(kept) < len(case.attributes):
+            attributes = [(k, a) for k, a in case.attributes if k in self._components]
+            if len(attributes) < len(case.attributes):
                 self.other.append(f"load case {case.id}: attributes of components not in the file")
-            case.attributes = kept
+            case.attributes = attributes
         relations = [r for r in self._relations if all(k in self._components for _, k in r.refs)]
         return Document(
             version, application, self._components, relations, self._load_cases, self.other

@@ -243,8 +243,8 @@ def text(components: Sequence[Component], name: str) -> str | None:
 
 def flag(components: Sequence[Component], name: str) -> bool | None:
     """A boolean, None where it is not given."""
-    said = text(components, name)
-    return None if said is None else said.lower() in ("true", "1", "1.0")
+    answer = text(components, name)
+    return None if answer is None else answer.lower() in ("true", "1", "1.0")
 
 
 def vector(component: Component, name: str) -> tuple[float, float, float] | None:
@@ -270,10 +270,10 @@ def _converted(component: Component, name: str, unit: str) -> float | None:
     attribute = component.attributes.get(name)
     if attribute is None or not isinstance(attribute.value, str):
         return None
-    said = attribute.unit.strip()
-    if said in ("", "none"):
-        said = SCHEMA_UNITS.get(name, said)
-    scale = factor(said, unit)
+    unit_text = attribute.unit.strip()
+    if unit_text in ("", "none"):
+        unit_text = SCHEMA_UNITS.get(name, unit_text)
+    scale = factor(unit_text, unit)
     try:
         value = float(attribute.value)
     except ValueError:

@@ -212,8 +212,8 @@ def _same(a: Value, b: Value) -> bool:
 
 
 def _form(one: Component) -> Row:
-    said = text([one], "shape_of_relief")
-    if said in FORMS:
-        return Row("form", said, f"{one.label}, shape_of_relief")
-    form = "linear" if said is None else "parabolic"
-    return Row("form", form, f"the file says {said or 'nothing'}", assumed=True)
+    shape = text([one], "shape_of_relief")
+    if shape in FORMS:
+        return Row("form", shape, f"{one.label}, shape_of_relief")
+    form = "linear" if shape is None else "parabolic"
+    return Row("form", form, f"the file says {shape or 'nothing'}", assumed=True)

@@ -53,8 +53,8 @@ def document_of_json(data: Any, where: str) -> Document:
             made.accumulation(_attributes_of(total, "", made))
     for total in _list(model, "accumulation", where):
         made.accumulation(_attributes_of(total, "", made))
-    said = (model.get("applicationId"), model.get("applicationVersion"))
-    application = echo(" ".join(str(s) for s in said if s))[1:-1]
+    program = (model.get("applicationId"), model.get("applicationVersion"))
+    application = echo(" ".join(str(s) for s in program if s))[1:-1]
     return made.document(str(model.get("version", "")), application)
 
 
@@ -85,13 +85,13 @@ def _attribute(data: dict[str, Any], where: str, load_case: str = "") -> Attribu
     )
 
 
-def _value(said: Any) -> str | tuple[str, ...] | None:
-    if isinstance(said, bool):
-        return str(said).lower()
-    if isinstance(said, (int, float, str)):
-        return str(said) if isinstance(said, str) else repr(said)
-    if isinstance(said, list) and not any(isinstance(x, (list, dict)) for x in said):
-        return tuple(str(x) for x in said)
-    if isinstance(said, dict) and {"code", "value"} <= said.keys():
-        return decoded(str(said["code"]), str(said["value"]))
-    return None if said is not None else ""
+def _value(value: Any) -> str | tuple[str, ...] | None:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (int, float, str)):
+        return str(value) if isinstance(value, str) else repr(value)
+    if isinstance(value, list) and not any(isinstance(x, (list, dict)) for x in value):
+        return tuple(str(x) for x in value)
+    if isinstance(value, dict) and {"code", "value"} <= value.keys():
+        return decoded(str(value["code"]), str(value["value"]))
+    return None if value is not None else ""

@@ -80,9 +80,9 @@ class FlankReader:
         where = f"{self.case.stage}.{role}"
         first: GearFlanks | None = None
 
-        def warn(said: str) -> None:  # once: of other gears it is said that they differ
+        def warn(message: str) -> None:  # once: of other gears it is said that they differ
             if first is None:
-                self.case.warn(f"{where}: {said}")
+                self.case.warn(f"{where}: {message}")
 
         ground = Ground(self.document, warn, base, tip)
         for half, gears in enumerate(stage.halves[role]):
@@ -123,8 +123,8 @@ class FlankReader:
         """Side of the datum face, +1 at the +z end, and whether that is assumed."""
         frame = self.assembly.frames.of(gear)
         along = -1 if frame is not None and frame.axes[0, 0] < 0 else 1
-        said = ORIENTATIONS.get(text([gear], DATUM) or "")
-        return along * (-1 if said is None else said), said is None
+        orientation = ORIENTATIONS.get(text([gear], DATUM) or "")
+        return along * (-1 if orientation is None else orientation), orientation is None
 
     def _flanks(self, gear: Component, ground: Ground, datum: int) -> Flanks:
         flanks: Flanks = {word: {} for word in WORDS}
@@ -158,23 +158,24 @@ class FlankReader:
             role = meshes.get(relation.of("stage") or -1)
             if data is None or role is None or relation.of("gear") != own.gear.id:
                 continue
-            said = text([data], LOADED)
-            if said in WORDS:
+            loaded_flank = text([data], LOADED)
+            if loaded_flank in WORDS:
                 name = role if own.role == "planet" else "drive"
-                sense = own.word(name, True) == said
+                sense = own.word(name, True) == loaded_flank
                 self._loaded.setdefault(own.stage, {}).setdefault(sense, data.label)
 
     def _sense(self, stage: str, torque: bool | None) -> bool:
         """Which flanks of a stage carry: by its torque, else as the file says, else assumed."""
-        said = self._loaded.get(stage, {})
+        loaded_flanks = self._loaded.get(stage, {})
         if torque is not None:
-            if (not torque) in said:
+            if (not torque) in loaded_flanks:
                 self.case.warn(
-                    f"{said[not torque]}, {LOADED}: not the flank that the torques load; they count"
+                    f"{loaded_flanks[not torque]}, {LOADED}: not the flank that the torques load;"
+                    " they count"
                 )
             return torque
-        if len(said) == 1:
-            return next(iter(said))
+        if len(loaded_flanks) == 1:
+            return next(iter(loaded_flanks))
         if any(own.differ for own in self.gears_read if own.stage == stage):
             self.case.warn(
                 f"{stage}: no torque says which flanks carry; those are taken that do where its"

@@ -116,5 +116,5 @@ def _json(data: bytes, where: str) -> Any:
     try:
         return json.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        said = "lists in lists without end" if isinstance(error, RecursionError) else str(error)
-        raise InputError(where, "JSON", f"cannot be read: {said}", "is the file whole?") from None
+        reason = "lists in lists without end" if isinstance(error, RecursionError) else str(error)
+        raise InputError(where, "JSON", f"cannot be read: {reason}", "is the file whole?") from None

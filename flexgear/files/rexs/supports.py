@@ -174,9 +174,9 @@ class SupportWriter:
     def _absorbs(self, joint: Component, direction: str) -> bool | None:
         """Whether a bearing takes force in a direction, None where that is not said."""
         if direction == "radial":
-            said = flag([joint], "radial_force_absorption")
+            answer = flag([joint], "radial_force_absorption")
             rolling = joint.kind.startswith("rolling")
-            return True if said is None and rolling else said
+            return True if answer is None and rolling else answer
         word = text([joint], "axial_force_absorption")
         if word is None or direction != "axial":
             return None
@@ -195,12 +195,12 @@ class SupportWriter:
         if rating is None or rating.value <= 0:
             return
         section.put("dynamic_rating_kn", rating.value, rating.source)
-        said = text(bearings, "bearing_type")
-        kind = "ball" if said is not None and "ball" in said else "roller"
-        if said is None:
+        type_text = text(bearings, "bearing_type")
+        kind = "ball" if type_text is not None and "ball" in type_text else "roller"
+        if type_text is None:
             self.case.assume(section, "rolling", kind, "bearing_type is not in the file")
         else:
-            section.put("rolling", kind, f"{bearings[0].label}, bearing_type {said}")
+            section.put("rolling", kind, f"{bearings[0].label}, bearing_type {type_text}")
         if len(bearings) > 1:
             section.put("count", min(len(bearings), 8), "bearings of one planet")
 

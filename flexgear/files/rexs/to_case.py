@@ -82,8 +82,8 @@ class _Conversion:
         try:
             ports.write(self.where)
         except InputError as fault:  # the case is written for its reader to mend
-            key, said = fault.key, f"{fault.problem} -- {fault.remedy}"
-            self.case.warn(f"the case cannot run before this is mended: {key}: {said}")
+            key, message = fault.key, f"{fault.problem} -- {fault.remedy}"
+            self.case.warn(f"the case cannot run before this is mended: {key}: {message}")
         gears.modified.write(self._carries(named))
         listed = tuple(self.lost + left_out(self.document))
         return Imported(self._text(listed), tuple(self.case.assumed), listed)

@@ -52,8 +52,8 @@ def document_of_xml(root: ET.Element, where: str) -> Document:
 
 
 def _application(root: ET.Element) -> str:
-    said = (root.get("applicationId", ""), root.get("applicationVersion", ""))
-    return echo(" ".join(filter(None, said)))[1:-1]
+    application = (root.get("applicationId", ""), root.get("applicationVersion", ""))
+    return echo(" ".join(filter(None, application)))[1:-1]
 
 
 def _attributes_of(element: ET.Element, where: str, made: Checked) -> list[tuple[int, Attribute]]:

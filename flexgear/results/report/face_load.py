@@ -62,8 +62,8 @@ def rim_rows(reduction: Mapping[str, Any]) -> Iterator[Row]:
     """Of a ring's reduction: how much of a tooth's bending along the face its rim adds, and whether
     tooth pairs take it in."""
     if "rim_error" in reduction:
-        said = "counted" if reduction["rim_counts"] else "left out"
-        label = f"bending of the rim along the face within a tooth, of the tooth's own ({said})"
+        rim_text = "counted" if reduction["rim_counts"] else "left out"
+        label = f"bending of the rim along the face within a tooth, of the tooth's own ({rim_text})"
         yield Row(label, reduction["rim_error"], "share")
 
 
@@ -72,10 +72,10 @@ def _rows(
     every: Sequence[Mapping[str, Any]],
     figures: Mapping[str, tuple[str, str, float]],
 ) -> Iterator[Row]:
-    for key, (said, unit, by) in figures.items():
+    for key, (label, unit, by) in figures.items():
         values = [one[key] for one in every if key in one]
         if values:
-            yield Row(f"{name}, {said}", by * max(values, key=abs), unit)
+            yield Row(f"{name}, {label}", by * max(values, key=abs), unit)
 
 
 def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
@@ -86,7 +86,7 @@ def _of_cycles(name: str, every: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
             size = pick(one[key] for one in stiffness)
             yield Row(f"{name}, stiffness of the gear mesh, {key}", 1e6 * size, "N/m")
     yield from _rows(name, every, OF_CYCLES)
-    for key, said in ORDERS.items():
+    for key, label in ORDERS.items():
         amplitudes = zip(*(one[key][:SHOWN] for one in every if key in one), strict=True)
         for order, sizes in enumerate(amplitudes, 1):
-            yield Row(f"{name}, {said}, order {order}", 1e-6 * max(sizes), "m")
+            yield Row(f"{name}, {label}, order {order}", 1e-6 * max(sizes), "m")

@@ -162,15 +162,15 @@ class CyclicSolver:
         next, -lambda of its own ties, and mu of the even ties in its axes.
         """
         inside, size = self._rows[0], self._rows[-1].stop
-        kept, ends = self._rows[1].stop, size - inside.stop
-        out = np.zeros((kept, ends))
+        stop, ends = self._rows[1].stop, size - inside.stop
+        out = np.zeros((stop, ends))
 
         def part(columns: slice) -> None:
             x = np.zeros((size, columns.stop - columns.start))
             at = np.arange(columns.start, columns.stop)
             x[inside.stop + at, at - columns.start] = 1.0
             self._interior.backward(x)
-            out[:, columns] = x[:kept]
+            out[:, columns] = x[:stop]
 
         shared(ends, part)
         uneven = {}
@@ -178,7 +178,7 @@ class CyclicSolver:
             x = np.zeros((size, len(tied.at)))
             x[inside] = tied.z
             self._interior.backward(x)
-            uneven[s] = tied.at, x[:kept]
+            uneven[s] = tied.at, x[:stop]
         return out, uneven
 
     # -- building

@@ -176,12 +176,12 @@ def _write_meshio(fe_mesh: FeMesh, path: Path, suffix: str) -> None:
 def _read_meshio(path: Path) -> InpDeck:
     import meshio
 
-    said = io.StringIO()
+    messages = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(messages), contextlib.redirect_stderr(messages):
             content = meshio.read(path, file_format="gmsh" if path.suffix == ".msh" else "vtu")
     except (Exception, SystemExit) as error:
-        reason = (said.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
+        reason = (messages.getvalue().strip() or str(error) or type(error).__name__).splitlines()[0]
         raise InputError(
             str(path), "file", f"cannot be read ({reason})", "save it again as msh, vtu or inp"
         ) from error

@@ -193,12 +193,12 @@ def _keys(groups: Groups, placement: Placement, motion: Rotation, shift: Array) 
         "turn_deg": [_roundest(v, degrees(fine * groups.pitch / groups.radius)) for v in turn],
     }
     set_now = {"shift_mm": any(placement.shift), "turn_deg": any(placement.turn)}
-    said = [
+    settings = [
         f"stage.{groups.body}.fe.fe_mesh_{key} = {_numbers(values)}"
         for key, values in keys.items()
         if any(values) or set_now[key]
     ]
-    return f"set {' and '.join(said)}, or correct the file or its groups"
+    return f"set {' and '.join(settings)}, or correct the file or its groups"
 
 
 def _refuse_clockwise(actual: _ActualPlacement, path: str) -> None:

@@ -65,12 +65,12 @@ def with_bolt_holes(
     # wide enough for a hole that is half a column off the block's middle
     across = max(round((high - low) / column), ceil(1.0 + 2.6 * hole_radius / column))
     first = _first_columns(bolt_angles - angles[0], columns, across, where)
-    kept = np.ones((len(radii), columns), dtype=bool)
+    solid = np.ones((len(radii), columns), dtype=bool)
     new_xy, new_quads, holes, total = [], [], [], len(radius)
     xy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
     for k, at in enumerate(first):
         inside = (at + np.arange(across)) % columns
-        kept[:block_rows, inside] = False
+        solid[:block_rows, inside] = False
         cols = (at + np.arange(across + 1)) % columns
         block = node[: block_rows + 1, cols]
         border = np.concatenate(  # counter-clockwise from the inner far corner
@@ -89,7 +89,7 @@ def with_bolt_holes(
     added = np.concatenate(new_xy)
     radius = np.concatenate([radius, np.hypot(added[:, 0], added[:, 1])])
     angle = np.concatenate([angle, np.arctan2(added[:, 1], added[:, 0])])
-    quads = np.concatenate([inner.quads, grid[kept], *new_quads])
+    quads = np.concatenate([inner.quads, grid[solid], *new_quads])
     used, quads = np.unique(quads, return_inverse=True)
     number = np.full(len(radius), -1, dtype=np.int64)
     number[used] = np.arange(len(used))

@@ -38,8 +38,8 @@ def nodes_between(model: FeModel, free: Ints, border: Ints) -> Ints:
     is_free, inside = (np.zeros(len(model.nodes), dtype=bool) for _ in range(2))
     is_free[free] = True
     inside[free] = inside[border] = True
-    kept = (is_free[ends[0]] & inside[ends[1]]) | (is_free[ends[1]] & inside[ends[0]])
-    return np.concatenate([np.unique(free), numbers[kept]])
+    between = (is_free[ends[0]] & inside[ends[1]]) | (is_free[ends[1]] & inside[ends[0]])
+    return np.concatenate([np.unique(free), numbers[between]])
 
 
 def _edges(model: FeModel) -> tuple[Ints, Ints]:

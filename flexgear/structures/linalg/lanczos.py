@@ -120,8 +120,8 @@ def lowest_modes(
             square[at.start - block : at.start, at] = before[1].T
         square[at, at] = own
         if before is None and at.start:  # just cut: all Ritz vectors that were kept are neighbours
-            kept, p = basis.freed(w)
-            square[: at.start, at] = kept[: at.start]
+            new_vectors, p = basis.freed(w)
+            square[: at.start, at] = new_vectors[: at.start]
             _, p = basis.freed(w)
         elif passes.due():
             p = basis.freed_two(q, p, w, passes)

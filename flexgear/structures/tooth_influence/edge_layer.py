@@ -77,12 +77,15 @@ def _solved(along: Array, angle: float, poisson: float) -> tuple[Array, Array]:
     free = (nodes[:, 1] < 1.0 - 1e-9) & (from_end < along[-1] - 1e-9)
     loaded = np.flatnonzero((nodes[:, 1] < 1e-9) & (nodes[:, 0] > -1e-9) & (from_end <= REACH))
     loaded = loaded[np.argsort(nodes[loaded, 0])]
-    kept = np.flatnonzero(np.repeat(free, 2))
+    free_dofs = np.flatnonzero(np.repeat(free, 2))
     loads = sp.csc_matrix(
-        (np.ones(len(loaded)), (np.searchsorted(kept, 2 * loaded + 1), np.arange(len(loaded)))),
-        shape=(len(kept), len(loaded)),
+        (
+            np.ones(len(loaded)),
+            (np.searchsorted(free_dofs, 2 * loaded + 1), np.arange(len(loaded))),
+        ),
+        shape=(len(free_dofs), len(loaded)),
     )
-    return nodes[loaded, 0], flexibility(stiffness[kept][:, kept].tocsr(), loads)
+    return nodes[loaded, 0], flexibility(stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 
 def _graded(first: float, coarsest: float, growth: float, stop: float) -> Array:

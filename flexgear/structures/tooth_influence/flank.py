@@ -180,8 +180,10 @@ def carried_by_tie(segment: ToothSegment, points: Array) -> Array:
 
 def held_flexibility(model: FeModel, free: NDArray[np.bool_], loads: sp.sparray) -> Array:
     """R^T K^{-1} R (k, k) of loads R (3N, k); displacements that are not free (N, 3) are zero."""
-    kept = np.flatnonzero(free)
-    return flexibility(model.stiffness[kept][:, kept].tocsr(), sp.csr_matrix(loads)[kept].tocsc())
+    free_dofs = np.flatnonzero(free)
+    return flexibility(
+        model.stiffness[free_dofs][:, free_dofs].tocsr(), sp.csr_matrix(loads)[free_dofs].tocsc()
+    )
 
 
 def _tie_place(segment: ToothSegment) -> Array:

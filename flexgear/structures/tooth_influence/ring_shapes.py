@@ -173,9 +173,9 @@ def cut_flexibility(
     inside &= np.hypot(x, y) < (1 - _SLACK) * cut.radius
     part, nodes = model.part(np.flatnonzero(inside[model.basis.element_dofs].any(axis=0)))
     dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-    kept = np.flatnonzero(np.repeat(inside[nodes], 3))
-    loads = rows.tocsc()[:, dofs[kept]].T.tocsc()
-    return flexibility(part.stiffness[kept][:, kept].tocsr(), loads)
+    free_dofs = np.flatnonzero(np.repeat(inside[nodes], 3))
+    loads = rows.tocsc()[:, dofs[free_dofs]].T.tocsc()
+    return flexibility(part.stiffness[free_dofs][:, free_dofs].tocsr(), loads)
 
 
 def _piece(
